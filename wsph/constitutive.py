@@ -1,0 +1,347 @@
+"""Any material in any stress state.
+
+A material gives a law for 3x3 tensors; this module wraps it for the stress components that a stress state keeps. The law
+is affine in the velocity gradient L, so evaluating it at unit normal rates gives the normal rates that meet prescribed
+normal stress rates: plane stress, uniaxial stress and the free faces of a body are one rule. Plane and uniaxial strain
+set those rates to zero.
+
+Where a law depends on stress, one internal variable more is kept: the dissipated energy density, whose rate is
+-sigma : C^-1 : (stress rate at L = 0), with C the elastic moduli. Every integrator then integrates the dissipation as it
+integrates the rest.
+"""
+
+import dataclasses
+import inspect
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import warp as wp
+
+from wsph.errors import PluginError
+from wsph.space import Space
+from wsph.units import Scales
+
+RATE_SIGNATURE = "rate(self, space, Params) -> @wp.func (p: Params, stress: space.tensor, L: space.tensor[, q]) -> stress rate[, q rate]"
+
+
+@dataclass(frozen=True)
+class StressState:
+    """Stress components that are kept, normals first, and the normals whose stress is zero by the state."""
+
+    name: str
+    components: tuple[tuple[int, int], ...]
+    free: tuple[int, ...] = ()
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """"xx", "xy", ..."""
+        return tuple("xyz"[i] + "xyz"[j] for i, j in self.components)
+
+    def wave_speed(self, bulk: float, shear: float, density: float) -> float:
+        """Fastest longitudinal wave: sqrt(E/rho) in uniaxial stress, sqrt(E/(rho (1 - nu^2))) in plane stress,
+        sqrt((K + 4G/3)/rho) otherwise."""
+        modulus = bulk + 4.0 * shear / 3.0
+        if len(self.free) == 2:
+            modulus = 9.0 * bulk * shear / (3.0 * bulk + shear)
+        elif len(self.free) == 1:
+            modulus = 4.0 * shear * (bulk + shear / 3.0) / modulus
+        return math.sqrt(modulus / density)
+
+
+STRESS_STATES = {
+    (1, "stress"): StressState("uniaxial stress", ((0, 0),), (1, 2)),
+    (1, "strain"): StressState("uniaxial strain", ((0, 0), (1, 1), (2, 2))),
+    (2, "stress"): StressState("plane stress", ((0, 0), (1, 1), (0, 1)), (2,)),
+    (2, "strain"): StressState("plane strain", ((0, 0), (1, 1), (2, 2), (0, 1))),
+    (3, None): StressState("three-dimensional", ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))),
+}
+
+
+@contextmanager
+def blame(who: str, signature: str = RATE_SIGNATURE) -> Iterator[None]:
+    """Turn what Warp says of a plugin's code into an error that names the plugin and what was expected of it."""
+    try:
+        yield
+    except PluginError:
+        raise
+    except Exception as error:
+        if type(error).__module__.split(".")[0] != "warp" and not isinstance(error, (RuntimeError, TypeError, AttributeError, ValueError)):
+            raise
+        lines = [line for line in str(error).strip().splitlines() if line.strip()]
+        raise PluginError(f"{who}: its law does not compile ({lines[-1] if lines else type(error).__name__}); expected {signature}") from error
+
+
+def parameters(material: Any) -> dict[str, str]:
+    """Names and units of a material's numbers: its fields, its `derived` properties and the two elastic moduli."""
+    names = {f.name: f.metadata.get("unit", "") for f in dataclasses.fields(material) if not isinstance(getattr(material, f.name), (str, bool))}
+    return {**names, **getattr(material, "derived", {}), "elastic_bulk": "Pa", "elastic_shear": "Pa"}
+
+
+def _static_key(material: Any) -> tuple[Any, ...]:
+    """What of a material its compiled law may depend on: its class and the fields that are no numbers."""
+    return (type(material), *(getattr(material, f.name) for f in dataclasses.fields(material) if isinstance(getattr(material, f.name), (str, bool))))
+
+
+class Constitutive:
+    """A material in a stress state, ready for kernels.
+
+    `params` (struct of inner, nondimensional numbers), `density`, `internals` (name -> initial value, the dissipation
+    included where the law depends on stress), and the Warp functions of `laws`.
+    """
+
+    def __init__(self, space: Space, material: Any, state: StressState, scales: Scales, who: str):
+        self.space, self.material, self.state, self.who = space, material, state, who
+        bulk, shear = material.moduli()
+        self.wave_speed = state.wave_speed(bulk, shear, material.density)
+        self.depends_on_stress = bool(getattr(material, "depends_on_stress", True))
+        self.internals: dict[str, float] = dict(getattr(material, "internals", {}))
+        if self.depends_on_stress:
+            self.internals["dissipation"] = 0.0
+        with blame(who):
+            self.laws = _LAWS.get((space, state, _static_key(material)))
+            if self.laws is None:
+                self.laws = _LAWS[space, state, _static_key(material)] = _build(space, material, state, self.depends_on_stress)
+        self.params = self.laws.Params()
+        for name, unit in parameters(material).items():
+            value = {"elastic_bulk": bulk, "elastic_shear": shear}.get(name)
+            value = getattr(material, name) if value is None else value
+            setattr(self.params, name, space.scalar(value / scales.of(unit)))
+        self.density = material.density / scales.density
+
+    @property
+    def width(self) -> int:
+        """Number of stress components kept."""
+        return len(self.state.components)
+
+
+@dataclass(frozen=True)
+class Laws:
+    """The Warp functions of a material in a stress state. Stress is packed (`stress` type), L is dim x dim.
+
+    source(p, stress, q) -> (stress rate, q rate)              at L = 0, the dissipation included; None if it is zero
+    respond(p, stress, L, q) -> (stress rate, q rate)          the whole rate, static free normals at zero stress rate
+    linear(p, stress, L, q, S, Q) -> (rates)                   the part that L causes, added to the given source (S, Q)
+    linear_faces(p, stress, L, q, S, Q, mask, target) -> rates the same where bit k of `mask` says that the normal stress
+                                                               rate kk is target[k] and the normal strain rate is free
+    energy(p, stress) -> elastic energy density
+    """
+
+    Params: type
+    stress: type
+    internal: type
+    source: wp.Function | None
+    respond: wp.Function
+    linear: wp.Function
+    linear_faces: wp.Function
+    energy: wp.Function
+
+
+_LAWS: dict[tuple[Any, ...], Laws] = {}
+
+
+@lru_cache(maxsize=None)
+def packing(space: Space, state: StressState) -> tuple[wp.Function, wp.Function]:
+    """Warp functions unpack(packed) -> 3x3 tensor and pack(tensor) -> packed."""
+    stress, tensor = space.vector(len(state.components)), space.tensor
+    rows = tuple(i for i, _ in state.components)
+    columns = tuple(j for _, j in state.components)
+
+    @wp.func
+    def unpack(packed: stress) -> tensor:
+        full = tensor()
+        for c in range(wp.static(len(rows))):
+            full[wp.static(rows[c]), wp.static(columns[c])] = packed[c]
+            full[wp.static(columns[c]), wp.static(rows[c])] = packed[c]
+        return full
+
+    @wp.func
+    def pack(full: tensor) -> stress:
+        packed = stress()
+        for c in range(wp.static(len(rows))):
+            packed[c] = full[wp.static(rows[c]), wp.static(columns[c])]
+        return packed
+
+    return unpack, pack
+
+
+def _user_law(space: Space, material: Any, Params: type, internal: type) -> wp.Function:
+    """The plugin's law as (p, stress, L, q) -> (stress rate, q rate), whatever internals it has."""
+    tensor = space.tensor
+    names = list(getattr(material, "internals", {}))
+    law = material.rate(space, Params)
+    if not isinstance(law, wp.Function):
+        raise PluginError(f"{type(material).__name__}.rate returned {type(law).__name__}, no @wp.func; expected {RATE_SIGNATURE}")
+    arity, wanted = len(inspect.signature(law.func).parameters), 4 if names else 3
+    if arity != wanted:
+        raise PluginError(
+            f"the law of {type(material).__name__} takes {arity} arguments, not {wanted}"
+            f" ({'with' if names else 'no'} internals {names or 'are'} declared); expected {RATE_SIGNATURE}"
+        )
+    count = len(names)
+    if count == 0:
+
+        @wp.func
+        def without(p: Params, stress: tensor, L: tensor, q: internal):
+            return law(p, stress, L), internal()
+
+        return without
+    own = space.vector(count)
+
+    @wp.func
+    def with_internals(p: Params, stress: tensor, L: tensor, q: internal):
+        mine = own()
+        for k in range(wp.static(count)):
+            mine[k] = q[k]
+        rate, change = law(p, stress, L, mine)
+        dq = internal()
+        for k in range(wp.static(count)):
+            dq[k] = change[k]
+        return rate, dq
+
+    return with_internals
+
+
+def _free_normals(space: Space, law: wp.Function, Params: type, internal: type, free: tuple[int, ...]) -> wp.Function:
+    """The law with the static free normals at zero stress rate: (p, stress, L, q) -> (stress rate, q rate)."""
+    tensor, real = space.tensor, space.scalar
+    if not free:
+        return law
+    a = free[0]
+    if len(free) == 1:
+
+        @wp.func
+        def one(p: Params, stress: tensor, L: tensor, q: internal):
+            rate, dq = law(p, stress, L, q)
+            stretched = tensor(L)
+            stretched[a, a] += real(1.0)
+            rate_a, dq_a = law(p, stress, stretched, q)
+            x = -rate[a, a] / (rate_a[a, a] - rate[a, a])
+            return rate + x * (rate_a - rate), dq + x * (dq_a - dq)
+
+        return one
+    b = free[1]
+
+    @wp.func
+    def two(p: Params, stress: tensor, L: tensor, q: internal):
+        rate, dq = law(p, stress, L, q)
+        stretched = tensor(L)
+        stretched[a, a] += real(1.0)
+        rate_a, dq_a = law(p, stress, stretched, q)
+        stretched = tensor(L)
+        stretched[b, b] += real(1.0)
+        rate_b, dq_b = law(p, stress, stretched, q)
+        rate_a -= rate
+        rate_b -= rate
+        scale = real(1.0) / (rate_a[a, a] * rate_b[b, b] - rate_a[b, b] * rate_b[a, a])
+        x = (rate_b[a, a] * rate[b, b] - rate_b[b, b] * rate[a, a]) * scale
+        y = (rate_a[b, b] * rate[a, a] - rate_a[a, a] * rate[b, b]) * scale
+        return rate + x * rate_a + y * rate_b, dq + x * (dq_a - dq) + y * (dq_b - dq)
+
+    return two
+
+
+def _build(space: Space, material: Any, state: StressState, depends: bool) -> Laws:
+    real, tensor, mat, point = space.scalar, space.tensor, space.mat, space.point
+    dim = space.dim
+    width = len(state.components)
+    stress = space.vector(width)
+    count = len(getattr(material, "internals", {}))
+    internal = space.vector(max(count + depends, 1))
+    # Not id-based: the same fields give the same struct, and so the same compiled kernel, in every process.
+    Params = wp.struct(type(f"{type(material).__name__}Params", (), {"__annotations__": {name: real for name in parameters(material)}, "__module__": __name__}))
+    unpack, pack = packing(space, state)
+    law = _user_law(space, material, Params, internal)
+    free_law = _free_normals(space, law, Params, internal, state.free)
+    static_mask = sum(1 << k for k in state.free)
+
+    @wp.func
+    def embed(L: mat) -> tensor:
+        full = tensor()
+        for i in range(wp.static(dim)):
+            for j in range(wp.static(dim)):
+                full[i, j] = L[i, j]
+        return full
+
+    @wp.func
+    def dissipation(p: Params, s: tensor, at_rest: tensor) -> real:
+        mean = (s[0, 0] + s[1, 1] + s[2, 2]) / real(3.0)
+        mean_rate = (at_rest[0, 0] + at_rest[1, 1] + at_rest[2, 2]) / real(3.0)
+        one = wp.identity(n=3, dtype=real)
+        deviatoric = wp.ddot(s - mean * one, at_rest - mean_rate * one)
+        return -(deviatoric / (real(2.0) * p.elastic_shear) + mean * mean_rate / p.elastic_bulk)
+
+    @wp.func
+    def at_rest(p: Params, packed: stress, q: internal):
+        s = unpack(packed)
+        rate, dq = free_law(p, s, tensor(), q)
+        if wp.static(depends):
+            bare, _ = law(p, s, tensor(), q)
+            dq[count] = dissipation(p, s, bare)
+        return pack(rate), dq
+
+    @wp.func
+    def respond(p: Params, packed: stress, L: mat, q: internal):
+        s = unpack(packed)
+        rate, dq = free_law(p, s, embed(L), q)
+        if wp.static(depends):
+            bare, _ = law(p, s, tensor(), q)
+            dq[count] = dissipation(p, s, bare)
+        return pack(rate), dq
+
+    @wp.func
+    def linear(p: Params, packed: stress, L: mat, q: internal, S: stress, Q: internal):
+        s = unpack(packed)
+        rate, dq = free_law(p, s, embed(L), q)
+        if wp.static(depends):
+            rest, dq_rest = free_law(p, s, tensor(), q)
+            rate -= rest
+            dq -= dq_rest
+        return pack(rate) + S, dq + Q
+
+    @wp.func
+    def linear_faces(p: Params, packed: stress, L: mat, q: internal, S: stress, Q: internal, mask: int, target: point):
+        s = unpack(packed)
+        L3 = embed(L)
+        moving, dq_moving = law(p, s, L3, q)
+        rate, dq = moving, dq_moving
+        if wp.static(depends):
+            rest, dq_rest = law(p, s, tensor(), q)
+            rate -= rest
+            dq -= dq_rest
+        rate += unpack(S)
+        free = mask | static_mask
+        system = tensor()
+        gap = point()
+        for k in range(3):
+            if (free >> k) & 1 == 1:
+                stretched = tensor(L3)
+                stretched[k, k] += real(1.0)
+                changed, _ = law(p, s, stretched, q)
+                gap[k] = target[k] - rate[k, k]
+                for row in range(3):
+                    if (free >> row) & 1 == 1:
+                        system[row, k] = changed[row, row] - moving[row, row]
+            else:
+                system[k, k] = real(1.0)
+        x = wp.inverse(system) * gap
+        for k in range(3):
+            if (free >> k) & 1 == 1:
+                stretched = tensor(L3)
+                stretched[k, k] += real(1.0)
+                changed, dq_changed = law(p, s, stretched, q)
+                rate += x[k] * (changed - moving)
+                dq += x[k] * (dq_changed - dq_moving)
+        return pack(rate), dq + Q
+
+    @wp.func
+    def energy(p: Params, packed: stress) -> real:
+        s = unpack(packed)
+        mean = (s[0, 0] + s[1, 1] + s[2, 2]) / real(3.0)
+        deviator = s - mean * wp.identity(n=3, dtype=real)
+        return real(0.5) * mean * mean / p.elastic_bulk + real(0.25) * wp.ddot(deviator, deviator) / p.elastic_shear
+
+    return Laws(Params, stress, internal, at_rest if depends else None, respond, linear, linear_faces, energy)

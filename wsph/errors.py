@@ -1,0 +1,54 @@
+"""What can go wrong, by whose fault it is. Nothing here exits the process: the command line maps these to exit codes."""
+
+from dataclasses import dataclass
+
+
+class WsphError(Exception):
+    """Base of every error that wsph raises on purpose."""
+
+
+@dataclass(frozen=True, order=True)
+class Fault:
+    """One fault of a scene: where it stands and what would be right."""
+
+    line: int
+    key: str
+    message: str
+
+    def __str__(self) -> str:
+        place = f"line {self.line}: " if self.line else ""
+        return f"{place}{self.key}: {self.message}" if self.key else f"{place}{self.message}"
+
+
+class SceneError(WsphError):
+    """Every fault of a scene at once. `faults` holds them in the order of the file."""
+
+    def __init__(self, source: str, faults: list[Fault]):
+        self.source = source
+        self.faults = sorted(set(faults))
+        super().__init__("\n".join(f"{source}: {fault}" for fault in self.faults))
+
+
+class Refused(WsphError):
+    """A valid scene whose composition cannot be run: beyond a stability limit, a singular correction, ..."""
+
+
+class PluginError(WsphError):
+    """A plugin that cannot be loaded or breaks its contract; the message names it and its distribution."""
+
+
+class OutputError(WsphError):
+    """An output folder that cannot be used."""
+
+
+class Unstable(WsphError):
+    """A run that left the numbers it can vouch for.
+
+    Attributes: `step`, `time` [s], `dt` [s], `field` (what went wrong), `particle` (id, or -1 where the whole
+    body is meant), `position` [m] and `limit` (the stability limit of the time step as a Courant number, or None).
+    """
+
+    def __init__(self, message, *, step, time, dt, field, particle=-1, position=(), limit=None):
+        super().__init__(message)
+        self.step, self.time, self.dt = step, time, dt
+        self.field, self.particle, self.position, self.limit = field, particle, tuple(position), limit

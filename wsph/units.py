@@ -1,0 +1,124 @@
+"""Quantities with units, and the scales that make the numbers inside a run of order one.
+
+Scenes are SI; a string is a number with a unit ("90 us", "200 GPa", "0.5 mm"). The factor is applied in decimal, so
+"0.1 mm" is the double nearest to 1e-4 and not a rounding away from it. Inside, a run is nondimensional: length is the
+spacing, time the spacing over the wave speed, stress the density times the wave speed squared. A run then gives the
+same answer in every unit system, and single precision keeps its seven digits from nanometres to kilometres.
+"""
+
+import difflib
+import math
+import re
+from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
+
+Dimension = tuple[int, int, int]
+"""Exponents of kilogram, metre and second."""
+
+_BASE: dict[str, tuple[str, Dimension]] = {
+    "m": ("1", (0, 1, 0)),
+    "s": ("1", (0, 0, 1)),
+    "min": ("60", (0, 0, 1)),
+    "h": ("3600", (0, 0, 1)),
+    "day": ("86400", (0, 0, 1)),
+    "year": ("31557600", (0, 0, 1)),
+    "g": ("1e-3", (1, 0, 0)),
+    "t": ("1e3", (1, 0, 0)),
+    "N": ("1", (1, 1, -2)),
+    "Pa": ("1", (1, -1, -2)),
+    "bar": ("1e5", (1, -1, -2)),
+    "J": ("1", (1, 2, -2)),
+    "W": ("1", (1, 2, -3)),
+    "Hz": ("1", (0, 0, -1)),
+}
+_PREFIX = {"": "1", "n": "1e-9", "u": "1e-6", "µ": "1e-6", "m": "1e-3", "c": "1e-2", "k": "1e3", "M": "1e6", "G": "1e9", "T": "1e12"}
+_UNPREFIXED = {"min", "h", "day", "year", "t", "bar"}
+_UNITS: dict[str, tuple[Decimal, Dimension]] = {
+    prefix + name: (Decimal(factor) * Decimal(scale), dimension)
+    for name, (factor, dimension) in _BASE.items()
+    for prefix, scale in _PREFIX.items()
+    if not (prefix and name in _UNPREFIXED)
+}
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
+_FACTOR = re.compile(r"([A-Za-zµ]+|1)(?:\^|\*\*)?([+-]?\d+)?")
+
+
+def unit(text: str) -> tuple[Decimal, Dimension]:
+    """Factor to SI and dimension of a unit such as "kg/m3", "1/s" or "m s^-1". Raises ValueError."""
+    factor, dimension = Decimal(1), [0, 0, 0]
+    sign, rest = 1, text.strip()
+    while rest:
+        match = _FACTOR.match(rest)
+        if not match:
+            raise ValueError(f"cannot read the unit {text!r}")
+        name, power = match[1], sign * int(match[2] or 1)
+        if name != "1":
+            if name not in _UNITS:
+                close = difflib.get_close_matches(name, _UNITS, 1)
+                raise ValueError(f"unknown unit {name!r}" + (f"; did you mean {close[0]!r}?" if close else ""))
+            one, exponents = _UNITS[name]
+            factor *= one**power
+            dimension = [d + power * e for d, e in zip(dimension, exponents, strict=True)]
+        rest = rest[match.end() :].lstrip()
+        if rest:
+            sign = -1 if rest[0] == "/" else 1
+            rest = rest[1:].lstrip() if rest[0] in "/*·" else rest
+            if not rest:
+                raise ValueError(f"cannot read the unit {text!r}")
+    return factor, (dimension[0], dimension[1], dimension[2])
+
+
+def quantity(value: object, expected: str) -> float:
+    """A scene's value in SI. `expected` is the unit that a bare number has ("" for a plain number).
+
+    Raises ValueError where the value is no finite number, has no unit as a string, or one of another dimension.
+    """
+    if isinstance(value, str):
+        match = _NUMBER.fullmatch(value)
+        if not match:
+            raise ValueError(f"{value!r} is not a number with a unit, as in \"1 {expected or 'mm'}\"")
+        if not match[2]:
+            raise ValueError(f"{value!r} has no unit: write {match[1]} without quotes" + (f' (in {expected}), or "{match[1]} {expected}"' if expected else ""))
+        factor, dimension = unit(match[2])
+        _, wanted = unit(expected)
+        if dimension != wanted:
+            raise ValueError(f"{value!r} is not in units of {expected or 'a plain number'}")
+        try:
+            number = float(Decimal(match[1]) * factor)
+        except (InvalidOperation, OverflowError):
+            number = math.inf
+    elif isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ValueError(f"{value!r} is not a number" + (f' [{expected}], nor a string such as "1 {expected}"' if expected else ""))
+    else:
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
+    if not math.isfinite(number):
+        raise ValueError(f"{value!r} is not a finite number")
+    return number
+
+
+@dataclass(frozen=True)
+class Scales:
+    """What one unit inside a run is in SI: `length` [m], `time` [s], `density` [kg/m3]."""
+
+    length: float
+    time: float
+    density: float
+
+    def of(self, unit_text: str) -> float:
+        """SI value of one inner unit of the quantity whose SI unit is `unit_text`."""
+        _, (kilograms, metres, seconds) = unit(unit_text)
+        # Multiplied out of a mass, a stress would lose the exponent range at a nanometre: m^3 is 1e-27.
+        return self.density**kilograms * self.length ** (metres + 3 * kilograms) * self.time**seconds
+
+    @property
+    def velocity(self) -> float:
+        """[m/s]"""
+        return self.length / self.time
+
+    @property
+    def stress(self) -> float:
+        """[Pa]"""
+        return self.density * self.velocity**2
