@@ -118,7 +118,7 @@ class Constitutive:
         return len(self.state.components)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Laws:
     """The Warp functions of a material in a stress state. Stress is packed (`stress` type), L is dim x dim.
 
@@ -130,6 +130,7 @@ class Laws:
     energy(p, stress) -> elastic energy density
     """
 
+    state: StressState
     Params: type
     stress: type
     internal: type
@@ -205,20 +206,33 @@ def _user_law(space: Space, material: Any, Params: type, internal: type) -> wp.F
     return with_internals
 
 
+@lru_cache(maxsize=None)
+def _unit(space: Space) -> wp.Function:
+    """Warp function: the unit normal rate along axis k."""
+    tensor, real = space.tensor, space.scalar
+
+    @wp.func
+    def unit(k: int) -> tensor:
+        rate = tensor()
+        rate[k, k] = real(1.0)
+        return rate
+
+    return unit
+
+
 def _free_normals(space: Space, law: wp.Function, Params: type, internal: type, free: tuple[int, ...]) -> wp.Function:
     """The law with the static free normals at zero stress rate: (p, stress, L, q) -> (stress rate, q rate)."""
     tensor, real = space.tensor, space.scalar
     if not free:
         return law
+    unit = _unit(space)
     a = free[0]
     if len(free) == 1:
 
         @wp.func
         def one(p: Params, stress: tensor, L: tensor, q: internal):
             rate, dq = law(p, stress, L, q)
-            stretched = tensor(L)
-            stretched[a, a] += real(1.0)
-            rate_a, dq_a = law(p, stress, stretched, q)
+            rate_a, dq_a = law(p, stress, L + unit(a), q)
             x = -rate[a, a] / (rate_a[a, a] - rate[a, a])
             return rate + x * (rate_a - rate), dq + x * (dq_a - dq)
 
@@ -228,12 +242,8 @@ def _free_normals(space: Space, law: wp.Function, Params: type, internal: type, 
     @wp.func
     def two(p: Params, stress: tensor, L: tensor, q: internal):
         rate, dq = law(p, stress, L, q)
-        stretched = tensor(L)
-        stretched[a, a] += real(1.0)
-        rate_a, dq_a = law(p, stress, stretched, q)
-        stretched = tensor(L)
-        stretched[b, b] += real(1.0)
-        rate_b, dq_b = law(p, stress, stretched, q)
+        rate_a, dq_a = law(p, stress, L + unit(a), q)
+        rate_b, dq_b = law(p, stress, L + unit(b), q)
         rate_a -= rate
         rate_b -= rate
         scale = real(1.0) / (rate_a[a, a] * rate_b[b, b] - rate_a[b, b] * rate_b[a, a])
@@ -256,6 +266,7 @@ def _build(space: Space, material: Any, state: StressState, depends: bool) -> La
     unpack, pack = packing(space, state)
     law = _user_law(space, material, Params, internal)
     free_law = _free_normals(space, law, Params, internal, state.free)
+    unit = _unit(space)
     static_mask = sum(1 << k for k in state.free)
 
     @wp.func
@@ -318,9 +329,7 @@ def _build(space: Space, material: Any, state: StressState, depends: bool) -> La
         gap = point()
         for k in range(3):
             if (free >> k) & 1 == 1:
-                stretched = tensor(L3)
-                stretched[k, k] += real(1.0)
-                changed, _ = law(p, s, stretched, q)
+                changed, _ = law(p, s, L3 + unit(k), q)
                 gap[k] = target[k] - rate[k, k]
                 for row in range(3):
                     if (free >> row) & 1 == 1:
@@ -330,9 +339,7 @@ def _build(space: Space, material: Any, state: StressState, depends: bool) -> La
         x = wp.inverse(system) * gap
         for k in range(3):
             if (free >> k) & 1 == 1:
-                stretched = tensor(L3)
-                stretched[k, k] += real(1.0)
-                changed, dq_changed = law(p, s, stretched, q)
+                changed, dq_changed = law(p, s, L3 + unit(k), q)
                 rate += x[k] * (changed - moving)
                 dq += x[k] * (dq_changed - dq_moving)
         return pack(rate), dq + Q
@@ -344,4 +351,4 @@ def _build(space: Space, material: Any, state: StressState, depends: bool) -> La
         deviator = s - mean * wp.identity(n=3, dtype=real)
         return real(0.5) * mean * mean / p.elastic_bulk + real(0.25) * wp.ddot(deviator, deviator) / p.elastic_shear
 
-    return Laws(Params, stress, internal, at_rest if depends else None, respond, linear, linear_faces, energy)
+    return Laws(state, Params, stress, internal, at_rest if depends else None, respond, linear, linear_faces, energy)

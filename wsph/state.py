@@ -36,7 +36,8 @@ class State:
         widths = {"velocity": space.dim, "stress": constitutive.width, "internals": internals, "displacement": space.dim if displacement else 0}
         self.widths = {name: width for name, width in widths.items() if width}
         self.buffer = wp.zeros(n * sum(widths.values()), dtype=space.scalar, device=device)
-        self.struct = fields_struct(space, constitutive.width, internals)()
+        self.type = fields_struct(space, constitutive.width, internals)
+        self.struct = self.type()
         self.start: dict[str, int] = {}
         start = 0
         for name, width in widths.items():

@@ -1,0 +1,1 @@
+"""wsph's integrators: plugins like anyone's."""

@@ -1,0 +1,43 @@
+"""Taylor-SPH in small strain (TSPH), Herreros & Mabssout 2011, doi 10.1016/j.cma.2011.02.006."""
+
+import math
+
+from wsph.two_set import TwoSetSystem
+
+
+class TaylorSPH:
+    """Two steps of a Taylor expansion on two sets of particles (eqs 19 and 22).
+
+    First the virtual particles advance half a step from the real ones, then the real ones a whole step from the virtual
+    ones. Order 2. With a support below 1.5 spacings in one dimension it is the Richtmyer scheme, exact at Courant number 1.
+    Stable up to C = 2 sqrt(m2), m2 the second moment of the interpolation weights in spacings squared; in two and three
+    dimensions up to .9 of that, because corners grow above. Dissipative below the limit: a pulse at C = .5 loses 17 % of
+    its energy by its reflection.
+    """
+
+    sets = 2
+    order = 2
+    formulations = ("small-strain",)
+    evaluations = 2
+
+    def __init__(self, system: TwoSetSystem):
+        self.system = system
+        self.state = system.state
+        self.half = system.new("virtual")
+        self.middle = system.new("real")
+
+    def limit(self) -> tuple[float, str]:
+        """Largest stable Courant number and where it comes from."""
+        limit = 2.0 * math.sqrt(self.system.second_moment)
+        if self.system.space.dim == 1:
+            return limit, "2 sqrt(m2) of the interpolation weights"
+        return 0.9 * limit, ".9 of 2 sqrt(m2) of the interpolation weights, because corners grow above"
+
+    def step(self) -> None:
+        """One step, by launches alone."""
+        s, y = self.system, self.state
+        s.half_step(y, self.half, 0.5)
+        s.interpolate(self.half, self.middle)
+        s.impose(self.middle, (0.0, 1.0))
+        s.rate(self.half, y, at=self.middle, base=y, weight=1.0)
+        s.accept(y)
