@@ -330,8 +330,8 @@ class BoundaryValues:
 
     def __init__(self, space: Space, conditions: Conditions, state: State, position: np.ndarray,
                  units: dict[str, float], second: float, device: str):  # fmt: skip
-        self.space, self.device, self._second = space, device, second
-        place, program, scale, points = [], [], [], []
+        self.space, self._second = space, second
+        place, program, scale, points, owners = [], [], [], [], []
         programs: dict[int, int] = {}
         kept: list[Prescribed] = []
         for (name, component), values in sorted(conditions.entries.items(), key=lambda item: item[0]):
@@ -343,13 +343,15 @@ class BoundaryValues:
                 program.append(programs[id(value)])
                 scale.append(1.0 / units[name])
                 points.append(position[particle])
+                owners.append(particle)
         self.count = len(place)
         if self.count == 0:
             return
         self._bank = _bank(kept, device)
         padded = np.zeros((self.count, 3))
         padded[:, : position.shape[1]] = points
-        self._place = wp.array(place, dtype=wp.int32, device=device)
+        self.particle = np.array(owners, np.int32)
+        self.place = wp.array(place, dtype=wp.int32, device=device)
         self._program = wp.array(program, dtype=wp.int32, device=device)
         self._scale = wp.array(scale, dtype=wp.float64, device=device)
         self._position = wp.array(padded, dtype=wp.vec3d, device=device)
@@ -359,10 +361,9 @@ class BoundaryValues:
         if self.count == 0:
             return
         first, last = c if isinstance(c, tuple) else (c, c)
-        wp.launch(_impose_kernel(self.space), self.count, device=self.device,
-                  inputs=[self._bank, clock.time, wp.float64(first), wp.float64(last), wp.float64(self._second),
-                          self._place, self._program, self._scale, self._position],
-                  outputs=[state.buffer])  # fmt: skip
+        inputs = [self._bank, clock.time, wp.float64(first), wp.float64(last), wp.float64(self._second)]
+        inputs += [self.place, self._program, self._scale, self._position]
+        clock.launch(_impose_kernel(self.space), self.count, inputs, [state.buffer])
 
 
 class ExternalWork:
@@ -370,7 +371,7 @@ class ExternalWork:
 
     def __init__(self, space: Space, conditions: Conditions, unpack: wp.Function, area_unit: float, device: str):
         self.count = len(conditions.work_particle)
-        self._space, self._unpack, self._device = space, unpack, device
+        self._space, self._unpack = space, unpack
         if self.count:
             self._particle = wp.array(conditions.work_particle, dtype=wp.int32, device=device)
             self._axis = wp.array(conditions.work_axis, dtype=wp.int32, device=device)
@@ -380,12 +381,72 @@ class ExternalWork:
             self._work = wp.zeros(blocks, dtype=wp.float64, device=device)
 
     def add(self, state: State, clock: Clock) -> None:
-        """Add the work of the step that ended (a launch). Call it with t already at the end of the step."""
+        """Add the work of a step whose final values stand in `state` (a launch)."""
         if self.count:
             kernel = _work_kernel(self._space, self._unpack, state.type)
-            wp.launch(kernel, self._work.shape[0], device=self._device,
-                      inputs=[self.count, clock.time, self._particle, self._axis, self._area, state.struct],
-                      outputs=[self._power, self._work])  # fmt: skip
+            inputs = [self.count, clock.time, self._particle, self._axis, self._area, state.struct]
+            clock.launch(kernel, self._work.shape[0], inputs, [self._power, self._work])
+
+    def start(self, state: State) -> None:
+        """Nothing to take: a body starts with no stress on its faces."""
+
+    @property
+    def total(self) -> float:
+        """Work so far, nondimensional."""
+        return float(self._work.numpy().sum()) if self.count else 0.0
+
+
+@lru_cache(maxsize=None)
+def _constraint_kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
+    real = space.scalar
+    module = space.module("constraint")
+
+    @wp.kernel(module=module, enable_backward=False)
+    def keep(place: wp.array(dtype=wp.int32), state: wp.array(dtype=real), free_out: wp.array(dtype=real)):
+        e = wp.tid()
+        free_out[e] = state[place[e]]
+
+    @wp.kernel(module=module, enable_backward=False)
+    def work(count: int, place: wp.array(dtype=wp.int32), mass: wp.array(dtype=real), free: wp.array(dtype=real),
+             state: wp.array(dtype=real), old_out: wp.array(dtype=real), work_out: wp.array(dtype=wp.float64)):  # fmt: skip
+        block = wp.tid()
+        total = wp.float64(0.0)
+        for e in range(block * 1024, wp.min((block + 1) * 1024, count)):
+            new = state[place[e]]
+            total += wp.float64(real(0.5) * mass[e] * (new - free[e]) * (new + old_out[e]))
+            old_out[e] = new
+        work_out[block] = work_out[block] + total
+
+    return keep, work
+
+
+class ConstraintWork:
+    """Work of prescribed velocities on a one-set body: the impulse that sets them times the mean velocity of the step."""
+
+    def __init__(self, space: Space, boundary: BoundaryValues, mass: np.ndarray, device: str):
+        self.count = boundary.count
+        self._space, self._boundary = space, boundary
+        if self.count:
+            self._mass = wp.array(mass[boundary.particle], dtype=space.scalar, device=device)
+            self._free = wp.zeros(self.count, dtype=space.scalar, device=device)
+            self._old = wp.zeros(self.count, dtype=space.scalar, device=device)
+            self._work = wp.zeros(-(-self.count // 1024), dtype=wp.float64, device=device)
+
+    def before(self, state: State, clock: Clock) -> None:
+        """Keep what the step gave before the velocities are set (a launch)."""
+        if self.count:
+            clock.launch(_constraint_kernels(self._space)[0], self.count, [self._boundary.place, state.buffer], [self._free])
+
+    def after(self, state: State, clock: Clock) -> None:
+        """Add the work of setting them (a launch)."""
+        if self.count:
+            inputs = [self.count, self._boundary.place, self._mass, self._free, state.buffer]
+            clock.launch(_constraint_kernels(self._space)[1], self._work.shape[0], inputs, [self._old, self._work])
+
+    def start(self, state: State) -> None:
+        """Take the prescribed velocities at the start of the run."""
+        if self.count:
+            self._old.assign(state.buffer.numpy()[self._boundary.place.numpy()])
 
     @property
     def total(self) -> float:

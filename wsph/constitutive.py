@@ -148,22 +148,25 @@ _LAWS: dict[tuple[Any, ...], Laws] = {}
 def packing(space: Space, state: StressState) -> tuple[wp.Function, wp.Function]:
     """Warp functions unpack(packed) -> 3x3 tensor and pack(tensor) -> packed."""
     stress, tensor = space.vector(len(state.components)), space.tensor
-    rows = tuple(i for i, _ in state.components)
-    columns = tuple(j for _, j in state.components)
+    count = len(state.components)
+    # Constant vectors, not wp.static of a loop variable: Warp 1.19 resolves those only when it compiles, so a kernel's hash
+    # then depends on what else was compiled before, and the first warm start compiles again.
+    integers = wp.types.vector(length=count, dtype=wp.int32)
+    rows, columns = integers(*[i for i, _ in state.components]), integers(*[j for _, j in state.components])
 
     @wp.func
     def unpack(packed: stress) -> tensor:
         full = tensor()
-        for c in range(wp.static(len(rows))):
-            full[wp.static(rows[c]), wp.static(columns[c])] = packed[c]
-            full[wp.static(columns[c]), wp.static(rows[c])] = packed[c]
+        for c in range(wp.static(count)):
+            full[rows[c], columns[c]] = packed[c]
+            full[columns[c], rows[c]] = packed[c]
         return full
 
     @wp.func
     def pack(full: tensor) -> stress:
         packed = stress()
-        for c in range(wp.static(len(rows))):
-            packed[c] = full[wp.static(rows[c]), wp.static(columns[c])]
+        for c in range(wp.static(count)):
+            packed[c] = full[rows[c], columns[c]]
         return packed
 
     return unpack, pack

@@ -37,8 +37,9 @@ class Pairs:
 @lru_cache(maxsize=None)
 def _kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
     point, real = space.point, space.scalar
+    module = space.module("pairs")
 
-    @wp.kernel(module="unique", enable_backward=False)
+    @wp.kernel(module=module, enable_backward=False)
     def count_row(grid: wp.uint64, targets: wp.array(dtype=point), sources: wp.array(dtype=point), radius: real,
                   same: int, count_out: wp.array(dtype=wp.int32)):  # fmt: skip
         i = wp.tid()
@@ -49,7 +50,7 @@ def _kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
                 n += 1
         count_out[i] = n
 
-    @wp.kernel(module="unique", enable_backward=False)
+    @wp.kernel(module=module, enable_backward=False)
     def fill_row(grid: wp.uint64, targets: wp.array(dtype=point), sources: wp.array(dtype=point), radius: real,
                  same: int, offsets: wp.array(dtype=wp.int32), indices_out: wp.array(dtype=wp.int32)):  # fmt: skip
         i = wp.tid()

@@ -80,8 +80,9 @@ def _weight_kernels(space: Space, smoothing: str) -> tuple[wp.Kernel, wp.Kernel]
     value, slope = SMOOTHING[smoothing](space)
     inverse = generalized_inverse(space)
     dim = space.dim
+    module = space.module(f"weights.{smoothing}")
 
-    @wp.kernel(module="unique", enable_backward=False)
+    @wp.kernel(module=module, enable_backward=False)
     def interpolation(h: real, linear: int, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
                       targets: wp.array(dtype=vec), sources: wp.array(dtype=vec), volume: wp.array(dtype=real),
                       weight_out: wp.array(dtype=real), rank_out: wp.array(dtype=wp.int32)):  # fmt: skip
@@ -112,7 +113,7 @@ def _weight_kernels(space: Space, smoothing: str) -> tuple[wp.Kernel, wp.Kernel]
             weight_out[k] = w
         rank_out[i] = rank
 
-    @wp.kernel(module="unique", enable_backward=False)
+    @wp.kernel(module=module, enable_backward=False)
     def gradient(h: real, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
                  targets: wp.array(dtype=vec), sources: wp.array(dtype=vec), volume: wp.array(dtype=real),
                  weight_out: wp.array(dtype=vec), rank_out: wp.array(dtype=wp.int32)):  # fmt: skip
@@ -197,8 +198,9 @@ def gradient_weights(space: Space, pairs: Pairs, targets: np.ndarray, sources: n
 def _apply_kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel, wp.Kernel]:
     real, vec = space.scalar, space.vec
     dim = space.dim
+    module = space.module("apply")
 
-    @wp.kernel(module="unique", enable_backward=False)
+    @wp.kernel(module=module, enable_backward=False)
     def interpolate(offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
                     field: wp.array2d(dtype=real), field_out: wp.array2d(dtype=real)):  # fmt: skip
         i, c = wp.tid()
@@ -207,7 +209,7 @@ def _apply_kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel, wp.Kernel]:
             total += weight[k] * field[indices[k], c]
         field_out[i, c] = total
 
-    @wp.kernel(module="unique", enable_backward=False)
+    @wp.kernel(module=module, enable_backward=False)
     def gradient(offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=vec),
                  field: wp.array2d(dtype=real), at: wp.array2d(dtype=real), gradient_out: wp.array3d(dtype=real)):  # fmt: skip
         i, c = wp.tid()
@@ -217,7 +219,7 @@ def _apply_kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel, wp.Kernel]:
         for a in range(wp.static(dim)):
             gradient_out[i, c, a] = total[a]
 
-    @wp.kernel(module="unique", enable_backward=False)
+    @wp.kernel(module=module, enable_backward=False)
     def divergence(offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=vec),
                    field: wp.array3d(dtype=real), at: wp.array3d(dtype=real), divergence_out: wp.array2d(dtype=real)):  # fmt: skip
         i, c = wp.tid()

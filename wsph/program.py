@@ -7,6 +7,7 @@ where a launch is negligible beside its work.
 
 from collections.abc import Callable
 from functools import lru_cache
+from typing import Any
 
 import warp as wp
 
@@ -30,23 +31,43 @@ def _advance() -> wp.Kernel:
 
 
 class Clock:
-    """Step number and inner time on the device: `step` (1,) int64, `time` (2,) float64: t and dt."""
+    """Step number and inner time on the device: `step` (1,) int64, `time` (2,) float64: t and dt.
+
+    Every launch of a step goes through `launch`, so what a step is made of can be listed without running it.
+    """
 
     def __init__(self, dt: float, device: str):
         self.dt, self.device = dt, device
+        self._listed: list[wp.Kernel] | None = None
         self.step = wp.zeros(1, dtype=wp.int64, device=device)
         self.time = wp.array([0.0, dt], dtype=wp.float64, device=device)
 
+    def launch(self, kernel: wp.Kernel, n: int, inputs: list[Any], outputs: list[Any]) -> None:
+        """Launch `kernel` over `n` threads."""
+        if self._listed is not None:
+            self._listed.append(kernel)
+            return
+        wp.launch(kernel, n, inputs=inputs, outputs=outputs, device=self.device)
+
+    def list_launches(self, step: Callable[[], None]) -> list[wp.Kernel]:
+        """The kernels that `step` would launch, in order."""
+        self._listed = []
+        try:
+            step()
+            return self._listed
+        finally:
+            self._listed = None
+
     def advance(self) -> None:
         """t += dt (a launch)."""
-        wp.launch(_advance(), 1, outputs=[self.step, self.time], device=self.device)
+        self.launch(_advance(), 1, [], [self.step, self.time])
 
 
 class Program:
     """A step as a list of launches. `run(n)` runs it n times."""
 
     def __init__(self, step: Callable[[], None], particles: int, device: str):
-        self._step, self._device = step, device
+        self.step, self._device = step, device
         self._graphs: dict[int, wp.Graph] = {}
         self.captured = particles <= GRAPH_PARTICLES or wp.get_device(device).is_cuda
 
@@ -54,17 +75,24 @@ class Program:
         """Run `steps` steps."""
         if not self.captured:
             for _ in range(steps):
-                self._step()
+                self.step()
             return
         for block in BLOCKS:
             while steps >= block:
                 wp.capture_launch(self._graph(block))
                 steps -= block
 
+    def compile(self, kernels: list[wp.Kernel]) -> None:
+        """Compile and load the kernels that are not loaded yet.
+
+        One after the other: each compiling thread would first spend 2 s on a precompiled header of its own.
+        """
+        wp.force_load(self._device, modules=list(dict.fromkeys(kernel.module for kernel in kernels)), max_workers=0)
+
     def _graph(self, block: int) -> wp.Graph:
         if block not in self._graphs:
             with wp.ScopedCapture(device=self._device, force_module_load=False) as capture:
                 for _ in range(block):
-                    self._step()
+                    self.step()
             self._graphs[block] = capture.graph
         return self._graphs[block]

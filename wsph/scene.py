@@ -18,13 +18,12 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from wsph import registry
 from wsph.errors import Fault, PluginError, SceneError
 from wsph.expressions import Expression, compile_expression, constant_program
+from wsph.fields import known
 from wsph.shapes import Shape
 from wsph.units import quantity
 
 AXES = ("x", "y", "z")
 COMPONENTS = {1: ("xx",), 2: ("xx", "yy", "xy"), 3: ("xx", "yy", "zz", "xy", "yz", "xz")}
-FIELDS = ("displacement", "velocity", "stress", "density", "von_mises", "pressure")
-"""Fields of every body; a material adds its internals."""
 
 
 class Model(BaseModel):
@@ -406,6 +405,7 @@ def _cross_faults(scene: Scene) -> Iterator[Fault]:
     for name, function in scene.functions.items():
         if function.expression is not None:
             yield from _expression_faults(function.expression, f"functions.{name}.expression")
+    yield from _field_faults(scene)
     probe_names = [p.name for p in scene.probes]
     for k, probe in enumerate(scene.probes):
         if probe_names.index(probe.name) != k:
@@ -415,6 +415,28 @@ def _cross_faults(scene: Scene) -> Iterator[Fault]:
         for point in probe.at or ():
             if len(point) != scene.dim:
                 yield Fault(0, f"probes.{k}.at", f"{list(point)} has {len(point)} coordinates in a scene of dim = {scene.dim}")
+
+
+def _field_faults(scene: Scene) -> Iterator[Fault]:
+    """Fields that no body of the scene has, in frames and probes."""
+    internals: list[str] = []
+    for body in scene.bodies:
+        material, faults = build("materials", body.material.model, body.material.options(), "", "model")
+        if faults:
+            return  # the fields a faulty material would have are not known; its own faults are reported
+        internals += getattr(material, "internals", {})
+        internals += ["dissipation"] if getattr(material, "depends_on_stress", True) else []
+    names = known(internals, scene.dim)
+    wanted = [("output.fields", name) for name in scene.output.fields]
+    for k, probe in enumerate(scene.probes):
+        wanted += [(f"probes.{k}.fields", name) for name in probe.fields]
+        for name in probe.fields:
+            if probe.reduce and (name in ("von_mises", "pressure", "density") or (probe.reduce == "max" and name in ("velocity", "displacement", "stress"))):
+                yield Fault(0, f"probes.{k}.fields", f"{name!r} cannot be reduced to its {probe.reduce}; name components, such as stress_xx")
+    for key, name in wanted:
+        if name not in names:
+            close = difflib.get_close_matches(name, names, 1)
+            yield Fault(0, key, f"no field is named {name!r}; " + (f"did you mean {close[0]!r}?" if close else f"there is {', '.join(names)}"))
 
 
 def _expression_faults(text: str, key: str) -> Iterator[Fault]:

@@ -59,6 +59,10 @@ class Space:
         """A vector of three scalars, as wp.HashGrid wants them."""
         return self.vector(3)
 
+    def module(self, name: str) -> wp.Module:
+        """A module for kernels that are always used together: one compilation instead of several."""
+        return wp.get_module(f"wsph.{name}.{self.dim}d.{self.precision}")
+
     def vector(self, length: int) -> type:
         """A vector type of `length` scalars."""
         return _vector(length, self.scalar)

@@ -11,11 +11,12 @@ from wsph.space import Space
 
 @lru_cache(maxsize=None)
 def fields_struct(space: Space, width: int, internals: int) -> type:
-    """Struct of the typed views, as kernels take it: velocity, stress, internals, displacement."""
+    """Struct of the typed views, as kernels take it."""
     annotations = {
         "velocity": wp.array(dtype=space.vec),
         "stress": wp.array(dtype=space.vector(width)),
         "internals": wp.array(dtype=space.vector(max(internals, 1))),
+        "deformation": wp.array(dtype=space.mat),
         "displacement": wp.array(dtype=space.vec),
     }
     return wp.struct(type("Fields", (), {"__annotations__": annotations, "__module__": __name__}))
@@ -27,21 +28,29 @@ class State:
     velocity       # (n,), vec
     stress         # Cauchy, packed, (n,), vector(width)
     internals      # (n,), vector(number of internals), or empty
+    deformation    # H = F - I, (n,), dim x dim, or empty
     displacement   # (n,), vec, or empty
     """
 
-    def __init__(self, space: Space, n: int, constitutive: Constitutive, device: str, displacement: bool = False):
+    def __init__(self, space: Space, n: int, constitutive: Constitutive, device: str,
+                 displacement: bool = False, deformation: bool = False):  # fmt: skip
         self.space, self.n, self.device = space, n, device
         internals = len(constitutive.internals)
-        widths = {"velocity": space.dim, "stress": constitutive.width, "internals": internals, "displacement": space.dim if displacement else 0}
+        types = {
+            "velocity": (space.dim, space.vec),
+            "stress": (constitutive.width, space.vector(constitutive.width)),
+            "internals": (internals, space.vector(max(internals, 1))),
+            "deformation": (space.dim**2 * deformation, space.mat),
+            "displacement": (space.dim * displacement, space.vec),
+        }
+        widths = {name: width for name, (width, _) in types.items()}
         self.widths = {name: width for name, width in widths.items() if width}
         self.buffer = wp.zeros(n * sum(widths.values()), dtype=space.scalar, device=device)
         self.type = fields_struct(space, constitutive.width, internals)
         self.struct = self.type()
         self.start: dict[str, int] = {}
         start = 0
-        for name, width in widths.items():
-            dtype = space.vector(width or (1 if name == "internals" else space.dim))
+        for name, (width, dtype) in types.items():
             view = self._view(start, n if width else 0, dtype)
             setattr(self.struct, name, view)
             if width:

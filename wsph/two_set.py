@@ -37,23 +37,6 @@ def _rows_struct(space: Space) -> type:
     return wp.struct(type("Rows", (), {"__annotations__": annotations, "__module__": __name__}))
 
 
-@lru_cache(maxsize=None)
-def _absorb_kernel(space: Space) -> wp.Kernel:
-    vec = space.vec
-    Rows = _rows_struct(space)
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def absorb(rows: Rows, gradient_out: wp.array(dtype=vec)):
-        i = wp.tid()
-        total = vec()
-        for k in range(rows.offsets[i], rows.offsets[i + 1]):
-            total += rows.gradient[k]
-        for k in range(rows.offsets[i], rows.offsets[i + 1]):
-            gradient_out[k] = rows.gradient[k] - rows.weight[k] * total
-
-    return absorb
-
-
 class Kernels:
     """The kernels of a composition: one instance per (space, laws, which fields there are)."""
 
@@ -253,9 +236,10 @@ class TwoSetSystem:
         rows.weight, rows.gradient = interpolation.values, gradient.values
         if absorb:
             # At a virtual particle f_I is the interpolated value itself: subtracted once here, not in every step.
-            absorbed = wp.zeros_like(gradient.values)
-            wp.launch(_absorb_kernel(self.space), interpolation.pairs.targets, inputs=[rows], outputs=[absorbed], device=self.device)
-            rows.gradient = absorbed
+            offsets, w, g = rows.offsets.numpy(), interpolation.values.numpy(), gradient.values.numpy()
+            total = np.add.reduceat(g, offsets[:-1], axis=0)
+            absorbed = g - w[:, None] * np.repeat(total, np.diff(offsets), axis=0)
+            rows.gradient = wp.array(absorbed, dtype=self.space.vec, device=self.device)
         return rows
 
     def _second_moments(self, nodes: np.ndarray, cells: np.ndarray) -> float:
@@ -299,19 +283,17 @@ class TwoSetSystem:
         if state.n not in self._sources:
             self._sources[state.n] = State(self.space, state.n, self.constitutive, self.device)
         source = self._sources[state.n]
-        wp.launch(self.kernels.source, state.n, inputs=[self.constitutive.params, state.struct], outputs=[source.struct], device=self.device)
+        self.clock.launch(self.kernels.source, state.n, [self.constitutive.params, state.struct], [source.struct])
         return source.struct
 
     def half_step(self, source: State, out: State, weight: float) -> None:
         """Virtual `out` = interpolated real `source` + weight dt times the rate there."""
-        wp.launch(self.kernels.half_step, out.n, device=self.device,
-                  inputs=[self.clock.time, self.space.scalar(weight), self.constitutive.params, self.space.scalar(self.density),
-                          self._virtual_rows, source.struct, self._source(source)],
-                  outputs=[out.struct])  # fmt: skip
+        inputs = [self.clock.time, self.space.scalar(weight), self.constitutive.params, self.space.scalar(self.density)]
+        self.clock.launch(self.kernels.half_step, out.n, [*inputs, self._virtual_rows, source.struct, self._source(source)], [out.struct])
 
     def interpolate(self, source: State, out: State) -> None:
         """Real `out` = interpolated virtual `source`."""
-        wp.launch(self.kernels.interpolate, out.n, inputs=[self._real_rows, source.struct], outputs=[out.struct], device=self.device)
+        self.clock.launch(self.kernels.interpolate, out.n, [self._real_rows, source.struct], [out.struct])
 
     def impose(self, state: State, c: float | tuple[float, float]) -> None:
         """Set the prescribed values of a real state at t + c dt; c = (0., 1.) means the mean of both ends of the step."""
@@ -319,16 +301,16 @@ class TwoSetSystem:
 
     def rate(self, source: State, out: State, *, at: State, base: State, weight: float) -> None:
         """Real `out` = `base` + weight dt times the rate from virtual `source`; `at` holds the values f_I at the targets."""
-        wp.launch(self.kernels.rate, out.n, device=self.device,
-                  inputs=[self.clock.time, self.space.scalar(weight), self.constitutive.params, self.space.scalar(self.density),
-                          self._real_rows, self._mask, source.struct, self._source(source), at.struct, base.struct],
-                  outputs=[out.struct])  # fmt: skip
+        inputs = [self.clock.time, self.space.scalar(weight), self.constitutive.params, self.space.scalar(self.density)]
+        inputs += [self._real_rows, self._mask, source.struct, self._source(source), at.struct, base.struct]
+        self.clock.launch(self.kernels.rate, out.n, inputs, [out.struct])
 
     def accept(self, state: State) -> None:
-        """Close the step: the prescribed values at t + dt."""
+        """Close the step: the prescribed values at t + dt, and the work of the faces."""
         self.impose(state, 1.0)
+        self.work.add(state, self.clock)
         if self._displacement:
-            wp.launch(self.kernels.drift, state.n, inputs=[self.clock.time], outputs=[state.struct], device=self.device)
+            self.clock.launch(self.kernels.drift, state.n, [self.clock.time], [state.struct])
 
     def filtered(self, name: str) -> np.ndarray:
         """A field of the real particles without its odd-even part, which the virtual particles do not see: averaged to the
@@ -337,6 +319,33 @@ class TwoSetSystem:
         inner = ~self.lattice.on_face
         back = self._average(self.to_real[0], self._average(self.to_virtual[0], values))
         return np.where(inner[:, None], back, values) if name != "displacement" else values
+
+    def sample(self, points: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        """How to read the state at `points` (m, dim) [m]: particles and weights per point.
+
+        A point that is a particle on a face reads that particle; elsewhere the virtual particles' field (real averaged to
+        virtual) is interpolated, because an odd-even field at the real particles is invisible to the virtual ones.
+        """
+        nodes, cells = self.lattice.nodes, self.lattice.cells
+        face = np.flatnonzero(self.lattice.on_face)
+        # Two virtual particles along every axis even next to a face: 1.5 spacings and a little.
+        radius = max(self.to_virtual[0].pairs.radius * self.scales.length, 1.6 * self.spacing)
+        pairs = find_pairs(points, cells, radius, "cpu")
+        between = interpolation_weights(Space(self.space.dim), pairs, points, cells, self.lattice.cell_volume)
+        offsets, indices, weights = pairs.offsets.numpy(), pairs.indices.numpy(), between.values.numpy()
+        first, second, w = (a.numpy() for a in (self.to_virtual[0].pairs.offsets, self.to_virtual[0].pairs.indices, self.to_virtual[0].values))
+        rows = []
+        for k, point in enumerate(points):
+            distance = np.linalg.norm(nodes[face] - point, axis=1)
+            if distance.min() < 1e-6 * self.spacing:
+                rows.append((face[[distance.argmin()]], np.ones(1)))
+                continue
+            total: dict[int, float] = {}
+            for c, outer in zip(indices[offsets[k] : offsets[k + 1]], weights[offsets[k] : offsets[k + 1]], strict=True):
+                for n, inner in zip(second[first[c] : first[c + 1]], w[first[c] : first[c + 1]], strict=True):
+                    total[int(n)] = total.get(int(n), 0.0) + float(outer) * float(inner)
+            rows.append((np.array(list(total), int), np.array(list(total.values()))))
+        return rows
 
     @staticmethod
     def _average(weights: Weights, values: np.ndarray) -> np.ndarray:

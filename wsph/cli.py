@@ -1,0 +1,167 @@
+"""The command line: run, check, list, view.
+
+Exit codes: 0 completed; 2 bad input (a faulty scene, a refused composition, an unusable folder); 3 unstable; 130 interrupted.
+"""
+
+import argparse
+import json
+import sys
+import tomllib
+import warnings
+from pathlib import Path
+from typing import Any
+
+from wsph import registry
+from wsph.errors import Unstable, WsphError
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; returns the exit code."""
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    warnings.showwarning = lambda message, *_: print(f"warning: {message}", file=sys.stderr)
+    try:
+        return options.command(options)
+    except Unstable as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 3
+    except WsphError as error:
+        for line in str(error).splitlines():
+            print(f"error: {line}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="wsph", description="Solid mechanics by smoothed particle hydrodynamics on NVIDIA Warp.")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    run = commands.add_parser("run", help="run a scene")
+    run.add_argument("scene", type=Path)
+    run.add_argument("-o", "--out", type=Path, metavar="DIR", help="output folder (default: the scene's name with -out)")
+    run.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a key, e.g. --set bodies.0.spacing=0.005")
+    run.add_argument("--overwrite", action="store_true", help="replace an earlier run in the folder")
+    run.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    run.set_defaults(command=_run)
+    check = commands.add_parser("check", help="validate a scene and print what it is composed of")
+    check.add_argument("scene", type=Path)
+    check.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a key")
+    check.set_defaults(command=_check)
+    listing = commands.add_parser("list", help="list installed integrators and materials")
+    listing.add_argument("group", nargs="?", choices=list(registry.GROUPS))
+    listing.add_argument("--json", action="store_true", help="print JSON")
+    listing.set_defaults(command=_list)
+    view = commands.add_parser("view", help="show or save a picture of a run")
+    view.add_argument("folder", type=Path, metavar="DIR")
+    view.add_argument("--field", default="velocity", help="field to draw, e.g. stress_xx (default: velocity)")
+    view.add_argument("--save", type=Path, metavar="FILE", help="a .png of the last frame or a .gif of all")
+    view.set_defaults(command=_view)
+    return parser
+
+
+def _overrides(pairs: list[str]) -> dict[str, Any]:
+    result: dict[str, Any] = {}
+    for pair in pairs:
+        key, separator, text = pair.partition("=")
+        if not separator or not key:
+            raise WsphError(f"--set {pair}: write it as KEY=VALUE")
+        try:
+            result[key] = tomllib.loads(f"v = {text}")["v"]
+        except tomllib.TOMLDecodeError:
+            result[key] = text
+    return result
+
+
+def _run(options: argparse.Namespace) -> int:
+    from wsph.driver import run
+    from wsph.scene import load
+
+    scene = load(options.scene, _overrides(options.set))
+    folder = options.out if options.out is not None else Path(f"{options.scene.stem}-out")
+    with _Progress(options.quiet) as progress:
+        result = run(scene, folder, overwrite=options.overwrite, throw=False, progress=progress)
+    if not options.quiet:
+        s = result.summary
+        print(f"{result.status}: {s['steps']} steps of {s['dt']:.4g} s, {s['particles']} particles, {s['wall_seconds']:.2f} s; output in {folder}")
+    if result.failure is not None:
+        raise result.failure
+    return 130 if result.status == "interrupted" else 0
+
+
+class _Progress:
+    """A progress bar on a terminal, silence elsewhere."""
+
+    def __init__(self, quiet: bool):
+        self._shown = not quiet and sys.stderr.isatty()
+
+    def __enter__(self) -> Any:
+        if not self._shown:
+            return None
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+        self._bar = Progress(TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn(), console=Console(stderr=True), transient=True)
+        self._bar.start()
+        self._task = self._bar.add_task("", total=None)
+
+        def update(step: int, steps: int, time: float) -> None:
+            self._bar.update(self._task, completed=step, total=steps, description=f"t = {time:.4g} s")
+
+        return update
+
+    def __exit__(self, *_: object) -> None:
+        if self._shown:
+            self._bar.stop()
+
+
+def _check(options: argparse.Namespace) -> int:
+    from wsph.composition import compose
+    from wsph.scene import load
+
+    composition = compose(load(options.scene, _overrides(options.set)))
+    scene = composition.scene
+    rows: list[tuple[str, str]] = [("scene", scene.title or str(options.scene)), ("space", f"{scene.dim}D, {scene.run.precision}, {composition.device}")]
+    for run in composition.bodies:
+        material = f"{run.body.material.model} ({registry.origin('materials', run.body.material.model)})"
+        bytes_each = run.system.nbytes / run.system.count
+        limit = f"limit {run.limit:.3f} ({run.limit_reason})" if run.limit is not None else f"limit not known: {run.limit_reason}"
+        rows += [
+            (f"body {run.body.name}", f"{material}, {run.constitutive.state.name}, {run.system.formulation}"),
+            ("  particles", f"{run.system.count}, {run.system.pairs} pairs, {bytes_each:.0f} bytes per particle"),
+            ("  stability", f"Courant number {run.courant:.6g}, {limit}"),
+        ]
+    name = scene.run.integrator.name
+    kernels = [kernel.func.__name__ for kernel in composition.launches()]
+    rows += [
+        ("integrator", f"{name} ({registry.origin('integrators', name)}), order {composition.bodies[0].integrator.order}"),
+        ("time step", f"{composition.dt:.6g} s, {composition.steps} steps to {scene.run.end:g} s"),
+        ("kernels", f"{len(set(kernels))} in {len(kernels)} launches per step: {', '.join(kernels)}"),
+        ("launches", "replayed from a captured graph" if composition.program.captured else "direct"),
+        ("probes", ", ".join(p.name for p in scene.probes) or "none"),
+    ]
+    for key, value in rows:
+        print(f"{key:<14} {value}")
+    return 0
+
+
+def _list(options: argparse.Namespace) -> int:
+    groups = [options.group] if options.group else list(registry.GROUPS)
+    found = [entry for group in groups for entry in registry.entries(group)]
+    if options.json:
+        rows = [{"group": e.group, "name": e.name, "distribution": e.distribution, "version": e.version, "target": e.target, "status": e.status} for e in found]
+        print(json.dumps(rows, indent=2))
+        return 0
+    for entry in found:
+        print(f"{entry.group[:-1]:<11} {entry.name:<14} {entry.distribution} {entry.version:<8} {entry.target:<36} {entry.status}")
+    return 0
+
+
+def _view(options: argparse.Namespace) -> int:
+    from wsph.view import view
+
+    view(options.folder, options.field, options.save)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

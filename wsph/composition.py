@@ -1,0 +1,206 @@
+"""From a scene to a composition: bodies with their systems and integrators, one time step, one set of scales.
+
+A composition holds what the scene asks for and nothing else. It is refused, with the reason and the way out, where its
+time step lies beyond what its integrator or its material can take.
+"""
+
+import dataclasses
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from wsph import fields, registry
+from wsph.constitutive import STRESS_STATES, Constitutive, blame
+from wsph.diagnostics import Diagnostics
+from wsph.errors import Fault, PluginError, Refused, SceneError
+from wsph.one_set import OneSetSystem
+from wsph.particles import lattice
+from wsph.probes import Recorder
+from wsph.program import Clock, Program
+from wsph.scene import Body, Scene, build
+from wsph.smoothing import SMOOTHING
+from wsph.space import Space
+from wsph.two_set import TwoSetSystem
+from wsph.units import Scales
+
+SLACK = 1e-6
+INTEGRATOR_SIGNATURE = "a class with sets = 1 or 2, order, __init__(self, system, **options), step(self), limit(self) -> (Courant number, reason) and state"
+
+
+@dataclass
+class BodyRun:
+    """One body of a composition."""
+
+    body: Body
+    constitutive: Constitutive
+    system: Any
+    integrator: Any
+    diagnostics: Diagnostics
+    courant: float
+    limit: float | None
+    limit_reason: str
+
+
+@dataclass
+class Composition:
+    """A scene made ready to run. `dt` [s], `steps`, `scales`; `bodies` in the scene's order; one clock."""
+
+    scene: Scene
+    space: Space
+    device: str
+    scales: Scales
+    clock: Clock
+    dt: float
+    steps: int
+    bodies: list[BodyRun]
+    probes: list[Recorder]
+    program: Program
+
+    @property
+    def particles(self) -> int:
+        """Particles that carry the state, over all bodies."""
+        return sum(b.system.count for b in self.bodies)
+
+    @property
+    def pairs(self) -> int:
+        """Directed pairs of all operators."""
+        return sum(b.system.pairs for b in self.bodies)
+
+    def launches(self) -> list[wp.Kernel]:
+        """The kernels that a step launches, in order."""
+        return self.clock.list_launches(self.program.step)
+
+    def compile(self) -> None:
+        """Compile what a run launches: the step and the diagnostics. Raises PluginError where a law does not compile."""
+        measured = [run.diagnostics.kernel(run.system.state) for run in self.bodies]
+        with blame(" and ".join(dict.fromkeys(run.constitutive.who for run in self.bodies))):
+            self.program.compile([*self.launches(), *measured])
+
+
+def pick_device(name: str) -> str:
+    """The Warp device that a scene means. Raises Refused where it does not exist."""
+    if name == "auto":
+        return "cuda:0" if wp.is_cuda_available() else "cpu"
+    known = [str(d) for d in wp.get_devices()]
+    if name not in known:
+        raise Refused(f"run.device: there is no {name!r} on this machine; there is {', '.join(known)}")
+    return name
+
+
+def step_count(end: float, dt: float) -> int:
+    """Steps to reach `end`: the last state is the first at or after it."""
+    return max(int(np.ceil(end / dt - 1e-9)), 1)
+
+
+def _materials(scene: Scene) -> list[Any]:
+    built = []
+    for k, body in enumerate(scene.bodies):
+        material, faults = build("materials", body.material.model, body.material.options(), f"bodies.{k}.material", "model")
+        if faults:
+            raise SceneError("scene", faults)
+        built.append(material)
+    return built
+
+
+def wants_displacement(scene: Scene) -> bool:
+    """Whether a probe or a frame asks for the displacement."""
+    wanted = [*scene.output.fields, *(f for probe in scene.probes for f in probe.fields)]
+    return any(fields.primitive(name) == "displacement" for name in wanted)
+
+
+def compose(scene: Scene) -> Composition:
+    """Set up a scene. Raises SceneError, Refused or PluginError; compiles the set-up's kernels, runs nothing."""
+    if scene.run.kernel not in SMOOTHING:
+        raise SceneError("scene", [Fault(0, "run.kernel", f"{scene.run.kernel!r} is none of {', '.join(SMOOTHING)}")])
+    materials = _materials(scene)
+    plugin = registry.load("integrators", scene.run.integrator.name)
+    who = f"integrator {scene.run.integrator.name!r} ({registry.origin('integrators', scene.run.integrator.name)})"
+    sets = getattr(plugin, "sets", 1)
+    if sets not in (1, 2) or not callable(getattr(plugin, "step", None)):
+        raise PluginError(f"{who} is no integrator; expected {INTEGRATOR_SIGNATURE}")
+    system_type = TwoSetSystem if sets == 2 else OneSetSystem
+    if scene.run.formulation not in (None, system_type.formulation):
+        raise Refused(f"run.formulation: {scene.run.integrator.name} works in {system_type.formulation!r}, not in {scene.run.formulation!r}")
+    device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
+    states = [STRESS_STATES[scene.dim, body.state] for body in scene.bodies]
+    speeds = [s.wave_speed(*m.moduli(), m.density) for s, m in zip(states, materials, strict=True)]
+    fastest = int(np.argmin([body.spacing / c for body, c in zip(scene.bodies, speeds, strict=True)]))
+    shortest = scene.bodies[fastest].spacing / speeds[fastest]
+    scales = Scales(scene.bodies[fastest].spacing, shortest, materials[fastest].density)
+    dt = scene.run.dt if scene.run.dt is not None else (scene.run.cfl or 0.0) * shortest
+    clock = Clock(dt / scales.time if scene.run.dt is not None else (scene.run.cfl or 0.0), device)
+    bodies = [
+        _body_run(scene, body, material, state, plugin, who, system_type, space, scales, clock, device)
+        for body, material, state in zip(scene.bodies, materials, states, strict=True)
+    ]
+    for run in bodies:
+        _guard(scene, run, dt)
+    probes = [
+        Recorder(probe, f"probes.{k}", bodies, space, clock, every_step=_cadence_steps(probe.every, dt) < 2.0)
+        for k, probe in enumerate(scene.probes)
+    ]
+    every_step = [p for p in probes if p.every_step]
+
+    def step() -> None:
+        for run in bodies:
+            run.integrator.step()
+        clock.advance()
+        for probe in every_step:
+            probe.record()
+
+    particles = sum(b.system.count for b in bodies)
+    return Composition(scene, space, device, scales, clock, dt, step_count(scene.run.end, dt), bodies, probes, Program(step, particles, device))
+
+
+def _cadence_steps(every: float, dt: float) -> float:
+    return every if isinstance(every, int) else every / dt
+
+
+def _body_run(scene: Scene, body: Body, material: Any, state: Any, plugin: Any, who: str, system_type: Callable[..., Any],
+              space: Space, scales: Scales, clock: Clock, device: str) -> BodyRun:  # fmt: skip
+    cells = lattice(body.shape, body.spacing, body.jitter, scene.run.seed)
+    law = f"material {body.material.model!r} ({registry.origin('materials', body.material.model)})"
+    constitutive = Constitutive(space, material, state, scales, law)
+    system = system_type(scene, body, cells, space, constitutive, scales, clock, device, wants_displacement(scene))
+    if body.velocity is not None:
+        components = [scene.value(v, "m/s") for v in body.velocity]
+        columns = [c(system.position) if not dataclasses.is_dataclass(c) or hasattr(c, "program") else None for c in components]
+        if any(c is None for c in columns):
+            raise SceneError("scene", [Fault(0, "bodies.velocity", "an initial velocity is a number or an expression, not a table")])
+        system.state.write("velocity", np.stack(columns, 1) / scales.velocity)
+    system.impose(system.state, 0.0)
+    system.work.start(system.state)
+    with blame(who, INTEGRATOR_SIGNATURE):
+        integrator = plugin(system, **scene.run.integrator.options())
+        found = integrator.limit() if hasattr(integrator, "limit") else None
+    limit, reason = found if found is not None else (None, "the integrator declares none")
+    diagnostics = Diagnostics(space, constitutive, system.volume, system.density, device)
+    courant = clock.dt * scales.time * constitutive.wave_speed / body.spacing
+    return BodyRun(body, constitutive, system, integrator, diagnostics, courant, limit, reason)
+
+
+def _guard(scene: Scene, run: BodyRun, dt: float) -> None:
+    """Refuse or warn of a time step beyond what the integrator or the material can take."""
+    if scene.run.guard == "off":
+        return
+    faults = []
+    if run.limit is not None and run.courant > run.limit * (1.0 + SLACK):
+        faults.append(
+            f"body {run.body.name!r}: {scene.run.integrator.name} at Courant number {run.courant:.6g} is beyond its stability"
+            f" limit {run.limit:.3f} ({run.limit_reason}); use run.cfl <= {np.floor(run.limit * 1e6 + 0.5) / 1e6:g}"
+        )
+    material = run.constitutive.material
+    longest = material.time_step() if hasattr(material, "time_step") else np.inf
+    if dt > longest * (1.0 + SLACK):
+        faults.append(
+            f"body {run.body.name!r}: a time step of {dt:.4g} s is beyond what {run.body.material.model} can take,"
+            f" limit {longest:.4g} s; use run.dt <= {longest:.4g}"
+        )
+    if faults and scene.run.guard == "refuse":
+        raise Refused("\n".join(f'{f}, or run.guard = "warn" to run all the same' for f in faults))
+    for fault in faults:
+        warnings.warn(fault, RuntimeWarning, stacklevel=2)

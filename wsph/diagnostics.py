@@ -1,0 +1,103 @@
+"""Energies, momentum and the finite check of a body, in blocks of fixed size: the same sums for any number of threads."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import warp as wp
+
+from wsph.constitutive import Constitutive, Laws
+from wsph.space import Space
+from wsph.state import State, fields_struct
+
+BLOCK = 1024
+_KINETIC, _STRAIN, _DISSIPATED, _NOT_FINITE, _FIRST, _SPEED, _MOMENTUM = range(7)
+
+
+@dataclass
+class Ledger:
+    """Sums over a body, nondimensional: energies, momentum (dim,), `bad` (first particle whose state is not finite, or -1)
+    and the largest `speed`."""
+
+    kinetic: float
+    strain: float
+    dissipated: float
+    momentum: np.ndarray
+    bad: int
+    speed: float
+
+
+@lru_cache(maxsize=None)
+def _kernel(space: Space, laws: Laws, internals: int, deformed: bool) -> wp.Kernel:
+    real, dim, width = space.scalar, space.dim, len(laws.state.components)
+    Fields, Params, energy = fields_struct(space, width, internals), laws.Params, laws.energy
+    dissipates = laws.source is not None
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def ledger(n: int, p: Params, density: real, volume: wp.array(dtype=real), fields: Fields, sums_out: wp.array2d(dtype=wp.float64)):
+        block = wp.tid()
+        kinetic = wp.float64(0.0)
+        strain = wp.float64(0.0)
+        dissipated = wp.float64(0.0)
+        speed = wp.float64(0.0)
+        broken = wp.float64(0.0)
+        first = wp.float64(-1.0)
+        momentum = wp.vec3d()
+        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, n)):
+            v = fields.velocity[i]
+            s = fields.stress[i]
+            mass = density * volume[i]
+            square = wp.dot(v, v)
+            stored = energy(p, s)
+            if wp.static(deformed):
+                stored *= wp.determinant(wp.identity(n=dim, dtype=real) + fields.deformation[i])
+            kinetic += wp.float64(real(0.5) * mass * square)
+            strain += wp.float64(volume[i] * stored)
+            if wp.static(dissipates):
+                dissipated += wp.float64(volume[i] * fields.internals[i][wp.static(internals - 1)])
+            for a in range(wp.static(dim)):
+                momentum[a] = momentum[a] + wp.float64(mass * v[a])
+            # A maximum drops NaN; a sum keeps it, so the check is on the sum.
+            if not wp.isfinite(square + stored):
+                broken += wp.float64(1.0)
+                if first < wp.float64(0.0):
+                    first = wp.float64(i)
+            speed = wp.max(speed, wp.float64(square))
+        sums_out[block, 0] = kinetic
+        sums_out[block, 1] = strain
+        sums_out[block, 2] = dissipated
+        sums_out[block, 3] = broken
+        sums_out[block, 4] = first
+        sums_out[block, 5] = speed
+        for a in range(3):
+            sums_out[block, 6 + a] = momentum[a]
+
+    return ledger
+
+
+class Diagnostics:
+    """The ledger of one body. `measure(state)` is one launch and one small copy."""
+
+    def __init__(self, space: Space, constitutive: Constitutive, volume: np.ndarray, density: float, device: str):
+        self._space, self._constitutive, self._density, self._device = space, constitutive, density, device
+        self._volume = wp.array(volume, dtype=space.scalar, device=device)
+        self._n = len(volume)
+        self._sums = wp.zeros((-(-self._n // BLOCK), 9), dtype=wp.float64, device=device)
+
+    def kernel(self, state: State) -> wp.Kernel:
+        """The kernel that sums up `state`."""
+        return _kernel(self._space, self._constitutive.laws, len(self._constitutive.internals), "deformation" in state.widths)
+
+    def measure(self, state: State) -> Ledger:
+        """Sum up a state."""
+        wp.launch(self.kernel(state), self._sums.shape[0], device=self._device,
+                  inputs=[self._n, self._constitutive.params, self._space.scalar(self._density), self._volume, state.struct],
+                  outputs=[self._sums])  # fmt: skip
+        sums = self._sums.numpy()
+        total = sums.sum(0)
+        first = sums[sums[:, _NOT_FINITE] > 0, _FIRST]
+        return Ledger(
+            float(total[_KINETIC]), float(total[_STRAIN]), float(total[_DISSIPATED]),
+            total[_MOMENTUM : _MOMENTUM + self._space.dim].copy(),
+            int(first[0]) if len(first) else -1, float(np.sqrt(sums[:, _SPEED].max())),
+        )  # fmt: skip

@@ -1,0 +1,328 @@
+"""Running a scene: blocks of steps between events, checks, records, output."""
+
+import platform
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from wsph import fields, registry
+from wsph.composition import Composition, compose
+from wsph.diagnostics import Ledger
+from wsph.errors import Unstable
+from wsph.output import OutputFolder, check_writable
+from wsph.probes import RING, Recorder
+from wsph.scene import Scene
+
+CHECK_STEPS = 50
+"""Steps between finite checks where steps are not captured; captured ones are checked at the end of a block."""
+HISTORY_ROWS = 200
+ENERGY_WARNING, ENERGY_AFTER = 0.02, 20
+
+
+@dataclass
+class Result:
+    """What a run gave. `history`: columns of history.csv; `probes[name]`: columns by field; `particles`: final fields, SI.
+
+    `status` is "completed", "unstable" or "interrupted"; `stable` is True unless it is "unstable". `cost` holds steps,
+    right_hand_sides, wall_seconds and particle_steps_per_second.
+    """
+
+    scene: Scene
+    status: str
+    reason: str
+    time: float
+    history: dict[str, np.ndarray]
+    probes: dict[str, dict[str, np.ndarray]]
+    particles: dict[str, np.ndarray]
+    summary: dict[str, Any]
+    failure: Unstable | None = field(default=None, repr=False)
+
+    @property
+    def stable(self) -> bool:
+        """Whether the run stayed within what it can vouch for."""
+        return self.failure is None
+
+    @property
+    def cost(self) -> dict[str, float]:
+        """What the run took."""
+        return {key: self.summary[key] for key in ("steps", "right_hand_sides", "wall_seconds", "particle_steps_per_second")}
+
+    def error(self, exact: Callable[[np.ndarray, float], np.ndarray] | np.ndarray, name: str, norm: int = 2) -> float:
+        """Relative error of a final field against `exact` (values, or a function of position (n, dim) and time):
+        sum|e|/sum|exact| for norm 1, sqrt(sum e^2/sum exact^2) for norm 2."""
+        computed = self.particles[name]
+        wanted = exact(self.particles["position"], self.time) if callable(exact) else np.asarray(exact)
+        e = np.abs(computed - wanted)
+        if norm == 1:
+            return float(e.sum() / np.abs(wanted).sum())
+        return float(np.sqrt((e**2).sum() / (wanted**2).sum()))
+
+    def plot(self, name: str = "velocity", save: str | Path | None = None) -> Any:
+        """A picture of a final field (needs pyvista). Returns the plotter, or writes `save`."""
+        from wsph import view
+
+        return view.picture(self.particles, name, self.time, save=save)
+
+
+class _Events:
+    """Steps at which something is due: the first state at or after each multiple of the cadence."""
+
+    def __init__(self, cadence: float | int | None, dt: float, last: int):
+        self._cadence, self._dt, self._last = cadence, dt, last
+        self._number = 0
+        self.next = 0
+
+    def advance(self) -> None:
+        """Move on to the next due step."""
+        if self._cadence is None:
+            self.next = self._last if self.next < self._last else self._last + 1
+            return
+        while self.next <= self._last:
+            self._number += 1
+            step = self._number * self._cadence if isinstance(self._cadence, int) else int(np.ceil(self._number * self._cadence / self._dt - 1e-9))
+            if step > self.next:
+                # The final state is always recorded.
+                self.next = step if step <= self._last else (self._last if self.next < self._last else self._last + 1)
+                return
+
+
+def run(scene: Scene, out: str | Path | None = None, *, overwrite: bool = False, throw: bool = True,
+        progress: Callable[[int, int, float], None] | None = None, **overrides: Any) -> Result:  # fmt: skip
+    """Run a scene and return its result; with `out`, write the output folder too.
+
+    `overrides` are those of `Scene.with_`. `progress(step, steps, time)` is called between blocks of steps. Raises
+    SceneError, Refused, PluginError or OutputError before anything is written, and Unstable where the run left what it
+    can vouch for, unless `throw` is False: then the result says so.
+    """
+    if overrides:
+        scene = scene.with_(**overrides)
+    folder = Path(out) if out is not None else None
+    if folder is not None:
+        check_writable(folder, overwrite)
+        if "xdmf" in scene.output.formats:
+            import h5py  # noqa: F401  a missing extra must be found before the run, not at its first frame
+    started = time.perf_counter()
+    composition = compose(scene)
+    composition.compile()
+    simulation = Simulation(composition, folder, started)
+    result = simulation.run(progress)
+    if result.failure is not None and throw:
+        raise result.failure
+    return result
+
+
+class Simulation:
+    """One run in progress."""
+
+    def __init__(self, composition: Composition, folder: Path | None, started: float):
+        self.c = composition
+        self.scene = composition.scene
+        self._started = started
+        self._last = composition.steps
+        self._inside = 0.0
+        output = self.scene.output
+        self._writer = OutputFolder(folder, output.formats, self.scene.dim) if folder is not None else None
+        history = output.history or max(self._last // HISTORY_ROWS, 1)
+        self._history = _Events(history, composition.dt, self._last)
+        self._frames = _Events(output.every, composition.dt, self._last)
+        self._slow = [(p, _Events(p.probe.every, composition.dt, self._last)) for p in composition.probes if not p.every_step]
+        self._fast = [(p, _Events(p.probe.every, composition.dt, self._last)) for p in composition.probes if p.every_step]
+        self._rows: list[list[float]] = []
+        self._largest = 0.0
+        self._warned = False
+        s = composition.scales
+        self._energy = s.stress * s.length**self.scene.dim
+        self._impulse = s.density * s.length**self.scene.dim * s.velocity
+        self._units = {"velocity": s.velocity, "stress": s.stress, "displacement": s.length}
+
+    def run(self, progress: Callable[[int, int, float], None] | None) -> Result:
+        """Run to the end, to a failure or to an interrupt."""
+        status, reason, failure = "completed", "", None
+        step = 0
+        for probe in (p for p, _ in self._fast):
+            probe.record()
+        try:
+            ledgers = self._check(step)
+            self._initial = self._total(ledgers)
+            self._handle(step, ledgers)
+            while step < self._last:
+                due = [e.next for e in (self._history, self._frames, *(e for _, e in self._slow)) if e.next > step]
+                block = min([self._last, *due]) - step
+                block = min(block, RING if self.c.program.captured else CHECK_STEPS)
+                before = time.perf_counter()
+                self.c.program.run(block)
+                wp.synchronize_device(self.c.device)
+                self._inside += time.perf_counter() - before
+                step += block
+                self._collect(step)
+                ledgers = self._check(step)
+                self._handle(step, ledgers)
+                if progress is not None:
+                    progress(step, self._last, step * self.c.dt)
+        except Unstable as error:
+            status, reason, failure = "unstable", str(error), error
+        except KeyboardInterrupt:
+            status, reason = "interrupted", "interrupted by the user"
+        return self._finish(step, status, reason, failure)
+
+    def _check(self, step: int) -> list[Ledger]:
+        """The ledgers, after the finite check and the energy stop."""
+        ledgers = [run.diagnostics.measure(run.system.state) for run in self.c.bodies]
+        for run, ledger in zip(self.c.bodies, ledgers, strict=True):
+            if ledger.bad >= 0:
+                position = run.system.position[ledger.bad]
+                raise self._unstable(step, run, "velocity or stress", ledger.bad, position, "is not finite")
+        if step > ENERGY_AFTER:
+            total = self._total(ledgers)
+            self._largest = max(self._largest, abs(total), abs(self._work()))
+            created = (total - self._initial - self._work()) / self._largest if self._largest > 0.0 else 0.0
+            if created > self.scene.stop.energy:
+                what = f"energy was created: {100 * created:.3g} % of the largest seen, beyond stop.energy = {self.scene.stop.energy:g}"
+                raise self._unstable(step, self.c.bodies[0], "energy", -1, (), what)
+            if created > ENERGY_WARNING and not self._warned:
+                self._warned = True
+                warnings.warn(f"step {step}: energy was created, {100 * created:.3g} % of the largest seen", RuntimeWarning, stacklevel=3)
+        return ledgers
+
+    def _unstable(self, step: int, run: Any, name: str, particle: int, position: Any, what: str) -> Unstable:
+        t, limit = step * self.c.dt, run.limit
+        place = f" of particle {particle} at ({', '.join(f'{x:g}' for x in position)}) m" if particle >= 0 else ""
+        bound = f"; Courant number {run.courant:.6g}, limit {limit:.3f}" if limit is not None else f"; Courant number {run.courant:.6g}"
+        message = f"unstable at step {step}, t = {t:.6g} s (dt = {self.c.dt:.4g} s): {name}{place} of body {run.body.name!r}: {what}{bound}"
+        return Unstable(message, step=step, time=t, dt=self.c.dt, field=name, particle=particle, position=position, limit=limit)
+
+    def _total(self, ledgers: list[Ledger]) -> float:
+        return sum(e.kinetic + e.strain + e.dissipated for e in ledgers)
+
+    def _work(self) -> float:
+        return sum(run.system.work.total for run in self.c.bodies)
+
+    def _collect(self, step: int) -> None:
+        """Read what the rings hold up to `step`."""
+        for probe, events in self._fast:
+            due = []
+            while events.next <= step:
+                due.append(events.next)
+                events.advance()
+            probe.flush(due)
+
+    def _handle(self, step: int, ledgers: list[Ledger]) -> None:
+        """Everything that is due at `step`."""
+        if step == 0:
+            self._collect(0)
+        if self._history.next <= step:
+            total, work = self._total(ledgers) - self._initial, self._work()
+            sums = [sum(e.kinetic for e in ledgers), sum(e.strain for e in ledgers), sum(e.dissipated for e in ledgers), work, work - total]
+            momentum = sum(e.momentum for e in ledgers)
+            self._rows.append([step, step * self.c.dt, self.c.dt, *(x * self._energy for x in sums), *(momentum * self._impulse)])
+            self._history.advance()
+        for probe, events in self._slow:
+            if events.next <= step:
+                probe.record()
+                probe.flush([step])
+                events.advance()
+        if self._frames.next <= step:
+            if self._writer is not None:
+                everything = self._fields(self.scene.output.fields)
+                position = everything.pop("position")
+                self._writer.frame(step * self.c.dt, position, everything)
+                self._write_tables()
+            self._frames.advance()
+
+    def _write_tables(self) -> None:
+        if self._writer is not None:
+            self._writer.table("history.csv", self._history_columns())
+            for probe in self.c.probes:
+                self._writer.table(f"probes/{probe.probe.name}.csv", self._probe_columns(probe))
+
+    def _history_columns(self) -> dict[str, np.ndarray]:
+        names = ["step", "time", "dt", "kinetic", "strain", "dissipated", "external_work", "residual"]
+        names += [f"momentum_{axis}" for axis in "xyz"[: self.scene.dim]]
+        table = np.array(self._rows).reshape(len(self._rows), len(names))
+        return {name: table[:, k].astype(int) if name == "step" else table[:, k] for k, name in enumerate(names)}
+
+    def _probe_columns(self, probe: Recorder) -> dict[str, np.ndarray]:
+        times = np.array(probe.steps) * self.c.dt
+        return {"time": times, **probe.columns(self._units | {"dissipation": self.c.scales.stress}, self._density(probe))}
+
+    def _density(self, probe: Recorder) -> float:
+        return probe.body.density * self.c.scales.density
+
+    def _fields(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+        """Fields of all bodies, SI, with position, id and body."""
+        parts: dict[str, list[np.ndarray]] = {}
+        first = 0
+        for number, run in enumerate(self.c.bodies):
+            system, labels = run.system, run.constitutive.state.labels
+            n = system.count
+            values = {name: system.filtered(name) * self._units.get(name, 1.0) for name in system.state.widths if name not in ("deformation", "internals")}
+            if "internals" in system.state.widths:
+                internals = system.filtered("internals")
+                for k, name in enumerate(run.constitutive.internals):
+                    values[name] = internals[:, [k]] * (self.c.scales.stress if name == "dissipation" else 1.0)
+            values["density"] = np.full((n, 1), system.density * self.c.scales.density)
+            position = system.position + (values["displacement"] if "displacement" in values else 0.0)
+            parts.setdefault("position", []).append(position)
+            for name in names:
+                base = values.get(fields.primitive(name))
+                if base is None:
+                    parts.setdefault(name, []).append(np.full(n, np.nan))
+                elif name == "stress":
+                    parts.setdefault(name, []).append(fields.tensor(base, labels))
+                elif name in ("velocity", "displacement"):
+                    parts.setdefault(name, []).append(base)
+                else:
+                    parts.setdefault(name, []).append(fields.component(name, base, labels))
+            parts.setdefault("id", []).append(np.arange(first, first + n))
+            parts.setdefault("body", []).append(np.full(n, number))
+            first += n
+        return {name: np.concatenate(values) for name, values in parts.items()}
+
+    def _finish(self, step: int, status: str, reason: str, failure: Unstable | None) -> Result:
+        wall = time.perf_counter() - self._started
+        columns = self._history_columns()
+        last = {name: float(values[-1]) if len(values) else 0.0 for name, values in columns.items()}
+        evaluations = getattr(self.c.bodies[0].integrator, "evaluations", 1)
+        summary: dict[str, Any] = {
+            "status": status,
+            "reason": reason,
+            "steps": step,
+            "time": step * self.c.dt,
+            "dt": self.c.dt,
+            "particles": self.c.particles,
+            "pairs": self.c.pairs,
+            "right_hand_sides": step * evaluations,
+            "wall_seconds": wall,
+            "particle_steps_per_second": self.c.particles * step / self._inside if self._inside > 0.0 else 0.0,
+            "bytes_per_particle": sum(r.system.nbytes for r in self.c.bodies) / self.c.particles,
+            "energy": {
+                **{name: last[name] for name in ("kinetic", "strain", "dissipated")},
+                "hourglass": 0.0,
+                "contact": 0.0,
+                "external_work": last["external_work"],
+                "residual": last["residual"],
+            },
+            "momentum": [last[f"momentum_{axis}"] for axis in "xyz"[: self.scene.dim]],
+            "device": self.c.device,
+            "versions": {name: metadata.version(package) for name, package in (("wsph", "wsph"), ("warp", "warp-lang"), ("numpy", "numpy"), ("meshio", "meshio"))}
+            | {"python": platform.python_version()},
+            "plugins": {
+                f"integrator {self.scene.run.integrator.name}": registry.origin("integrators", self.scene.run.integrator.name),
+                **{f"material {b.material.model}": registry.origin("materials", b.material.model) for b in self.scene.bodies},
+            },
+            "scene": self.scene.data(),
+        }
+        probes = {p.probe.name: self._probe_columns(p) for p in self.c.probes}
+        if self._writer is not None:
+            self._write_tables()
+            self._writer.summary(summary)
+        wanted = tuple(dict.fromkeys(("velocity", "stress", *self.scene.output.fields)))
+        return Result(self.scene, status, reason, step * self.c.dt, columns, probes, self._fields(wanted), summary, failure)
+

@@ -1,0 +1,125 @@
+"""Probes: records of fields at material points, kept on the device between reads.
+
+A record is a few weighted sums over the flat state, so one kernel serves every probe of every system; rows go into a ring
+indexed by the step number, and the host reads it between blocks of steps.
+"""
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from wsph import fields
+from wsph.boundary import select
+from wsph.errors import Fault, SceneError
+from wsph.program import Clock
+from wsph.scene import Probe
+from wsph.space import Space
+
+RING = 1024
+"""Steps between two reads of a probe that records every step."""
+
+
+@lru_cache(maxsize=None)
+def _kernel(space: Space) -> wp.Kernel:
+    real = space.scalar
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def record(step: wp.array(dtype=wp.int64), largest: int, offsets: wp.array(dtype=wp.int32), place: wp.array(dtype=wp.int32),
+               weight: wp.array(dtype=real), state: wp.array(dtype=real), ring_out: wp.array2d(dtype=real)):  # fmt: skip
+        c = wp.tid()
+        row = int(step[0] % wp.int64(ring_out.shape[0]))
+        total = real(0.0)
+        if largest != 0:
+            total = state[place[offsets[c]]]
+            for k in range(offsets[c], offsets[c + 1]):
+                total = wp.max(total, state[place[k]])
+        else:
+            for k in range(offsets[c], offsets[c + 1]):
+                total += weight[k] * state[place[k]]
+        ring_out[row, c] = total
+
+    return record
+
+
+class Recorder:
+    """One probe on the device. `record()` is a launch; `flush(steps)` appends the rows of those steps."""
+
+    def __init__(self, probe: Probe, key: str, bodies: list[Any], space: Space, clock: Clock, every_step: bool):
+        self.probe, self._space, self._clock, self.every_step = probe, space, clock, every_step
+        self._body, places = self._sample(probe, key, bodies)
+        system = self._body.system
+        self._primitives = sorted({fields.primitive(name) for name in probe.fields} - {"density"})
+        offsets, place, weight = [0], [], []
+        self._internals = list(system.constitutive.internals)
+        for particles, weights in places:
+            for name in self._primitives:
+                for c in self._components(name):
+                    place += system.state.index("internals" if name in self._internals else name, particles, c).tolist()
+                    weight += weights.tolist()
+                    offsets.append(len(place))
+        self.points = len(places)
+        device = clock.device
+        self._offsets = wp.array(offsets, dtype=wp.int32, device=device)
+        self._place = wp.array(place, dtype=wp.int32, device=device)
+        self._weight = wp.array(weight, dtype=space.scalar, device=device)
+        self._ring = wp.zeros((RING if every_step else 1, len(offsets) - 1), dtype=space.scalar, device=device)
+        self._rows: list[np.ndarray] = []
+        self.steps: list[int] = []
+
+    def _components(self, name: str) -> list[int]:
+        """Components of a primitive in the state: all of a field, one of the internals."""
+        return [self._internals.index(name)] if name in self._internals else list(range(self.body.state.widths[name]))
+
+    @property
+    def body(self) -> Any:
+        """The system that the probe reads."""
+        return self._body.system
+
+    @staticmethod
+    def _sample(probe: Probe, key: str, bodies: list[Any]) -> tuple[Any, list[tuple[np.ndarray, np.ndarray]]]:
+        if probe.at is not None:
+            points = np.array(probe.at)
+            inside = [b for b in bodies if b.body.shape.contains(points).all()]
+            if not inside:
+                raise SceneError("scene", [Fault(0, f"{key}.at", f"{[list(p) for p in probe.at]} does not lie in one body")])
+            return inside[0], inside[0].system.sample(points)
+        for body in bodies:
+            chosen = np.flatnonzero(select(probe.where or "", body.system.position, body.system.spacing))
+            if len(chosen):
+                weight = 1.0 / len(chosen) if probe.reduce == "mean" else 1.0
+                return body, [(chosen, np.full(len(chosen), weight))]
+        raise SceneError("scene", [Fault(0, f"{key}.where", f"{probe.where!r} selects no particle")])
+
+    def record(self) -> None:
+        """Store the current values in the ring (a launch)."""
+        inputs = [self._clock.step, int(self.probe.reduce == "max"), self._offsets, self._place, self._weight]
+        self._clock.launch(_kernel(self._space), self._ring.shape[1], [*inputs, self._body.system.state.buffer], [self._ring])
+
+    def flush(self, steps: list[int]) -> None:
+        """Read the rows of `steps` (all still in the ring)."""
+        if steps:
+            ring = self._ring.numpy()
+            self._rows.append(ring[[s % len(ring) for s in steps]].astype(np.float64))
+            self.steps += steps
+
+    def columns(self, scales: dict[str, float], density: float) -> dict[str, np.ndarray]:
+        """The record so far, SI: one array (records,) per field component, `FIELD[k]` for the k-th of several points."""
+        system = self._body.system
+        rows = np.concatenate(self._rows) if self._rows else np.zeros((0, self._ring.shape[1]))
+        rows = rows.reshape(len(rows), self.points, -1)
+        values, start = {}, 0
+        for name in self._primitives:
+            width = len(self._components(name))
+            values[name] = rows[:, :, start : start + width] * scales.get(name, 1.0)
+            start += width
+        values["density"] = np.full((len(rows), self.points, 1), density)
+        labels = system.constitutive.state.labels
+        result = {}
+        for field in self.probe.fields:
+            for column in fields.columns(field, labels, self._space.dim):
+                series = fields.component(column, values[fields.primitive(column)], labels)
+                for k in range(self.points):
+                    result[column if self.points == 1 else f"{column}[{k}]"] = series[:, k]
+        return result
