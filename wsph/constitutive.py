@@ -72,7 +72,7 @@ def blame(who: str, signature: str = RATE_SIGNATURE) -> Iterator[None]:
         if type(error).__module__.split(".")[0] != "warp" and not isinstance(error, (RuntimeError, TypeError, AttributeError, ValueError)):
             raise
         lines = [line for line in str(error).strip().splitlines() if line.strip()]
-        raise PluginError(f"{who}: its law does not compile ({lines[-1] if lines else type(error).__name__}); expected {signature}") from error
+        raise PluginError(f"{who}: its code fails ({lines[-1] if lines else type(error).__name__}); expected {signature}") from error
 
 
 def parameters(material: Any) -> dict[str, str]:
@@ -172,7 +172,7 @@ def packing(space: Space, state: StressState) -> tuple[wp.Function, wp.Function]
     return unpack, pack
 
 
-def _user_law(space: Space, material: Any, Params: type, internal: type) -> wp.Function:
+def user_law(space: Space, material: Any, Params: type, internal: type) -> wp.Function:
     """The plugin's law as (p, stress, L, q) -> (stress rate, q rate), whatever internals it has."""
     tensor = space.tensor
     names = list(getattr(material, "internals", {}))
@@ -267,7 +267,7 @@ def _build(space: Space, material: Any, state: StressState, depends: bool) -> La
     # Not id-based: the same fields give the same struct, and so the same compiled kernel, in every process.
     Params = wp.struct(type(f"{type(material).__name__}Params", (), {"__annotations__": {name: real for name in parameters(material)}, "__module__": __name__}))
     unpack, pack = packing(space, state)
-    law = _user_law(space, material, Params, internal)
+    law = user_law(space, material, Params, internal)
     free_law = _free_normals(space, law, Params, internal, state.free)
     unit = _unit(space)
     static_mask = sum(1 << k for k in state.free)

@@ -7,8 +7,8 @@ import numpy as np
 import warp as wp
 
 from wsph.constitutive import Constitutive, Laws
-from wsph.space import Space
-from wsph.state import State, fields_struct
+from wsph.space import Space, determinant_and_inverse
+from wsph.state import Layout, State, fields_struct
 
 BLOCK = 1024
 _KINETIC, _STRAIN, _DISSIPATED, _NOT_FINITE, _FIRST, _SPEED, _MOMENTUM = range(7)
@@ -28,10 +28,12 @@ class Ledger:
 
 
 @lru_cache(maxsize=None)
-def _kernel(space: Space, laws: Laws, internals: int, deformed: bool) -> wp.Kernel:
-    real, dim, width = space.scalar, space.dim, len(laws.state.components)
-    Fields, Params, energy = fields_struct(space, width, internals), laws.Params, laws.energy
-    dissipates = laws.source is not None
+def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
+    real, dim = space.scalar, space.dim
+    Fields, Params, energy = fields_struct(space, layout), laws.Params, laws.energy
+    internals, deformed = dict(layout).get("internals", 0), "deformation" in dict(layout)
+    determinant, _ = determinant_and_inverse(space)
+    dissipates, last = laws.source is not None, internals - 1
 
     @wp.kernel(module="unique", enable_backward=False)
     def ledger(n: int, p: Params, density: real, volume: wp.array(dtype=real), fields: Fields, sums_out: wp.array2d(dtype=wp.float64)):
@@ -50,11 +52,11 @@ def _kernel(space: Space, laws: Laws, internals: int, deformed: bool) -> wp.Kern
             square = wp.dot(v, v)
             stored = energy(p, s)
             if wp.static(deformed):
-                stored *= wp.determinant(wp.identity(n=dim, dtype=real) + fields.deformation[i])
+                stored *= determinant(wp.identity(n=dim, dtype=real) + fields.deformation[i])
             kinetic += wp.float64(real(0.5) * mass * square)
             strain += wp.float64(volume[i] * stored)
             if wp.static(dissipates):
-                dissipated += wp.float64(volume[i] * fields.internals[i][wp.static(internals - 1)])
+                dissipated += wp.float64(volume[i] * fields.internals[i][last])
             for a in range(wp.static(dim)):
                 momentum[a] = momentum[a] + wp.float64(mass * v[a])
             # A maximum drops NaN; a sum keeps it, so the check is on the sum.
@@ -86,7 +88,7 @@ class Diagnostics:
 
     def kernel(self, state: State) -> wp.Kernel:
         """The kernel that sums up `state`."""
-        return _kernel(self._space, self._constitutive.laws, len(self._constitutive.internals), "deformation" in state.widths)
+        return _kernel(self._space, self._constitutive.laws, state.layout)
 
     def measure(self, state: State) -> Ledger:
         """Sum up a state."""

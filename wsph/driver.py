@@ -22,7 +22,7 @@ from wsph.scene import Scene
 
 CHECK_STEPS = 50
 """Steps between finite checks where steps are not captured; captured ones are checked at the end of a block."""
-HISTORY_ROWS = 200
+HISTORY_ROWS = 100
 ENERGY_WARNING, ENERGY_AFTER = 0.02, 20
 
 
@@ -156,6 +156,7 @@ class Simulation:
                 due = [e.next for e in (self._history, self._frames, *(e for _, e in self._slow)) if e.next > step]
                 block = min([self._last, *due]) - step
                 block = min(block, RING if self.c.program.captured else CHECK_STEPS)
+                self.c.program.prepare(block)
                 before = time.perf_counter()
                 self.c.program.run(block)
                 wp.synchronize_device(self.c.device)

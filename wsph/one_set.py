@@ -22,8 +22,8 @@ from wsph.particles import Lattice
 from wsph.program import Clock
 from wsph.scene import Body, Scene
 from wsph.smoothing import SMOOTHING, SUPPORT
-from wsph.space import Space
-from wsph.state import State, fields_struct
+from wsph.space import Space, determinant_and_inverse
+from wsph.state import Layout, State, fields_struct
 from wsph.units import Scales
 
 DEFAULT_SUPPORT = 2.6
@@ -57,12 +57,13 @@ def _correction_kernel(space: Space, smoothing: str) -> wp.Kernel:
 class Kernels:
     """The kernels of a composition: one instance per (space, laws, which fields there are)."""
 
-    def __init__(self, space: Space, laws: Laws, width: int, internals: int, displacement: bool):
+    def __init__(self, space: Space, laws: Laws, layout: Layout):
         real, vec, mat = space.scalar, space.vec, space.mat
         internal, Params = laws.internal, laws.Params
-        Fields = fields_struct(space, width, internals)
+        Fields = fields_struct(space, layout)
         respond, dim = laws.respond, space.dim
-        kept = internals > 0
+        kept, displacement = "internals" in dict(layout), "displacement" in dict(layout)
+        determinant, inverse = determinant_and_inverse(space)
         unpack, _ = packing(space, laws.state)
 
         @wp.kernel(module="unique", enable_backward=False)
@@ -74,7 +75,7 @@ class Kernels:
             for a in range(wp.static(dim)):
                 for b in range(wp.static(dim)):
                     cauchy[a, b] = full[a, b]
-            corrected_out[i] = wp.determinant(F) * cauchy * wp.transpose(wp.inverse(F)) * correction[i]
+            corrected_out[i] = determinant(F) * cauchy * wp.transpose(inverse(F)) * correction[i]
 
         @wp.kernel(module="unique", enable_backward=False)
         def rate(p: Params, density: real, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
@@ -95,7 +96,7 @@ class Kernels:
             q = internal()
             if wp.static(kept):
                 q = fields.internals[i]
-            ds, dq = respond(p, fields.stress[i], change * wp.inverse(F), q)
+            ds, dq = respond(p, fields.stress[i], change * inverse(F), q)
             rate_out.velocity[i] = force / density
             rate_out.stress[i] = ds
             rate_out.deformation[i] = change
@@ -107,7 +108,9 @@ class Kernels:
         self.first_piola, self.rate = first_piola, rate
 
 
-_KERNELS: dict[tuple[object, ...], Kernels] = {}
+@lru_cache(maxsize=None)
+def _kernels(space: Space, laws: Laws, layout: Layout) -> Kernels:
+    return Kernels(space, laws, layout)
 
 
 @lru_cache(maxsize=None)
@@ -174,11 +177,8 @@ class OneSetSystem:
         self.conditions = layer_conditions(scene, body.name, lattice, f"integrator {scene.run.integrator.name!r}")
         self.boundary = BoundaryValues(space, self.conditions, self.state, self.position, {"velocity": scales.velocity}, scales.time, device)
         self.work = ConstraintWork(space, self.boundary, self.density * self.volume, device)
-        key = (space, constitutive.laws, displacement)
         with blame(constitutive.who):
-            if key not in _KERNELS:
-                _KERNELS[key] = Kernels(space, constitutive.laws, constitutive.width, len(constitutive.internals), displacement)
-        self.kernels = _KERNELS[key]
+            self.kernels = _kernels(space, constitutive.laws, self.state.layout)
 
     @property
     def pairs(self) -> int:

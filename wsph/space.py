@@ -70,3 +70,32 @@ class Space:
     def matrix(self, rows: int, columns: int) -> type:
         """A matrix type."""
         return _matrix((rows, columns), self.scalar)
+
+
+@lru_cache(maxsize=None)
+def determinant_and_inverse(space: Space) -> tuple[wp.Function, wp.Function]:
+    """Warp functions determinant(mat) and inverse(mat) of a dim x dim matrix; Warp's own have no 1x1."""
+    real, mat = space.scalar, space.mat
+    if space.dim == 1:
+
+        @wp.func
+        def determinant(a: mat) -> real:
+            return a[0, 0]
+
+        @wp.func
+        def inverse(a: mat) -> mat:
+            b = mat()
+            b[0, 0] = real(1.0) / a[0, 0]
+            return b
+
+        return determinant, inverse
+
+    @wp.func
+    def determinant_of(a: mat) -> real:
+        return wp.determinant(a)
+
+    @wp.func
+    def inverse_of(a: mat) -> mat:
+        return wp.inverse(a)
+
+    return determinant_of, inverse_of

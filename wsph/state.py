@@ -8,60 +8,58 @@ import warp as wp
 from wsph.constitutive import Constitutive
 from wsph.space import Space
 
+Layout = tuple[tuple[str, int], ...]
+"""Name and width of every field of a state, in the order of the buffer."""
+
 
 @lru_cache(maxsize=None)
-def fields_struct(space: Space, width: int, internals: int) -> type:
-    """Struct of the typed views, as kernels take it."""
-    annotations = {
-        "velocity": wp.array(dtype=space.vec),
-        "stress": wp.array(dtype=space.vector(width)),
-        "internals": wp.array(dtype=space.vector(max(internals, 1))),
-        "deformation": wp.array(dtype=space.mat),
-        "displacement": wp.array(dtype=space.vec),
-    }
+def fields_struct(space: Space, layout: Layout) -> type:
+    """Struct of the typed views of the fields that there are, as kernels take it."""
+    annotations = {name: wp.array(dtype=_type(space, name, width)) for name, width in layout}
     return wp.struct(type("Fields", (), {"__annotations__": annotations, "__module__": __name__}))
 
 
+def _type(space: Space, name: str, width: int) -> type:
+    return space.mat if name == "deformation" else space.vector(width)
+
+
+def layout_of(space: Space, constitutive: Constitutive, displacement: bool = False, deformation: bool = False) -> Layout:
+    """Fields and widths of a state, velocity first."""
+    widths = {
+        "velocity": space.dim,
+        "stress": constitutive.width,
+        "internals": len(constitutive.internals),
+        "deformation": space.dim**2 * deformation,
+        "displacement": space.dim * displacement,
+    }
+    return tuple((name, width) for name, width in widths.items() if width)
+
+
 class State:
-    """Fields of `n` points, nondimensional. Fields that the scene does not ask for are empty arrays.
+    """Fields of `n` points, nondimensional. A field that the scene does not ask for is not there.
 
     velocity       # (n,), vec
     stress         # Cauchy, packed, (n,), vector(width)
-    internals      # (n,), vector(number of internals), or empty
-    deformation    # H = F - I, (n,), dim x dim, or empty
-    displacement   # (n,), vec, or empty
+    internals      # (n,), vector(number of internals), where the material has any
+    deformation    # H = F - I, (n,), dim x dim, where the formulation evolves it
+    displacement   # (n,), vec, where a frame or a probe asks for it
     """
 
     def __init__(self, space: Space, n: int, constitutive: Constitutive, device: str,
                  displacement: bool = False, deformation: bool = False):  # fmt: skip
         self.space, self.n, self.device = space, n, device
-        internals = len(constitutive.internals)
-        types = {
-            "velocity": (space.dim, space.vec),
-            "stress": (constitutive.width, space.vector(constitutive.width)),
-            "internals": (internals, space.vector(max(internals, 1))),
-            "deformation": (space.dim**2 * deformation, space.mat),
-            "displacement": (space.dim * displacement, space.vec),
-        }
-        widths = {name: width for name, (width, _) in types.items()}
-        self.widths = {name: width for name, width in widths.items() if width}
-        self.buffer = wp.zeros(n * sum(widths.values()), dtype=space.scalar, device=device)
-        self.type = fields_struct(space, constitutive.width, internals)
+        self.layout = layout_of(space, constitutive, displacement, deformation)
+        self.widths = dict(self.layout)
+        self.buffer = wp.zeros(n * sum(self.widths.values()), dtype=space.scalar, device=device)
+        self.type = fields_struct(space, self.layout)
         self.struct = self.type()
         self.start: dict[str, int] = {}
-        start = 0
-        for name, (width, dtype) in types.items():
-            view = self._view(start, n if width else 0, dtype)
+        start, size = 0, np.dtype(space.numpy).itemsize
+        for name, width in self.layout:
+            self.start[name] = start
+            view = wp.array(ptr=self.buffer.ptr + start * size, dtype=_type(space, name, width), shape=n, device=device, copy=False)
             setattr(self.struct, name, view)
-            if width:
-                self.start[name] = start
             start += n * width
-
-    def _view(self, start: int, n: int, dtype: type) -> wp.array:
-        if n == 0:
-            return wp.empty(0, dtype=dtype, device=self.device)
-        size = np.dtype(self.space.numpy).itemsize
-        return wp.array(ptr=self.buffer.ptr + start * size, dtype=dtype, shape=n, device=self.device, copy=False)
 
     def index(self, name: str, particle: np.ndarray | int, component: int) -> np.ndarray | int:
         """Where a component of a field of a particle stands in the buffer."""

@@ -20,7 +20,7 @@ from wsph.particles import Lattice
 from wsph.program import Clock
 from wsph.scene import Body, Scene
 from wsph.space import Space
-from wsph.state import State, fields_struct
+from wsph.state import Layout, State, fields_struct, layout_of
 from wsph.units import Scales
 
 DEFAULT_SUPPORT = 1.2
@@ -38,14 +38,18 @@ def _rows_struct(space: Space) -> type:
 
 
 class Kernels:
-    """The kernels of a composition: one instance per (space, laws, which fields there are)."""
+    """The kernels of a composition. `virtual` and `real` are the layouts of the two sets' states.
 
-    def __init__(self, space: Space, laws: Laws, width: int, internals: int, displacement: bool):
+    Sums are taken of differences to one value nearby (the first source's, the target's own), not of the values: a velocity
+    common to all particles then costs no digits.
+    """
+
+    def __init__(self, space: Space, laws: Laws, virtual: Layout, real_layout: Layout):
         real, vec, mat, point = space.scalar, space.vec, space.mat, space.point
         stress, internal, Params = laws.stress, laws.internal, laws.Params
-        Rows, Fields = _rows_struct(space), fields_struct(space, width, internals)
+        Rows, Real, Virtual = _rows_struct(space), fields_struct(space, real_layout), fields_struct(space, virtual)
         linear, linear_faces, at_rest = laws.linear, laws.linear_faces, laws.source
-        dim, sourced = space.dim, at_rest is not None
+        dim, width, sourced, displacement = space.dim, len(laws.state.components), at_rest is not None, "displacement" in dict(real_layout)
         unpack, _ = packing(space, laws.state)
 
         @wp.func
@@ -57,8 +61,7 @@ class Kernels:
                     force[i] += full[i, j] * g[j]
             return force
 
-        if sourced:
-
+        def source_kernel(Fields: type) -> wp.Kernel:
             @wp.kernel(module="unique", enable_backward=False)
             def source(p: Params, fields: Fields, source_out: Fields):
                 i = wp.tid()
@@ -66,13 +69,20 @@ class Kernels:
                 source_out.stress[i] = rate
                 source_out.internals[i] = dq
 
-            self.source = source
+            return source
+
+        if sourced:
+            self.source = {layout: source_kernel(fields_struct(space, layout)) for layout in {virtual, real_layout}}
 
         @wp.kernel(module="unique", enable_backward=False)
         def half_step(clock: wp.array(dtype=wp.float64), weight: real, p: Params, density: real, rows: Rows,
-                      fields: Fields, sources: Fields, fields_out: Fields):  # fmt: skip
+                      fields: Real, sources: Real, fields_out: Virtual):  # fmt: skip
             i = wp.tid()
             dt = real(clock[1]) * weight
+            first = rows.offsets[i]
+            near = rows.indices[first]
+            v0 = fields.velocity[near]
+            s0 = fields.stress[near]
             v = vec()
             s = stress()
             q = internal()
@@ -80,18 +90,26 @@ class Kernels:
             Q = internal()
             L = mat()
             force = vec()
-            for k in range(rows.offsets[i], rows.offsets[i + 1]):
+            G = vec()
+            for k in range(first, rows.offsets[i + 1]):
                 j = rows.indices[k]
                 w = rows.weight[k]
                 g = rows.gradient[k]
-                v += w * fields.velocity[j]
-                s += w * fields.stress[j]
-                L += wp.outer(fields.velocity[j], g)
-                force += flux(fields.stress[j], g)
+                dv = fields.velocity[j] - v0
+                ds = fields.stress[j] - s0
+                v += w * dv
+                s += w * ds
+                G += g
+                L += wp.outer(dv, g)
+                force += flux(ds, g)
                 if wp.static(sourced):
                     q += w * fields.internals[j]
                     S += w * sources.stress[j]
                     Q += w * sources.internals[j]
+            L -= wp.outer(v, G)
+            force -= flux(s, G)
+            v += v0
+            s += s0
             rate, dq = linear(p, s, L, q, S, Q)
             fields_out.velocity[i] = v + dt / density * force
             fields_out.stress[i] = s + dt * rate
@@ -99,71 +117,69 @@ class Kernels:
                 fields_out.internals[i] = q + dt * dq
 
         @wp.kernel(module="unique", enable_backward=False)
-        def interpolate(rows: Rows, fields: Fields, fields_out: Fields):
+        def rate(clock: wp.array(dtype=wp.float64), weight: real, p: Params, density: real, rows: Rows, held: wp.array(dtype=wp.int32),
+                 free: wp.array(dtype=wp.int32), fields: Virtual, sources: Virtual, imposed: Real, fields_out: Real):  # fmt: skip
             i = wp.tid()
+            dt = real(clock[1]) * weight
+            v0 = fields_out.velocity[i]
+            s0 = fields_out.stress[i]
             v = vec()
             s = stress()
             q = internal()
-            for k in range(rows.offsets[i], rows.offsets[i + 1]):
-                j = rows.indices[k]
-                w = rows.weight[k]
-                v += w * fields.velocity[j]
-                s += w * fields.stress[j]
-                if wp.static(sourced):
-                    q += w * fields.internals[j]
-            fields_out.velocity[i] = v
-            fields_out.stress[i] = s
-            if wp.static(sourced):
-                fields_out.internals[i] = q
-
-        @wp.kernel(module="unique", enable_backward=False)
-        def rate(clock: wp.array(dtype=wp.float64), weight: real, p: Params, density: real, rows: Rows, mask: wp.array(dtype=wp.int32),
-                 fields: Fields, sources: Fields, at: Fields, base: Fields, fields_out: Fields):  # fmt: skip
-            i = wp.tid()
-            dt = real(clock[1]) * weight
-            v = at.velocity[i]
-            s = at.stress[i]
-            q = internal()
-            if wp.static(sourced):
-                q = at.internals[i]
             S = stress()
             Q = internal()
             L = mat()
             force = vec()
+            G = vec()
             for k in range(rows.offsets[i], rows.offsets[i + 1]):
                 j = rows.indices[k]
+                w = rows.weight[k]
                 g = rows.gradient[k]
-                L += wp.outer(fields.velocity[j] - v, g)
-                force += flux(fields.stress[j] - s, g)
+                dv = fields.velocity[j] - v0
+                ds = fields.stress[j] - s0
+                v += w * dv
+                s += w * ds
+                G += g
+                L += wp.outer(dv, g)
+                force += flux(ds, g)
                 if wp.static(sourced):
-                    S += rows.weight[k] * sources.stress[j]
-                    Q += rows.weight[k] * sources.internals[j]
-            if mask[i] == 0:
-                ds, dq = linear(p, s, L, q, S, Q)
-                fields_out.stress[i] = base.stress[i] + dt * ds
-                if wp.static(sourced):
-                    fields_out.internals[i] = base.internals[i] + dt * dq
+                    q += w * fields.internals[j]
+                    S += w * sources.stress[j]
+                    Q += w * sources.internals[j]
+            # f_I: the interpolated value, or the prescribed one.
+            if held[i] != 0:
+                for c in range(wp.static(dim)):
+                    if (held[i] >> c) & 1 == 1:
+                        v[c] = imposed.velocity[i][c] - v0[c]
+                for c in range(wp.static(width)):
+                    if (held[i] >> (wp.static(dim) + c)) & 1 == 1:
+                        s[c] = imposed.stress[i][c] - s0[c]
+            L -= wp.outer(v, G)
+            force -= flux(s, G)
+            change = stress()
+            dq = internal()
+            if free[i] == 0:
+                change, dq = linear(p, s + s0, L, q, S, Q)
             else:
-                # The face's stress is prescribed at both ends of the half step: its rate is known, the strain rate is not.
+                # The face's stress is prescribed at both ends of the step: its rate is known, the strain rate is not.
                 target = point()
-                change = unpack(s - base.stress[i])
+                difference = unpack(s)
                 for a in range(3):
-                    if (mask[i] >> a) & 1 == 1:
-                        target[a] = change[a, a] * real(2.0) / dt
-                ds, dq = linear_faces(p, s, L, q, S, Q, mask[i], target)
-                fields_out.stress[i] = base.stress[i] + dt * ds
-                if wp.static(sourced):
-                    fields_out.internals[i] = base.internals[i] + dt * dq
-            old = base.velocity[i]
-            fields_out.velocity[i] = old + dt / density * force
+                    if (free[i] >> a) & 1 == 1:
+                        target[a] = difference[a, a] * real(2.0) / dt
+                change, dq = linear_faces(p, s + s0, L, q, S, Q, free[i], target)
+            fields_out.velocity[i] = v0 + dt / density * force
+            fields_out.stress[i] = s0 + dt * change
+            if wp.static(sourced):
+                fields_out.internals[i] = fields_out.internals[i] + dt * dq
             if wp.static(displacement):
-                fields_out.displacement[i] = base.displacement[i] + real(0.5) * dt * old
+                fields_out.displacement[i] = fields_out.displacement[i] + real(0.5) * dt * v0
 
-        self.half_step, self.interpolate, self.rate = half_step, interpolate, rate
+        self.half_step, self.rate = half_step, rate
         if displacement:
 
             @wp.kernel(module="unique", enable_backward=False)
-            def drift(clock: wp.array(dtype=wp.float64), fields_out: Fields):
+            def drift(clock: wp.array(dtype=wp.float64), fields_out: Real):
                 i = wp.tid()
                 half = real(0.5) * real(clock[1])
                 fields_out.displacement[i] = fields_out.displacement[i] + half * fields_out.velocity[i]
@@ -171,7 +187,9 @@ class Kernels:
             self.drift = drift
 
 
-_KERNELS: dict[tuple[object, ...], Kernels] = {}
+@lru_cache(maxsize=None)
+def _kernels(space: Space, laws: Laws, virtual: Layout, real: Layout) -> Kernels:
+    return Kernels(space, laws, virtual, real)
 
 
 class TwoSetSystem:
@@ -198,22 +216,26 @@ class TwoSetSystem:
         self.to_virtual = self._operator(cells, nodes, support, self.volume, scene.run.kernel, "virtual")
         self.to_real = self._operator(nodes, cells, support, cell_volume, scene.run.kernel, "real")
         self._moment = self._second_moments(nodes, cells)
-        self._virtual_rows = self._rows(*self.to_virtual, absorb=True)
-        self._real_rows = self._rows(*self.to_real, absorb=False)
+        self._virtual_rows, self._real_rows = self._rows(*self.to_virtual), self._rows(*self.to_real)
 
         self.state = self.new("real")
         self.conditions: Conditions = face_conditions(scene, body.name, lattice, constitutive.state.labels)
-        self._mask = wp.array(self.conditions.free_normals, dtype=wp.int32, device=device)
+        self._free = wp.array(self.conditions.free_normals, dtype=wp.int32, device=device)
+        self._held = wp.array(self._held_components(), dtype=wp.int32, device=device)
         units = {"velocity": scales.velocity, "stress": scales.stress}
         self.boundary = BoundaryValues(space, self.conditions, self.state, lattice.nodes, units, scales.time, device)
         unpack, _ = packing(space, constitutive.state)
         self.work = ExternalWork(space, self.conditions, unpack, scales.length ** (space.dim - 1), device)
-        self._sources: dict[int, State] = {}
-        key = (space, constitutive.laws.respond, displacement)
+        self._sources: dict[int, State] = {}  # by the state whose sources they are
         with blame(constitutive.who):
-            if key not in _KERNELS:
-                _KERNELS[key] = Kernels(space, constitutive.laws, constitutive.width, len(constitutive.internals), displacement)
-        self.kernels = _KERNELS[key]
+            self.kernels = _kernels(space, constitutive.laws, layout_of(space, constitutive), self.state.layout)
+
+    def _held_components(self) -> np.ndarray:
+        """Per real particle, one bit for every prescribed component: velocity first, then stress."""
+        held = np.zeros(self.count, np.int32)
+        for (name, component), values in self.conditions.entries.items():
+            held[list(values)] |= 1 << (component + (self.space.dim if name == "stress" else 0))
+        return held
 
     def _operator(self, targets: np.ndarray, sources: np.ndarray, radius: float, volume: np.ndarray, smoothing: str, name: str) -> tuple[Weights, Weights]:
         pairs = find_pairs(targets, sources, radius, self.device)
@@ -230,16 +252,10 @@ class TwoSetSystem:
     def _metres(self, point: np.ndarray) -> str:
         return "(" + ", ".join(f"{c:g}" for c in point * self.scales.length + self.lattice.nodes.mean(0)) + ")"
 
-    def _rows(self, interpolation: Weights, gradient: Weights, absorb: bool) -> object:
+    def _rows(self, interpolation: Weights, gradient: Weights) -> object:
         rows = _rows_struct(self.space)()
         rows.offsets, rows.indices = interpolation.pairs.offsets, interpolation.pairs.indices
         rows.weight, rows.gradient = interpolation.values, gradient.values
-        if absorb:
-            # At a virtual particle f_I is the interpolated value itself: subtracted once here, not in every step.
-            offsets, w, g = rows.offsets.numpy(), interpolation.values.numpy(), gradient.values.numpy()
-            total = np.add.reduceat(g, offsets[:-1], axis=0)
-            absorbed = g - w[:, None] * np.repeat(total, np.diff(offsets), axis=0)
-            rows.gradient = wp.array(absorbed, dtype=self.space.vec, device=self.device)
         return rows
 
     def _second_moments(self, nodes: np.ndarray, cells: np.ndarray) -> float:
@@ -280,10 +296,10 @@ class TwoSetSystem:
         """The law's rate at L = 0 at every particle of `state` (a launch where the law has one)."""
         if not self._sourced:
             return state.struct
-        if state.n not in self._sources:
-            self._sources[state.n] = State(self.space, state.n, self.constitutive, self.device)
-        source = self._sources[state.n]
-        self.clock.launch(self.kernels.source, state.n, [self.constitutive.params, state.struct], [source.struct])
+        if id(state) not in self._sources:
+            self._sources[id(state)] = State(self.space, state.n, self.constitutive, self.device, "displacement" in state.widths)
+        source = self._sources[id(state)]
+        self.clock.launch(self.kernels.source[state.layout], state.n, [self.constitutive.params, state.struct], [source.struct])
         return source.struct
 
     def half_step(self, source: State, out: State, weight: float) -> None:
@@ -291,18 +307,17 @@ class TwoSetSystem:
         inputs = [self.clock.time, self.space.scalar(weight), self.constitutive.params, self.space.scalar(self.density)]
         self.clock.launch(self.kernels.half_step, out.n, [*inputs, self._virtual_rows, source.struct, self._source(source)], [out.struct])
 
-    def interpolate(self, source: State, out: State) -> None:
-        """Real `out` = interpolated virtual `source`."""
-        self.clock.launch(self.kernels.interpolate, out.n, [self._real_rows, source.struct], [out.struct])
-
     def impose(self, state: State, c: float | tuple[float, float]) -> None:
         """Set the prescribed values of a real state at t + c dt; c = (0., 1.) means the mean of both ends of the step."""
         self.boundary.impose(state, self.clock, c)
 
-    def rate(self, source: State, out: State, *, at: State, base: State, weight: float) -> None:
-        """Real `out` = `base` + weight dt times the rate from virtual `source`; `at` holds the values f_I at the targets."""
+    def rate(self, source: State, out: State, *, imposed: State, weight: float) -> None:
+        """Real `out` += weight dt times the rate from virtual `source`.
+
+        At the target, f_I is the interpolated `source`, or `imposed` in the components that are prescribed there.
+        """
         inputs = [self.clock.time, self.space.scalar(weight), self.constitutive.params, self.space.scalar(self.density)]
-        inputs += [self._real_rows, self._mask, source.struct, self._source(source), at.struct, base.struct]
+        inputs += [self._real_rows, self._held, self._free, source.struct, self._source(source), imposed.struct]
         self.clock.launch(self.kernels.rate, out.n, inputs, [out.struct])
 
     def accept(self, state: State) -> None:
@@ -358,4 +373,4 @@ class TwoSetSystem:
         """Device memory of the body [bytes]: pairs, weights and states that exist now."""
         weights = sum(w.values.capacity for w in (*self.to_virtual, *self.to_real))
         rows = sum(w.pairs.nbytes for w in (self.to_virtual[0], self.to_real[0]))
-        return weights + rows + self._virtual_rows.gradient.capacity + self.state.nbytes + sum(s.nbytes for s in self._sources.values())
+        return weights + rows + self.state.nbytes + sum(s.nbytes for s in self._sources.values())
