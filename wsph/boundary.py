@@ -156,18 +156,32 @@ def _op(name: str) -> int:
 
 
 @wp.func
+def _first_at_or_after(values: wp.array(dtype=wp.float64), begin: int, end: int, t: wp.float64) -> int:
+    """First index in [begin, end) whose value is >= t, or `end` (wp.lower_bound returns end - 1 there)."""
+    low = begin
+    high = end
+    while low < high:
+        middle = (low + high) // 2
+        if values[middle] < t:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@wp.func
 def _look_up(bank: Bank, table: int, t: wp.float64, slack: wp.float64) -> wp.float64:
     first = bank.table_start[table]
-    last = bank.table_start[table + 1] - 1
+    end = bank.table_start[table + 1]
     if bank.table_step[table] == 1:
         # value[k] holds on (t[k], t[k+1]]; a time a rounding above t[k+1] still counts as t[k+1].
-        k = wp.lower_bound(bank.table_t, first, last + 1, t - slack) - 1
-        return bank.table_value[wp.max(k, first)]
-    k = wp.lower_bound(bank.table_t, first, last + 1, t)
-    if k <= first:
+        k = _first_at_or_after(bank.table_t, first, end, t - slack)
+        return bank.table_value[wp.max(k - 1, first)]
+    k = _first_at_or_after(bank.table_t, first, end, t)
+    if k == first:
         return bank.table_value[first]
-    if k > last:
-        return bank.table_value[last]
+    if k == end:
+        return bank.table_value[end - 1]
     s = (t - bank.table_t[k - 1]) / (bank.table_t[k] - bank.table_t[k - 1])
     return bank.table_value[k - 1] + s * (bank.table_value[k] - bank.table_value[k - 1])
 

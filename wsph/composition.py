@@ -15,14 +15,14 @@ import warp as wp
 
 from wsph import fields, registry
 from wsph.constitutive import STRESS_STATES, Constitutive, blame
+from wsph.device import pick_device
 from wsph.diagnostics import Diagnostics
 from wsph.errors import Fault, PluginError, Refused, SceneError
 from wsph.one_set import OneSetSystem
-from wsph.particles import lattice
+from wsph.particles import Lattice, lattice
 from wsph.probes import Recorder
 from wsph.program import Clock, Program
 from wsph.scene import Body, Scene, build
-from wsph.smoothing import SMOOTHING
 from wsph.space import Space
 from wsph.two_set import TwoSetSystem
 from wsph.units import Scales
@@ -81,16 +81,6 @@ class Composition:
             self.program.compile([*self.launches(), *measured])
 
 
-def pick_device(name: str) -> str:
-    """The Warp device that a scene means. Raises Refused where it does not exist."""
-    if name == "auto":
-        return "cuda:0" if wp.is_cuda_available() else "cpu"
-    known = [str(d) for d in wp.get_devices()]
-    if name not in known:
-        raise Refused(f"run.device: there is no {name!r} on this machine; there is {', '.join(known)}")
-    return name
-
-
 def step_count(end: float, dt: float) -> int:
     """Steps to reach `end`: the last state is the first at or after it."""
     return max(int(np.ceil(end / dt - 1e-9)), 1)
@@ -114,8 +104,6 @@ def wants_displacement(scene: Scene) -> bool:
 
 def compose(scene: Scene) -> Composition:
     """Set up a scene. Raises SceneError, Refused or PluginError; compiles the set-up's kernels, runs nothing."""
-    if scene.run.kernel not in SMOOTHING:
-        raise SceneError("scene", [Fault(0, "run.kernel", f"{scene.run.kernel!r} is none of {', '.join(SMOOTHING)}")])
     materials = _materials(scene)
     plugin = registry.load("integrators", scene.run.integrator.name)
     who = f"integrator {scene.run.integrator.name!r} ({registry.origin('integrators', scene.run.integrator.name)})"
@@ -127,15 +115,16 @@ def compose(scene: Scene) -> Composition:
         raise Refused(f"run.formulation: {scene.run.integrator.name} works in {system_type.formulation!r}, not in {scene.run.formulation!r}")
     device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
     states = [STRESS_STATES[scene.dim, body.state] for body in scene.bodies]
+    lattices = [lattice(body.shape, body.spacing, body.jitter, scene.run.seed) for body in scene.bodies]
     speeds = [s.wave_speed(*m.moduli(), m.density) for s, m in zip(states, materials, strict=True)]
-    fastest = int(np.argmin([body.spacing / c for body, c in zip(scene.bodies, speeds, strict=True)]))
-    shortest = scene.bodies[fastest].spacing / speeds[fastest]
-    scales = Scales(scene.bodies[fastest].spacing, shortest, materials[fastest].density)
+    fastest = int(np.argmin([cells.spacing / c for cells, c in zip(lattices, speeds, strict=True)]))
+    shortest = lattices[fastest].spacing / speeds[fastest]
+    scales = Scales(lattices[fastest].spacing, shortest, materials[fastest].density)
     dt = scene.run.dt if scene.run.dt is not None else (scene.run.cfl or 0.0) * shortest
     clock = Clock(dt / scales.time if scene.run.dt is not None else (scene.run.cfl or 0.0), device)
     bodies = [
-        _body_run(scene, body, material, state, plugin, who, system_type, space, scales, clock, device)
-        for body, material, state in zip(scene.bodies, materials, states, strict=True)
+        _body_run(scene, body, cells, material, state, plugin, who, system_type, space, scales, clock, device)
+        for body, cells, material, state in zip(scene.bodies, lattices, materials, states, strict=True)
     ]
     for run in bodies:
         _guard(scene, run, dt)
@@ -160,9 +149,8 @@ def _cadence_steps(every: float, dt: float) -> float:
     return every if isinstance(every, int) else every / dt
 
 
-def _body_run(scene: Scene, body: Body, material: Any, state: Any, plugin: Any, who: str, system_type: Callable[..., Any],
+def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: Any, plugin: Any, who: str, system_type: Callable[..., Any],
               space: Space, scales: Scales, clock: Clock, device: str) -> BodyRun:  # fmt: skip
-    cells = lattice(body.shape, body.spacing, body.jitter, scene.run.seed)
     law = f"material {body.material.model!r} ({registry.origin('materials', body.material.model)})"
     constitutive = Constitutive(space, material, state, scales, law)
     system = system_type(scene, body, cells, space, constitutive, scales, clock, device, wants_displacement(scene))
@@ -179,7 +167,7 @@ def _body_run(scene: Scene, body: Body, material: Any, state: Any, plugin: Any, 
         found = integrator.limit() if hasattr(integrator, "limit") else None
     limit, reason = found if found is not None else (None, "the integrator declares none")
     diagnostics = Diagnostics(space, constitutive, system.volume, system.density, device)
-    courant = clock.dt * scales.time * constitutive.wave_speed / body.spacing
+    courant = clock.dt * scales.time * constitutive.wave_speed / cells.spacing
     return BodyRun(body, constitutive, system, integrator, diagnostics, courant, limit, reason)
 
 

@@ -112,7 +112,9 @@ def run(scene: Scene, out: str | Path | None = None, *, overwrite: bool = False,
     composition = compose(scene)
     composition.compile()
     simulation = Simulation(composition, folder, started)
-    result = simulation.run(progress)
+    # A run that is about to be stopped may be far out; the finite check says so, numpy need not.
+    with np.errstate(over="ignore", invalid="ignore"):
+        result = simulation.run(progress)
     if result.failure is not None and throw:
         raise result.failure
     return result
@@ -183,7 +185,7 @@ class Simulation:
         if step > ENERGY_AFTER:
             total = self._total(ledgers)
             self._largest = max(self._largest, abs(total), abs(self._work()))
-            created = (total - self._initial - self._work()) / self._largest if self._largest > 0.0 else 0.0
+            created = (total - self._work()) / self._largest if self._largest > 0.0 else 0.0
             if created > self.scene.stop.energy:
                 what = f"energy was created: {100 * created:.3g} % of the largest seen, beyond stop.energy = {self.scene.stop.energy:g}"
                 raise self._unstable(step, self.c.bodies[0], "energy", -1, (), what)
@@ -203,7 +205,8 @@ class Simulation:
         return sum(e.kinetic + e.strain + e.dissipated for e in ledgers)
 
     def _work(self) -> float:
-        return sum(run.system.work.total for run in self.c.bodies)
+        """Work done on the bodies, what they started with included."""
+        return self._initial + sum(run.system.work.total for run in self.c.bodies)
 
     def _collect(self, step: int) -> None:
         """Read what the rings hold up to `step`."""
@@ -219,7 +222,7 @@ class Simulation:
         if step == 0:
             self._collect(0)
         if self._history.next <= step:
-            total, work = self._total(ledgers) - self._initial, self._work()
+            total, work = self._total(ledgers), self._work()
             sums = [sum(e.kinetic for e in ledgers), sum(e.strain for e in ledgers), sum(e.dissipated for e in ledgers), work, work - total]
             momentum = sum(e.momentum for e in ledgers)
             self._rows.append([step, step * self.c.dt, self.c.dt, *(x * self._energy for x in sums), *(momentum * self._impulse)])

@@ -153,7 +153,7 @@ class OneSetSystem:
         self.density = constitutive.density
         self._displacement = displacement
         radius = (scene.run.support or DEFAULT_SUPPORT) * lattice.spacing / scales.length
-        position = (lattice.cells - lattice.cells.mean(0)) / scales.length
+        _, position = lattice.scaled(scales.length)
         self._pairs = find_pairs(position, position, radius, device, same=True)
         double = Space(space.dim)
         weight = wp.zeros(self._pairs.count, dtype=wp.float64, device=device)

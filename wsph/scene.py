@@ -13,13 +13,14 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from wsph import registry
 from wsph.errors import Fault, PluginError, SceneError
 from wsph.expressions import Expression, compile_expression, constant_program
 from wsph.fields import known
 from wsph.shapes import Shape
+from wsph.smoothing import SMOOTHING
 from wsph.units import quantity
 
 AXES = ("x", "y", "z")
@@ -49,6 +50,12 @@ def _cadence(value: object) -> int | float:
     if seconds <= 0.0:
         raise ValueError(f"{value!r} is not above zero")
     return seconds
+
+
+def _smoothing(name: str) -> str:
+    if name not in SMOOTHING:
+        raise ValueError(f"{name!r} is none of {', '.join(SMOOTHING)}")
+    return name
 
 
 Cadence = Annotated[int | float, BeforeValidator(_cadence)]
@@ -91,7 +98,7 @@ class Run(Model):
     device: Annotated[str, Field(pattern=r"^(auto|cpu|cuda:\d+)$")] = "auto"
     threads: Annotated[int, Field(ge=0, le=1, description="0 or 1: launches are not yet split over cores")] = 0
     formulation: Literal["small-strain", "total-lagrangian"] | None = None
-    kernel: str = "cubic-spline"
+    kernel: Annotated[str, AfterValidator(_smoothing)] = "cubic-spline"
     support: _in("", gt=0) | None = None
     guard: Literal["refuse", "warn", "off"] = "refuse"
     seed: Annotated[int, Field(ge=0)] = 0

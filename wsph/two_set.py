@@ -210,8 +210,7 @@ class TwoSetSystem:
         self._displacement = displacement
         self._sourced = constitutive.laws.source is not None
         support = (scene.run.support or DEFAULT_SUPPORT) * lattice.spacing / scales.length
-        origin = lattice.nodes.mean(0)
-        nodes, cells = ((p - origin) / scales.length for p in (lattice.nodes, lattice.cells))
+        nodes, cells = lattice.scaled(scales.length)
         cell_volume = lattice.cell_volume / scales.length**space.dim
         self.to_virtual = self._operator(cells, nodes, support, self.volume, scene.run.kernel, "virtual")
         self.to_real = self._operator(nodes, cells, support, cell_volume, scene.run.kernel, "real")
@@ -243,14 +242,12 @@ class TwoSetSystem:
         gradient = gradient_weights(self.space, pairs, targets, sources, volume, smoothing)
         lonely = np.flatnonzero((interpolation.rank < 0) | (gradient.rank < 0))
         if len(lonely):
+            where = (self.lattice.cells if name == "virtual" else self.lattice.nodes)[lonely[0]].tolist()
             raise Refused(
-                f"{len(lonely)} {name} particles, the first at {self._metres(targets[lonely[0]])} m, see too few particles of the other set"
+                f"{len(lonely)} {name} particles, the first at {where} m, see too few particles of the other set"
                 f" for a gradient: raise run.support (now {radius * self.scales.length / self.spacing:g} spacings)"
             )
         return interpolation, gradient
-
-    def _metres(self, point: np.ndarray) -> str:
-        return "(" + ", ".join(f"{c:g}" for c in point * self.scales.length + self.lattice.nodes.mean(0)) + ")"
 
     def _rows(self, interpolation: Weights, gradient: Weights) -> object:
         rows = _rows_struct(self.space)()

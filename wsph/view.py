@@ -133,5 +133,6 @@ def _animate(found: list[tuple[float, Path]], name: str, save: Path) -> None:
         for k, (time, data) in enumerate(loaded):
             path = Path(folder) / f"{k}.png"
             picture(data, name, time, path, limits)
-            pages.append(Image.open(path).convert("P"))
+            with Image.open(path) as page:
+                pages.append(page.convert("P"))
         pages[0].save(save, save_all=True, append_images=pages[1:], duration=100, loop=0)

@@ -1,0 +1,151 @@
+"""Scenes: every fault at once, each with its line, key, value and what is right; nothing compiled, nothing written."""
+
+import copy
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import wsph
+from wsph.errors import SceneError
+
+TEXT = (Path(__file__).resolve().parents[2] / "examples" / "shock_bar.toml").read_text()
+DATA = tomllib.loads(TEXT)
+
+
+def faults(change: dict) -> list[str]:
+    """The faults of the shock bar with dotted keys changed (None removes)."""
+    data = copy.deepcopy(DATA)
+    for path, value in change.items():
+        *keys, last = path.split(".")
+        place = data
+        for key in keys:
+            place = place[int(key)] if isinstance(place, list) else place[key]
+        if value is None:
+            del place[last]
+        else:
+            place[last] = value
+    with pytest.raises(SceneError) as caught:
+        wsph.Scene(**data)
+    return [str(fault) for fault in caught.value.faults]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"schema": 2}, r"^schema: 2 is none of 1"),
+        ({"schema": None}, r"^schema: is missing"),
+        ({"dim": 4}, r"^dim: 4 is none of 1, 2 or 3"),
+        ({"dim": "1"}, r"^dim: '1' is none of"),
+        ({"run.integrator": None}, r"^run.integrator: is missing"),
+        ({"run.integrator": "tshp"}, r"^run.integrator: no entry named 'tshp' .*did you mean 'tsph'\?"),
+        ({"run.end": None}, r"^run.end: is missing"),
+        ({"run.end": "10"}, r"^run.end: '10' has no unit: write 10 without quotes"),
+        ({"run.end": "10 m"}, r"^run.end: '10 m' is not in units of s"),
+        ({"run.end": -1.0}, r"^run.end: -1.0: must be greater than 0|greater than 0"),
+        ({"run.end": float("nan")}, r"^run.end: nan is not a finite number"),
+        ({"run.dt": 1e-5}, r"^run: exactly one of cfl and dt is needed: both are given"),
+        ({"run.cfl": None}, r"^run: exactly one of cfl and dt is needed: neither is given"),
+        ({"run.cfl": 0.0}, r"^run.cfl: 0.0"),
+        ({"run.precision": "f16"}, r"^run.precision: 'f16' is none of 'f64' or 'f32'"),
+        ({"run.device": "gpu"}, r"^run.device: 'gpu'"),
+        ({"run.threads": 4}, r"^run.threads: 4"),
+        ({"run.guard": "on"}, r"^run.guard: 'on' is none of 'refuse', 'warn' or 'off'"),
+        ({"run.kernel": "cubic"}, r"^run.kernel: 'cubic' is none of cubic-spline, wendland-c2"),
+        ({"run.cfll": 1.0}, r"^run.cfll: unknown key; did you mean 'cfl'\?"),
+        ({"bodies": []}, r"^bodies"),
+        ({"bodies.0.name": 3}, r"^bodies.0.name: 3: must be a valid string"),
+        ({"bodies.0.spacing": 0.03}, r"^bodies.0.spacing: 0.03 m does not divide .* nearest that do: 0.0294117647059 m, 0.030303030303 m"),
+        ({"bodies.0.spacing": "1 kg"}, r"^bodies.0.spacing: '1 kg' is not in units of m"),
+        ({"bodies.0.spacing": -0.01}, r"^bodies.0.spacing: -0.01"),
+        ({"bodies.0.state": None}, r'^bodies.0.state: "stress" or "strain" is needed in 1D and 2D'),
+        ({"bodies.0.state": "plane"}, r"^bodies.0.state: 'plane' is none of 'stress' or 'strain'"),
+        ({"bodies.0.jitter": 0.9}, r"^bodies.0.jitter: 0.9"),
+        ({"bodies.0.velocity": ["x", "y"]}, r"^bodies.0.velocity: has 2 components in a scene of dim = 1"),
+        ({"bodies.0.shape.type": "bx"}, r"^bodies.0.shape.type: 'bx' is none of 'box'; did you mean 'box'\?"),
+        ({"bodies.0.shape.min": [0.0, 0.0]}, r"^bodies.0.shape: min has 2 coordinates and max 1"),
+        ({"bodies.0.shape.max": [-1.0]}, r"^bodies.0.shape: min \[0.0\] must lie below max \[-1.0\]"),
+        ({"bodies.0.shape": {"type": "box", "min": [0.0, 0.0], "max": [1.0, 1.0]}}, r"^bodies.0.shape: has 2 coordinates in a scene of dim = 1"),
+        ({"bodies.0.material.model": "elastc"}, r"^bodies.0.material.model: no entry named 'elastc' .*did you mean 'elastic'\?"),
+        ({"bodies.0.material.model": None}, r"^bodies.0.material.model: is missing"),
+        ({"bodies.0.material.density": -2000.0}, r"^bodies.0.material.density: -2000.0 must be above 0 kg/m3"),
+        ({"bodies.0.material.density": "2000"}, r"^bodies.0.material.density: '2000' has no unit"),
+        ({"bodies.0.material.density": None}, r"^bodies.0.material.density: is missing: elastic needs it \[kg/m3\]"),
+        ({"bodies.0.material.poisson_ratio": 0.5}, r"^bodies.0.material.poisson_ratio: 0.5 must be below 0.5"),
+        ({"bodies.0.material.youngs_modulus": "80 MPaa"}, r"unknown unit 'MPaa'; did you mean 'MPa'"),
+        ({"bodies.0.material.young_modulus": 1.0}, r"^bodies.0.material.young_modulus: unknown key; did you mean 'youngs_modulus'\?"),
+        ({"functions.pulse.t": [1.0, 0.5]}, r"^functions.pulse: t must increase"),
+        ({"functions.pulse.value": [1.0]}, r"^functions.pulse: t and value must have the same number"),
+        ({"functions.pulse.expression": "t"}, r"^functions.pulse: either a table .* or an expression"),
+        ({"boundary.0.body": "rod"}, r"^boundary.0.body: no body is named 'rod'; there is bar"),
+        ({"boundary.0.face": "-y"}, r"^boundary.0.face: '-y' does not exist in 1D"),
+        ({"boundary.0.face": "left"}, r"^boundary.0.face: 'left'"),
+        ({"boundary.0.where": "x <= 0"}, r"^boundary.0: exactly one of where and face is needed"),
+        ({"boundary.0.velocity": {"y": 1.0}}, r"^boundary.0.velocity.y: is none of x"),
+        ({"boundary.0.velocity": {"x": "pulze"}}, r"^boundary.0.velocity.x: 'pulze' is no number, quantity \[m/s\], expression or function.*functions: pulse"),
+        ({"boundary.0.velocity": {}}, r"^boundary.0: nothing is prescribed"),
+        ({"boundary.1.fixed": ["z"]}, r"^boundary.1: 'z' is none of x"),
+        ({"probes.0.fields": ["stres_xx"]}, r"^probes.0.fields: no field is named 'stres_xx'; did you mean 'stress_xx'\?"),
+        ({"probes.0.fields": []}, r"^probes.0.fields"),
+        ({"probes.0.at": [[0.5, 0.5]]}, r"^probes.0.at: \[0.5, 0.5\] has 2 coordinates"),
+        ({"probes.0.name": "../evil"}, r"^probes.0.name: '../evil'"),
+        ({"probes.0.every": 0}, r"^probes.0.every: 0 steps: at least 1"),
+        ({"probes.1.name": "fixed-end"}, r"^probes.1.name: 'fixed-end' names another probe"),
+        ({"probes.0.reduce": "max"}, r"^probes.0: reduce .* goes with where"),
+        ({"output.formats": ["vtk"]}, r"^output.formats.0: 'vtk' is none of 'vtu', 'xdmf' or 'npz'; did you mean 'vtu'\?"),
+        ({"output.every": "-1 ms"}, r"^output.every: '-1 ms' is not above zero"),
+        ({"output.fields": ["velocty"]}, r"^output.fields: no field is named 'velocty'; did you mean 'velocity'\?"),
+    ],
+    ids=lambda v: ",".join(v) if isinstance(v, dict) else "",
+)  # fmt: skip
+def test_one_fault_gives_one_message(change: dict, message: str) -> None:
+    found = faults(change)
+    assert len(found) == 1, found
+
+
+    assert re.search(message, found[0]), found[0]
+
+
+def test_all_faults_at_once_with_their_lines(tmp_path: Path) -> None:
+    text = TEXT.replace('model = "elastic"', 'model = "elastc"').replace("cfl = 1.0", 'cfl = 1.0\ndt = "1 us"').replace("spacing = 0.01", "spcing = 0.01")
+    text = text.replace('name = "middle"', 'nam = "middle"')
+    path = tmp_path / "bad.toml"
+    path.write_text(text)
+    with pytest.raises(SceneError) as caught:
+        wsph.load(path)
+    lines = str(caught.value).splitlines()
+    expected = {"run": "both are given", "bodies.0.spacing": "is missing", "bodies.0.spcing": "did you mean 'spacing'", "bodies.0.material.model": "elastc", "probes.1.nam": "unknown key", "probes.1.name": "is missing"}
+    assert len(lines) == len(expected), lines
+    for key, words in expected.items():
+        line = next(entry for entry in lines if f" {key}: " in entry)
+        assert line.startswith(f"{path}: line ")
+        assert words in line
+    number = int(next(entry for entry in lines if "bodies.0.spcing" in entry).split("line ")[1].split(":")[0])
+    assert text.splitlines()[number - 1].startswith("spcing")
+    number = int(next(entry for entry in lines if "probes.1.nam:" in entry).split("line ")[1].split(":")[0])
+    assert text.splitlines()[number - 1].startswith("nam")
+
+
+@pytest.mark.parametrize(("content", "message"), [(None, "no such file"), ("a = = 1", "is not TOML"), (b"\xff\xfe", "cannot be read"), ("", "schema: is missing")])
+def test_files_that_are_no_scene(tmp_path: Path, content: str | bytes | None, message: str) -> None:
+    path = tmp_path / "scene.toml"
+    if content is not None:
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(SceneError, match=message) as caught:
+        wsph.load(path)
+    assert str(path) in str(caught.value)
+
+
+def test_the_python_api_takes_the_same_keys_and_gives_them_back() -> None:
+    scene = wsph.Scene(**copy.deepcopy(DATA))
+    again = wsph.Scene(**scene.data())
+    assert again == scene
+    assert scene.with_(cfl=0.5).run.cfl == 0.5
+    assert scene.with_(dt=1e-5).run.cfl is None
+    assert scene.with_(**{"bodies.0.spacing": 0.02}).bodies[0].spacing == 0.02
+    assert scene.bodies[0].spacing == 0.01
+    with pytest.raises(SceneError, match="there is no entry '7'"):
+        scene.with_(**{"bodies.7.spacing": 0.02})
+    with pytest.raises(SceneError, match="unknown key"):
+        scene.with_(speling=1)
