@@ -12,4 +12,16 @@ from wsph.errors import OutputError, PluginError, Refused, SceneError, Unstable,
 from wsph.scene import Scene, load  # noqa: E402
 
 __version__ = _version("wsph")
-__all__ = ["OutputError", "PluginError", "Refused", "Result", "Scene", "SceneError", "Unstable", "WsphError", "__version__", "load", "run"]
+__all__ = [
+    "OutputError",
+    "PluginError",
+    "Refused",
+    "Result",
+    "Scene",
+    "SceneError",
+    "Unstable",
+    "WsphError",
+    "__version__",
+    "load",
+    "run",
+]

@@ -11,7 +11,7 @@ from the stress rate.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 import warp as wp
@@ -82,7 +82,7 @@ def face_conditions(scene: Scene, body: str, lattice: Lattice, labels: tuple[str
         if not len(nodes):
             raise _nothing_selected(k, condition)
         velocity = {axis: scene.value(value, "m/s") for axis, value in condition.velocity.items()}
-        velocity |= {axis: zero for axis in (*condition.fixed, *([condition.symmetry] if condition.symmetry else []))}
+        velocity |= dict.fromkeys((*condition.fixed, *([condition.symmetry] if condition.symmetry else [])), zero)
         for axis, value in velocity.items():
             result.put("velocity", AXES.index(axis), nodes, value)
             moved[rows, AXES.index(axis)] = True
@@ -122,7 +122,9 @@ def layer_conditions(scene: Scene, body: str, lattice: Lattice, who: str) -> Con
             continue
         for key in ("stress", "symmetry"):
             if getattr(condition, key):
-                raise Refused(f"boundary.{k}.{key}: {who} prescribes velocity and fixed only; use a two-set integrator such as tsph")
+                raise Refused(
+                    f"boundary.{k}.{key}: {who} prescribes velocity and fixed only; use a two-set integrator such as tsph"
+                )
         if condition.face:
             particles = np.unique(lattice.faces.cell[lattice.faces.named(condition.face)])
         else:
@@ -295,7 +297,7 @@ def _evaluate(bank: Bank, program: int, x: wp.vec3d, t: wp.float64, slack: wp.fl
     return stack[0]
 
 
-@lru_cache(maxsize=None)
+@cache
 def _impose_kernel(space: Space) -> wp.Kernel:
     real = space.scalar
 
@@ -315,7 +317,7 @@ def _impose_kernel(space: Space) -> wp.Kernel:
     return impose
 
 
-@lru_cache(maxsize=None)
+@cache
 def _work_kernel(space: Space, unpack: wp.Function, Fields: type) -> wp.Kernel:
     dim = space.dim
 
@@ -410,7 +412,7 @@ class ExternalWork:
         return float(self._work.numpy().sum()) if self.count else 0.0
 
 
-@lru_cache(maxsize=None)
+@cache
 def _constraint_kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
     real = space.scalar
     module = space.module("constraint")
@@ -449,7 +451,9 @@ class ConstraintWork:
     def before(self, state: State, clock: Clock) -> None:
         """Keep what the step gave before the velocities are set (a launch)."""
         if self.count:
-            clock.launch(_constraint_kernels(self._space)[0], self.count, [self._boundary.place, state.buffer], [self._free])
+            clock.launch(
+                _constraint_kernels(self._space)[0], self.count, [self._boundary.place, state.buffer], [self._free]
+            )
 
     def after(self, state: State, clock: Clock) -> None:
         """Add the work of setting them (a launch)."""

@@ -1,6 +1,7 @@
 """The command line: run, check, list, view.
 
-Exit codes: 0 completed; 2 bad input (a faulty scene, a refused composition, an unusable folder); 3 unstable; 130 interrupted.
+Exit codes: 0 completed; 2 bad input (a faulty scene, a refused composition, an unusable folder); 3 unstable;
+130 interrupted.
 """
 
 import argparse
@@ -34,12 +35,22 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="wsph", description="Solid mechanics by smoothed particle hydrodynamics on NVIDIA Warp.")
+    parser = argparse.ArgumentParser(
+        prog="wsph", description="Solid mechanics by smoothed particle hydrodynamics on NVIDIA Warp."
+    )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     run = commands.add_parser("run", help="run a scene")
     run.add_argument("scene", type=Path)
-    run.add_argument("-o", "--out", type=Path, metavar="DIR", help="output folder (default: the scene's name with -out)")
-    run.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a key, e.g. --set bodies.0.spacing=0.005")
+    run.add_argument(
+        "-o", "--out", type=Path, metavar="DIR", help="output folder (default: the scene's name with -out)"
+    )
+    run.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="change a key, e.g. --set bodies.0.spacing=0.005",
+    )
     run.add_argument("--overwrite", action="store_true", help="replace an earlier run in the folder")
     run.add_argument("--quiet", action="store_true", help="print nothing but errors")
     run.set_defaults(command=_run)
@@ -82,7 +93,9 @@ def _run(options: argparse.Namespace) -> int:
         result = run(scene, folder, overwrite=options.overwrite, throw=False, progress=progress)
     if not options.quiet:
         s = result.summary
-        print(f"{result.status}: {s['steps']} steps of {s['dt']:.4g} s, {s['particles']} particles, {s['wall_seconds']:.2f} s; output in {folder}")
+        print(
+            f"{result.status}: {s['steps']} steps of {s['dt']:.4g} s, {s['particles']} particles, {s['wall_seconds']:.2f} s; output in {folder}"
+        )
     if result.failure is not None:
         raise result.failure
     return 130 if result.status == "interrupted" else 0
@@ -100,7 +113,13 @@ class _Progress:
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-        self._bar = Progress(TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn(), console=Console(stderr=True), transient=True)
+        self._bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TimeRemainingColumn(),
+            console=Console(stderr=True),
+            transient=True,
+        )
         self._bar.start()
         self._task = self._bar.add_task("", total=None)
 
@@ -120,11 +139,18 @@ def _check(options: argparse.Namespace) -> int:
 
     composition = compose(load(options.scene, _overrides(options.set)))
     scene = composition.scene
-    rows: list[tuple[str, str]] = [("scene", scene.title or str(options.scene)), ("space", f"{scene.dim}D, {scene.run.precision}, {composition.device}")]
+    rows: list[tuple[str, str]] = [
+        ("scene", scene.title or str(options.scene)),
+        ("space", f"{scene.dim}D, {scene.run.precision}, {composition.device}"),
+    ]
     for run in composition.bodies:
         material = f"{run.body.material.model} ({registry.origin('materials', run.body.material.model)})"
         bytes_each = run.system.nbytes / run.system.count
-        limit = f"limit {run.limit:.3f} ({run.limit_reason})" if run.limit is not None else f"limit not known: {run.limit_reason}"
+        limit = (
+            f"limit {run.limit:.3f} ({run.limit_reason})"
+            if run.limit is not None
+            else f"limit not known: {run.limit_reason}"
+        )
         rows += [
             (f"body {run.body.name}", f"{material}, {run.constitutive.state.name}, {run.system.formulation}"),
             ("  particles", f"{run.system.count}, {run.system.pairs} pairs, {bytes_each:.0f} bytes per particle"),
@@ -133,7 +159,10 @@ def _check(options: argparse.Namespace) -> int:
     name = scene.run.integrator.name
     kernels = [kernel.func.__name__ for kernel in composition.launches()]
     rows += [
-        ("integrator", f"{name} ({registry.origin('integrators', name)}), order {composition.bodies[0].integrator.order}"),
+        (
+            "integrator",
+            f"{name} ({registry.origin('integrators', name)}), order {composition.bodies[0].integrator.order}",
+        ),
         ("time step", f"{composition.dt:.6g} s, {composition.steps} steps to {scene.run.end:g} s"),
         ("kernels", f"{len(set(kernels))} in {len(kernels)} launches per step: {', '.join(kernels)}"),
         ("launches", "replayed from a captured graph" if composition.program.captured else "direct"),
@@ -148,11 +177,23 @@ def _list(options: argparse.Namespace) -> int:
     groups = [options.group] if options.group else list(registry.GROUPS)
     found = [entry for group in groups for entry in registry.entries(group)]
     if options.json:
-        rows = [{"group": e.group, "name": e.name, "distribution": e.distribution, "version": e.version, "target": e.target, "status": e.status} for e in found]
+        rows = [
+            {
+                "group": e.group,
+                "name": e.name,
+                "distribution": e.distribution,
+                "version": e.version,
+                "target": e.target,
+                "status": e.status,
+            }
+            for e in found
+        ]
         print(json.dumps(rows, indent=2))
         return 0
     for entry in found:
-        print(f"{entry.group[:-1]:<11} {entry.name:<14} {entry.distribution} {entry.version:<8} {entry.target:<36} {entry.status}")
+        print(
+            f"{entry.group[:-1]:<11} {entry.name:<14} {entry.distribution} {entry.version:<8} {entry.target:<36} {entry.status}"
+        )
     return 0
 
 

@@ -89,7 +89,9 @@ def step_count(end: float, dt: float) -> int:
 def _materials(scene: Scene) -> list[Any]:
     built = []
     for k, body in enumerate(scene.bodies):
-        material, faults = build("materials", body.material.model, body.material.options(), f"bodies.{k}.material", "model")
+        material, faults = build(
+            "materials", body.material.model, body.material.options(), f"bodies.{k}.material", "model"
+        )
         if faults:
             raise SceneError("scene", faults)
         built.append(material)
@@ -112,7 +114,9 @@ def compose(scene: Scene) -> Composition:
         raise PluginError(f"{who} is no integrator; expected {INTEGRATOR_SIGNATURE}")
     system_type = TwoSetSystem if sets == 2 else OneSetSystem
     if scene.run.formulation not in (None, system_type.formulation):
-        raise Refused(f"run.formulation: {scene.run.integrator.name} works in {system_type.formulation!r}, not in {scene.run.formulation!r}")
+        raise Refused(
+            f"run.formulation: {scene.run.integrator.name} works in {system_type.formulation!r}, not in {scene.run.formulation!r}"
+        )
     device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
     states = [STRESS_STATES[scene.dim, body.state] for body in scene.bodies]
     lattices = [lattice(body.shape, body.spacing, body.jitter, scene.run.seed) for body in scene.bodies]
@@ -142,7 +146,18 @@ def compose(scene: Scene) -> Composition:
             probe.record()
 
     particles = sum(b.system.count for b in bodies)
-    return Composition(scene, space, device, scales, clock, dt, step_count(scene.run.end, dt), bodies, probes, Program(step, particles, device))
+    return Composition(
+        scene,
+        space,
+        device,
+        scales,
+        clock,
+        dt,
+        step_count(scene.run.end, dt),
+        bodies,
+        probes,
+        Program(step, particles, device),
+    )
 
 
 def _cadence_steps(every: float, dt: float) -> float:
@@ -156,9 +171,13 @@ def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: An
     system = system_type(scene, body, cells, space, constitutive, scales, clock, device, wants_displacement(scene))
     if body.velocity is not None:
         components = [scene.value(v, "m/s") for v in body.velocity]
-        columns = [c(system.position) if not dataclasses.is_dataclass(c) or hasattr(c, "program") else None for c in components]
+        columns = [
+            c(system.position) if not dataclasses.is_dataclass(c) or hasattr(c, "program") else None for c in components
+        ]
         if any(c is None for c in columns):
-            raise SceneError("scene", [Fault(0, "bodies.velocity", "an initial velocity is a number or an expression, not a table")])
+            raise SceneError(
+                "scene", [Fault(0, "bodies.velocity", "an initial velocity is a number or an expression, not a table")]
+            )
         system.state.write("velocity", np.stack(columns, 1) / scales.velocity)
     system.impose(system.state, 0.0)
     system.work.start(system.state)

@@ -16,7 +16,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
 import warp as wp
@@ -38,7 +38,7 @@ class StressState:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """"xx", "xy", ..."""
+        """ "xx", "xy", ..."""
         return tuple("xyz"[i] + "xyz"[j] for i, j in self.components)
 
     def wave_speed(self, bulk: float, shear: float, density: float) -> float:
@@ -69,21 +69,36 @@ def blame(who: str, signature: str = RATE_SIGNATURE) -> Iterator[None]:
     except PluginError:
         raise
     except Exception as error:
-        if type(error).__module__.split(".")[0] != "warp" and not isinstance(error, (RuntimeError, TypeError, AttributeError, ValueError)):
+        if type(error).__module__.split(".")[0] != "warp" and not isinstance(
+            error, (RuntimeError, TypeError, AttributeError, ValueError)
+        ):
             raise
         lines = [line for line in str(error).strip().splitlines() if line.strip()]
-        raise PluginError(f"{who}: its code fails ({lines[-1] if lines else type(error).__name__}); expected {signature}") from error
+        raise PluginError(
+            f"{who}: its code fails ({lines[-1] if lines else type(error).__name__}); expected {signature}"
+        ) from error
 
 
 def parameters(material: Any) -> dict[str, str]:
     """Names and units of a material's numbers: its fields, its `derived` properties and the two elastic moduli."""
-    names = {f.name: f.metadata.get("unit", "") for f in dataclasses.fields(material) if not isinstance(getattr(material, f.name), (str, bool))}
+    names = {
+        f.name: f.metadata.get("unit", "")
+        for f in dataclasses.fields(material)
+        if not isinstance(getattr(material, f.name), (str, bool))
+    }
     return {**names, **getattr(material, "derived", {}), "elastic_bulk": "Pa", "elastic_shear": "Pa"}
 
 
 def _static_key(material: Any) -> tuple[Any, ...]:
     """What of a material its compiled law may depend on: its class and the fields that are no numbers."""
-    return (type(material), *(getattr(material, f.name) for f in dataclasses.fields(material) if isinstance(getattr(material, f.name), (str, bool))))
+    return (
+        type(material),
+        *(
+            getattr(material, f.name)
+            for f in dataclasses.fields(material)
+            if isinstance(getattr(material, f.name), (str, bool))
+        ),
+    )
 
 
 class Constitutive:
@@ -102,9 +117,10 @@ class Constitutive:
         if self.depends_on_stress:
             self.internals["dissipation"] = 0.0
         with blame(who):
-            self.laws = _LAWS.get((space, state, _static_key(material)))
-            if self.laws is None:
-                self.laws = _LAWS[space, state, _static_key(material)] = _build(space, material, state, self.depends_on_stress)
+            key = (space, state, _static_key(material))
+            if key not in _LAWS:
+                _LAWS[key] = _build(space, material, state, self.depends_on_stress)
+            self.laws: Laws = _LAWS[key]
         self.params = self.laws.Params()
         for name, unit in parameters(material).items():
             value = {"elastic_bulk": bulk, "elastic_shear": shear}.get(name)
@@ -144,7 +160,7 @@ class Laws:
 _LAWS: dict[tuple[Any, ...], Laws] = {}
 
 
-@lru_cache(maxsize=None)
+@cache
 def packing(space: Space, state: StressState) -> tuple[wp.Function, wp.Function]:
     """Warp functions unpack(packed) -> 3x3 tensor and pack(tensor) -> packed."""
     stress, tensor = space.vector(len(state.components)), space.tensor
@@ -178,7 +194,9 @@ def user_law(space: Space, material: Any, Params: type, internal: type) -> wp.Fu
     names = list(getattr(material, "internals", {}))
     law = material.rate(space, Params)
     if not isinstance(law, wp.Function):
-        raise PluginError(f"{type(material).__name__}.rate returned {type(law).__name__}, no @wp.func; expected {RATE_SIGNATURE}")
+        raise PluginError(
+            f"{type(material).__name__}.rate returned {type(law).__name__}, no @wp.func; expected {RATE_SIGNATURE}"
+        )
     arity, wanted = len(inspect.signature(law.func).parameters), 4 if names else 3
     if arity != wanted:
         raise PluginError(
@@ -209,7 +227,7 @@ def user_law(space: Space, material: Any, Params: type, internal: type) -> wp.Fu
     return with_internals
 
 
-@lru_cache(maxsize=None)
+@cache
 def _unit(space: Space) -> wp.Function:
     """Warp function: the unit normal rate along axis k."""
     tensor, real = space.tensor, space.scalar
@@ -265,7 +283,13 @@ def _build(space: Space, material: Any, state: StressState, depends: bool) -> La
     count = len(getattr(material, "internals", {}))
     internal = space.vector(max(count + depends, 1))
     # Not id-based: the same fields give the same struct, and so the same compiled kernel, in every process.
-    Params = wp.struct(type(f"{type(material).__name__}Params", (), {"__annotations__": {name: real for name in parameters(material)}, "__module__": __name__}))
+    Params = wp.struct(
+        type(
+            f"{type(material).__name__}Params",
+            (),
+            {"__annotations__": {name: real for name in parameters(material)}, "__module__": __name__},
+        )
+    )
     unpack, pack = packing(space, state)
     law = user_law(space, material, Params, internal)
     free_law = _free_normals(space, law, Params, internal, state.free)

@@ -29,7 +29,7 @@ def start_warp() -> None:
 
 
 def pick_device(name: str) -> str:
-    """The Warp device that a scene means; "auto" is the first GPU, or else the CPU. Raises Refused where it does not exist."""
+    """The Warp device that a scene means; "auto" is the first GPU, or else the CPU. Raises Refused where there is none."""
     start_warp()
     if name == "auto":
         return "cuda:0" if wp.is_cuda_available() else "cpu"

@@ -1,7 +1,7 @@
 """Energies, momentum and the finite check of a body, in blocks of fixed size: the same sums for any number of threads."""
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 import warp as wp
@@ -27,7 +27,7 @@ class Ledger:
     speed: float
 
 
-@lru_cache(maxsize=None)
+@cache
 def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
     real, dim = space.scalar, space.dim
     Fields, Params, energy = fields_struct(space, layout), laws.Params, laws.energy
@@ -36,7 +36,14 @@ def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
     dissipates, last = laws.source is not None, internals - 1
 
     @wp.kernel(module="unique", enable_backward=False)
-    def ledger(n: int, p: Params, density: real, volume: wp.array(dtype=real), fields: Fields, sums_out: wp.array2d(dtype=wp.float64)):
+    def ledger(
+        n: int,
+        p: Params,
+        density: real,
+        volume: wp.array(dtype=real),
+        fields: Fields,
+        sums_out: wp.array2d(dtype=wp.float64),
+    ):
         block = wp.tid()
         kinetic = wp.float64(0.0)
         strain = wp.float64(0.0)

@@ -52,7 +52,9 @@ class Result:
     @property
     def cost(self) -> dict[str, float]:
         """What the run took."""
-        return {key: self.summary[key] for key in ("steps", "right_hand_sides", "wall_seconds", "particle_steps_per_second")}
+        return {
+            key: self.summary[key] for key in ("steps", "right_hand_sides", "wall_seconds", "particle_steps_per_second")
+        }
 
     def error(self, exact: Callable[[np.ndarray, float], np.ndarray] | np.ndarray, name: str, norm: int = 2) -> float:
         """Relative error of a final field against `exact` (values, or a function of position (n, dim) and time):
@@ -86,7 +88,11 @@ class _Events:
             return
         while self.next <= self._last:
             self._number += 1
-            step = self._number * self._cadence if isinstance(self._cadence, int) else int(np.ceil(self._number * self._cadence / self._dt - 1e-9))
+            step = (
+                self._number * self._cadence
+                if isinstance(self._cadence, int)
+                else int(np.ceil(self._number * self._cadence / self._dt - 1e-9))
+            )
             if step > self.next:
                 # The final state is always recorded.
                 self.next = step if step <= self._last else (self._last if self.next < self._last else self._last + 1)
@@ -134,8 +140,12 @@ class Simulation:
         history = output.history or max(self._last // HISTORY_ROWS, 1)
         self._history = _Events(history, composition.dt, self._last)
         self._frames = _Events(output.every, composition.dt, self._last)
-        self._slow = [(p, _Events(p.probe.every, composition.dt, self._last)) for p in composition.probes if not p.every_step]
-        self._fast = [(p, _Events(p.probe.every, composition.dt, self._last)) for p in composition.probes if p.every_step]
+        self._slow = [
+            (p, _Events(p.probe.every, composition.dt, self._last)) for p in composition.probes if not p.every_step
+        ]
+        self._fast = [
+            (p, _Events(p.probe.every, composition.dt, self._last)) for p in composition.probes if p.every_step
+        ]
         self._rows: list[list[float]] = []
         self._largest = 0.0
         self._warned = False
@@ -191,15 +201,25 @@ class Simulation:
                 raise self._unstable(step, self.c.bodies[0], "energy", -1, (), what)
             if created > ENERGY_WARNING and not self._warned:
                 self._warned = True
-                warnings.warn(f"step {step}: energy was created, {100 * created:.3g} % of the largest seen", RuntimeWarning, stacklevel=3)
+                warnings.warn(
+                    f"step {step}: energy was created, {100 * created:.3g} % of the largest seen",
+                    RuntimeWarning,
+                    stacklevel=3,
+                )
         return ledgers
 
     def _unstable(self, step: int, run: Any, name: str, particle: int, position: Any, what: str) -> Unstable:
         t, limit = step * self.c.dt, run.limit
         place = f" of particle {particle} at ({', '.join(f'{x:g}' for x in position)}) m" if particle >= 0 else ""
-        bound = f"; Courant number {run.courant:.6g}, limit {limit:.3f}" if limit is not None else f"; Courant number {run.courant:.6g}"
+        bound = (
+            f"; Courant number {run.courant:.6g}, limit {limit:.3f}"
+            if limit is not None
+            else f"; Courant number {run.courant:.6g}"
+        )
         message = f"unstable at step {step}, t = {t:.6g} s (dt = {self.c.dt:.4g} s): {name}{place} of body {run.body.name!r}: {what}{bound}"
-        return Unstable(message, step=step, time=t, dt=self.c.dt, field=name, particle=particle, position=position, limit=limit)
+        return Unstable(
+            message, step=step, time=t, dt=self.c.dt, field=name, particle=particle, position=position, limit=limit
+        )
 
     def _total(self, ledgers: list[Ledger]) -> float:
         return sum(e.kinetic + e.strain + e.dissipated for e in ledgers)
@@ -223,9 +243,17 @@ class Simulation:
             self._collect(0)
         if self._history.next <= step:
             total, work = self._total(ledgers), self._work()
-            sums = [sum(e.kinetic for e in ledgers), sum(e.strain for e in ledgers), sum(e.dissipated for e in ledgers), work, work - total]
+            sums = [
+                sum(e.kinetic for e in ledgers),
+                sum(e.strain for e in ledgers),
+                sum(e.dissipated for e in ledgers),
+                work,
+                work - total,
+            ]
             momentum = sum(e.momentum for e in ledgers)
-            self._rows.append([step, step * self.c.dt, self.c.dt, *(x * self._energy for x in sums), *(momentum * self._impulse)])
+            self._rows.append(
+                [step, step * self.c.dt, self.c.dt, *(x * self._energy for x in sums), *(momentum * self._impulse)]
+            )
             self._history.advance()
         for probe, events in self._slow:
             if events.next <= step:
@@ -254,7 +282,10 @@ class Simulation:
 
     def _probe_columns(self, probe: Recorder) -> dict[str, np.ndarray]:
         times = np.array(probe.steps) * self.c.dt
-        return {"time": times, **probe.columns(self._units | {"dissipation": self.c.scales.stress}, self._density(probe))}
+        return {
+            "time": times,
+            **probe.columns(self._units | {"dissipation": self.c.scales.stress}, self._density(probe)),
+        }
 
     def _density(self, probe: Recorder) -> float:
         return probe.body.density * self.c.scales.density
@@ -266,13 +297,17 @@ class Simulation:
         for number, run in enumerate(self.c.bodies):
             system, labels = run.system, run.constitutive.state.labels
             n = system.count
-            values = {name: system.filtered(name) * self._units.get(name, 1.0) for name in system.state.widths if name not in ("deformation", "internals")}
+            values = {
+                name: system.filtered(name) * self._units.get(name, 1.0)
+                for name in system.state.widths
+                if name not in ("deformation", "internals")
+            }
             if "internals" in system.state.widths:
                 internals = system.filtered("internals")
                 for k, name in enumerate(run.constitutive.internals):
                     values[name] = internals[:, [k]] * (self.c.scales.stress if name == "dissipation" else 1.0)
             values["density"] = np.full((n, 1), system.density * self.c.scales.density)
-            position = system.position + (values["displacement"] if "displacement" in values else 0.0)
+            position = system.position + (values.get("displacement", 0.0))
             parts.setdefault("position", []).append(position)
             for name in names:
                 base = values.get(fields.primitive(name))
@@ -315,11 +350,19 @@ class Simulation:
             },
             "momentum": [last[f"momentum_{axis}"] for axis in "xyz"[: self.scene.dim]],
             "device": self.c.device,
-            "versions": {name: metadata.version(package) for name, package in (("wsph", "wsph"), ("warp", "warp-lang"), ("numpy", "numpy"), ("meshio", "meshio"))}
+            "versions": {
+                name: metadata.version(package)
+                for name, package in (("wsph", "wsph"), ("warp", "warp-lang"), ("numpy", "numpy"), ("meshio", "meshio"))
+            }
             | {"python": platform.python_version()},
             "plugins": {
-                f"integrator {self.scene.run.integrator.name}": registry.origin("integrators", self.scene.run.integrator.name),
-                **{f"material {b.material.model}": registry.origin("materials", b.material.model) for b in self.scene.bodies},
+                f"integrator {self.scene.run.integrator.name}": registry.origin(
+                    "integrators", self.scene.run.integrator.name
+                ),
+                **{
+                    f"material {b.material.model}": registry.origin("materials", b.material.model)
+                    for b in self.scene.bodies
+                },
             },
             "scene": self.scene.data(),
         }
@@ -328,5 +371,6 @@ class Simulation:
             self._write_tables()
             self._writer.summary(summary)
         wanted = tuple(dict.fromkeys(("velocity", "stress", *self.scene.output.fields)))
-        return Result(self.scene, status, reason, step * self.c.dt, columns, probes, self._fields(wanted), summary, failure)
-
+        return Result(
+            self.scene, status, reason, step * self.c.dt, columns, probes, self._fields(wanted), summary, failure
+        )

@@ -37,7 +37,9 @@ class Expression:
     @property
     def constant(self) -> bool:
         """True where the value depends neither on place nor on time."""
-        return not any(OPERATIONS["x"] <= code <= OPERATIONS["t"] or code == OPERATIONS["table"] for code, _ in self.program)
+        return not any(
+            OPERATIONS["x"] <= code <= OPERATIONS["t"] or code == OPERATIONS["table"] for code, _ in self.program
+        )
 
     def __call__(self, position: np.ndarray, time: float = 0.0, tolerance: float = 0.0) -> np.ndarray:
         """Values at `position` (n, dim) [m] and `time` [s], shape (n,).
@@ -150,7 +152,12 @@ def _emit(node: ast.AST, program: list[tuple[int, float]], text: str) -> None:
             _emit(operand, program, text)
             put("not")
         case ast.BinOp(left=left, op=operator, right=right) if type(operator) in _OPERATORS:
-            if isinstance(operator, ast.Pow) and isinstance(right, ast.Constant) and isinstance(right.value, (int, float)) and abs(right.value) > MAX_EXPONENT:
+            if (
+                isinstance(operator, ast.Pow)
+                and isinstance(right, ast.Constant)
+                and isinstance(right.value, (int, float))
+                and abs(right.value) > MAX_EXPONENT
+            ):
                 raise ValueError(f"an exponent is at most {MAX_EXPONENT}, not {right.value} in {text!r}")
             _emit(left, program, text)
             _emit(right, program, text)
@@ -173,12 +180,17 @@ def _emit(node: ast.AST, program: list[tuple[int, float]], text: str) -> None:
         case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]) if name in FUNCTIONS:
             wanted = 1 if name in _UNARY else 2
             if len(arguments) != wanted:
-                raise ValueError(f"{name} in {text!r} takes {wanted} argument{'s' * (wanted > 1)}, not {len(arguments)}")
+                raise ValueError(
+                    f"{name} in {text!r} takes {wanted} argument{'s' * (wanted > 1)}, not {len(arguments)}"
+                )
             for argument in arguments:
                 _emit(argument, program, text)
             put(name)
         case ast.Call(func=ast.Name(id=name)):
             close = difflib.get_close_matches(name, FUNCTIONS, 1)
-            raise ValueError(f"unknown function {name!r} in {text!r}; " + (f"did you mean {close[0]!r}?" if close else f"known: {', '.join(FUNCTIONS)}"))
+            raise ValueError(
+                f"unknown function {name!r} in {text!r}; "
+                + (f"did you mean {close[0]!r}?" if close else f"known: {', '.join(FUNCTIONS)}")
+            )
         case _:
             raise ValueError(f"{text!r} has a part that is not arithmetic over x, y, z, t")

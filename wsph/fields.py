@@ -17,7 +17,16 @@ DERIVED = {"von_mises": "stress", "pressure": "stress"}
 def known(internals: Iterable[str], dim: int) -> list[str]:
     """Every field name that a body with those internals offers."""
     vectors = [f"{name}_{axis}" for name in ("velocity", "displacement") for axis in AXES[:dim]]
-    return ["velocity", "displacement", "stress", "density", *DERIVED, *internals, *vectors, *(f"stress_{c}" for c in TENSOR)]
+    return [
+        "velocity",
+        "displacement",
+        "stress",
+        "density",
+        *DERIVED,
+        *internals,
+        *vectors,
+        *(f"stress_{c}" for c in TENSOR),
+    ]
 
 
 def primitive(name: str) -> str:

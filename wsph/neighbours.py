@@ -1,7 +1,7 @@
 """Pairs: which sources each target sees, as compressed sparse rows."""
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 import warp as wp
@@ -34,7 +34,7 @@ class Pairs:
         return 4 * (self.targets + 1 + self.count)
 
 
-@lru_cache(maxsize=None)
+@cache
 def _kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
     point, real = space.point, space.scalar
     module = space.module("pairs")
@@ -70,7 +70,9 @@ def _kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
     return count_row, fill_row
 
 
-def find_pairs(targets: np.ndarray, sources: np.ndarray, radius: float, device: str = "cpu", same: bool = False) -> Pairs:
+def find_pairs(
+    targets: np.ndarray, sources: np.ndarray, radius: float, device: str = "cpu", same: bool = False
+) -> Pairs:
     """All pairs with |target - source| < `radius`. `targets` (n, dim), `sources` (m, dim), `radius` in one unit.
 
     `same`: targets are the sources, and a particle is not its own neighbour (one that coincides with it is). Raises
@@ -82,10 +84,14 @@ def find_pairs(targets: np.ndarray, sources: np.ndarray, radius: float, device: 
     dim = targets.shape[1]
     for points in (targets, sources):
         if not np.isfinite(points).all():
-            raise ValueError(f"particle {int(np.flatnonzero(~np.isfinite(points).all(1))[0])} has a position that is not finite")
+            raise ValueError(
+                f"particle {int(np.flatnonzero(~np.isfinite(points).all(1))[0])} has a position that is not finite"
+            )
     n, m = len(targets), len(sources)
     if n == 0 or m == 0:
-        return Pairs(wp.zeros(n + 1, dtype=wp.int32, device=device), wp.zeros(0, dtype=wp.int32, device=device), n, m, radius)
+        return Pairs(
+            wp.zeros(n + 1, dtype=wp.int32, device=device), wp.zeros(0, dtype=wp.int32, device=device), n, m, radius
+        )
     space = Space(dim)
     origin = sources.min(0)
     padded = [np.zeros((len(points), 3)) for points in (targets, sources)]
@@ -102,7 +108,9 @@ def find_pairs(targets: np.ndarray, sources: np.ndarray, radius: float, device: 
     wp.launch(count_row, n, inputs=inputs, outputs=[counts], device=device)
     total = int(counts.numpy().sum(dtype=np.int64))
     if total >= 2**31:
-        raise ValueError(f"{total} pairs outnumber a 32-bit index (at most {2**31 - 1}); use a smaller support or fewer particles")
+        raise ValueError(
+            f"{total} pairs outnumber a 32-bit index (at most {2**31 - 1}); use a smaller support or fewer particles"
+        )
     offsets = wp.zeros(n + 1, dtype=wp.int32, device=device)
     wp.utils.array_scan(counts, offsets, inclusive=False)
     indices = wp.zeros(total, dtype=wp.int32, device=device)

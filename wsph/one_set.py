@@ -8,7 +8,8 @@ side's own correction and is antisymmetric: linear momentum is kept to round-off
 single precision keeps its digits. The stress is Cauchy's, from the material's rate law; faces are free.
 """
 
-from functools import lru_cache
+import itertools
+from functools import cache
 
 import numpy as np
 import warp as wp
@@ -29,7 +30,7 @@ from wsph.units import Scales
 DEFAULT_SUPPORT = 2.6
 
 
-@lru_cache(maxsize=None)
+@cache
 def _correction_kernel(space: Space, smoothing: str) -> wp.Kernel:
     real, vec, mat = space.scalar, space.vec, space.mat
     _, slope = SMOOTHING[smoothing](space)
@@ -108,12 +109,12 @@ class Kernels:
         self.first_piola, self.rate = first_piola, rate
 
 
-@lru_cache(maxsize=None)
+@cache
 def _kernels(space: Space, laws: Laws, layout: Layout) -> Kernels:
     return Kernels(space, laws, layout)
 
 
-@lru_cache(maxsize=None)
+@cache
 def _combine_kernel(space: Space, plain: int, timed: int) -> wp.Kernel:
     """out = sum of up to three states and up to three rates times dt, over the flat buffer."""
     real = space.scalar
@@ -147,7 +148,14 @@ class OneSetSystem:
 
     def __init__(self, scene: Scene, body: Body, lattice: Lattice, space: Space, constitutive: Constitutive,
                  scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip
-        self.space, self.lattice, self.constitutive, self.scales, self.clock, self.device = space, lattice, constitutive, scales, clock, device
+        self.space, self.lattice, self.constitutive, self.scales, self.clock, self.device = (
+            space,
+            lattice,
+            constitutive,
+            scales,
+            clock,
+            device,
+        )
         self.position, self.count, self.spacing = lattice.cells, len(lattice.cells), lattice.spacing
         self.volume = lattice.cell_volume / scales.length**space.dim
         self.density = constitutive.density
@@ -175,7 +183,9 @@ class OneSetSystem:
         self._corrected = wp.zeros(self.count, dtype=space.mat, device=device)
         self.state = self.new()
         self.conditions = layer_conditions(scene, body.name, lattice, f"integrator {scene.run.integrator.name!r}")
-        self.boundary = BoundaryValues(space, self.conditions, self.state, self.position, {"velocity": scales.velocity}, scales.time, device)
+        self.boundary = BoundaryValues(
+            space, self.conditions, self.state, self.position, {"velocity": scales.velocity}, scales.time, device
+        )
         self.work = ConstraintWork(space, self.boundary, self.density * self.volume, device)
         with blame(constitutive.who):
             self.kernels = _kernels(space, constitutive.laws, self.state.layout)
@@ -195,14 +205,32 @@ class OneSetSystem:
     def rate(self, state: State, out: State) -> None:
         """`out` = the time derivative of every field of `state`."""
         self.clock.launch(self.kernels.first_piola, self.count, [self._correction, state.struct], [self._corrected])
-        inputs = [self.constitutive.params, self.space.scalar(self.density), self._pairs.offsets, self._pairs.indices, self._weight]
-        self.clock.launch(self.kernels.rate, self.count, [*inputs, self._x, self._correction, self._corrected, state.struct], [out.struct])
+        inputs = [
+            self.constitutive.params,
+            self.space.scalar(self.density),
+            self._pairs.offsets,
+            self._pairs.indices,
+            self._weight,
+        ]
+        self.clock.launch(
+            self.kernels.rate,
+            self.count,
+            [*inputs, self._x, self._correction, self._corrected, state.struct],
+            [out.struct],
+        )
 
-    def combine(self, out: State, plain: list[tuple[float, State]], timed: list[tuple[float, State]] | None = None) -> None:
-        """`out` = sum of c x over `plain` + dt times the sum of c k over `timed`; up to three terms each, `out` may be one of them."""
+    def combine(
+        self, out: State, plain: list[tuple[float, State]], timed: list[tuple[float, State]] | None = None
+    ) -> None:
+        """`out` = sum of c x over `plain` + dt times the sum of c k over `timed`.
+
+        Up to three terms each; `out` may be one of them.
+        """
         timed = timed or []
         if not 1 <= len(plain) <= 3 or len(timed) > 3:
-            raise ValueError(f"combine takes one to three states and up to three rates, not {len(plain)} and {len(timed)}")
+            raise ValueError(
+                f"combine takes one to three states and up to three rates, not {len(plain)} and {len(timed)}"
+            )
         coefficients = [0.0] * 6
         for k, (c, _) in enumerate(plain):
             coefficients[k] = c
@@ -261,9 +289,15 @@ class OneSetSystem:
         pairs = find_pairs(points, self.position, 1.6 * self.spacing, "cpu")
         weights = interpolation_weights(Space(self.space.dim), pairs, points, self.position, self.lattice.cell_volume)
         offsets, indices, values = pairs.offsets.numpy(), pairs.indices.numpy(), weights.values.numpy()
-        return [(indices[a:b], values[a:b]) for a, b in zip(offsets, offsets[1:], strict=False)]
+        return [(indices[a:b], values[a:b]) for a, b in itertools.pairwise(offsets)]
 
     @property
     def nbytes(self) -> int:
         """Device memory of the body [bytes]: pairs, weights and the states that exist now."""
-        return self._pairs.nbytes + self._weight.capacity + 2 * self._correction.capacity + self._x.capacity + self.state.nbytes
+        return (
+            self._pairs.nbytes
+            + self._weight.capacity
+            + 2 * self._correction.capacity
+            + self._x.capacity
+            + self.state.nbytes
+        )

@@ -14,7 +14,7 @@ cancellation in the corrections.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 import warp as wp
@@ -27,7 +27,7 @@ from wsph.space import Space
 SINGULAR = 1e-9
 
 
-@lru_cache(maxsize=None)
+@cache
 def generalized_inverse(space: Space) -> wp.Function:
     """Warp function: (A, dim x dim symmetric, semidefinite) -> (inverse on the directions that A spans, rank).
 
@@ -74,7 +74,7 @@ def generalized_inverse(space: Space) -> wp.Function:
     return inverse
 
 
-@lru_cache(maxsize=None)
+@cache
 def _weight_kernels(space: Space, smoothing: str) -> tuple[wp.Kernel, wp.Kernel]:
     real, vec, mat = space.scalar, space.vec, space.mat
     value, slope = SMOOTHING[smoothing](space)
@@ -194,7 +194,7 @@ def gradient_weights(space: Space, pairs: Pairs, targets: np.ndarray, sources: n
     return Weights(pairs, wp.array(weight.numpy(), dtype=space.vec, device=device), rank.numpy())
 
 
-@lru_cache(maxsize=None)
+@cache
 def _apply_kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel, wp.Kernel]:
     real, vec = space.scalar, space.vec
     dim = space.dim

@@ -91,7 +91,9 @@ class OutputFolder:
             path = self.folder / "frames" / f"{stem}.{'h5' if extension == 'xdmf' else extension}"
             writer = {"vtu": _write_vtu, "npz": _write_npz, "xdmf": _write_h5}[extension]
             write_atomically(path, lambda temporary, writer=writer: writer(temporary, padded, point_data))
-        self._times.append((time, len(points), [f"{name}:{1 if v.ndim == 1 else v.shape[1]}" for name, v in point_data.items()]))
+        self._times.append(
+            (time, len(points), [f"{name}:{1 if v.ndim == 1 else v.shape[1]}" for name, v in point_data.items()])
+        )
         if "vtu" in self.formats:
             self._write_pvd()
         if "xdmf" in self.formats:
@@ -101,12 +103,20 @@ class OutputFolder:
         root = ElementTree.Element("VTKFile", type="Collection", version="0.1")
         collection = ElementTree.SubElement(root, "Collection")
         for number, (time, _, _) in enumerate(self._times):
-            ElementTree.SubElement(collection, "DataSet", timestep=repr(time), part="0", file=f"frames/frame_{number:06d}.vtu")
+            ElementTree.SubElement(
+                collection, "DataSet", timestep=repr(time), part="0", file=f"frames/frame_{number:06d}.vtu"
+            )
         _text(self.folder / "frames.pvd", _xml(root))
 
     def _write_xdmf(self) -> None:
         root = ElementTree.Element("Xdmf", Version="3.0")
-        series = ElementTree.SubElement(ElementTree.SubElement(root, "Domain"), "Grid", Name="frames", GridType="Collection", CollectionType="Temporal")
+        series = ElementTree.SubElement(
+            ElementTree.SubElement(root, "Domain"),
+            "Grid",
+            Name="frames",
+            GridType="Collection",
+            CollectionType="Temporal",
+        )
         for number, (time, n, names) in enumerate(self._times):
             source = f"frames/frame_{number:06d}.h5"
             grid = ElementTree.SubElement(series, "Grid", Name=f"frame {number}", GridType="Uniform")
@@ -121,7 +131,7 @@ class OutputFolder:
         _text(self.folder / "frames.xdmf", _xml(root))
 
     def table(self, name: str, columns: dict[str, Any]) -> None:
-        """Write `name` (a path in the folder) as CSV, one column an entry, with the shortest numbers that read back the same."""
+        """Write `name` (a path in the folder) as CSV, a column an entry, in the shortest digits that read back the same."""
         buffer = io.StringIO()
         writer = csv.writer(buffer, lineterminator="\n")
         writer.writerow(columns)

@@ -15,7 +15,10 @@ from wsph.shapes import Shape
 
 @dataclass(frozen=True)
 class Faces:
-    """Faces of a body, one row a cell face: `nodes` (m, 2^(dim-1)), `cell` (m,), `axis` (m,), `sign` (m,), `area` (m,) [m^(dim-1)]."""
+    """Faces of a body, one row a cell face.
+
+    `nodes` (m, 2^(dim-1)), `cell` (m,), `axis` (m,), `sign` of the outward normal (m,), `area` (m,) [m^(dim-1)].
+    """
 
     nodes: np.ndarray
     cell: np.ndarray

@@ -4,7 +4,7 @@ A record is a few weighted sums over the flat state, so one kernel serves every 
 indexed by the step number, and the host reads it between blocks of steps.
 """
 
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ RING = 1024
 """Steps between two reads of a probe that records every step."""
 
 
-@lru_cache(maxsize=None)
+@cache
 def _kernel(space: Space) -> wp.Kernel:
     real = space.scalar
 
@@ -83,7 +83,9 @@ class Recorder:
             points = np.array(probe.at)
             inside = [b for b in bodies if b.body.shape.contains(points).all()]
             if not inside:
-                raise SceneError("scene", [Fault(0, f"{key}.at", f"{[list(p) for p in probe.at]} does not lie in one body")])
+                raise SceneError(
+                    "scene", [Fault(0, f"{key}.at", f"{[list(p) for p in probe.at]} does not lie in one body")]
+                )
             return inside[0], inside[0].system.sample(points)
         for body in bodies:
             chosen = np.flatnonzero(select(probe.where or "", body.system.position, body.system.spacing))
@@ -95,7 +97,9 @@ class Recorder:
     def record(self) -> None:
         """Store the current values in the ring (a launch)."""
         inputs = [self._clock.step, int(self.probe.reduce == "max"), self._offsets, self._place, self._weight]
-        self._clock.launch(_kernel(self._space), self._ring.shape[1], [*inputs, self._body.system.state.buffer], [self._ring])
+        self._clock.launch(
+            _kernel(self._space), self._ring.shape[1], [*inputs, self._body.system.state.buffer], [self._ring]
+        )
 
     def flush(self, steps: list[int]) -> None:
         """Read the rows of `steps` (all still in the ring)."""

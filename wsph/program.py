@@ -6,7 +6,7 @@ where a launch is negligible beside its work.
 """
 
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
 import warp as wp
@@ -18,7 +18,7 @@ BLOCKS = (256, 32, 4, 1)
 """Steps in one captured graph: any number of steps is a few replays of these."""
 
 
-@lru_cache(maxsize=None)
+@cache
 def _advance() -> wp.Kernel:
     @wp.kernel(module="unique", enable_backward=False)
     def advance(step_out: wp.array(dtype=wp.int64), time_out: wp.array(dtype=wp.float64)):

@@ -41,7 +41,11 @@ def entries(group: str, installed: Callable[..., metadata.EntryPoints] = metadat
     return [
         entry
         if len(owners[entry.name]) == 1
-        else Entry(*_fields(entry), status="duplicate: also in " + ", ".join(sorted({o.distribution for o in owners[entry.name] if o is not entry})))
+        else Entry(
+            *_fields(entry),
+            status="duplicate: also in "
+            + ", ".join(sorted({o.distribution for o in owners[entry.name] if o is not entry})),
+        )
         for entry in every
     ]
 
@@ -71,16 +75,21 @@ def load(group: str, name: str, installed: Callable[..., metadata.EntryPoints] =
     point = next(p for p in installed(group=GROUPS[group]) if p.name == name)
     try:
         plugin = point.load()
-    except (Exception, SystemExit) as error:  # whatever a third party's import raises, the scene's author needs to know whose it is
+    except (
+        Exception,
+        SystemExit,
+    ) as error:  # whatever a third party's import raises, the scene's author needs to know whose it is
         raise PluginError(
             f"{name!r} in {GROUPS[group]} ({entry.target}, from {entry.distribution} {entry.version}) cannot be imported: {type(error).__name__}: {error}"
         ) from error
     if not isinstance(plugin, type):
-        raise PluginError(f"{name!r} in {GROUPS[group]} ({entry.target}, from {entry.distribution} {entry.version}) is not a class")
+        raise PluginError(
+            f"{name!r} in {GROUPS[group]} ({entry.target}, from {entry.distribution} {entry.version}) is not a class"
+        )
     return plugin
 
 
 def origin(group: str, name: str) -> str:
-    """"distribution version" of a registered name, for error messages and summaries."""
+    """ "distribution version" of a registered name, for error messages and summaries."""
     entry = find(group, name)
     return f"{entry.distribution} {entry.version}"

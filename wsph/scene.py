@@ -44,7 +44,7 @@ def _tuple(value: Any) -> Any:
 def _cadence(value: object) -> int | float:
     if isinstance(value, int) and not isinstance(value, bool):
         if value < 1:
-            raise ValueError(f"{value} steps: at least 1 (or a time such as \"1 ms\")")
+            raise ValueError(f'{value} steps: at least 1 (or a time such as "1 ms")')
         return value
     seconds = quantity(value, "s")
     if seconds <= 0.0:
@@ -106,7 +106,9 @@ class Run(Model):
     @model_validator(mode="after")
     def _one_step(self) -> "Run":
         if (self.cfl is None) == (self.dt is None):
-            raise ValueError("exactly one of cfl and dt is needed: " + ("neither is given" if self.cfl is None else "both are given"))
+            raise ValueError(
+                "exactly one of cfl and dt is needed: " + ("neither is given" if self.cfl is None else "both are given")
+            )
         return self
 
 
@@ -166,7 +168,9 @@ class Probe(Model):
     """A record of fields at material points, or of the particles that `where` selects, reduced to one number."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$", max_length=100)]
-    at: Annotated[tuple[Annotated[tuple[_in("m"), ...], BeforeValidator(_tuple)], ...], BeforeValidator(_tuple)] | None = None
+    at: (
+        Annotated[tuple[Annotated[tuple[_in("m"), ...], BeforeValidator(_tuple)], ...], BeforeValidator(_tuple)] | None
+    ) = None
     where: str | None = None
     reduce: Literal["mean", "sum", "max"] | None = None
     fields: Annotated[Strings, Field(min_length=1)]
@@ -340,14 +344,22 @@ def _fault(error: Any) -> Fault:
     if kind == "extra_forbidden":
         known = _known_keys(keys[:-1])
         close = difflib.get_close_matches(keys[-1], known, 1)
-        return Fault(0, key, "unknown key; " + (f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"))
+        return Fault(
+            0, key, "unknown key; " + (f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}")
+        )
     if kind == "missing":
         return Fault(0, key, "is missing")
     if kind == "value_error":
         return Fault(0, key, str(error["ctx"]["error"]))
     if kind == "literal_error":
-        close = difflib.get_close_matches(str(given), [str(v).strip("'") for v in error["ctx"]["expected"].replace(" or ", ", ").split(", ")], 1)
-        return Fault(0, key, f"{given!r} is none of {error['ctx']['expected']}" + (f"; did you mean {close[0]!r}?" if close else ""))
+        close = difflib.get_close_matches(
+            str(given), [str(v).strip("'") for v in error["ctx"]["expected"].replace(" or ", ", ").split(", ")], 1
+        )
+        return Fault(
+            0,
+            key,
+            f"{given!r} is none of {error['ctx']['expected']}" + (f"; did you mean {close[0]!r}?" if close else ""),
+        )
     message = error["msg"].replace("Input should be", "must be")
     return Fault(0, key, f"{given!r}: {message}" if not isinstance(given, dict) else message)
 
@@ -386,10 +398,16 @@ def _cross_faults(scene: Scene) -> Iterator[Fault]:
             except ValueError as error:
                 yield Fault(0, f"{key}.spacing", str(error))
         if (body.state is None) != (scene.dim == 3):
-            yield Fault(0, f"{key}.state", 'is for 1D and 2D' if scene.dim == 3 else '"stress" or "strain" is needed in 1D and 2D')
+            yield Fault(
+                0,
+                f"{key}.state",
+                "is for 1D and 2D" if scene.dim == 3 else '"stress" or "strain" is needed in 1D and 2D',
+            )
         if body.velocity is not None:
             if len(body.velocity) != scene.dim:
-                yield Fault(0, f"{key}.velocity", f"has {len(body.velocity)} components in a scene of dim = {scene.dim}")
+                yield Fault(
+                    0, f"{key}.velocity", f"has {len(body.velocity)} components in a scene of dim = {scene.dim}"
+                )
             for component in body.velocity:
                 yield from _value_faults(scene, component, "m/s", f"{key}.velocity")
     for k, condition in enumerate(scene.boundary):
@@ -421,7 +439,9 @@ def _cross_faults(scene: Scene) -> Iterator[Fault]:
             yield from _expression_faults(probe.where, f"probes.{k}.where")
         for point in probe.at or ():
             if len(point) != scene.dim:
-                yield Fault(0, f"probes.{k}.at", f"{list(point)} has {len(point)} coordinates in a scene of dim = {scene.dim}")
+                yield Fault(
+                    0, f"probes.{k}.at", f"{list(point)} has {len(point)} coordinates in a scene of dim = {scene.dim}"
+                )
 
 
 def _field_faults(scene: Scene) -> Iterator[Fault]:
@@ -438,12 +458,24 @@ def _field_faults(scene: Scene) -> Iterator[Fault]:
     for k, probe in enumerate(scene.probes):
         wanted += [(f"probes.{k}.fields", name) for name in probe.fields]
         for name in probe.fields:
-            if probe.reduce and (name in ("von_mises", "pressure", "density") or (probe.reduce == "max" and name in ("velocity", "displacement", "stress"))):
-                yield Fault(0, f"probes.{k}.fields", f"{name!r} cannot be reduced to its {probe.reduce}; name components, such as stress_xx")
+            if probe.reduce and (
+                name in ("von_mises", "pressure", "density")
+                or (probe.reduce == "max" and name in ("velocity", "displacement", "stress"))
+            ):
+                yield Fault(
+                    0,
+                    f"probes.{k}.fields",
+                    f"{name!r} cannot be reduced to its {probe.reduce}; name components, such as stress_xx",
+                )
     for key, name in wanted:
         if name not in names:
             close = difflib.get_close_matches(name, names, 1)
-            yield Fault(0, key, f"no field is named {name!r}; " + (f"did you mean {close[0]!r}?" if close else f"there is {', '.join(names)}"))
+            yield Fault(
+                0,
+                key,
+                f"no field is named {name!r}; "
+                + (f"did you mean {close[0]!r}?" if close else f"there is {', '.join(names)}"),
+            )
 
 
 def _expression_faults(text: str, key: str) -> Iterator[Fault]:
@@ -509,7 +541,9 @@ def build(group: str, name: str, options: dict[str, Any], key: str, name_key: st
     for option, field in fields.items():
         required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
         if required and option not in options:
-            faults.append(Fault(0, f"{key}.{option}", f"is missing: {name} needs it [{field.metadata.get('unit') or '-'}]"))
+            faults.append(
+                Fault(0, f"{key}.{option}", f"is missing: {name} needs it [{field.metadata.get('unit') or '-'}]")
+            )
     if faults:
         return None, faults
     try:

@@ -54,7 +54,9 @@ class Box(BaseModel):
         for axis in np.flatnonzero((np.abs(ratio - count) > 1e-6 * np.maximum(ratio, 1.0)) | (count < 1)):
             edge = high[axis] - low[axis]
             fitting = sorted({edge / max(np.floor(ratio[axis]), 1), edge / np.ceil(ratio[axis])})
-            raise ValueError(f"{spacing:g} m does not divide the box's {'xyz'[axis]} edge of {edge:g} m; the nearest that do: {' m, '.join(f'{f:.12g}' for f in fitting)} m")
+            raise ValueError(
+                f"{spacing:g} m does not divide the box's {'xyz'[axis]} edge of {edge:g} m; the nearest that do: {' m, '.join(f'{f:.12g}' for f in fitting)} m"
+            )
         return count.astype(int)
 
 

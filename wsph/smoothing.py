@@ -6,7 +6,7 @@ slope over distance, W'(xi)/xi, which stays finite at r = 0. Both end at xi = 2,
 
 import math
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cache
 
 import warp as wp
 
@@ -16,7 +16,7 @@ SUPPORT = 2.0
 """Support radius over smoothing length, of every smoothing function here."""
 
 
-@lru_cache(maxsize=None)
+@cache
 def cubic_spline(space: Space) -> tuple[wp.Function, wp.Function]:
     """Monaghan & Lattanzio's B-spline: C {2/3 - xi^2 + xi^3/2, xi <= 1; (2 - xi)^3/6, xi <= 2}.
 
@@ -48,7 +48,7 @@ def cubic_spline(space: Space) -> tuple[wp.Function, wp.Function]:
     return value, slope
 
 
-@lru_cache(maxsize=None)
+@cache
 def wendland_c2(space: Space) -> tuple[wp.Function, wp.Function]:
     """Wendland's C2 function: C (1 - xi/2)^4 (1 + 2 xi) in 2D and 3D, C (1 - xi/2)^3 (1 + 3/2 xi) in 1D.
 

@@ -1,18 +1,18 @@
 """The space that a scene lives in: number of dimensions and precision, as Warp types."""
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cache, cached_property
 
 import numpy as np
 import warp as wp
 
 
-@lru_cache(maxsize=None)
+@cache
 def _vector(length: int, scalar: type) -> type:
     return wp.types.vector(length=length, dtype=scalar)
 
 
-@lru_cache(maxsize=None)
+@cache
 def _matrix(shape: tuple[int, int], scalar: type) -> type:
     return wp.types.matrix(shape=shape, dtype=scalar)
 
@@ -72,7 +72,7 @@ class Space:
         return _matrix((rows, columns), self.scalar)
 
 
-@lru_cache(maxsize=None)
+@cache
 def determinant_and_inverse(space: Space) -> tuple[wp.Function, wp.Function]:
     """Warp functions determinant(mat) and inverse(mat) of a dim x dim matrix; Warp's own have no 1x1."""
     real, mat = space.scalar, space.mat

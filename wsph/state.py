@@ -1,6 +1,6 @@
 """The state of a body: one flat buffer with typed views, velocity first."""
 
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 import warp as wp
@@ -12,7 +12,7 @@ Layout = tuple[tuple[str, int], ...]
 """Name and width of every field of a state, in the order of the buffer."""
 
 
-@lru_cache(maxsize=None)
+@cache
 def fields_struct(space: Space, layout: Layout) -> type:
     """Struct of the typed views of the fields that there are, as kernels take it."""
     annotations = {name: wp.array(dtype=_type(space, name, width)) for name, width in layout}
@@ -23,7 +23,9 @@ def _type(space: Space, name: str, width: int) -> type:
     return space.mat if name == "deformation" else space.vector(width)
 
 
-def layout_of(space: Space, constitutive: Constitutive, displacement: bool = False, deformation: bool = False) -> Layout:
+def layout_of(
+    space: Space, constitutive: Constitutive, displacement: bool = False, deformation: bool = False
+) -> Layout:
     """Fields and widths of a state, velocity first."""
     widths = {
         "velocity": space.dim,
@@ -54,10 +56,13 @@ class State:
         self.type = fields_struct(space, self.layout)
         self.struct = self.type()
         self.start: dict[str, int] = {}
+        address = self.buffer.ptr or 0
         start, size = 0, np.dtype(space.numpy).itemsize
         for name, width in self.layout:
             self.start[name] = start
-            view = wp.array(ptr=self.buffer.ptr + start * size, dtype=_type(space, name, width), shape=n, device=device, copy=False)
+            view = wp.array(
+                ptr=address + start * size, dtype=_type(space, name, width), shape=n, device=device, copy=False
+            )
             setattr(self.struct, name, view)
             start += n * width
 

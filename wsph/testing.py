@@ -9,8 +9,9 @@
 Each check raises AssertionError with a sentence that says what the plugin did and what was expected.
 """
 
+import itertools
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -48,13 +49,22 @@ class LawSampler:
         n, width = len(stress), self.constitutive.laws.internal._length_
         internals = np.zeros((n, width))
         internals[:, : len(self.names)] = np.tile(self.initial, (n, 1)) if q is None else q
-        arrays = [wp.array(v, dtype=t, device="cpu") for v, t in ((stress, self.space.tensor), (L, self.space.tensor), (internals, self.constitutive.laws.internal))]
+        arrays = [
+            wp.array(v, dtype=t, device="cpu")
+            for v, t in (
+                (stress, self.space.tensor),
+                (L, self.space.tensor),
+                (internals, self.constitutive.laws.internal),
+            )
+        ]
         rate, change = wp.zeros_like(arrays[0]), wp.zeros_like(arrays[2])
         wp.launch(self._kernel, n, inputs=[self.constitutive.params, *arrays], outputs=[rate, change], device="cpu")
-        return rate.numpy().astype(float).reshape(n, 3, 3), change.numpy().astype(float).reshape(n, width)[:, : len(self.names)]
+        return rate.numpy().astype(float).reshape(n, 3, 3), change.numpy().astype(float).reshape(n, width)[
+            :, : len(self.names)
+        ]
 
 
-@lru_cache(maxsize=None)
+@cache
 def _sample_kernel(space: Space, law: wp.Function, Params: type, internal: type) -> wp.Kernel:
     tensor = space.tensor
 
@@ -80,7 +90,9 @@ def _rotations(n: int, random: np.random.Generator) -> np.ndarray:
     return q
 
 
-def check_material(material: Any, *, stress_level: float | None = None, precisions: tuple[str, ...] = ("f64", "f32")) -> None:
+def check_material(
+    material: Any, *, stress_level: float | None = None, precisions: tuple[str, ...] = ("f64", "f32")
+) -> None:
     """Run every law that a rate material must obey on random stresses, velocity gradients and internals.
 
     `stress_level` [Pa] is the size of the stresses tried (default: 1 % of the shear modulus). Checks: a symmetric rate; no
@@ -100,7 +112,14 @@ def check_material(material: Any, *, stress_level: float | None = None, precisio
         size = max(np.abs(rate).max(), level)
         results[precision] = (rate / size, change)
 
-        def same(a: np.ndarray, b: np.ndarray, what: str, size: float = size, tolerance: float = tolerance, precision: str = precision) -> None:
+        def same(
+            a: np.ndarray,
+            b: np.ndarray,
+            what: str,
+            size: float = size,
+            tolerance: float = tolerance,
+            precision: str = precision,
+        ) -> None:
             gap = float(np.abs(a - b).max()) / size if a.size else 0.0
             assert gap <= 100.0 * tolerance, f"{name} ({precision}): {what}: differs by {gap:.2e} of the largest rate"
 
@@ -108,12 +127,19 @@ def check_material(material: Any, *, stress_level: float | None = None, precisio
         same(rate, np.swapaxes(rate, 1, 2), "the stress rate is not symmetric")
         at_rest, still = law(zero[:1], zero[:1])
         same(at_rest, zero[:1], "the stress rate without stress and motion is not zero")
-        assert not still.size or np.abs(still).max() <= tolerance, f"{name} ({precision}): an internal changes without stress and motion"
+        assert not still.size or np.abs(still).max() <= tolerance, (
+            f"{name} ({precision}): an internal changes without stress and motion"
+        )
         Q = _rotations(SAMPLES, random)
         turn: Callable[[np.ndarray], np.ndarray] = lambda a, Q=Q: Q @ a @ np.swapaxes(Q, 1, 2)  # noqa: E731
         turned, turned_change = law(turn(stress), turn(first))
         same(turned, turn(rate), "another frame gives another stress rate")
-        same(turned_change, change, "another frame gives another rate of an internal", size=max(np.abs(change).max(initial=0.0), level))
+        same(
+            turned_change,
+            change,
+            "another frame gives another rate of an internal",
+            size=max(np.abs(change).max(initial=0.0), level),
+        )
         both, other, rest = law(stress, first + second)[0], law(stress, second)[0], law(stress, zero)[0]
         same(both + rest, rate + other, "the rate is not affine in the velocity gradient")
         D = _symmetric(first)
@@ -126,7 +152,9 @@ def check_material(material: Any, *, stress_level: float | None = None, precisio
         r_mean = np.einsum("nii->n", rest) / 3.0
         deviators = np.einsum("nij,nij->n", stress, rest) - 3.0 * s_mean * r_mean
         dissipation = -(deviators / (2.0 * law.shear) + s_mean * r_mean / law.bulk)
-        assert dissipation.min() >= -tolerance * level * size, f"{name} ({precision}): dissipation is negative: {dissipation.min():.2e}"
+        assert dissipation.min() >= -tolerance * level * size, (
+            f"{name} ({precision}): dissipation is negative: {dissipation.min():.2e}"
+        )
         again, _ = law(stress, first)
         assert np.array_equal(again, rate), f"{name} ({precision}): the same input gave other bits"
         assert law(stress[:0], first[:0])[0].shape == (0, 3, 3), f"{name} ({precision}): no particles are not accepted"
@@ -136,7 +164,14 @@ def check_material(material: Any, *, stress_level: float | None = None, precisio
         assert gap < 1e-4, f"{name}: single and double precision differ by {gap:.2e} of the largest rate"
 
 
-def vibrating_bar(integrator: str | dict[str, Any], *, cells: int = 20, courant: float = 0.2, precision: str = "f64", periods: float = 0.25) -> Scene:
+def vibrating_bar(
+    integrator: str | dict[str, Any],
+    *,
+    cells: int = 20,
+    courant: float = 0.2,
+    precision: str = "f64",
+    periods: float = 0.25,
+) -> Scene:
     """A bar of length 1 m held at both ends, started in its first mode, for `periods` of it: smooth, with a closed form.
 
     v = sin(pi x) cos(pi c t), stress = -rho c cos(pi x) sin(pi c t), c = 1 m/s, rho = 1 kg/m3, E = 1 Pa.
@@ -155,7 +190,7 @@ def vibrating_bar(integrator: str | dict[str, Any], *, cells: int = 20, courant:
 def temporal_order(integrator: str | dict[str, Any], courant: tuple[float, ...] = (0.2, 0.1, 0.05, 0.025)) -> float:
     """Order in time at a fixed spacing: slope of the differences between runs at halved time steps, by regression."""
     states = [run(vibrating_bar(integrator, courant=c)).particles["velocity"][:, 0] for c in courant]
-    differences = [np.linalg.norm(a - b) for a, b in zip(states, states[1:], strict=False)]
+    differences = [np.linalg.norm(a - b) for a, b in itertools.pairwise(states)]
     return float(np.polyfit(np.log(courant[:-1]), np.log(differences), 1)[0])
 
 
@@ -167,4 +202,6 @@ def check_integrator(integrator: str | dict[str, Any], *, order: float, toleranc
     a, b = (r.particles["velocity"] for r in runs)
     assert np.array_equal(a, b), f"{integrator}: the same scene gave other bits"
     single = run(vibrating_bar(integrator, precision="f32")).particles["velocity"]
-    assert np.abs(single - a).max() < 1e-4, f"{integrator}: single and double precision differ by {np.abs(single - a).max():.2e}"
+    assert np.abs(single - a).max() < 1e-4, (
+        f"{integrator}: single and double precision differ by {np.abs(single - a).max():.2e}"
+    )

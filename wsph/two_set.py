@@ -6,7 +6,7 @@ evaluated at the sources and interpolated, as Herreros & Mabssout 2011, eqs 38 a
 difference f_J - f_I (their eqs 38 and 40 drop f_I, which is 33 % wrong at a boundary).
 """
 
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 import warp as wp
@@ -26,7 +26,7 @@ from wsph.units import Scales
 DEFAULT_SUPPORT = 1.2
 
 
-@lru_cache(maxsize=None)
+@cache
 def _rows_struct(space: Space) -> type:
     annotations = {
         "offsets": wp.array(dtype=wp.int32),
@@ -49,7 +49,12 @@ class Kernels:
         stress, internal, Params = laws.stress, laws.internal, laws.Params
         Rows, Real, Virtual = _rows_struct(space), fields_struct(space, real_layout), fields_struct(space, virtual)
         linear, linear_faces, at_rest = laws.linear, laws.linear_faces, laws.source
-        dim, width, sourced, displacement = space.dim, len(laws.state.components), at_rest is not None, "displacement" in dict(real_layout)
+        dim, width, sourced, displacement = (
+            space.dim,
+            len(laws.state.components),
+            at_rest is not None,
+            "displacement" in dict(real_layout),
+        )
         unpack, _ = packing(space, laws.state)
 
         @wp.func
@@ -61,7 +66,7 @@ class Kernels:
                     force[i] += full[i, j] * g[j]
             return force
 
-        def source_kernel(Fields: type) -> wp.Kernel:
+        def source_kernel(Fields: type, at_rest: wp.Function) -> wp.Kernel:
             @wp.kernel(module="unique", enable_backward=False)
             def source(p: Params, fields: Fields, source_out: Fields):
                 i = wp.tid()
@@ -71,8 +76,9 @@ class Kernels:
 
             return source
 
-        if sourced:
-            self.source = {layout: source_kernel(fields_struct(space, layout)) for layout in {virtual, real_layout}}
+        if at_rest is not None:
+            layouts = dict.fromkeys((virtual, real_layout))
+            self.source = {layout: source_kernel(fields_struct(space, layout), at_rest) for layout in layouts}
 
         @wp.kernel(module="unique", enable_backward=False)
         def half_step(clock: wp.array(dtype=wp.float64), weight: real, p: Params, density: real, rows: Rows,
@@ -187,7 +193,7 @@ class Kernels:
             self.drift = drift
 
 
-@lru_cache(maxsize=None)
+@cache
 def _kernels(space: Space, laws: Laws, virtual: Layout, real: Layout) -> Kernels:
     return Kernels(space, laws, virtual, real)
 
@@ -202,7 +208,14 @@ class TwoSetSystem:
 
     def __init__(self, scene: Scene, body: Body, lattice: Lattice, space: Space, constitutive: Constitutive,
                  scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip
-        self.space, self.lattice, self.constitutive, self.scales, self.clock, self.device = space, lattice, constitutive, scales, clock, device
+        self.space, self.lattice, self.constitutive, self.scales, self.clock, self.device = (
+            space,
+            lattice,
+            constitutive,
+            scales,
+            clock,
+            device,
+        )
         self.position, self.count = lattice.nodes, len(lattice.nodes)
         self.spacing = lattice.spacing
         self.volume = lattice.node_volume / scales.length**space.dim
@@ -236,7 +249,9 @@ class TwoSetSystem:
             held[list(values)] |= 1 << (component + (self.space.dim if name == "stress" else 0))
         return held
 
-    def _operator(self, targets: np.ndarray, sources: np.ndarray, radius: float, volume: np.ndarray, smoothing: str, name: str) -> tuple[Weights, Weights]:
+    def _operator(
+        self, targets: np.ndarray, sources: np.ndarray, radius: float, volume: np.ndarray, smoothing: str, name: str
+    ) -> tuple[Weights, Weights]:
         pairs = find_pairs(targets, sources, radius, self.device)
         interpolation = interpolation_weights(self.space, pairs, targets, sources, volume, smoothing)
         gradient = gradient_weights(self.space, pairs, targets, sources, volume, smoothing)
@@ -294,15 +309,24 @@ class TwoSetSystem:
         if not self._sourced:
             return state.struct
         if id(state) not in self._sources:
-            self._sources[id(state)] = State(self.space, state.n, self.constitutive, self.device, "displacement" in state.widths)
+            self._sources[id(state)] = State(
+                self.space, state.n, self.constitutive, self.device, "displacement" in state.widths
+            )
         source = self._sources[id(state)]
-        self.clock.launch(self.kernels.source[state.layout], state.n, [self.constitutive.params, state.struct], [source.struct])
+        self.clock.launch(
+            self.kernels.source[state.layout], state.n, [self.constitutive.params, state.struct], [source.struct]
+        )
         return source.struct
 
     def half_step(self, source: State, out: State, weight: float) -> None:
         """Virtual `out` = interpolated real `source` + weight dt times the rate there."""
         inputs = [self.clock.time, self.space.scalar(weight), self.constitutive.params, self.space.scalar(self.density)]
-        self.clock.launch(self.kernels.half_step, out.n, [*inputs, self._virtual_rows, source.struct, self._source(source)], [out.struct])
+        self.clock.launch(
+            self.kernels.half_step,
+            out.n,
+            [*inputs, self._virtual_rows, source.struct, self._source(source)],
+            [out.struct],
+        )
 
     def impose(self, state: State, c: float | tuple[float, float]) -> None:
         """Set the prescribed values of a real state at t + c dt; c = (0., 1.) means the mean of both ends of the step."""
@@ -345,7 +369,10 @@ class TwoSetSystem:
         pairs = find_pairs(points, cells, radius, "cpu")
         between = interpolation_weights(Space(self.space.dim), pairs, points, cells, self.lattice.cell_volume)
         offsets, indices, weights = pairs.offsets.numpy(), pairs.indices.numpy(), between.values.numpy()
-        first, second, w = (a.numpy() for a in (self.to_virtual[0].pairs.offsets, self.to_virtual[0].pairs.indices, self.to_virtual[0].values))
+        first, second, w = (
+            a.numpy()
+            for a in (self.to_virtual[0].pairs.offsets, self.to_virtual[0].pairs.indices, self.to_virtual[0].values)
+        )
         rows = []
         for k, point in enumerate(points):
             distance = np.linalg.norm(nodes[face] - point, axis=1)
@@ -353,7 +380,9 @@ class TwoSetSystem:
                 rows.append((face[[distance.argmin()]], np.ones(1)))
                 continue
             total: dict[int, float] = {}
-            for c, outer in zip(indices[offsets[k] : offsets[k + 1]], weights[offsets[k] : offsets[k + 1]], strict=True):
+            for c, outer in zip(
+                indices[offsets[k] : offsets[k + 1]], weights[offsets[k] : offsets[k + 1]], strict=True
+            ):
                 for n, inner in zip(second[first[c] : first[c + 1]], w[first[c] : first[c + 1]], strict=True):
                     total[int(n)] = total.get(int(n), 0.0) + float(outer) * float(inner)
             rows.append((np.array(list(total), int), np.array(list(total.values()))))
@@ -363,7 +392,9 @@ class TwoSetSystem:
     def _average(weights: Weights, values: np.ndarray) -> np.ndarray:
         offsets, indices, w = (a.numpy() for a in (weights.pairs.offsets, weights.pairs.indices, weights.values))
         row = np.repeat(np.arange(weights.pairs.targets), np.diff(offsets))
-        return np.stack([np.bincount(row, w * values[indices, c], weights.pairs.targets) for c in range(values.shape[1])], 1)
+        return np.stack(
+            [np.bincount(row, w * values[indices, c], weights.pairs.targets) for c in range(values.shape[1])], 1
+        )
 
     @property
     def nbytes(self) -> int:

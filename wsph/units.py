@@ -31,7 +31,18 @@ _BASE: dict[str, tuple[str, Dimension]] = {
     "W": ("1", (1, 2, -3)),
     "Hz": ("1", (0, 0, -1)),
 }
-_PREFIX = {"": "1", "n": "1e-9", "u": "1e-6", "µ": "1e-6", "m": "1e-3", "c": "1e-2", "k": "1e3", "M": "1e6", "G": "1e9", "T": "1e12"}
+_PREFIX = {
+    "": "1",
+    "n": "1e-9",
+    "u": "1e-6",
+    "µ": "1e-6",
+    "m": "1e-3",
+    "c": "1e-2",
+    "k": "1e3",
+    "M": "1e6",
+    "G": "1e9",
+    "T": "1e12",
+}
 _UNPREFIXED = {"min", "h", "day", "year", "t", "bar"}
 _UNITS: dict[str, tuple[Decimal, Dimension]] = {
     prefix + name: (Decimal(factor) * Decimal(scale), dimension)
@@ -76,9 +87,12 @@ def quantity(value: object, expected: str) -> float:
     if isinstance(value, str):
         match = _NUMBER.fullmatch(value)
         if not match:
-            raise ValueError(f"{value!r} is not a number with a unit, as in \"1 {expected or 'mm'}\"")
+            raise ValueError(f'{value!r} is not a number with a unit, as in "1 {expected or "mm"}"')
         if not match[2]:
-            raise ValueError(f"{value!r} has no unit: write {match[1]} without quotes" + (f' (in {expected}), or "{match[1]} {expected}"' if expected else ""))
+            raise ValueError(
+                f"{value!r} has no unit: write {match[1]} without quotes"
+                + (f' (in {expected}), or "{match[1]} {expected}"' if expected else "")
+            )
         factor, dimension = unit(match[2])
         _, wanted = unit(expected)
         if dimension != wanted:
@@ -88,7 +102,9 @@ def quantity(value: object, expected: str) -> float:
         except (InvalidOperation, OverflowError):
             number = math.inf
     elif isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ValueError(f"{value!r} is not a number" + (f' [{expected}], nor a string such as "1 {expected}"' if expected else ""))
+        raise ValueError(
+            f"{value!r} is not a number" + (f' [{expected}], nor a string such as "1 {expected}"' if expected else "")
+        )
     else:
         try:
             number = float(value)

@@ -62,8 +62,17 @@ def _scalar(data: dict[str, np.ndarray], name: str) -> tuple[str, np.ndarray]:
     return (f"{name}_x", values[:, 0]) if one_dimensional else (f"|{name}|", np.linalg.norm(values, axis=1))
 
 
-def picture(data: dict[str, np.ndarray], name: str, time: float, save: str | Path | None = None, limits: tuple[float, float] | None = None) -> Any:
-    """Draw a field of particles: a curve over x for a bar, coloured particles otherwise. Returns the plotter, or writes `save`."""
+def picture(
+    data: dict[str, np.ndarray],
+    name: str,
+    time: float,
+    save: str | Path | None = None,
+    limits: tuple[float, float] | None = None,
+) -> Any:
+    """Draw a field of particles: a curve over x for a bar, coloured particles otherwise.
+
+    Returns the plotter, or writes `save`.
+    """
     pv = _pyvista()
     label, values = _scalar(data, name)
     points = np.zeros((len(values), 3))
@@ -86,7 +95,9 @@ def picture(data: dict[str, np.ndarray], name: str, time: float, save: str | Pat
         cloud[label] = values
         extent = points.max(0) - points.min(0)
         size = float(np.clip(0.75 * min(SIZE) / max(extent.max() / _spacing(points), 1.0), 2.0, 40.0))
-        plotter.add_mesh(cloud, scalars=label, cmap="viridis", clim=[low, high], render_points_as_spheres=True, point_size=size)
+        plotter.add_mesh(
+            cloud, scalars=label, cmap="viridis", clim=[low, high], render_points_as_spheres=True, point_size=size
+        )
         plotter.add_text(title, font_size=12)
         if np.ptp(points[:, 2]) == 0.0:
             plotter.view_xy()

@@ -9,11 +9,12 @@ from wsph_materials.elastic import lame
 
 @dataclass(frozen=True)
 class Perzyna:
-    """stress rate = C : (D - d), viscoplastic rate d = gamma <phi> (3/2) s/q, q = sqrt(3/2 s:s) (Herreros & Mabssout 2011, eqs 2-7).
+    """stress rate = C : (D - d), viscoplastic rate d = gamma <phi> (3/2) s/q, q = sqrt(3/2 s:s).
 
-    phi = ((q - F0)/F0)^N above the yield stress F0 = max(yield_stress + hardening_modulus * plastic_strain, floor), zero
-    below; N = 0 gives phi = 1. In uniaxial stress d = gamma phi sign(sigma). The yield is strict: q must exceed F0 by more
-    than a rounding, because the published bar's wave stands exactly at yield until it is reflected.
+    Herreros & Mabssout 2011, eqs 2-7. phi = ((q - F0)/F0)^N above the yield stress
+    F0 = max(yield_stress + hardening_modulus * plastic_strain, floor), zero below; N = 0 gives phi = 1. In uniaxial stress
+    d = gamma phi sign(sigma). The yield is strict: q must exceed F0 by more than a rounding, because the published bar's
+    wave stands exactly at yield until it is reflected.
 
     Fields: density [kg/m3], youngs_modulus [Pa], poisson_ratio, yield_stress [Pa], hardening_modulus [Pa, negative
     softens], fluidity gamma [1/s], exponent N, floor (fraction of yield_stress below which F0 does not soften, .1; .001 to

@@ -25,7 +25,9 @@ SCENE = Path(__file__).resolve().parents[2] / "examples" / "shock_bar.toml"
 
 def steps_per_second(runs: int = 7, **overrides: object) -> list[float]:
     """Steps per second of the bar with 100 particles."""
-    scene = wsph.load(SCENE).with_(**{"bodies.0.spacing": 1.0 / 99.0, "end": 40_000 / 99.0 / 200.0, "output": {"history": 10_000}}, **overrides)
+    scene = wsph.load(SCENE).with_(
+        **{"bodies.0.spacing": 1.0 / 99.0, "end": 40_000 / 99.0 / 200.0, "output": {"history": 10_000}}, **overrides
+    )
     scene = scene.with_(probes=[scene.data()["probes"][0]])
     rates = []
     for _ in range(runs):
@@ -39,7 +41,12 @@ def shell(cache: str | None = None) -> float:
     environment = {**os.environ, **({"WARP_CACHE_PATH": cache} if cache else {})}
     with tempfile.TemporaryDirectory() as folder:
         start = time.perf_counter()
-        subprocess.run([sys.executable, "-m", "wsph.cli", "run", str(SCENE), "-o", f"{folder}/out", "--quiet"], check=True, env=environment, stderr=subprocess.DEVNULL)
+        subprocess.run(
+            [sys.executable, "-m", "wsph.cli", "run", str(SCENE), "-o", f"{folder}/out", "--quiet"],
+            check=True,
+            env=environment,
+            stderr=subprocess.DEVNULL,
+        )
         return time.perf_counter() - start
 
 

@@ -14,10 +14,19 @@ ROOT = Path(__file__).resolve().parents[2]
 SCENE = ROOT / "examples" / "shock_bar.toml"
 
 
-def wsph(*arguments: str | Path, cwd: Path | None = None, cache: Path | None = None) -> subprocess.CompletedProcess[str]:
+def wsph(
+    *arguments: str | Path, cwd: Path | None = None, cache: Path | None = None
+) -> subprocess.CompletedProcess[str]:
     """The command in a process of its own."""
     environment = {**os.environ, **({"WARP_CACHE_PATH": str(cache)} if cache else {})}
-    return subprocess.run([sys.executable, "-m", "wsph.cli", *map(str, arguments)], capture_output=True, text=True, check=False, cwd=cwd, env=environment)
+    return subprocess.run(
+        [sys.executable, "-m", "wsph.cli", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=cwd,
+        env=environment,
+    )
 
 
 def test_run_check_and_list(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -28,14 +37,33 @@ def test_run_check_and_list(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert capsys.readouterr().out == ""
     assert main(["check", str(SCENE)]) == 0
     text = capsys.readouterr().out
-    for words in ("elastic (wsph ", "101, 400 pairs", "Courant number 1, limit 1.000", "tsph (wsph ", "5e-05 s, 200 steps", "half_step, impose, rate", "bytes per particle"):
+    for words in (
+        "elastic (wsph ",
+        "101, 400 pairs",
+        "Courant number 1, limit 1.000",
+        "tsph (wsph ",
+        "5e-05 s, 200 steps",
+        "half_step, impose, rate",
+        "bytes per particle",
+    ):
         assert words in text, words
     assert main(["list", "materials", "--json"]) == 0
     assert {"elastic", "perzyna"} <= {row["name"] for row in json.loads(capsys.readouterr().out)}
 
 
 def test_an_unstable_run_exits_3_and_keeps_its_output(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = ["run", str(SCENE), "-o", str(tmp_path / "out"), "--set", "cfl=1.2", "--set", "run.guard=off", "--set", "run.end=50 ms"]
+    arguments = [
+        "run",
+        str(SCENE),
+        "-o",
+        str(tmp_path / "out"),
+        "--set",
+        "cfl=1.2",
+        "--set",
+        "run.guard=off",
+        "--set",
+        "run.end=50 ms",
+    ]
     assert main(arguments) == 3
     assert "error: unstable at step" in capsys.readouterr().err
     assert (tmp_path / "out" / "frames.pvd").exists()
@@ -44,14 +72,19 @@ def test_an_unstable_run_exits_3_and_keeps_its_output(tmp_path: Path, capsys: py
 BAD = {
     "unknown model": (["--set", "bodies.0.material.model=elastc"], "bodies.0.material.model: no entry named 'elastc'"),
     "misspelt key": (["--set", "bodies.0.spcing=0.01"], "bodies.0.spcing: unknown key; did you mean 'spacing'?"),
-    "negative density": (["--set", "bodies.0.material.density=-1"], "bodies.0.material.density: -1 must be above 0 kg/m3"),
+    "negative density": (
+        ["--set", "bodies.0.material.density=-1"],
+        "bodies.0.material.density: -1 must be above 0 kg/m3",
+    ),
     "beyond the limit": (["--set", "cfl=1.01"], "limit 1.000"),
     "bad override": (["--set", "cfl"], "--set cfl: write it as KEY=VALUE"),
 }
 
 
 @pytest.mark.parametrize("case", list(BAD))
-def test_bad_input_exits_2_with_one_message_and_writes_nothing(case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_input_exits_2_with_one_message_and_writes_nothing(
+    case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     arguments, message = BAD[case]
     assert main(["run", str(SCENE), "-o", str(tmp_path / "out"), *arguments]) == 2
     error = capsys.readouterr().err

@@ -26,36 +26,51 @@ def test_a_step_launches_only_what_the_scene_asks_for(shock_bar: wsph.Scene, vis
     assert "drift" in names(moved)
 
 
-def test_a_scene_of_one_material_compiles_only_its_kernels(shock_bar: wsph.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_scene_of_one_material_compiles_only_its_kernels(
+    shock_bar: wsph.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
     loaded: list[str] = []
     original = wp.Module.load
     monkeypatch.setattr(wp.Module, "load", lambda self, *a, **k: (loaded.append(self.name), original(self, *a, **k))[1])
     composition = compose(shock_bar)
     composition.compile()
-    step = {kernel.module.name for kernel in composition.launches()} | {composition.bodies[0].diagnostics.kernel(composition.bodies[0].system.state).module.name}
+    step = {kernel.module.name for kernel in composition.launches()} | {
+        composition.bodies[0].diagnostics.kernel(composition.bodies[0].system.state).module.name
+    }
     setup = {"wsph.pairs.1d.f64", "wsph.weights.cubic-spline.1d.f64"}
     assert set(loaded) <= step | setup
     assert len(step) == 7  # half_step, rate, impose, work, advance, record, ledger
 
 
-def test_a_scene_without_a_part_allocates_none_of_its_arrays(shock_bar: wsph.Scene, viscoplastic_bar: wsph.Scene) -> None:
+def test_a_scene_without_a_part_allocates_none_of_its_arrays(
+    shock_bar: wsph.Scene, viscoplastic_bar: wsph.Scene
+) -> None:
     def bytes_of(scene: wsph.Scene) -> tuple[dict[str, int], int]:
         state = compose(scene).bodies[0].system.state
         return state.widths, state.buffer.capacity
 
     n = 101
     assert bytes_of(shock_bar) == ({"velocity": 1, "stress": 1}, 8 * 2 * n)
-    assert bytes_of(shock_bar.with_(output={"fields": ["displacement"]})) == ({"velocity": 1, "stress": 1, "displacement": 1}, 8 * 3 * n)
+    assert bytes_of(shock_bar.with_(output={"fields": ["displacement"]})) == (
+        {"velocity": 1, "stress": 1, "displacement": 1},
+        8 * 3 * n,
+    )
     assert bytes_of(viscoplastic_bar) == ({"velocity": 1, "stress": 1, "internals": 2}, 8 * 4 * n)
 
 
-@pytest.mark.parametrize(("support", "limit"), [(1.2, 1.0), (1.8, 1.053), (2.2, 1.275), (2.4, 1.392), (3.6, 2.084), (4.4, 2.542)])
+@pytest.mark.parametrize(
+    ("support", "limit"), [(1.2, 1.0), (1.8, 1.053), (2.2, 1.275), (2.4, 1.392), (3.6, 2.084), (4.4, 2.542)]
+)
 def test_the_limit_is_that_of_the_scene_s_own_weights(shock_bar: wsph.Scene, support: float, limit: float) -> None:
-    assert compose(shock_bar.with_(support=support)).bodies[0].limit == pytest.approx(limit, abs=6e-4)  # as published, to its digits
+    assert compose(shock_bar.with_(support=support)).bodies[0].limit == pytest.approx(
+        limit, abs=6e-4
+    )  # as published, to its digits
 
 
 def test_beyond_the_limit_is_refused_by_name(shock_bar: wsph.Scene) -> None:
-    with pytest.raises(Refused, match=r"body 'bar': tsph at Courant number 1.01 is beyond its stability limit 1.000 \(2 sqrt\(m2\) of"):
+    with pytest.raises(
+        Refused, match=r"body 'bar': tsph at Courant number 1.01 is beyond its stability limit 1.000 \(2 sqrt\(m2\) of"
+    ):
         compose(shock_bar.with_(cfl=1.01))
     compose(shock_bar.with_(cfl=1.0 + 5e-7))
     with pytest.warns(RuntimeWarning, match="limit 1.000"):
@@ -74,7 +89,11 @@ def square_scene(shock_bar: wsph.Scene) -> wsph.Scene:
     """The bar made a square in plane strain."""
     data = copy.deepcopy(shock_bar.data())
     data |= {"dim": 2, "probes": []}
-    data["bodies"][0] |= {"shape": {"type": "box", "min": [0.0, 0.0], "max": [1.0, 1.0]}, "spacing": 0.1, "state": "strain"}
+    data["bodies"][0] |= {
+        "shape": {"type": "box", "min": [0.0, 0.0], "max": [1.0, 1.0]},
+        "spacing": 0.1,
+        "state": "strain",
+    }
     data["run"]["cfl"] = 0.9
     return wsph.Scene(**data)
 

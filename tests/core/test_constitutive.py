@@ -5,25 +5,41 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 import warp as wp
+from wsph_materials.elastic import Elastic
+from wsph_materials.perzyna import Perzyna
 
 from wsph.constitutive import STRESS_STATES, Constitutive, Laws, StressState, blame
 from wsph.errors import PluginError
 from wsph.space import Space
 from wsph.units import Scales
-from wsph_materials.elastic import Elastic
-from wsph_materials.perzyna import Perzyna
 
 E, NU, RHO = 3.0, 0.3, 2.0
 
 
-def evaluate(space: Space, constitutive: Constitutive, stress: np.ndarray, L: np.ndarray, mask: int = 0, target=(0.0, 0.0, 0.0)) -> np.ndarray:
+def evaluate(
+    space: Space, constitutive: Constitutive, stress: np.ndarray, L: np.ndarray, mask: int = 0, target=(0.0, 0.0, 0.0)
+) -> np.ndarray:
     """Stress rates by the laws: `respond` without a mask, `linear_faces` with one (from a zero source)."""
     laws: Laws = constitutive.laws
-    respond, faces, vec, mat, internal, point = laws.respond, laws.linear_faces, laws.stress, space.mat, laws.internal, space.point
+    respond, faces, vec, mat, internal, point = (
+        laws.respond,
+        laws.linear_faces,
+        laws.stress,
+        space.mat,
+        laws.internal,
+        space.point,
+    )
     Params = laws.Params
 
     @wp.kernel(module="unique", enable_backward=False)
-    def run(p: Params, s: wp.array(dtype=vec), L: wp.array(dtype=mat), mask: int, target: point, rate_out: wp.array(dtype=vec)):
+    def run(
+        p: Params,
+        s: wp.array(dtype=vec),
+        L: wp.array(dtype=mat),
+        mask: int,
+        target: point,
+        rate_out: wp.array(dtype=vec),
+    ):
         if mask == 0:
             rate, _ = respond(p, s[0], L[0], internal())
             rate_out[0] = rate
@@ -60,7 +76,9 @@ def test_every_stress_state_against_its_closed_form(precision: str) -> None:
     ]
     for dim, name, L, expected in cases:
         space, constitutive = elastic(dim, name, precision)
-        np.testing.assert_allclose(evaluate(space, constitutive, np.zeros(len(expected)), L), expected, rtol=gate, atol=gate)
+        np.testing.assert_allclose(
+            evaluate(space, constitutive, np.zeros(len(expected)), L), expected, rtol=gate, atol=gate
+        )
     space, constitutive = elastic(3, None, precision)
     L3 = np.random.default_rng(0).standard_normal((3, 3))
     full = LAMBDA * np.trace(L3) * np.eye(3) + MU * (L3 + L3.T)
@@ -70,7 +88,9 @@ def test_every_stress_state_against_its_closed_form(precision: str) -> None:
 
 def test_a_face_with_prescribed_stress_finds_its_strain_rate() -> None:
     space, constitutive = elastic(2, "strain")
-    rate = evaluate(space, constitutive, np.zeros(4), np.array([[0.7, 0.0], [0.0, 9.0]]), mask=2, target=(0.0, 0.25, 0.0))
+    rate = evaluate(
+        space, constitutive, np.zeros(4), np.array([[0.7, 0.0], [0.0, 9.0]]), mask=2, target=(0.0, 0.25, 0.0)
+    )
     assert rate[1] == pytest.approx(0.25, abs=1e-14)  # whatever L_yy came in
     yy = (0.25 - LAMBDA * 0.7) / (LAMBDA + 2 * MU)
     assert rate[0] == pytest.approx((LAMBDA + 2 * MU) * 0.7 + LAMBDA * yy, rel=1e-13)
@@ -91,7 +111,12 @@ def test_dissipation_of_perzyna_in_uniaxial_stress_is_stress_times_plastic_rate(
     material = Perzyna(1.0, 1.0, 0.25, yield_stress=0.01, hardening_modulus=0.0, fluidity=3.0, exponent=1.0)
     constitutive = Constitutive(space, material, STRESS_STATES[1, "stress"], Scales(1.0, 1.0, 1.0), "perzyna")
     assert list(constitutive.internals) == ["plastic_strain", "dissipation"]
-    source, vec, internal, Params = constitutive.laws.source, constitutive.laws.stress, constitutive.laws.internal, constitutive.laws.Params
+    source, vec, internal, Params = (
+        constitutive.laws.source,
+        constitutive.laws.stress,
+        constitutive.laws.internal,
+        constitutive.laws.Params,
+    )
 
     @wp.kernel(module="unique", enable_backward=False)
     def run(p: Params, s: vec, rate_out: wp.array(dtype=vec), q_out: wp.array(dtype=internal)):
@@ -132,15 +157,19 @@ class Wrong:
         return {"arity": two, "type": lambda p, s, L: s, "name": unknown}[self.mistake]
 
 
-@pytest.mark.parametrize(("mistake", "message"), [("arity", "takes 2 arguments, not 3"), ("type", "no @wp.func"), ("name", "plugin-x 1.0.*its code fails")])
+@pytest.mark.parametrize(
+    ("mistake", "message"),
+    [("arity", "takes 2 arguments, not 3"), ("type", "no @wp.func"), ("name", "plugin-x 1.0.*its code fails")],
+)
 def test_a_broken_law_is_blamed_on_its_plugin(mistake: str, message: str) -> None:
     with pytest.raises(PluginError, match=message) as caught:
-        constitutive = Constitutive(Space(1), Wrong(mistake=mistake), StressState("uniaxial strain", ((0, 0),)), Scales(1.0, 1.0, 1.0), "material 'wrong' (plugin-x 1.0)")
-        evaluate_law(constitutive)
+        compile_law(Wrong(mistake=mistake), "material 'wrong' (plugin-x 1.0)")
     assert "expected rate(self, space, Params)" in str(caught.value)
 
 
-def evaluate_law(constitutive: Constitutive) -> None:
-    """Compile the law, blaming its plugin as a composition does."""
-    with blame(constitutive.who):
+def compile_law(material: Wrong, who: str) -> None:
+    """Compile a law, blaming its plugin as a composition does."""
+    state = StressState("uniaxial strain", ((0, 0),))
+    constitutive = Constitutive(Space(1), material, state, Scales(1.0, 1.0, 1.0), who)
+    with blame(who):
         evaluate(constitutive.space, constitutive, np.zeros(1), np.zeros((1, 1)))

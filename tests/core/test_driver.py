@@ -16,7 +16,9 @@ from wsph.program import GRAPH_PARTICLES, Program
 def test_records_are_the_first_state_at_or_after_their_time(shock_bar: wsph.Scene) -> None:
     dt = 5e-5
     probe = {"name": "p", "at": [[1.0]], "fields": ["velocity_x"], "every": "0.12 ms"}
-    result = wsph.run(shock_bar.with_(dt=dt, end="1.03 ms", probes=[probe, probe | {"name": "q", "every": 7}], output={"history": 5}))
+    result = wsph.run(
+        shock_bar.with_(dt=dt, end="1.03 ms", probes=[probe, probe | {"name": "q", "every": 7}], output={"history": 5})
+    )
     assert result.summary["steps"] == 21  # ceil(1.03 ms / dt)
     expected = sorted({0, 21} | {int(np.ceil(k * 1.2e-4 / dt - 1e-9)) for k in range(1, 9)})
     assert np.rint(result.probes["p"]["time"] / dt).astype(int).tolist() == expected
@@ -33,7 +35,10 @@ def test_every_step_means_every_step_across_blocks(shock_bar: wsph.Scene) -> Non
 
 def test_the_cadence_of_records_does_not_change_the_bits(shock_bar: wsph.Scene) -> None:
     scene = shock_bar.with_(cfl=0.7)
-    finals = [wsph.run(scene.with_(output={"history": every, "every": frames})).particles for every, frames in ((1, None), (13, "0.7 ms"), (1000, 17))]
+    finals = [
+        wsph.run(scene.with_(output={"history": every, "every": frames})).particles
+        for every, frames in ((1, None), (13, "0.7 ms"), (1000, 17))
+    ]
     for other in finals[1:]:
         for name, values in finals[0].items():
             assert np.array_equal(values, other[name]), name
@@ -53,7 +58,9 @@ def test_a_captured_graph_gives_the_bits_of_direct_launches(shock_bar: wsph.Scen
 
 def test_the_ledger_closes_at_courant_one_and_loses_below(shock_bar: wsph.Scene) -> None:
     energy = wsph.run(shock_bar).summary["energy"]
-    assert energy["external_work"] == pytest.approx(1005.0, rel=1e-10)  # rho c v^2 for 2.5 ms, and the driven node's start
+    assert energy["external_work"] == pytest.approx(
+        1005.0, rel=1e-10
+    )  # rho c v^2 for 2.5 ms, and the driven node's start
     assert energy["kinetic"] + energy["strain"] == pytest.approx(1005.0, rel=1e-10)
     assert abs(energy["residual"]) < 1e-6
     lossy = wsph.run(shock_bar.with_(cfl=0.5)).summary["energy"]
@@ -68,9 +75,14 @@ def test_dissipation_is_on_the_ledger(viscoplastic_bar: wsph.Scene) -> None:
     assert (np.diff(result.history["dissipated"]) >= 0.0).all()
 
 
-def test_growth_beyond_the_limit_is_stopped_by_name_and_reported_without_throwing(shock_bar: wsph.Scene, tmp_path: Path) -> None:
+def test_growth_beyond_the_limit_is_stopped_by_name_and_reported_without_throwing(
+    shock_bar: wsph.Scene, tmp_path: Path
+) -> None:
     scene = shock_bar.with_(cfl=1.2, guard="off", end="50 ms")
-    with pytest.raises(Unstable, match=r"unstable at step \d+, t = .*energy of body 'bar': energy was created: .*Courant number 1.2, limit 1.000") as caught:
+    with pytest.raises(
+        Unstable,
+        match=r"unstable at step \d+, t = .*energy of body 'bar': energy was created: .*Courant number 1.2, limit 1.000",
+    ) as caught:
         wsph.run(scene)
     assert caught.value.limit == pytest.approx(1.0)
     assert caught.value.step > 0
@@ -84,7 +96,9 @@ def test_growth_beyond_the_limit_is_stopped_by_name_and_reported_without_throwin
 
 def test_a_state_that_is_not_finite_names_the_particle(shock_bar: wsph.Scene) -> None:
     # Without the energy stop in the way, growth ends in infinities.
-    with pytest.raises(Unstable, match=r"velocity or stress of particle \d+ at \([0-9.]+\) m .*is not finite") as caught:
+    with pytest.raises(
+        Unstable, match=r"velocity or stress of particle \d+ at \([0-9.]+\) m .*is not finite"
+    ) as caught:
         wsph.run(shock_bar.with_(cfl=3.0, guard="off", end="1 s", stop={"energy": 1e300}, output={"history": 100_000}))
     assert caught.value.particle >= 0
     assert len(caught.value.position) == 1
@@ -108,7 +122,9 @@ def test_an_existing_run_is_never_clobbered(shock_bar: wsph.Scene, tmp_path: Pat
 
 
 @pytest.mark.parametrize("where", ["/dev/null/out", "/proc/out", "a\0b"])
-def test_a_folder_that_cannot_be_written_is_refused_before_anything(shock_bar: wsph.Scene, where: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_that_cannot_be_written_is_refused_before_anything(
+    shock_bar: wsph.Scene, where: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("wsph.driver.compose", lambda scene: pytest.fail("composed before the folder was checked"))
     with pytest.raises(OutputError):
         wsph.run(shock_bar, where)
@@ -129,7 +145,10 @@ def test_the_summary_says_what_was_run(shock_bar: wsph.Scene, tmp_path: Path) ->
     wsph.run(shock_bar, tmp_path / "out")
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["status"] == "completed"
-    assert summary["plugins"] == {"integrator tsph": "wsph " + wsph.__version__, "material elastic": "wsph " + wsph.__version__}
+    assert summary["plugins"] == {
+        "integrator tsph": "wsph " + wsph.__version__,
+        "material elastic": "wsph " + wsph.__version__,
+    }
     assert wsph.Scene(**summary["scene"]) == shock_bar
     assert summary["particles"] == 101
     assert summary["pairs"] == 400
@@ -159,7 +178,11 @@ def test_units_do_not_matter(shock_bar: wsph.Scene) -> None:
 
 def test_bodies_run_side_by_side(shock_bar: wsph.Scene) -> None:
     data = shock_bar.data()
-    second = json.loads(json.dumps(data["bodies"][0])) | {"name": "slow", "shape": {"type": "box", "min": [2.0], "max": [3.0]}, "spacing": 0.05}
+    second = json.loads(json.dumps(data["bodies"][0])) | {
+        "name": "slow",
+        "shape": {"type": "box", "min": [2.0], "max": [3.0]},
+        "spacing": 0.05,
+    }
     second["material"]["density"] = 8000.0
     data["bodies"].append(second)
     data["boundary"] += [{**condition, "body": "slow"} for condition in data["boundary"]]
@@ -179,10 +202,16 @@ def test_an_initial_velocity_and_reduced_probes(shock_bar: wsph.Scene) -> None:
         {"name": name, "where": "x > 0.495 and x < 0.605", "reduce": name, "fields": ["velocity_x"]}
         for name in ("mean", "sum", "max")
     ]  # fmt: skip
-    scene = shock_bar.with_(end="0.1 ms", probes=probes, **{"bodies.0.velocity": ["2*x"], "boundary": [{"body": "bar", "face": "+x", "velocity": {"x": 2.0}}]})
+    scene = shock_bar.with_(
+        end="0.1 ms",
+        probes=probes,
+        **{"bodies.0.velocity": ["2*x"], "boundary": [{"body": "bar", "face": "+x", "velocity": {"x": 2.0}}]},
+    )
     result = wsph.run(scene)
     first = {name: result.probes[name]["velocity_x"][0] for name in ("mean", "sum", "max")}
     assert first == {"mean": pytest.approx(1.1), "sum": pytest.approx(12.1), "max": pytest.approx(1.2)}
-    density = wsph.run(scene.with_(probes=[{"name": "d", "at": [[0.5], [0.7]], "fields": ["density", "von_mises"]}])).probes["d"]
+    density = wsph.run(
+        scene.with_(probes=[{"name": "d", "at": [[0.5], [0.7]], "fields": ["density", "von_mises"]}])
+    ).probes["d"]
     assert set(density) == {"time", "density[0]", "density[1]", "von_mises[0]", "von_mises[1]"}
     assert (density["density[1]"] == 2000.0).all()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from wsph_materials.elastic import Elastic
 
 from wsph.boundary import BoundaryValues, Conditions
 from wsph.constitutive import STRESS_STATES, Constitutive
@@ -15,7 +16,6 @@ from wsph.scene import Function
 from wsph.space import Space
 from wsph.state import State
 from wsph.units import Scales
-from wsph_materials.elastic import Elastic
 
 
 @pytest.mark.parametrize(
@@ -46,7 +46,13 @@ def test_comparisons_widen_by_the_tolerance() -> None:
     assert compile_expression("x == 0")(x, tolerance=1e-10).tolist() == [0.0, 1.0, 0.0]
 
 
-def on_device(values: list[Expression | Function], time: float, dt: float = 1e-3, c: float | tuple[float, float] = 0.0, x: float = 0.3) -> np.ndarray:
+def on_device(
+    values: list[Expression | Function],
+    time: float,
+    dt: float = 1e-3,
+    c: float | tuple[float, float] = 0.0,
+    x: float = 0.3,
+) -> np.ndarray:
     """Values as the device imposes them on the velocities of particles at x, at time + c dt [s]."""
     space, scales = Space(1), Scales(1.0, 1.0, 1.0)
     constitutive = Constitutive(space, Elastic(1.0, 1.0, 0.0), STRESS_STATES[1, "stress"], scales, "elastic")
@@ -56,7 +62,9 @@ def on_device(values: list[Expression | Function], time: float, dt: float = 1e-3
         conditions.put("velocity", 0, np.array([k]), value)
     clock = Clock(dt, "cpu")
     clock.time.assign([time, dt])
-    BoundaryValues(space, conditions, state, np.full((len(values), 1), x), {"velocity": 1.0}, 1.0, "cpu").impose(state, clock, c)
+    BoundaryValues(space, conditions, state, np.full((len(values), 1), x), {"velocity": 1.0}, 1.0, "cpu").impose(
+        state, clock, c
+    )
     return state.read("velocity")[:, 0]
 
 
@@ -72,10 +80,18 @@ def test_every_operation_agrees_with_the_device() -> None:
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.recursive(st.sampled_from(["x", "t", "2.5", "pi"]), lambda e: st.builds(lambda a, o, b: f"({a}{o}{b})", e, st.sampled_from("+-*<"), e), max_leaves=12))
+@given(
+    st.recursive(
+        st.sampled_from(["x", "t", "2.5", "pi"]),
+        lambda e: st.builds(lambda a, o, b: f"({a}{o}{b})", e, st.sampled_from("+-*<"), e),
+        max_leaves=12,
+    )
+)
 def test_random_expressions_agree_with_the_device(text: str) -> None:
     expression = compile_expression(text)
-    np.testing.assert_allclose(on_device([expression], 0.7)[0], expression(np.array([[0.3]]), 0.7)[0], rtol=1e-13, atol=1e-13)
+    np.testing.assert_allclose(
+        on_device([expression], 0.7)[0], expression(np.array([[0.3]]), 0.7)[0], rtol=1e-13, atol=1e-13
+    )
 
 
 def test_step_tables_hold_up_to_the_next_entry_and_ramps_interpolate() -> None:

@@ -1,5 +1,7 @@
 """Pairs: equal to brute force, rows ascending, nothing lost at cell faces or among coincident particles."""
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -22,7 +24,7 @@ def brute_force(targets: np.ndarray, sources: np.ndarray, radius: float, same: b
 def rows(pairs) -> list[list[int]]:
     """Rows as lists."""
     offsets, indices = pairs.offsets.numpy(), pairs.indices.numpy()
-    return [indices[a:b].tolist() for a, b in zip(offsets, offsets[1:], strict=False)]
+    return [indices[a:b].tolist() for a, b in itertools.pairwise(offsets)]
 
 
 # Multiples of a quarter put particles on each other and on the faces of the grid's cells.

@@ -18,13 +18,23 @@ CELLS = {1: 20, 2: 12, 3: 7}
 def sets(dim: int, jitter: float, which: str) -> tuple[np.ndarray, np.ndarray, bool, float]:
     """Targets, sources, same, radius: one set, virtual from real, real from virtual."""
     body = lattice(Box(type="box", min=[0.0] * dim, max=[float(CELLS[dim])] * dim), 1.0, jitter, 1)
-    return {"one": (body.nodes, body.nodes, True, 2.6), "virtual": (body.cells, body.nodes, False, 1.8), "real": (body.nodes, body.cells, False, 2.4)}[which]
+    return {
+        "one": (body.nodes, body.nodes, True, 2.6),
+        "virtual": (body.cells, body.nodes, False, 1.8),
+        "real": (body.nodes, body.cells, False, 2.4),
+    }[which]
 
 
-def apply(space: Space, targets: np.ndarray, sources: np.ndarray, pairs, field, spread: float = 0.5) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def apply(
+    space: Space, targets: np.ndarray, sources: np.ndarray, pairs, field, spread: float = 0.5
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Interpolation, Shepard interpolation, gradient (n, k, dim) and divergence of `field` (n, k = dim)."""
-    volume = np.random.default_rng(2).uniform(1.0 - spread, 1.0 + spread, len(sources))  # they must not matter on the patch
-    linear, constant = (operators.interpolation_weights(space, pairs, targets, sources, volume, order=o) for o in ("linear", "constant"))
+    volume = np.random.default_rng(2).uniform(
+        1.0 - spread, 1.0 + spread, len(sources)
+    )  # they must not matter on the patch
+    linear, constant = (
+        operators.interpolation_weights(space, pairs, targets, sources, volume, order=o) for o in ("linear", "constant")
+    )
     slope = operators.gradient_weights(space, pairs, targets, sources, volume)
     assert (linear.rank == space.dim).all()
     assert (slope.rank == space.dim).all()

@@ -23,7 +23,12 @@ pv = pytest.importorskip("pyvista")
 def folder(tmp_path_factory: pytest.TempPathFactory, shock_bar: wsph.Scene) -> Path:
     """A run with frames in every format."""
     out = tmp_path_factory.mktemp("run") / "out"
-    wsph.run(shock_bar.with_(output={"every": "2 ms", "formats": ["vtu", "xdmf", "npz"], "fields": ["velocity", "stress", "von_mises"]}), out)
+    wsph.run(
+        shock_bar.with_(
+            output={"every": "2 ms", "formats": ["vtu", "xdmf", "npz"], "fields": ["velocity", "stress", "von_mises"]}
+        ),
+        out,
+    )
     return out
 
 

@@ -33,17 +33,23 @@ class Distribution(metadata.Distribution):
 
 def installed(*points: tuple[str, str, str]):
     """An `entry_points` that returns (name, target, distribution) triples."""
-    found = [metadata.EntryPoint(name, target, "wsph.materials")._for(Distribution(dist)) for name, target, dist in points]
+    found = [
+        metadata.EntryPoint(name, target, "wsph.materials")._for(Distribution(dist)) for name, target, dist in points
+    ]
     return lambda group: metadata.EntryPoints(p for p in found if p.group == group)
 
 
 def test_an_unknown_name_gets_the_nearest_one_and_the_list() -> None:
-    with pytest.raises(PluginError, match=r"no entry named 'elastc' in wsph.materials; did you mean 'elastic'\? Installed: .*perzyna"):
+    with pytest.raises(
+        PluginError, match=r"no entry named 'elastc' in wsph.materials; did you mean 'elastic'\? Installed: .*perzyna"
+    ):
         registry.find("materials", "elastc")
 
 
 def test_a_broken_plugin_is_listed_and_blamed_only_when_named() -> None:
-    points = installed(("bad", "wsph_no_such_module:Bad", "broken-dist"), ("good", "wsph_materials.elastic:Elastic", "good-dist"))
+    points = installed(
+        ("bad", "wsph_no_such_module:Bad", "broken-dist"), ("good", "wsph_materials.elastic:Elastic", "good-dist")
+    )
     assert [e.name for e in registry.entries("materials", points)] == ["bad", "good"]
     assert registry.load("materials", "good", points).__name__ == "Elastic"
     with pytest.raises(PluginError, match=r"'bad' .*from broken-dist 9.1.* cannot be imported: ModuleNotFoundError"):
@@ -51,8 +57,13 @@ def test_a_broken_plugin_is_listed_and_blamed_only_when_named() -> None:
 
 
 def test_a_name_claimed_twice_names_both_distributions() -> None:
-    points = installed(("elastic", "a:A", "first"), ("elastic", "b:B", "second"), ("other", "wsph_materials.elastic:Elastic", "first"))
-    assert {e.status for e in registry.entries("materials", points) if e.name == "elastic"} == {"duplicate: also in first", "duplicate: also in second"}
+    points = installed(
+        ("elastic", "a:A", "first"), ("elastic", "b:B", "second"), ("other", "wsph_materials.elastic:Elastic", "first")
+    )
+    assert {e.status for e in registry.entries("materials", points) if e.name == "elastic"} == {
+        "duplicate: also in first",
+        "duplicate: also in second",
+    }
     with pytest.raises(PluginError, match="claimed by first 9.1 .*second 9.1"):
         registry.load("materials", "elastic", points)
     assert registry.load("materials", "other", points).__name__ == "Elastic"

@@ -103,19 +103,29 @@ def test_one_fault_gives_one_message(change: dict, message: str) -> None:
     found = faults(change)
     assert len(found) == 1, found
 
-
     assert re.search(message, found[0]), found[0]
 
 
 def test_all_faults_at_once_with_their_lines(tmp_path: Path) -> None:
-    text = TEXT.replace('model = "elastic"', 'model = "elastc"').replace("cfl = 1.0", 'cfl = 1.0\ndt = "1 us"').replace("spacing = 0.01", "spcing = 0.01")
+    text = (
+        TEXT.replace('model = "elastic"', 'model = "elastc"')
+        .replace("cfl = 1.0", 'cfl = 1.0\ndt = "1 us"')
+        .replace("spacing = 0.01", "spcing = 0.01")
+    )
     text = text.replace('name = "middle"', 'nam = "middle"')
     path = tmp_path / "bad.toml"
     path.write_text(text)
     with pytest.raises(SceneError) as caught:
         wsph.load(path)
     lines = str(caught.value).splitlines()
-    expected = {"run": "both are given", "bodies.0.spacing": "is missing", "bodies.0.spcing": "did you mean 'spacing'", "bodies.0.material.model": "elastc", "probes.1.nam": "unknown key", "probes.1.name": "is missing"}
+    expected = {
+        "run": "both are given",
+        "bodies.0.spacing": "is missing",
+        "bodies.0.spcing": "did you mean 'spacing'",
+        "bodies.0.material.model": "elastc",
+        "probes.1.nam": "unknown key",
+        "probes.1.name": "is missing",
+    }
     assert len(lines) == len(expected), lines
     for key, words in expected.items():
         line = next(entry for entry in lines if f" {key}: " in entry)
@@ -127,7 +137,10 @@ def test_all_faults_at_once_with_their_lines(tmp_path: Path) -> None:
     assert text.splitlines()[number - 1].startswith("nam")
 
 
-@pytest.mark.parametrize(("content", "message"), [(None, "no such file"), ("a = = 1", "is not TOML"), (b"\xff\xfe", "cannot be read"), ("", "schema: is missing")])
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [(None, "no such file"), ("a = = 1", "is not TOML"), (b"\xff\xfe", "cannot be read"), ("", "schema: is missing")],
+)
 def test_files_that_are_no_scene(tmp_path: Path, content: str | bytes | None, message: str) -> None:
     path = tmp_path / "scene.toml"
     if content is not None:

@@ -26,7 +26,9 @@ def test_a_bar_is_a_curve_and_a_body_its_particles(shock_bar: wsph.Scene, tmp_pa
     assert main(["view", str(out), "--field", "stress_xx", "--save", str(tmp_path / "bar.png")]) == 0
     assert colours(tmp_path / "bar.png") > 10
     grid = np.stack(np.meshgrid(np.arange(8.0), np.arange(5.0), indexing="ij"), -1).reshape(-1, 2)
-    picture({"position": grid, "stress": np.arange(40.0)[:, None] * np.ones(6)}, "stress_xy", 0.0, tmp_path / "plate.png")
+    picture(
+        {"position": grid, "stress": np.arange(40.0)[:, None] * np.ones(6)}, "stress_xy", 0.0, tmp_path / "plate.png"
+    )
     assert colours(tmp_path / "plate.png") > 100
     assert main(["view", str(out), "--field", "velocity", "--save", str(tmp_path / "bar.gif")]) == 0
     with Image.open(tmp_path / "bar.gif") as animation:

@@ -4,11 +4,10 @@ import warnings
 
 import numpy as np
 import pytest
+from oracles import AMPLITUDE, ARRIVAL, DURATION, plateau
 
 import wsph
 from wsph.errors import Unstable
-
-from oracles import AMPLITUDE, ARRIVAL, DURATION, plateau
 
 
 def compression(result: wsph.Result) -> tuple[np.ndarray, np.ndarray]:
@@ -52,7 +51,9 @@ def test_beyond_the_limit_it_grows_as_the_amplification_says(shock_bar: wsph.Sce
     """Largest stress after 400 steps over that at C = 1, 101 particles: 1.1 at C = 1.001, 35 at 1.005, 1e4 at 1.01."""
 
     def largest(courant: float) -> float:
-        scene = shock_bar.with_(cfl=courant, guard="off", end=400 * courant / 100 / 200, stop={"energy": 1e30}, output={"history": 400})
+        scene = shock_bar.with_(
+            cfl=courant, guard="off", end=400 * courant / 100 / 200, stop={"energy": 1e30}, output={"history": 400}
+        )
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of the energy that is created on purpose
             return float(np.abs(wsph.run(scene).probes["fixed-end"]["stress_xx"]).max())

@@ -4,16 +4,24 @@ from dataclasses import dataclass, field
 
 import pytest
 import warp as wp
-
-from wsph import registry
-from wsph.testing import check_material
 from wsph_materials.elastic import Elastic
 from wsph_materials.perzyna import Perzyna
 
+from wsph import registry
+from wsph.testing import check_material
+
 # (a material, the size of the stresses tried [Pa]): Perzyna far above yield, and below it
 OURS = {
-    "elastic": [(Elastic(2000.0, 8e7, 0.3), None), (Elastic(7800.0, 2e11, -0.5), None), (Elastic(1000.0, 1e6, 0.4999), None)],
-    "perzyna": [(Perzyna(2000.0, 8e7, 0.3, 5e5, -8e6, 25.0, exponent), level) for exponent in (0.0, 1.0, 2.0) for level in (1e5, 1e7)],
+    "elastic": [
+        (Elastic(2000.0, 8e7, 0.3), None),
+        (Elastic(7800.0, 2e11, -0.5), None),
+        (Elastic(1000.0, 1e6, 0.4999), None),
+    ],
+    "perzyna": [
+        (Perzyna(2000.0, 8e7, 0.3, 5e5, -8e6, 25.0, exponent), level)
+        for exponent in (0.0, 1.0, 2.0)
+        for level in (1e5, 1e7)
+    ],
 }
 
 

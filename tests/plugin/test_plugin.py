@@ -49,7 +49,10 @@ def test_the_scene_runs_against_its_closed_form() -> None:
     energy = result.summary["energy"]
     assert energy["dissipated"] > 0.9 * energy["external_work"]
     assert abs(energy["residual"]) < 1e-3 * energy["external_work"]
-    assert result.summary["plugins"] == {"integrator ralston": "wsph-maxwell 1.0.0", "material maxwell": "wsph-maxwell 1.0.0"}
+    assert result.summary["plugins"] == {
+        "integrator ralston": "wsph-maxwell 1.0.0",
+        "material maxwell": "wsph-maxwell 1.0.0",
+    }
 
 
 def test_their_material_under_our_integrator_and_ours_under_theirs() -> None:
@@ -61,9 +64,13 @@ def test_their_material_under_our_integrator_and_ours_under_theirs() -> None:
 
 def test_one_set_refuses_what_it_cannot_prescribe_and_a_step_beyond_its_limit() -> None:
     scene = wsph.load(SCENE)
-    with pytest.raises(wsph.Refused, match=r"ralston at Courant number 1 is beyond its stability limit 0\.\d+ \(omega dt <= .3"):
+    with pytest.raises(
+        wsph.Refused, match=r"ralston at Courant number 1 is beyond its stability limit 0\.\d+ \(omega dt <= .3"
+    ):
         wsph.run(scene.with_(cfl=1.0))
-    with pytest.raises(wsph.Refused, match="boundary.0.stress: integrator 'ralston' prescribes velocity and fixed only"):
+    with pytest.raises(
+        wsph.Refused, match="boundary.0.stress: integrator 'ralston' prescribes velocity and fixed only"
+    ):
         wsph.run(scene.with_(boundary=[{"body": "bar", "face": "-x", "stress": {"xx": 0.0}}]))
     with pytest.raises(PluginError, match="wsph-maxwell 1.0.0"):
         wsph.run(scene.with_(integrator={"name": "ralston", "order": 3}))
@@ -77,7 +84,9 @@ def test_one_set_keeps_momentum_and_rigid_rotation_free_of_stress_rates(dim: int
             "material": {"model": "maxwell", "density": 1.0, "bulk_modulus": 1.0, "shear_modulus": 0.5, "relaxation_time": 1e9}}  # fmt: skip
     if dim == 2:
         body["state"] = "strain"
-    result = wsph.run(wsph.Scene(schema=1, dim=dim, run={"integrator": "ralston", "end": 1.0, "cfl": 0.1}, bodies=[body]))
+    result = wsph.run(
+        wsph.Scene(schema=1, dim=dim, run={"integrator": "ralston", "end": 1.0, "cfl": 0.1}, bodies=[body])
+    )
     momentum = result.history["momentum_x"]
     assert np.abs(momentum / momentum[0] - 1.0).max() < 1e-13
     energy = result.summary["energy"]

@@ -32,7 +32,9 @@ class Maxwell:
             D = real(0.5) * (L + wp.transpose(L))
             volumetric = wp.trace(D)
             deviator = stress - wp.trace(stress) / real(3.0) * one
-            elastic = p.bulk_modulus * volumetric * one + real(2.0) * p.shear_modulus * (D - volumetric / real(3.0) * one)
+            elastic = p.bulk_modulus * volumetric * one + real(2.0) * p.shear_modulus * (
+                D - volumetric / real(3.0) * one
+            )
             return elastic - deviator / p.relaxation_time
 
         return law
