@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from wsph.composition import compose
 from wsph.constitutive import STRESS_STATES, Constitutive, user_law
 from wsph.driver import run
 from wsph.scene import Scene
@@ -205,3 +206,34 @@ def check_integrator(integrator: str | dict[str, Any], *, order: float, toleranc
     assert np.abs(single - a).max() < 1e-4, (
         f"{integrator}: single and double precision differ by {np.abs(single - a).max():.2e}"
     )
+
+
+def step_matrix(scene: Scene) -> np.ndarray:
+    """The linear part of a scene's step as a matrix over its flat nondimensional state, column by column from the program.
+
+    For linear materials and boundary values that do not depend on time; (m, m) for a state of m numbers, all bodies'
+    states one after the other. Prescribed values are imposed on every column first, so the constrained subspace is what it
+    acts on.
+    """
+    composition = compose(scene)
+    composition.compile()
+    composition.program.prepare(1)
+    states = [run.system.state.buffer for run in composition.bodies]
+    sizes = [len(buffer) for buffer in states]
+
+    def step(vector: np.ndarray) -> np.ndarray:
+        for buffer, part in zip(states, np.split(vector, np.cumsum(sizes)[:-1]), strict=True):
+            buffer.assign(part.astype(composition.space.numpy))
+        for body in composition.bodies:
+            body.system.impose(body.system.state, 0.0)
+        composition.program.run(1)
+        return np.concatenate([buffer.numpy() for buffer in states]).astype(float)
+
+    total = sum(sizes)
+    rest = step(np.zeros(total))
+    return np.stack([step(column) - rest for column in np.eye(total)], 1)
+
+
+def spectral_radius(scene: Scene) -> float:
+    """Largest |eigenvalue| of a scene's step: above 1 it grows by that factor per step."""
+    return float(np.abs(np.linalg.eigvals(step_matrix(scene))).max())
