@@ -1,0 +1,93 @@
+"""Taylor-SPH in two and three dimensions: the spectrum of the program's own step on small blocks."""
+
+import numpy as np
+import pytest
+
+import wsph
+from wsph.testing import spectral_radius, step_matrix
+
+CONDITIONS: dict[str, list[dict]] = {
+    "free": [],
+    "fixed": [{"face": face, "fixed": ["x", "y"]} for face in ("-x", "+x", "-y", "+y")],
+    "cantilever": [{"face": "-x", "fixed": ["x", "y"]}],
+    "symmetry": [{"face": "-x", "symmetry": "x"}, {"face": "-y", "symmetry": "y"}],
+    "corner-loaded": [
+        {"face": "-x", "fixed": ["x", "y"]},
+        {"face": "+x", "stress": {"xx": 1.0, "xy": 2.0}},
+        {"face": "+y", "velocity": {"y": 3.0}},
+    ],
+}
+
+
+def block(
+    conditions: str = "free",
+    *,
+    cells: int = 5,
+    courant: float = 0.8,
+    poisson: float = 0.3,
+    state: str | None = "strain",
+    dim: int = 2,
+    jitter: float = 0.0,
+    support: float = 1.2,
+    seed: int = 0,
+) -> wsph.Scene:
+    """A cube of `cells` cells along every edge."""
+    axes = ["x", "y", "z"][:dim]
+    boundary = [{"body": "block", **c} for c in CONDITIONS[conditions]]
+    for condition in boundary:
+        if "fixed" in condition:
+            condition["fixed"] = axes
+    body = {
+        "name": "block",
+        "shape": {"type": "box", "min": [0.0] * dim, "max": [1.0] * dim},
+        "spacing": 1.0 / cells,
+        "jitter": jitter,
+        "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": poisson},
+    }
+    if dim < 3:
+        body["state"] = state
+    run = {"integrator": "tsph", "end": 1.0, "cfl": courant, "guard": "off", "support": support, "seed": seed}
+    return wsph.Scene(schema=1, dim=dim, run=run, bodies=[body], boundary=boundary)
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.499])
+@pytest.mark.parametrize("conditions", list(CONDITIONS))
+def test_no_mode_of_a_lattice_block_grows(conditions: str, poisson: float) -> None:
+    for state in ("strain", "stress"):
+        for courant in (0.05, 0.5, 0.9):
+            scene = block(conditions, courant=courant, poisson=poisson, state=state)
+            assert spectral_radius(scene) <= 1.0 + 1e-6, (state, courant)
+
+
+def test_powers_of_the_step_stay_bounded() -> None:
+    """A radius of 1 could hide a defective eigenvalue: ten thousand steps (2^13 and some) amplify nothing by 1e3."""
+    matrix = step_matrix(block("cantilever", courant=0.5, poisson=0.499))
+    power, largest = matrix, 0.0
+    for _ in range(14):
+        largest = max(largest, float(np.linalg.norm(power, 2)))
+        power = power @ power
+    assert largest < 1e3
+
+
+def test_corners_grow_at_courant_one_where_the_guard_refuses() -> None:
+    assert spectral_radius(block("fixed", courant=1.0)) > 1.002
+    with pytest.raises(wsph.Refused, match="limit 0.900"):
+        wsph.run(block("fixed", courant=1.0).with_(guard="refuse"))
+
+
+@pytest.mark.parametrize(("support", "jitter"), [(1.2, 0.2), (1.8, 0.4)])
+def test_jittered_blocks_held_on_their_faces(support: float, jitter: float) -> None:
+    """Stable for C >= .5; at C = .05 they grow by some 1e-3 per step. A free jittered block can grow at any C."""
+    for seed in range(3):
+        for courant in (0.5, 0.7, 0.9):
+            scene = block("fixed", cells=7, courant=courant, support=support, jitter=jitter, seed=seed)
+            assert spectral_radius(scene) <= 1.0 + 1e-6, (seed, courant)
+    slow = block("fixed", cells=7, courant=0.05, support=support, jitter=jitter, seed=1)
+    assert 1e-5 < spectral_radius(slow) - 1.0 < 1e-2
+
+
+@pytest.mark.parametrize("conditions", ["free", "fixed", "cantilever"])
+def test_three_dimensions(conditions: str) -> None:
+    for courant in (0.3, 0.9):
+        scene = block(conditions, dim=3, cells=2, courant=courant)
+        assert spectral_radius(scene) <= 1.0 + 1e-6, courant
