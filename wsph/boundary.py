@@ -33,7 +33,8 @@ WHERE_TOLERANCE = 1e-6
 class Conditions:
     """Prescribed components of one body and the faces that do work.
 
-    entries: (field, component) -> {particle: value}; free_normals: bit k of (n,) where sigma_kk is prescribed; work_*: rows of (particle, axis, signed area [m^(dim-1)]) on faces that move or carry stress.
+    entries: (field, component) -> {particle: value}; free_normals: bit k of (n,) where sigma_kk is prescribed; work_*: rows
+    of (particle, axis, signed area [m^(dim-1)]) on faces that move or carry stress.
     """
 
     entries: dict[tuple[str, int], dict[int, Prescribed]] = field(default_factory=dict)
