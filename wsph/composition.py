@@ -20,9 +20,10 @@ from wsph.diagnostics import Diagnostics
 from wsph.errors import Fault, PluginError, Refused, SceneError
 from wsph.one_set import OneSetSystem
 from wsph.particles import Lattice, lattice
+from wsph.plugins import build
 from wsph.probes import Recorder
 from wsph.program import Clock, Program
-from wsph.scene import Body, Scene, build
+from wsph.scene import Body, Scene
 from wsph.space import Space
 from wsph.two_set import TwoSetSystem
 from wsph.units import Scales

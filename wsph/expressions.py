@@ -1,7 +1,7 @@
 """Arithmetic expressions of a scene: a whitelisted grammar, compiled to a postfix program and never evaluated as Python.
 
 The program is a list of (operation, number) for a stack machine. The same program runs over numpy arrays here (initial
-values, selections) and on the device (boundary values that change in time, `wsph.boundary`): an expression needs no
+values, selections) and on the device (boundary values that change in time, `wsph.prescribed`): an expression needs no
 kernel of its own, which would cost .35 s each to compile.
 """
 

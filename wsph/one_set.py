@@ -14,18 +14,20 @@ from functools import cache
 import numpy as np
 import warp as wp
 
-from wsph.boundary import BoundaryValues, ConstraintWork, layer_conditions
+from wsph.conditions import layer_conditions
 from wsph.constitutive import Constitutive, Laws, blame, packing
 from wsph.errors import Refused
 from wsph.neighbours import find_pairs
 from wsph.operators import generalized_inverse, interpolation_weights
 from wsph.particles import Lattice
+from wsph.prescribed import BoundaryValues
 from wsph.program import Clock
 from wsph.scene import Body, Scene
 from wsph.smoothing import SMOOTHING, SUPPORT
 from wsph.space import Space, determinant_and_inverse
 from wsph.state import Layout, State, fields_struct
 from wsph.units import Scales
+from wsph.work import ConstraintWork
 
 DEFAULT_SUPPORT = 2.6
 

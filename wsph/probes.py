@@ -11,7 +11,7 @@ import numpy as np
 import warp as wp
 
 from wsph import fields
-from wsph.boundary import select
+from wsph.conditions import select
 from wsph.errors import Fault, SceneError
 from wsph.program import Clock
 from wsph.scene import Probe

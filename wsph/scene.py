@@ -5,26 +5,19 @@ compiled or written. What a plugin says about its own keys is checked here too: 
 scene names are the only plugins imported.
 """
 
-import dataclasses
-import difflib
 import tomllib
-from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
-from wsph import registry
-from wsph.errors import Fault, PluginError, SceneError
+from wsph.errors import Fault, SceneError
 from wsph.expressions import Expression, compile_expression, constant_program
-from wsph.fields import known
+from wsph.faults import between_tables, line_of, lines, of_plugins, of_validation
 from wsph.shapes import Shape
 from wsph.smoothing import SMOOTHING
 from wsph.units import quantity
-
-AXES = ("x", "y", "z")
-COMPONENTS = {1: ("xx",), 2: ("xx", "yy", "xy"), 3: ("xx", "yy", "zz", "xy", "yz", "xz")}
 
 
 class Model(BaseModel):
@@ -223,10 +216,10 @@ class Scene(Model):
         try:
             super().__init__(**data)
         except ValidationError as error:
-            faults = [_fault(e) for e in error.errors(include_url=False)]
+            faults = [of_validation(e, Scene) for e in error.errors(include_url=False)]
         else:
-            faults = list(_cross_faults(self))
-        faults += _plugin_faults(data)
+            faults = list(between_tables(self))
+        faults += of_plugins(data)
         if faults:
             raise SceneError("scene", faults)
 
@@ -296,268 +289,10 @@ def load(path: str | Path, overrides: dict[str, Any] | None = None) -> Scene:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise SceneError(source, [Fault(0, "", f"is not TOML: {error}")]) from None
-    lines = _line_numbers(text)
+    where = lines(text)
     try:
         for key, value in (overrides or {}).items():
             apply_override(data, key, value)
         return Scene(**data)
     except SceneError as error:
-        raise SceneError(source, [Fault(_line(lines, f.key), f.key, f.message) for f in error.faults]) from None
-
-
-def _line_numbers(text: str) -> dict[str, int]:
-    """Line of every table header and key of a TOML text, by dotted path."""
-    lines: dict[str, int] = {}
-    counts: dict[str, int] = {}
-    table, depth = "", 0
-    for number, line in enumerate(text.splitlines(), 1):
-        code = line.split("#", 1)[0].strip() if '"' not in line else line.strip()
-        if depth == 0 and code.startswith("["):
-            name = code.split("]", 1)[0].lstrip("[").strip().replace('"', "")
-            parent, _, last = name.rpartition(".")
-            prefix = f"{parent}.{counts[parent]}." if parent in counts else (f"{parent}." if parent else "")
-            if code.startswith("[["):
-                counts[name] = counts.get(name, -1) + 1
-                table = f"{prefix}{last}.{counts[name]}"
-            else:
-                table = f"{prefix}{last}"
-            lines[table] = number
-        elif depth == 0 and "=" in code and not code.startswith("#"):
-            key = code.split("=", 1)[0].strip().replace('"', "")
-            lines[f"{table}.{key}" if table else key] = number
-        if not code.startswith("[") or depth:
-            depth = max(depth + code.count("[") + code.count("{") - code.count("]") - code.count("}"), 0)
-    return lines
-
-
-def _line(lines: dict[str, int], key: str) -> int:
-    while key and key not in lines:
-        key = key.rpartition(".")[0]
-    return lines.get(key, 0)
-
-
-def _fault(error: Any) -> Fault:
-    """A pydantic error in the words of a scene's author."""
-    skipped = {"float", "int", "str", "Function", "Box"}
-    keys = [str(k) for k in error["loc"] if str(k) not in skipped and "function-" not in str(k)]
-    key, kind, given = ".".join(keys), error["type"], error.get("input")
-    if kind == "extra_forbidden":
-        known = _known_keys(keys[:-1])
-        close = difflib.get_close_matches(keys[-1], known, 1)
-        return Fault(
-            0, key, "unknown key; " + (f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}")
-        )
-    if kind == "missing":
-        return Fault(0, key, "is missing")
-    if kind == "value_error":
-        return Fault(0, key, str(error["ctx"]["error"]))
-    if kind == "literal_error":
-        close = difflib.get_close_matches(
-            str(given), [str(v).strip("'") for v in error["ctx"]["expected"].replace(" or ", ", ").split(", ")], 1
-        )
-        return Fault(
-            0,
-            key,
-            f"{given!r} is none of {error['ctx']['expected']}" + (f"; did you mean {close[0]!r}?" if close else ""),
-        )
-    message = error["msg"].replace("Input should be", "must be")
-    return Fault(0, key, f"{given!r}: {message}" if not isinstance(given, dict) else message)
-
-
-def _known_keys(path: list[str]) -> list[str]:
-    """The keys that the table at `path` can have."""
-    model: Any = Scene
-    for key in path:
-        if key.isdigit():
-            continue
-        annotation = model.model_fields[key].annotation if key in getattr(model, "model_fields", {}) else None
-        models = [m for m in _walk(annotation) if isinstance(m, type) and issubclass(m, BaseModel)]
-        if models:
-            model = models[0]
-    return ["schema" if name == "schema_" else name for name in model.model_fields]
-
-
-def _walk(annotation: Any) -> Iterator[Any]:
-    yield annotation
-    for argument in getattr(annotation, "__args__", ()):
-        yield from _walk(argument)
-
-
-def _cross_faults(scene: Scene) -> Iterator[Fault]:
-    """Faults between tables: names that lead nowhere, components that the dimension does not have."""
-    names = [b.name for b in scene.bodies]
-    for k, body in enumerate(scene.bodies):
-        key = f"bodies.{k}"
-        if names.index(body.name) != k:
-            yield Fault(0, f"{key}.name", f"{body.name!r} names another body already")
-        if body.shape.dim != scene.dim:
-            yield Fault(0, f"{key}.shape", f"has {body.shape.dim} coordinates in a scene of dim = {scene.dim}")
-        else:
-            try:
-                body.shape.cells(body.spacing)
-            except ValueError as error:
-                yield Fault(0, f"{key}.spacing", str(error))
-        if (body.state is None) != (scene.dim == 3):
-            yield Fault(
-                0,
-                f"{key}.state",
-                "is for 1D and 2D" if scene.dim == 3 else '"stress" or "strain" is needed in 1D and 2D',
-            )
-        if body.velocity is not None:
-            if len(body.velocity) != scene.dim:
-                yield Fault(
-                    0, f"{key}.velocity", f"has {len(body.velocity)} components in a scene of dim = {scene.dim}"
-                )
-            for component in body.velocity:
-                yield from _value_faults(scene, component, "m/s", f"{key}.velocity")
-    for k, condition in enumerate(scene.boundary):
-        key = f"boundary.{k}"
-        if condition.body not in names:
-            yield Fault(0, f"{key}.body", f"no body is named {condition.body!r}; there is {', '.join(names)}")
-        axes = AXES[: scene.dim]
-        if condition.face and condition.face[1] not in axes:
-            yield Fault(0, f"{key}.face", f"{condition.face!r} does not exist in {scene.dim}D")
-        if condition.where is not None:
-            yield from _expression_faults(condition.where, f"{key}.where")
-        for table, allowed, unit in (("velocity", axes, "m/s"), ("stress", COMPONENTS[scene.dim], "Pa")):
-            for component, value in getattr(condition, table).items():
-                if component not in allowed:
-                    yield Fault(0, f"{key}.{table}.{component}", f"is none of {', '.join(allowed)}")
-                yield from _value_faults(scene, value, unit, f"{key}.{table}.{component}")
-        for component in (*condition.fixed, *([condition.symmetry] if condition.symmetry else [])):
-            if component not in axes:
-                yield Fault(0, key, f"{component!r} is none of {', '.join(axes)}")
-    for name, function in scene.functions.items():
-        if function.expression is not None:
-            yield from _expression_faults(function.expression, f"functions.{name}.expression")
-    yield from _field_faults(scene)
-    probe_names = [p.name for p in scene.probes]
-    for k, probe in enumerate(scene.probes):
-        if probe_names.index(probe.name) != k:
-            yield Fault(0, f"probes.{k}.name", f"{probe.name!r} names another probe already")
-        if probe.where is not None:
-            yield from _expression_faults(probe.where, f"probes.{k}.where")
-        for point in probe.at or ():
-            if len(point) != scene.dim:
-                yield Fault(
-                    0, f"probes.{k}.at", f"{list(point)} has {len(point)} coordinates in a scene of dim = {scene.dim}"
-                )
-
-
-def _field_faults(scene: Scene) -> Iterator[Fault]:
-    """Fields that no body of the scene has, in frames and probes."""
-    internals: list[str] = []
-    for body in scene.bodies:
-        material, faults = build("materials", body.material.model, body.material.options(), "", "model")
-        if faults:
-            return  # the fields a faulty material would have are not known; its own faults are reported
-        internals += getattr(material, "internals", {})
-        internals += ["dissipation"] if getattr(material, "depends_on_stress", True) else []
-    names = known(internals, scene.dim)
-    wanted = [("output.fields", name) for name in scene.output.fields]
-    for k, probe in enumerate(scene.probes):
-        wanted += [(f"probes.{k}.fields", name) for name in probe.fields]
-        for name in probe.fields:
-            if probe.reduce and (
-                name in ("von_mises", "pressure", "density")
-                or (probe.reduce == "max" and name in ("velocity", "displacement", "stress"))
-            ):
-                yield Fault(
-                    0,
-                    f"probes.{k}.fields",
-                    f"{name!r} cannot be reduced to its {probe.reduce}; name components, such as stress_xx",
-                )
-    for key, name in wanted:
-        if name not in names:
-            close = difflib.get_close_matches(name, names, 1)
-            yield Fault(
-                0,
-                key,
-                f"no field is named {name!r}; "
-                + (f"did you mean {close[0]!r}?" if close else f"there is {', '.join(names)}"),
-            )
-
-
-def _expression_faults(text: str, key: str) -> Iterator[Fault]:
-    try:
-        compile_expression(text)
-    except ValueError as error:
-        yield Fault(0, key, str(error))
-
-
-def _value_faults(scene: Scene, value: Value, unit: str, key: str) -> Iterator[Fault]:
-    try:
-        scene.value(value, unit)
-    except ValueError as error:
-        hint = f"; functions: {', '.join(scene.functions)}" if scene.functions else ""
-        yield Fault(0, key, f"{value!r} is no number, quantity [{unit}], expression or function: {error}{hint}")
-
-
-def _plugin_faults(data: dict[str, Any]) -> list[Fault]:
-    """Faults in what the scene says to its plugins, found even where the rest of the scene is at fault."""
-    faults: list[Fault] = []
-    bodies = data.get("bodies")
-    for k, body in enumerate(bodies if isinstance(bodies, (list, tuple)) else ()):
-        material = body.get("material") if isinstance(body, dict) else None
-        if isinstance(material, dict) and isinstance(material.get("model"), str):
-            options = {key: value for key, value in material.items() if key != "model"}
-            faults += build("materials", material["model"], options, f"bodies.{k}.material", "model")[1]
-    run = data.get("run")
-    integrator = run.get("integrator") if isinstance(run, dict) else None
-    if isinstance(integrator, str):
-        integrator = {"name": integrator}
-    if isinstance(integrator, dict) and isinstance(integrator.get("name"), str):
-        try:
-            registry.load("integrators", integrator["name"])
-        except PluginError as error:
-            faults.append(Fault(0, "run.integrator", str(error)))
-    return faults
-
-
-def build(group: str, name: str, options: dict[str, Any], key: str, name_key: str) -> tuple[Any, list[Fault]]:
-    """Make a plugin's dataclass from a scene's keys: (instance or None, faults).
-
-    Every field may declare `metadata={"unit": ..., "min": ..., "max": ..., "above": ..., "below": ...}`; min and max are
-    allowed values, above and below are not.
-    """
-    try:
-        plugin = registry.load(group, name)
-    except PluginError as error:
-        return None, [Fault(0, f"{key}.{name_key}", str(error))]
-    if not dataclasses.is_dataclass(plugin):
-        return None, [Fault(0, f"{key}.{name_key}", f"{name!r} from {registry.origin(group, name)} is not a dataclass")]
-    fields = {f.name: f for f in dataclasses.fields(plugin)}
-    faults, values = [], {}
-    for option, value in options.items():
-        if option not in fields:
-            close = difflib.get_close_matches(option, fields, 1)
-            hint = f"did you mean {close[0]!r}?" if close else f"{name} knows {', '.join(fields)}"
-            faults.append(Fault(0, f"{key}.{option}", f"unknown key; {hint}"))
-            continue
-        try:
-            values[option] = _checked(value, fields[option].metadata)
-        except ValueError as error:
-            faults.append(Fault(0, f"{key}.{option}", str(error)))
-    for option, field in fields.items():
-        required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
-        if required and option not in options:
-            faults.append(
-                Fault(0, f"{key}.{option}", f"is missing: {name} needs it [{field.metadata.get('unit') or '-'}]")
-            )
-    if faults:
-        return None, faults
-    try:
-        return plugin(**values), []
-    except ValueError as error:
-        return None, [Fault(0, key, str(error))]
-
-
-def _checked(value: object, rules: Any) -> float:
-    number = quantity(value, rules.get("unit", ""))
-    tests = (("above", number > rules.get("above", -float("inf"))), ("min", number >= rules.get("min", -float("inf"))),
-             ("below", number < rules.get("below", float("inf"))), ("max", number <= rules.get("max", float("inf"))))  # fmt: skip
-    for rule, holds in tests:
-        if not holds:
-            words = {"above": "above", "min": "at least", "below": "below", "max": "at most"}[rule]
-            raise ValueError(f"{value!r} must be {words} {rules[rule]:g} {rules.get('unit', '')}".rstrip())
-    return number
+        raise SceneError(source, [Fault(line_of(where, f.key), f.key, f.message) for f in error.faults]) from None

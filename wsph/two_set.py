@@ -11,17 +11,19 @@ from functools import cache
 import numpy as np
 import warp as wp
 
-from wsph.boundary import BoundaryValues, Conditions, ExternalWork, face_conditions
+from wsph.conditions import Conditions, face_conditions
 from wsph.constitutive import Constitutive, Laws, blame, packing
 from wsph.errors import Refused
 from wsph.neighbours import find_pairs
 from wsph.operators import Weights, gradient_weights, interpolation_weights
 from wsph.particles import Lattice
+from wsph.prescribed import BoundaryValues
 from wsph.program import Clock
 from wsph.scene import Body, Scene
 from wsph.space import Space
 from wsph.state import Layout, State, fields_struct, layout_of
 from wsph.units import Scales
+from wsph.work import ExternalWork
 
 DEFAULT_SUPPORT = 1.2
 

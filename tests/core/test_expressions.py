@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from wsph_materials.elastic import Elastic
 
-from wsph.boundary import BoundaryValues, Conditions
+from wsph.conditions import Conditions
 from wsph.constitutive import STRESS_STATES, Constitutive
 from wsph.expressions import Expression, compile_expression
+from wsph.prescribed import BoundaryValues
 from wsph.program import Clock
 from wsph.scene import Function
 from wsph.space import Space

@@ -1,0 +1,128 @@
+"""Boundary conditions of a body: which components of which particles are prescribed, and by what.
+
+The rule at the faces of a two-set body (Herreros & Mabssout 2011, 3.2.4: essential conditions on the boundary particles):
+each face prescribes one of (v_n | sigma_nn) and one of (v_t | sigma_nt) per tangent; a particle on several faces takes the
+union; a face that nothing is said of is free. Where sigma_nn is prescribed the normal strain rate follows from its rate:
+also at a corner whose other face holds v_n (without it a cantilever's root grows by 2e-4 a step at nu = .499, C <= .5).
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from wsph.errors import Fault, Refused, SceneError
+from wsph.expressions import Expression, compile_expression, constant_program
+from wsph.fields import AXES
+from wsph.particles import Lattice
+from wsph.scene import Boundary, Function, Scene
+
+Prescribed = Expression | Function
+WHERE_TOLERANCE = 1e-6
+"""Points this fraction of a spacing from equality count as equal in `where`."""
+
+
+@dataclass
+class Conditions:
+    """Prescribed components of one body and the faces that do work.
+
+    entries: (field, component) -> {particle: value}; free_normals: bit k of (n,) where sigma_kk is prescribed; work_*: rows
+    of (particle, axis, signed area [m^(dim-1)]) on faces that move or carry stress.
+    """
+
+    entries: dict[tuple[str, int], dict[int, Prescribed]] = field(default_factory=dict)
+    free_normals: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
+    work_particle: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
+    work_axis: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
+    work_area: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+    def put(self, name: str, component: int, particles: np.ndarray, value: Prescribed) -> None:
+        """Prescribe a component; what was said later holds."""
+        self.entries.setdefault((name, component), {}).update(dict.fromkeys(particles.tolist(), value))
+
+
+def select(text: str, position: np.ndarray, spacing: float) -> np.ndarray:
+    """Particles where the expression holds, (n,) bool."""
+    return compile_expression(text)(position, tolerance=WHERE_TOLERANCE * spacing) != 0.0
+
+
+def _nonzero(value: Prescribed) -> bool:
+    return not (isinstance(value, Expression) and value.program == constant_program(0.0).program)
+
+
+def _nothing_selected(k: int, condition: Boundary) -> SceneError:
+    key, text = ("where", condition.where) if condition.where else ("face", condition.face)
+    return SceneError("scene", [Fault(0, f"boundary.{k}.{key}", f"{text!r} selects no particle of {condition.body!r}")])
+
+
+def face_conditions(scene: Scene, body: str, lattice: Lattice, labels: tuple[str, ...]) -> Conditions:
+    """Conditions of a two-set body. `labels` are the kept stress components. Raises SceneError where one selects nothing."""
+    faces, dim, n = lattice.faces, scene.dim, len(lattice.nodes)
+    result = Conditions()
+    moved = np.zeros((len(faces.area), dim), bool)
+    loaded = np.zeros(len(faces.area), bool)
+    given: dict[str, dict[int, Prescribed]] = {}
+    zero = constant_program(0.0)
+    for k, condition in enumerate(scene.boundary):
+        if condition.body != body:
+            continue
+        if condition.face:
+            rows = faces.named(condition.face)
+            nodes = np.unique(faces.nodes[rows])
+        else:
+            chosen = select(condition.where or "", lattice.nodes, lattice.spacing)
+            nodes, rows = np.flatnonzero(chosen), chosen[faces.nodes].all(1)
+        if not len(nodes):
+            raise _nothing_selected(k, condition)
+        velocity = {axis: scene.value(value, "m/s") for axis, value in condition.velocity.items()}
+        velocity |= dict.fromkeys((*condition.fixed, *([condition.symmetry] if condition.symmetry else [])), zero)
+        for axis, value in velocity.items():
+            result.put("velocity", AXES.index(axis), nodes, value)
+            moved[rows, AXES.index(axis)] = True
+            loaded[rows] |= _nonzero(value)
+        for label, text in condition.stress.items():
+            value = scene.value(text, "Pa")
+            on_faces = np.unique(faces.nodes[rows]) if rows.any() else nodes
+            given.setdefault(label, {}).update(dict.fromkeys(on_faces.tolist(), value))
+            loaded[rows] |= _nonzero(value)
+    for axis in range(dim):
+        rows = faces.axis == axis
+        for tangent in range(dim):
+            label = "".join(sorted("xyz"[axis] + "xyz"[tangent]))
+            label = "xz" if label == "zx" else label
+            free = rows & ~moved[:, tangent]
+            result.put("stress", labels.index(label), np.unique(faces.nodes[free]), zero)
+    for label, values in given.items():
+        for value in set(values.values()):
+            result.put("stress", labels.index(label), np.array([p for p, v in values.items() if v is value]), value)
+    result.free_normals = np.zeros(n, np.int32)
+    for axis in range(dim):
+        stressed = np.array(sorted(result.entries.get(("stress", axis), {})), int)
+        result.free_normals[stressed] |= 1 << axis
+    corners = faces.nodes.shape[1]
+    result.work_particle = faces.nodes[loaded].ravel().astype(np.int32)
+    result.work_axis = np.repeat(faces.axis[loaded], corners).astype(np.int32)
+    result.work_area = np.repeat((faces.sign * faces.area / corners)[loaded], corners)
+    return result
+
+
+def layer_conditions(scene: Scene, body: str, lattice: Lattice, who: str) -> Conditions:
+    """Conditions of a one-set body, whose particles are the cells: a face is its first layer of particles."""
+    result = Conditions()
+    for k, condition in enumerate(scene.boundary):
+        if condition.body != body:
+            continue
+        for key in ("stress", "symmetry"):
+            if getattr(condition, key):
+                raise Refused(
+                    f"boundary.{k}.{key}: {who} prescribes velocity and fixed only; use a two-set integrator such as tsph"
+                )
+        if condition.face:
+            particles = np.unique(lattice.faces.cell[lattice.faces.named(condition.face)])
+        else:
+            particles = np.flatnonzero(select(condition.where or "", lattice.cells, lattice.spacing))
+        if not len(particles):
+            raise _nothing_selected(k, condition)
+        velocity = {axis: scene.value(value, "m/s") for axis, value in condition.velocity.items()}
+        for axis, value in (velocity | dict.fromkeys(condition.fixed, constant_program(0.0))).items():
+            result.put("velocity", AXES.index(axis), particles, value)
+    return result

@@ -1,0 +1,125 @@
+"""External work: what the prescribed motion and the loads do on a body, in blocks of fixed size."""
+
+from functools import cache
+
+import numpy as np
+import warp as wp
+
+from wsph.conditions import Conditions
+from wsph.prescribed import BoundaryValues
+from wsph.program import Clock
+from wsph.space import Space
+from wsph.state import State
+
+BLOCK = 1024
+
+
+@cache
+def _work_kernel(space: Space, unpack: wp.Function, Fields: type) -> wp.Kernel:
+    dim = space.dim
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def work(count: int, clock: wp.array(dtype=wp.float64), particle: wp.array(dtype=wp.int32), axis: wp.array(dtype=wp.int32),
+             area: wp.array(dtype=wp.float64), fields: Fields, power_out: wp.array(dtype=wp.float64), work_out: wp.array(dtype=wp.float64)):  # fmt: skip
+        block = wp.tid()
+        power = wp.float64(0.0)
+        for row in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+            i = particle[row]
+            stress = unpack(fields.stress[i])
+            velocity = fields.velocity[i]
+            for a in range(wp.static(dim)):
+                power += area[row] * wp.float64(stress[axis[row], a] * velocity[a])
+        work_out[block] = work_out[block] + wp.float64(0.5) * clock[1] * (power + power_out[block])
+        power_out[block] = power
+
+    return work
+
+
+class ExternalWork:
+    """Work of the moved and loaded faces, by the trapezoidal rule, one slot per 1024 face particles."""
+
+    def __init__(self, space: Space, conditions: Conditions, unpack: wp.Function, area_unit: float, device: str):
+        self.count = len(conditions.work_particle)
+        self._space, self._unpack = space, unpack
+        if self.count:
+            self._particle = wp.array(conditions.work_particle, dtype=wp.int32, device=device)
+            self._axis = wp.array(conditions.work_axis, dtype=wp.int32, device=device)
+            self._area = wp.array(conditions.work_area / area_unit, dtype=wp.float64, device=device)
+            blocks = -(-self.count // BLOCK)
+            self._power = wp.zeros(blocks, dtype=wp.float64, device=device)
+            self._work = wp.zeros(blocks, dtype=wp.float64, device=device)
+
+    def add(self, state: State, clock: Clock) -> None:
+        """Add the work of a step whose final values stand in `state` (a launch)."""
+        if self.count:
+            kernel = _work_kernel(self._space, self._unpack, state.type)
+            inputs = [self.count, clock.time, self._particle, self._axis, self._area, state.struct]
+            clock.launch(kernel, self._work.shape[0], inputs, [self._power, self._work])
+
+    def start(self, state: State) -> None:
+        """Nothing to take: a body starts with no stress on its faces."""
+
+    @property
+    def total(self) -> float:
+        """Work so far, nondimensional."""
+        return float(self._work.numpy().sum()) if self.count else 0.0
+
+
+@cache
+def _constraint_kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
+    real = space.scalar
+    module = space.module("constraint")
+
+    @wp.kernel(module=module, enable_backward=False)
+    def keep(place: wp.array(dtype=wp.int32), state: wp.array(dtype=real), free_out: wp.array(dtype=real)):
+        e = wp.tid()
+        free_out[e] = state[place[e]]
+
+    @wp.kernel(module=module, enable_backward=False)
+    def work(count: int, place: wp.array(dtype=wp.int32), mass: wp.array(dtype=real), free: wp.array(dtype=real),
+             state: wp.array(dtype=real), old_out: wp.array(dtype=real), work_out: wp.array(dtype=wp.float64)):  # fmt: skip
+        block = wp.tid()
+        total = wp.float64(0.0)
+        for e in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+            new = state[place[e]]
+            total += wp.float64(real(0.5) * mass[e] * (new - free[e]) * (new + old_out[e]))
+            old_out[e] = new
+        work_out[block] = work_out[block] + total
+
+    return keep, work
+
+
+class ConstraintWork:
+    """Work of prescribed velocities on a one-set body: the impulse that sets them times the mean velocity of the step."""
+
+    def __init__(self, space: Space, boundary: BoundaryValues, mass: np.ndarray, device: str):
+        self.count = boundary.count
+        self._space, self._boundary = space, boundary
+        if self.count:
+            self._mass = wp.array(mass[boundary.particle], dtype=space.scalar, device=device)
+            self._free = wp.zeros(self.count, dtype=space.scalar, device=device)
+            self._old = wp.zeros(self.count, dtype=space.scalar, device=device)
+            self._work = wp.zeros(-(-self.count // BLOCK), dtype=wp.float64, device=device)
+
+    def before(self, state: State, clock: Clock) -> None:
+        """Keep what the step gave before the velocities are set (a launch)."""
+        if self.count:
+            clock.launch(
+                _constraint_kernels(self._space)[0], self.count, [self._boundary.place, state.buffer], [self._free]
+            )
+
+    def after(self, state: State, clock: Clock) -> None:
+        """Add the work of setting them (a launch)."""
+        if self.count:
+            inputs = [self.count, self._boundary.place, self._mass, self._free, state.buffer]
+            clock.launch(_constraint_kernels(self._space)[1], self._work.shape[0], inputs, [self._old, self._work])
+
+    def start(self, state: State) -> None:
+        """Take the prescribed velocities at the start of the run."""
+        if self.count:
+            self._old.assign(state.buffer.numpy()[self._boundary.place.numpy()])
+
+    @property
+    def total(self) -> float:
+        """Work so far, nondimensional."""
+        return float(self._work.numpy().sum()) if self.count else 0.0
