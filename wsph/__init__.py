@@ -1,17 +1,14 @@
 """wsph: solid mechanics by smoothed particle hydrodynamics on NVIDIA Warp."""
 
-from importlib.metadata import version as _version
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-import warp as _warp
+if TYPE_CHECKING:
+    from wsph.driver import Result, run
+    from wsph.errors import OutputError, PluginError, Refused, SceneError, Unstable, WsphError
+    from wsph.scene import Scene, load
 
-# Warp greets and names every module it loads otherwise; a run's log belongs to the run.
-_warp.config.log_level = _warp.LOG_ERROR
-
-from wsph.driver import Result, run  # noqa: E402
-from wsph.errors import OutputError, PluginError, Refused, SceneError, Unstable, WsphError  # noqa: E402
-from wsph.scene import Scene, load  # noqa: E402
-
-__version__ = _version("wsph")
+__version__: str
 __all__ = [
     "OutputError",
     "PluginError",
@@ -25,3 +22,14 @@ __all__ = [
     "load",
     "run",
 ]
+
+_HOME = {"Result": "driver", "run": "driver", "Scene": "scene", "load": "scene"}
+
+
+def __getattr__(name: str) -> Any:
+    # On demand: `wsph list` and an interrupt during start-up need not wait for Warp to be imported.
+    if name == "__version__":
+        return import_module("importlib.metadata").version("wsph")
+    if name in __all__:
+        return getattr(import_module(f"wsph.{_HOME.get(name, 'errors')}"), name)
+    raise AttributeError(f"module 'wsph' has no attribute {name!r}")

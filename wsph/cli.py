@@ -6,6 +6,7 @@ Exit codes: 0 completed; 2 bad input (a faulty scene, a refused composition, an 
 
 import argparse
 import json
+import signal
 import sys
 import tomllib
 import warnings
@@ -20,6 +21,8 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
     parser = _parser()
     options = parser.parse_args(arguments)
+    for name in ("SIGTERM", "SIGINT"):
+        signal.signal(getattr(signal, name), signal.default_int_handler)
     warnings.showwarning = lambda message, *_: print(f"warning: {message}", file=sys.stderr)
     try:
         return options.command(options)
@@ -155,6 +158,7 @@ def _check(options: argparse.Namespace) -> int:
             (f"body {run.body.name}", f"{material}, {run.constitutive.state.name}, {run.system.formulation}"),
             ("  particles", f"{run.system.count}, {run.system.pairs} pairs, {bytes_each:.0f} bytes per particle"),
             ("  stability", f"Courant number {run.courant:.6g}, {limit}"),
+            ("  material", f"time step at most {run.longest_step:.4g} s"),
         ]
     name = scene.run.integrator.name
     kernels = [kernel.func.__name__ for kernel in composition.launches()]
@@ -185,6 +189,7 @@ def _list(options: argparse.Namespace) -> int:
                 "version": e.version,
                 "target": e.target,
                 "status": e.status,
+                "description": e.description,
             }
             for e in found
         ]
@@ -192,7 +197,7 @@ def _list(options: argparse.Namespace) -> int:
         return 0
     for entry in found:
         print(
-            f"{entry.group[:-1]:<11} {entry.name:<14} {entry.distribution} {entry.version:<8} {entry.target:<36} {entry.status}"
+            f"{entry.group[:-1]:<11} {entry.name:<14} {entry.distribution} {entry.version:<8} {entry.status:<4} {entry.description}"
         )
     return 0
 

@@ -4,7 +4,6 @@ A composition holds what the scene asks for and nothing else. It is refused, wit
 time step lies beyond what its integrator or its material can take.
 """
 
-import dataclasses
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,10 +13,11 @@ import numpy as np
 import warp as wp
 
 from wsph import fields, registry
-from wsph.constitutive import STRESS_STATES, Constitutive, blame
+from wsph.constitutive import STRESS_STATES, Constitutive, StressState, blame
 from wsph.device import pick_device
 from wsph.diagnostics import Diagnostics
-from wsph.errors import Fault, PluginError, Refused, SceneError
+from wsph.errors import PluginError, Refused, SceneError
+from wsph.expressions import Expression
 from wsph.one_set import OneSetSystem
 from wsph.particles import Lattice, lattice
 from wsph.plugins import build
@@ -29,6 +29,7 @@ from wsph.two_set import TwoSetSystem
 from wsph.units import Scales
 
 SLACK = 1e-6
+MOST_STEPS = 1e12
 INTEGRATOR_SIGNATURE = "a class with sets = 1 or 2, order, __init__(self, system, **options), step(self), limit(self) -> (Courant number, reason) and state"
 
 
@@ -44,6 +45,12 @@ class BodyRun:
     courant: float
     limit: float | None
     limit_reason: str
+
+    @property
+    def longest_step(self) -> float:
+        """The longest time step that the material can take [s], infinite where it names none."""
+        material = self.constitutive.material
+        return float(material.time_step()) if hasattr(material, "time_step") else np.inf
 
 
 @dataclass
@@ -83,8 +90,11 @@ class Composition:
 
 
 def step_count(end: float, dt: float) -> int:
-    """Steps to reach `end`: the last state is the first at or after it."""
-    return max(int(np.ceil(end / dt - 1e-9)), 1)
+    """Steps to reach `end`: the last state is the first at or after it. Raises Refused beyond what can be counted."""
+    steps = np.ceil(end / dt - 1e-9)
+    if not steps < MOST_STEPS:
+        raise Refused(f"{end:g} s in steps of {dt:g} s are {steps:.3g} steps; at most {MOST_STEPS:.0e} can be run")
+    return max(int(steps), 1)
 
 
 def _materials(scene: Scene) -> list[Any]:
@@ -107,6 +117,13 @@ def wants_displacement(scene: Scene) -> bool:
 
 def compose(scene: Scene) -> Composition:
     """Set up a scene. Raises SceneError, Refused or PluginError; compiles the set-up's kernels, runs nothing."""
+    try:
+        return _compose(scene)
+    except SceneError as error:
+        raise scene.located(error) from None
+
+
+def _compose(scene: Scene) -> Composition:
     materials = _materials(scene)
     plugin = registry.load("integrators", scene.run.integrator.name)
     who = f"integrator {scene.run.integrator.name!r} ({registry.origin('integrators', scene.run.integrator.name)})"
@@ -121,7 +138,7 @@ def compose(scene: Scene) -> Composition:
     device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
     states = [STRESS_STATES[scene.dim, body.state] for body in scene.bodies]
     lattices = [lattice(body.shape, body.spacing, body.jitter, scene.run.seed) for body in scene.bodies]
-    speeds = [s.wave_speed(*m.moduli(), m.density) for s, m in zip(states, materials, strict=True)]
+    speeds = [_wave_speed(b, s, m) for b, s, m in zip(scene.bodies, states, materials, strict=True)]
     fastest = int(np.argmin([cells.spacing / c for cells, c in zip(lattices, speeds, strict=True)]))
     shortest = lattices[fastest].spacing / speeds[fastest]
     scales = Scales(lattices[fastest].spacing, shortest, materials[fastest].density)
@@ -161,31 +178,38 @@ def compose(scene: Scene) -> Composition:
     )
 
 
+def _material_name(body: Body) -> str:
+    return f"material {body.material.model!r} ({registry.origin('materials', body.material.model)})"
+
+
+def _wave_speed(body: Body, state: StressState, material: Any) -> float:
+    with blame(
+        _material_name(body), "moduli(self) -> (bulk modulus, shear modulus) [Pa], both above zero, and density"
+    ):
+        return state.wave_speed(*material.moduli(), material.density)
+
+
 def _cadence_steps(every: float, dt: float) -> float:
     return every if isinstance(every, int) else every / dt
 
 
 def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: Any, plugin: Any, who: str, system_type: Callable[..., Any],
               space: Space, scales: Scales, clock: Clock, device: str) -> BodyRun:  # fmt: skip
-    law = f"material {body.material.model!r} ({registry.origin('materials', body.material.model)})"
-    constitutive = Constitutive(space, material, state, scales, law)
+    constitutive = Constitutive(space, material, state, scales, _material_name(body))
     system = system_type(scene, body, cells, space, constitutive, scales, clock, device, wants_displacement(scene))
     if body.velocity is not None:
-        components = [scene.value(v, "m/s") for v in body.velocity]
-        columns = [
-            c(system.position) if not dataclasses.is_dataclass(c) or hasattr(c, "program") else None for c in components
-        ]
-        if any(c is None for c in columns):
-            raise SceneError(
-                "scene", [Fault(0, "bodies.velocity", "an initial velocity is a number or an expression, not a table")]
-            )
+        values = [scene.value(v, "m/s") for v in body.velocity]
+        columns = [value(system.position) for value in values if isinstance(value, Expression)]
         system.state.write("velocity", np.stack(columns, 1) / scales.velocity)
     system.impose(system.state, 0.0)
-    system.work.start(system.state)
+    if not np.isfinite(system.state.buffer.numpy()).all():
+        raise Refused(f"body {body.name!r}: its initial velocity, or a value prescribed at t = 0, is not finite")
+    system.work.start(system.state, clock)
     with blame(who, INTEGRATOR_SIGNATURE):
         integrator = plugin(system, **scene.run.integrator.options())
-        found = integrator.limit() if hasattr(integrator, "limit") else None
-    limit, reason = found if found is not None else (None, "the integrator declares none")
+        if hasattr(integrator, "begin"):
+            integrator.begin()
+        limit, reason = integrator.limit() if hasattr(integrator, "limit") else (None, "the integrator declares none")
     diagnostics = Diagnostics(space, constitutive, system.volume, system.density, device)
     courant = clock.dt * scales.time * constitutive.wave_speed / cells.spacing
     return BodyRun(body, constitutive, system, integrator, diagnostics, courant, limit, reason)
@@ -199,16 +223,21 @@ def _guard(scene: Scene, run: BodyRun, dt: float) -> None:
     if run.limit is not None and run.courant > run.limit * (1.0 + SLACK):
         faults.append(
             f"body {run.body.name!r}: {scene.run.integrator.name} at Courant number {run.courant:.6g} is beyond its stability"
-            f" limit {run.limit:.3f} ({run.limit_reason}); use run.cfl <= {np.floor(run.limit * 1e6 + 0.5) / 1e6:g}"
+            f" limit {run.limit:.3f} ({run.limit_reason}); use run.cfl <= {np.floor(run.limit * 1e6 * (1.0 + 1e-12)) / 1e6:g}"
         )
-    material = run.constitutive.material
-    longest = material.time_step() if hasattr(material, "time_step") else np.inf
-    if dt > longest * (1.0 + SLACK):
+    if dt > run.longest_step * (1.0 + SLACK):
+        at_most = _rounded_down(run.longest_step)
         faults.append(
             f"body {run.body.name!r}: a time step of {dt:.4g} s is beyond what {run.body.material.model} can take,"
-            f" limit {longest:.4g} s; use run.dt <= {longest:.4g}"
+            f" limit {at_most} s; use run.dt <= {at_most}"
         )
     if faults and scene.run.guard == "refuse":
         raise Refused("\n".join(f'{f}, or run.guard = "warn" to run all the same' for f in faults))
     for fault in faults:
         warnings.warn(fault, RuntimeWarning, stacklevel=2)
+
+
+def _rounded_down(number: float) -> str:
+    """Four digits, never above: what a message tells to use must pass."""
+    digits = 3 - int(np.floor(np.log10(number)))
+    return f"{np.floor(number * 10.0**digits) / 10.0**digits:.4g}"

@@ -49,6 +49,11 @@ def _nonzero(value: Prescribed) -> bool:
     return not (isinstance(value, Expression) and value.program == constant_program(0.0).program)
 
 
+def _label(axis: int, tangent: int) -> str:
+    """The stress component on a face across `axis`, along `tangent`."""
+    return "".join(AXES[k] for k in sorted((axis, tangent)))
+
+
 def _nothing_selected(k: int, condition: Boundary) -> SceneError:
     key, text = ("where", condition.where) if condition.where else ("face", condition.face)
     return SceneError("scene", [Fault(0, f"boundary.{k}.{key}", f"{text!r} selects no particle of {condition.body!r}")])
@@ -60,7 +65,7 @@ def face_conditions(scene: Scene, body: str, lattice: Lattice, labels: tuple[str
     result = Conditions()
     moved = np.zeros((len(faces.area), dim), bool)
     loaded = np.zeros(len(faces.area), bool)
-    given: dict[str, dict[int, Prescribed]] = {}
+    loads: list[tuple[str, np.ndarray, np.ndarray, Prescribed, str]] = []
     zero = constant_program(0.0)
     for k, condition in enumerate(scene.boundary):
         if condition.body != body:
@@ -80,20 +85,33 @@ def face_conditions(scene: Scene, body: str, lattice: Lattice, labels: tuple[str
             moved[rows, AXES.index(axis)] = True
             loaded[rows] |= _nonzero(value)
         for label, text in condition.stress.items():
-            value = scene.value(text, "Pa")
-            on_faces = np.unique(faces.nodes[rows]) if rows.any() else nodes
-            given.setdefault(label, {}).update(dict.fromkeys(on_faces.tolist(), value))
-            loaded[rows] |= _nonzero(value)
+            value, key = scene.value(text, "Pa"), f"boundary.{k}.stress.{label}"
+            acting = rows & np.isin(faces.axis, [AXES.index(axis) for axis in label])
+            if not acting.any():
+                raise SceneError(
+                    "scene",
+                    [
+                        Fault(
+                            0,
+                            key,
+                            f"acts on no face selected here: {label} is a stress on a face across {' or '.join(sorted(set(label)))}",
+                        )
+                    ],
+                )
+            loads.append((label, acting, np.unique(faces.nodes[acting]), value, key))
+            loaded[acting] |= _nonzero(value)
     for axis in range(dim):
         rows = faces.axis == axis
         for tangent in range(dim):
-            label = "".join(sorted("xyz"[axis] + "xyz"[tangent]))
-            label = "xz" if label == "zx" else label
             free = rows & ~moved[:, tangent]
-            result.put("stress", labels.index(label), np.unique(faces.nodes[free]), zero)
-    for label, values in given.items():
-        for value in set(values.values()):
-            result.put("stress", labels.index(label), np.array([p for p, v in values.items() if v is value]), value)
+            result.put("stress", labels.index(_label(axis, tangent)), np.unique(faces.nodes[free]), zero)
+    for label, acting, nodes, value, key in loads:
+        for axis in range(dim):
+            for tangent in range(dim):
+                if _label(axis, tangent) == label and (acting & (faces.axis == axis) & moved[:, tangent]).any():
+                    text = f"the face prescribes the velocity {AXES[tangent]} too; a face prescribes one of v and stress per direction"
+                    raise SceneError("scene", [Fault(0, key, text)])
+        result.put("stress", labels.index(label), nodes, value)
     result.free_normals = np.zeros(n, np.int32)
     for axis in range(dim):
         stressed = np.array(sorted(result.entries.get(("stress", axis), {})), int)

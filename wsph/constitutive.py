@@ -5,7 +5,7 @@ is affine in the velocity gradient L, so evaluating it at unit normal rates give
 normal stress rates: plane stress, uniaxial stress and the free faces of a body are one rule. Plane and uniaxial strain
 set those rates to zero.
 
-Where a law depends on stress, one internal variable more is kept: the dissipated energy density, whose rate is
+Where a law relaxes (its rate at L = 0 is not zero), one internal more is kept: the dissipated energy density, whose rate is
 -sigma : C^-1 : (stress rate at L = 0), with C the elastic moduli. Every integrator then integrates the dissipation as it
 integrates the rest.
 """
@@ -16,12 +16,13 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 import warp as wp
 
-from wsph.errors import PluginError
+from wsph.errors import PluginError, Refused
+from wsph.plugins import internal_units, internal_values, relaxes
 from wsph.space import Space
 from wsph.units import Scales
 
@@ -89,38 +90,36 @@ def parameters(material: Any) -> dict[str, str]:
     return {**names, **getattr(material, "derived", {}), "elastic_bulk": "Pa", "elastic_shear": "Pa"}
 
 
-def _static_key(material: Any) -> tuple[Any, ...]:
-    """What of a material its compiled law may depend on: its class and the fields that are no numbers."""
-    return (
-        type(material),
-        *(
-            getattr(material, f.name)
-            for f in dataclasses.fields(material)
-            if isinstance(getattr(material, f.name), (str, bool))
-        ),
-    )
+def _refuse_what_is_not_applied(material: Any, who: str) -> None:
+    """A law's part that no formulation here applies would be dropped silently."""
+    for name in ("project", "energy", "objective"):
+        if hasattr(material, name):
+            raise Refused(f"{who} declares {name!r}, which is not applied yet; give its whole law as `rate`")
+    if not hasattr(material, "rate"):
+        raise Refused(f"{who} has no `rate`; every formulation here needs one: {RATE_SIGNATURE}")
+    reserved = {"velocity", "stress", "displacement", "density", "von_mises", "pressure", "dissipation", "id", "body"}
+    taken = reserved.intersection(getattr(material, "internals", {}))
+    if taken:
+        raise Refused(f"{who} names an internal {sorted(taken)[0]!r}, which is a field of every body")
 
 
 class Constitutive:
     """A material in a stress state, ready for kernels.
 
     `params` (struct of inner, nondimensional numbers), `density`, `internals` (name -> initial value, the dissipation
-    included where the law depends on stress), and the Warp functions of `laws`.
+    included where the law relaxes), and the Warp functions of `laws`.
     """
 
     def __init__(self, space: Space, material: Any, state: StressState, scales: Scales, who: str):
         self.space, self.material, self.state, self.who = space, material, state, who
         bulk, shear = material.moduli()
         self.wave_speed = state.wave_speed(bulk, shear, material.density)
-        self.depends_on_stress = bool(getattr(material, "depends_on_stress", True))
-        self.internals: dict[str, float] = dict(getattr(material, "internals", {}))
-        if self.depends_on_stress:
-            self.internals["dissipation"] = 0.0
+        self.relaxes = relaxes(material)
+        self.internal_scales = {name: scales.of(unit) for name, unit in internal_units(material).items()}
+        self.internals = {name: value / self.internal_scales[name] for name, value in internal_values(material).items()}
+        _refuse_what_is_not_applied(material, who)
         with blame(who):
-            key = (space, state, _static_key(material))
-            if key not in _LAWS:
-                _LAWS[key] = _build(space, material, state, self.depends_on_stress)
-            self.laws: Laws = _LAWS[key]
+            self.laws = _laws(space, material, state)
         self.params = self.laws.Params()
         for name, unit in parameters(material).items():
             value = {"elastic_bulk": bulk, "elastic_shear": shear}.get(name)
@@ -155,9 +154,6 @@ class Laws:
     linear: wp.Function
     linear_faces: wp.Function
     energy: wp.Function
-
-
-_LAWS: dict[tuple[Any, ...], Laws] = {}
 
 
 @cache
@@ -275,13 +271,19 @@ def _free_normals(space: Space, law: wp.Function, Params: type, internal: type, 
     return two
 
 
-def _build(space: Space, material: Any, state: StressState, depends: bool) -> Laws:
+@lru_cache(maxsize=64)
+def _laws(space: Space, material: Any, state: StressState) -> Laws:
+    """The laws of a material, by its values: `rate` is a third party's code and may branch on any of them.
+
+    Another value gives another Laws but the same kernel source, so it is loaded from the kernel cache, not compiled.
+    """
+    relaxing = relaxes(material)
     real, tensor, mat, point = space.scalar, space.tensor, space.mat, space.point
     dim = space.dim
     width = len(state.components)
     stress = space.vector(width)
     count = len(getattr(material, "internals", {}))
-    internal = space.vector(max(count + depends, 1))
+    internal = space.vector(max(count + relaxing, 1))
     # Not id-based: the same fields give the same struct, and so the same compiled kernel, in every process.
     Params = wp.struct(
         type(
@@ -316,7 +318,7 @@ def _build(space: Space, material: Any, state: StressState, depends: bool) -> La
     def at_rest(p: Params, packed: stress, q: internal):
         s = unpack(packed)
         rate, dq = free_law(p, s, tensor(), q)
-        if wp.static(depends):
+        if wp.static(relaxing):
             bare, _ = law(p, s, tensor(), q)
             dq[count] = dissipation(p, s, bare)
         return pack(rate), dq
@@ -325,7 +327,7 @@ def _build(space: Space, material: Any, state: StressState, depends: bool) -> La
     def respond(p: Params, packed: stress, L: mat, q: internal):
         s = unpack(packed)
         rate, dq = free_law(p, s, embed(L), q)
-        if wp.static(depends):
+        if wp.static(relaxing):
             bare, _ = law(p, s, tensor(), q)
             dq[count] = dissipation(p, s, bare)
         return pack(rate), dq
@@ -334,7 +336,7 @@ def _build(space: Space, material: Any, state: StressState, depends: bool) -> La
     def linear(p: Params, packed: stress, L: mat, q: internal, S: stress, Q: internal):
         s = unpack(packed)
         rate, dq = free_law(p, s, embed(L), q)
-        if wp.static(depends):
+        if wp.static(relaxing):
             rest, dq_rest = free_law(p, s, tensor(), q)
             rate -= rest
             dq -= dq_rest
@@ -346,7 +348,7 @@ def _build(space: Space, material: Any, state: StressState, depends: bool) -> La
         L3 = embed(L)
         moving, dq_moving = law(p, s, L3, q)
         rate, dq = moving, dq_moving
-        if wp.static(depends):
+        if wp.static(relaxing):
             rest, dq_rest = law(p, s, tensor(), q)
             rate -= rest
             dq -= dq_rest
@@ -378,4 +380,4 @@ def _build(space: Space, material: Any, state: StressState, depends: bool) -> La
         deviator = s - mean * wp.identity(n=3, dtype=real)
         return real(0.5) * mean * mean / p.elastic_bulk + real(0.25) * wp.ddot(deviator, deviator) / p.elastic_shear
 
-    return Laws(state, Params, stress, internal, at_rest if depends else None, respond, linear, linear_faces, energy)
+    return Laws(state, Params, stress, internal, at_rest if relaxing else None, respond, linear, linear_faces, energy)

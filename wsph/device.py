@@ -12,9 +12,15 @@ _NO_DRIVER = "Could not find or load the NVIDIA CUDA driver"
 
 
 def start_warp() -> None:
-    """Start Warp, without its remark on a machine that has no GPU; whatever else it says is passed on."""
-    sys.stderr.flush()
-    kept = os.dup(2)
+    """Start Warp, without its remark on a machine that has no GPU and its line per module; a host program that has started
+    Warp itself keeps its own settings."""
+    if wp.config.log_level == wp.LOG_INFO:
+        wp.config.log_level = wp.LOG_WARNING
+    try:
+        kept = os.dup(2)
+    except OSError:  # standard error is closed: there is nothing to keep clean
+        wp.init()
+        return
     with tempfile.TemporaryFile() as said:
         os.dup2(said.fileno(), 2)
         try:

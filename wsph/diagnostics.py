@@ -11,20 +11,18 @@ from wsph.space import Space, determinant_and_inverse
 from wsph.state import Layout, State, fields_struct
 
 BLOCK = 1024
-_KINETIC, _STRAIN, _DISSIPATED, _NOT_FINITE, _FIRST, _SPEED, _MOMENTUM = range(7)
+_KINETIC, _STRAIN, _DISSIPATED, _NOT_FINITE, _FIRST, _MOMENTUM = range(6)
 
 
 @dataclass
 class Ledger:
-    """Sums over a body, nondimensional: energies, momentum (dim,), `bad` (first particle whose state is not finite, or -1)
-    and the largest `speed`."""
+    """Sums over a body, nondimensional: energies, momentum (dim,), `bad` (first particle that is not finite, or -1)."""
 
     kinetic: float
     strain: float
     dissipated: float
     momentum: np.ndarray
     bad: int
-    speed: float
 
 
 @cache
@@ -48,7 +46,6 @@ def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
         kinetic = wp.float64(0.0)
         strain = wp.float64(0.0)
         dissipated = wp.float64(0.0)
-        speed = wp.float64(0.0)
         broken = wp.float64(0.0)
         first = wp.float64(-1.0)
         momentum = wp.vec3d()
@@ -58,12 +55,13 @@ def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
             mass = density * volume[i]
             square = wp.dot(v, v)
             stored = energy(p, s)
+            current = volume[i]
             if wp.static(deformed):
-                stored *= determinant(wp.identity(n=dim, dtype=real) + fields.deformation[i])
+                current *= determinant(wp.identity(n=dim, dtype=real) + fields.deformation[i])
             kinetic += wp.float64(real(0.5) * mass * square)
-            strain += wp.float64(volume[i] * stored)
+            strain += wp.float64(current * stored)
             if wp.static(dissipates):
-                dissipated += wp.float64(volume[i] * fields.internals[i][last])
+                dissipated += wp.float64(current * fields.internals[i][last])
             for a in range(wp.static(dim)):
                 momentum[a] = momentum[a] + wp.float64(mass * v[a])
             # A maximum drops NaN; a sum keeps it, so the check is on the sum.
@@ -71,15 +69,13 @@ def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
                 broken += wp.float64(1.0)
                 if first < wp.float64(0.0):
                     first = wp.float64(i)
-            speed = wp.max(speed, wp.float64(square))
         sums_out[block, 0] = kinetic
         sums_out[block, 1] = strain
         sums_out[block, 2] = dissipated
         sums_out[block, 3] = broken
         sums_out[block, 4] = first
-        sums_out[block, 5] = speed
         for a in range(3):
-            sums_out[block, 6 + a] = momentum[a]
+            sums_out[block, 5 + a] = momentum[a]
 
     return ledger
 
@@ -91,7 +87,7 @@ class Diagnostics:
         self._space, self._constitutive, self._density, self._device = space, constitutive, density, device
         self._volume = wp.array(volume, dtype=space.scalar, device=device)
         self._n = len(volume)
-        self._sums = wp.zeros((-(-self._n // BLOCK), 9), dtype=wp.float64, device=device)
+        self._sums = wp.zeros((-(-self._n // BLOCK), 8), dtype=wp.float64, device=device)
 
     def kernel(self, state: State) -> wp.Kernel:
         """The kernel that sums up `state`."""
@@ -108,5 +104,5 @@ class Diagnostics:
         return Ledger(
             float(total[_KINETIC]), float(total[_STRAIN]), float(total[_DISSIPATED]),
             total[_MOMENTUM : _MOMENTUM + self._space.dim].copy(),
-            int(first[0]) if len(first) else -1, float(np.sqrt(sums[:, _SPEED].max())),
+            int(first[0]) if len(first) else -1,
         )  # fmt: skip

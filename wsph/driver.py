@@ -1,6 +1,10 @@
 """Running a scene: blocks of steps between events, checks, records, output."""
 
+import importlib.util
+import math
 import platform
+import signal
+import threading
 import time
 import warnings
 from collections.abc import Callable
@@ -15,7 +19,7 @@ import warp as wp
 from wsph import fields, registry
 from wsph.composition import Composition, compose
 from wsph.diagnostics import Ledger
-from wsph.errors import Unstable
+from wsph.errors import OutputError, Unstable
 from wsph.output import OutputFolder, check_writable
 from wsph.probes import RING, Recorder
 from wsph.scene import Scene
@@ -23,14 +27,17 @@ from wsph.scene import Scene
 CHECK_STEPS = 50
 """Steps between finite checks where steps are not captured; captured ones are checked at the end of a block."""
 HISTORY_ROWS = 100
-ENERGY_WARNING, ENERGY_AFTER = 0.02, 20
+ENERGY_WARNING, LOSS_WARNING, ENERGY_AFTER = 0.02, 0.10, 20
+TABLE_SECONDS = 5.0
+"""With frames, tables are written at most this often, and at the end: each time all their rows."""
 
 
 @dataclass
 class Result:
     """What a run gave. `history`: columns of history.csv; `probes[name]`: columns by field; `particles`: final fields, SI.
 
-    `status` is "completed", "unstable" or "interrupted"; `stable` is True unless it is "unstable". `cost` holds steps,
+    `status` is "completed", "unstable" (a state is not finite), "stopped" (energy was created) or "interrupted"; `stable` is
+    False for the second and the third. `particles["position"]` is the reference position. `cost` holds steps,
     right_hand_sides, wall_seconds and particle_steps_per_second.
     """
 
@@ -56,15 +63,35 @@ class Result:
             key: self.summary[key] for key in ("steps", "right_hand_sides", "wall_seconds", "particle_steps_per_second")
         }
 
-    def error(self, exact: Callable[[np.ndarray, float], np.ndarray] | np.ndarray, name: str, norm: int = 2) -> float:
-        """Relative error of a final field against `exact` (values, or a function of position (n, dim) and time):
-        sum|e|/sum|exact| for norm 1, sqrt(sum e^2/sum exact^2) for norm 2."""
-        computed = self.particles[name]
-        wanted = exact(self.particles["position"], self.time) if callable(exact) else np.asarray(exact)
-        e = np.abs(computed - wanted)
-        if norm == 1:
-            return float(e.sum() / np.abs(wanted).sum())
-        return float(np.sqrt((e**2).sum() / (wanted**2).sum()))
+    def error(self, exact: Callable[[np.ndarray, float], np.ndarray] | np.ndarray, name: str, norm: float = 2) -> float:
+        """Relative error of a final scalar field or component ("stress_xx") against `exact`.
+
+        `exact` is an array (n,), or a function of reference position (n, dim) [m] and time [s]. Norm 1 is
+        sum|e|/sum|exact|, 2 is sqrt(sum e^2/sum exact^2), inf the largest |e| over the largest |exact|. Raises ValueError
+        for another norm, another shape or an exact solution that is zero, KeyError for a field that is not there.
+        """
+        computed = self.field(name)
+        wanted = np.asarray(exact(self.particles["position"], self.time) if callable(exact) else exact, float)
+        if wanted.size != computed.size:
+            raise ValueError(f"exact has {wanted.size} values for {computed.size} particles")
+        e, wanted = np.abs(computed - wanted.reshape(-1)), np.abs(wanted.reshape(-1))
+        measures = {1: np.sum, 2: lambda v: np.sqrt(np.sum(v**2)), np.inf: np.max}
+        if norm not in measures:
+            raise ValueError(f"norm {norm!r} is none of 1, 2, inf")
+        size = measures[norm](wanted)
+        if size == 0.0:
+            raise ValueError("exact is zero everywhere: there is no relative error")
+        return float(measures[norm](e) / size)
+
+    def field(self, name: str) -> np.ndarray:
+        """A final scalar field or component, (n,), SI: "density", "stress_xy", "velocity_x", ..."""
+        if name in self.particles and (self.particles[name].ndim == 1 or self.particles[name].shape[1] == 1):
+            return self.particles[name].reshape(-1)
+        base = fields.primitive(name)
+        if base == name or base not in self.particles:
+            hint = f"; name a component of {name}" if name in self.particles else ""
+            raise KeyError(f"no scalar field {name!r} in the result{hint}; there is {', '.join(self.particles)}")
+        return fields.component(name, self.particles[base], fields.TENSOR)
 
     def plot(self, name: str = "velocity", save: str | Path | None = None) -> Any:
         """A picture of a final field (needs pyvista). Returns the plotter, or writes `save`."""
@@ -74,29 +101,46 @@ class Result:
 
 
 class _Events:
-    """Steps at which something is due: the first state at or after each multiple of the cadence."""
+    """Steps at which something is due: the first state at or after each multiple of the cadence, and the last one."""
 
     def __init__(self, cadence: float | int | None, dt: float, last: int):
-        self._cadence, self._dt, self._last = cadence, dt, last
-        self._number = 0
+        # A cadence below the step is every step.
+        self._steps = (
+            None if cadence is None else max(float(cadence if isinstance(cadence, int) else cadence / dt), 1.0)
+        )
+        self._last = last
         self.next = 0
 
     def advance(self) -> None:
         """Move on to the next due step."""
-        if self._cadence is None:
-            self.next = self._last if self.next < self._last else self._last + 1
-            return
-        while self.next <= self._last:
-            self._number += 1
-            step = (
-                self._number * self._cadence
-                if isinstance(self._cadence, int)
-                else int(np.ceil(self._number * self._cadence / self._dt - 1e-9))
-            )
-            if step > self.next:
-                # The final state is always recorded.
-                self.next = step if step <= self._last else (self._last if self.next < self._last else self._last + 1)
-                return
+        if self.next >= self._last:
+            self.next = self._last + 1
+        elif self._steps is None:
+            self.next = self._last
+        else:
+            number = math.floor((self.next + 1e-9) / self._steps) + 1
+            self.next = min(math.ceil(number * self._steps - 1e-9), self._last)
+
+
+class _Interrupts:
+    """Holds SIGINT and SIGTERM until a block of steps has ended: a state half way through a step is no state."""
+
+    def __init__(self) -> None:
+        self.asked = False
+        self._former: dict[int, Any] = {}
+
+    def __enter__(self) -> "_Interrupts":
+        if threading.current_thread() is threading.main_thread():
+            for number in (signal.SIGINT, signal.SIGTERM):
+                self._former[number] = signal.signal(number, self._ask)
+        return self
+
+    def _ask(self, *_: object) -> None:
+        self.asked = True
+
+    def __exit__(self, *_: object) -> None:
+        for number, former in self._former.items():
+            signal.signal(number, former)
 
 
 def run(scene: Scene, out: str | Path | None = None, *, overwrite: bool = False, throw: bool = True,
@@ -112,8 +156,8 @@ def run(scene: Scene, out: str | Path | None = None, *, overwrite: bool = False,
     folder = Path(out) if out is not None else None
     if folder is not None:
         check_writable(folder, overwrite)
-        if "xdmf" in scene.output.formats:
-            import h5py  # noqa: F401  a missing extra must be found before the run, not at its first frame
+        if "xdmf" in scene.output.formats and importlib.util.find_spec("h5py") is None:
+            raise OutputError('the format xdmf needs h5py: pip install "wsph[xdmf]"')
     started = time.perf_counter()
     composition = compose(scene)
     composition.compile()
@@ -124,6 +168,10 @@ def run(scene: Scene, out: str | Path | None = None, *, overwrite: bool = False,
     if result.failure is not None and throw:
         raise result.failure
     return result
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, RuntimeWarning, stacklevel=5)
 
 
 class Simulation:
@@ -149,6 +197,7 @@ class Simulation:
         self._rows: list[list[float]] = []
         self._largest = 0.0
         self._warned = False
+        self._written = 0.0
         s = composition.scales
         self._energy = s.stress * s.length**self.scene.dim
         self._impulse = s.density * s.length**self.scene.dim * s.velocity
@@ -160,30 +209,33 @@ class Simulation:
         step = 0
         for probe in (p for p, _ in self._fast):
             probe.record()
-        try:
-            ledgers = self._check(step)
-            self._initial = self._total(ledgers)
-            self._handle(step, ledgers)
-            while step < self._last:
-                due = [e.next for e in (self._history, self._frames, *(e for _, e in self._slow)) if e.next > step]
-                block = min([self._last, *due]) - step
-                block = min(block, RING if self.c.program.captured else CHECK_STEPS)
-                self.c.program.prepare(block)
-                before = time.perf_counter()
-                self.c.program.run(block)
-                wp.synchronize_device(self.c.device)
-                self._inside += time.perf_counter() - before
-                step += block
-                self._collect(step)
+        with _Interrupts() as interrupts:
+            try:
                 ledgers = self._check(step)
+                self._initial = self._total(ledgers)
                 self._handle(step, ledgers)
-                if progress is not None:
-                    progress(step, self._last, step * self.c.dt)
-        except Unstable as error:
-            status, reason, failure = "unstable", str(error), error
-        except KeyboardInterrupt:
-            status, reason = "interrupted", "interrupted by the user"
+                while step < self._last and not interrupts.asked:
+                    block = self._block(step)
+                    self.c.program.prepare(block)
+                    before = time.perf_counter()
+                    step += self.c.program.run(block, lambda: interrupts.asked)
+                    wp.synchronize_device(self.c.device)
+                    self._inside += time.perf_counter() - before
+                    self._collect(step)
+                    self._handle(step, self._check(step), final=interrupts.asked)
+                    if progress is not None:
+                        progress(step, self._last, step * self.c.dt)
+            except Unstable as error:
+                # Energy that grew is a stop that the scene asks for; a state that is not finite is not.
+                status, reason, failure = "stopped" if error.field == "energy" else "unstable", str(error), error
+            if interrupts.asked and failure is None and step < self._last:
+                status, reason = "interrupted", f"interrupted at step {step}"
         return self._finish(step, status, reason, failure)
+
+    def _block(self, step: int) -> int:
+        """Steps until something is due, or the rings are full, or the state has to be checked."""
+        due = [e.next for e in (self._history, self._frames, *(e for _, e in self._slow)) if e.next > step]
+        return min(min([self._last, *due]) - step, RING if self.c.program.captured else CHECK_STEPS)
 
     def _check(self, step: int) -> list[Ledger]:
         """The ledgers, after the finite check and the energy stop."""
@@ -193,19 +245,19 @@ class Simulation:
                 position = run.system.position[ledger.bad]
                 raise self._unstable(step, run, "velocity or stress", ledger.bad, position, "is not finite")
         if step > ENERGY_AFTER:
-            total = self._total(ledgers)
-            self._largest = max(self._largest, abs(total), abs(self._work()))
-            created = (total - self._work()) / self._largest if self._largest > 0.0 else 0.0
+            total, work = self._total(ledgers), self._work()
+            self._largest = max(self._largest, abs(total), abs(work))
+            created = (total - work) / self._largest if self._largest > 0.0 else 0.0
             if created > self.scene.stop.energy:
-                what = f"energy was created: {100 * created:.3g} % of the largest seen, beyond stop.energy = {self.scene.stop.energy:g}"
+                self._row(step, ledgers)
+                share, bound = f"{100 * created:.3g} %", f"{self.scene.stop.energy:g}"
+                what = f"energy was created: {share} of the largest seen, beyond stop.energy = {bound}"
                 raise self._unstable(step, self.c.bodies[0], "energy", -1, (), what)
             if created > ENERGY_WARNING and not self._warned:
                 self._warned = True
-                warnings.warn(
-                    f"step {step}: energy was created, {100 * created:.3g} % of the largest seen",
-                    RuntimeWarning,
-                    stacklevel=3,
-                )
+                _warn(f"step {step}: energy was created, {100 * created:.3g} % of the largest seen")
+            if step == self._last and -created > LOSS_WARNING:
+                _warn(f"energy was lost by the end, {-100 * created:.3g} % of the largest seen: numerical dissipation")
         return ledgers
 
     def _unstable(self, step: int, run: Any, name: str, particle: int, position: Any, what: str) -> Unstable:
@@ -216,7 +268,7 @@ class Simulation:
             if limit is not None
             else f"; Courant number {run.courant:.6g}"
         )
-        message = f"unstable at step {step}, t = {t:.6g} s (dt = {self.c.dt:.4g} s): {name}{place} of body {run.body.name!r}: {what}{bound}"
+        message = f"found unstable at step {step}, t = {t:.6g} s (dt = {self.c.dt:.4g} s): {name}{place} of body {run.body.name!r}: {what}{bound}"
         return Unstable(
             message, step=step, time=t, dt=self.c.dt, field=name, particle=particle, position=position, limit=limit
         )
@@ -237,38 +289,39 @@ class Simulation:
                 events.advance()
             probe.flush(due)
 
-    def _handle(self, step: int, ledgers: list[Ledger]) -> None:
-        """Everything that is due at `step`."""
+    def _handle(self, step: int, ledgers: list[Ledger], final: bool = False) -> None:
+        """Everything that is due at `step`; where the run ends early (`final`), what is due at its end."""
         if step == 0:
             self._collect(0)
-        if self._history.next <= step:
-            total, work = self._total(ledgers), self._work()
-            sums = [
-                sum(e.kinetic for e in ledgers),
-                sum(e.strain for e in ledgers),
-                sum(e.dissipated for e in ledgers),
-                work,
-                work - total,
-            ]
-            momentum = sum(e.momentum for e in ledgers)
-            self._rows.append(
-                [step, step * self.c.dt, self.c.dt, *(x * self._energy for x in sums), *(momentum * self._impulse)]
-            )
+        if self._history.next <= step or final:
+            self._row(step, ledgers)
             self._history.advance()
         for probe, events in self._slow:
-            if events.next <= step:
+            if events.next <= step or final:
                 probe.record()
                 probe.flush([step])
                 events.advance()
-        if self._frames.next <= step:
+        if self._frames.next <= step or final:
+            self._frames.advance()
             if self._writer is not None:
                 everything = self._fields(self.scene.output.fields)
-                position = everything.pop("position")
-                self._writer.frame(step * self.c.dt, position, everything)
-                self._write_tables()
-            self._frames.advance()
+                moved = everything["position"] + everything.get("displacement", 0.0)
+                self._writer.frame(step * self.c.dt, moved, {k: v for k, v in everything.items() if k != "position"})
+                if time.perf_counter() - self._written > TABLE_SECONDS:
+                    self._write_tables()
+
+    def _row(self, step: int, ledgers: list[Ledger]) -> None:
+        """Append a row of the history; at most one a step."""
+        if self._rows and self._rows[-1][0] == step:
+            return
+        total, work = self._total(ledgers), self._work()
+        sums = [sum(e.kinetic for e in ledgers), sum(e.strain for e in ledgers), sum(e.dissipated for e in ledgers)]
+        momentum = sum(e.momentum for e in ledgers)
+        energies = [x * self._energy for x in (*sums, work, work - total)]
+        self._rows.append([step, step * self.c.dt, self.c.dt, *energies, *(momentum * self._impulse)])
 
     def _write_tables(self) -> None:
+        self._written = time.perf_counter()
         if self._writer is not None:
             self._writer.table("history.csv", self._history_columns())
             for probe in self.c.probes:
@@ -281,14 +334,9 @@ class Simulation:
         return {name: table[:, k].astype(int) if name == "step" else table[:, k] for k, name in enumerate(names)}
 
     def _probe_columns(self, probe: Recorder) -> dict[str, np.ndarray]:
-        times = np.array(probe.steps) * self.c.dt
-        return {
-            "time": times,
-            **probe.columns(self._units | {"dissipation": self.c.scales.stress}, self._density(probe)),
-        }
-
-    def _density(self, probe: Recorder) -> float:
-        return probe.body.density * self.c.scales.density
+        scales = self._units | probe.body.constitutive.internal_scales
+        columns = probe.columns(scales, probe.body.density * self.c.scales.density)
+        return {"time": np.array(probe.steps) * self.c.dt, **columns}
 
     def _fields(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
         """Fields of all bodies, SI, with position, id and body."""
@@ -305,11 +353,10 @@ class Simulation:
             if "internals" in system.state.widths:
                 internals = system.filtered("internals")
                 for k, name in enumerate(run.constitutive.internals):
-                    values[name] = internals[:, [k]] * (self.c.scales.stress if name == "dissipation" else 1.0)
+                    values[name] = internals[:, [k]] * run.constitutive.internal_scales[name]
             values["density"] = np.full((n, 1), system.density * self.c.scales.density)
-            position = system.position + (values.get("displacement", 0.0))
-            parts.setdefault("position", []).append(position)
-            for name in names:
+            parts.setdefault("position", []).append(system.position)
+            for name in (n for n in names if n not in fields.ALWAYS):
                 base = values.get(fields.primitive(name))
                 if base is None:
                     parts.setdefault(name, []).append(np.full(n, np.nan))
@@ -341,6 +388,7 @@ class Simulation:
             "wall_seconds": wall,
             "particle_steps_per_second": self.c.particles * step / self._inside if self._inside > 0.0 else 0.0,
             "bytes_per_particle": sum(r.system.nbytes for r in self.c.bodies) / self.c.particles,
+            # external_work includes what the bodies started with: the residual is it less all the others.
             "energy": {
                 **{name: last[name] for name in ("kinetic", "strain", "dissipated")},
                 "hourglass": 0.0,
@@ -348,6 +396,8 @@ class Simulation:
                 "external_work": last["external_work"],
                 "residual": last["residual"],
             },
+            # Of the last good state: where the run ended in a state that is not finite, before its last step.
+            "energy_step": int(last["step"]),
             "momentum": [last[f"momentum_{axis}"] for axis in "xyz"[: self.scene.dim]],
             "device": self.c.device,
             "versions": {

@@ -28,6 +28,9 @@ class SceneError(WsphError):
         self.faults = sorted(set(faults))
         super().__init__("\n".join(f"{source}: {fault}" for fault in self.faults))
 
+    def __reduce__(self):
+        return SceneError, (self.source, self.faults)
+
 
 class Refused(WsphError):
     """A valid scene whose composition cannot be run: beyond a stability limit, a singular correction, ..."""
@@ -52,3 +55,10 @@ class Unstable(WsphError):
         super().__init__(message)
         self.step, self.time, self.dt = step, time, dt
         self.field, self.particle, self.position, self.limit = field, particle, tuple(position), limit
+
+    def __reduce__(self):
+        return _unstable, (str(self), dict(vars(self)))
+
+
+def _unstable(message: str, values: dict) -> Unstable:
+    return Unstable(message, **values)

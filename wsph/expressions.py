@@ -41,6 +41,16 @@ class Expression:
             OPERATIONS["x"] <= code <= OPERATIONS["t"] or code == OPERATIONS["table"] for code, _ in self.program
         )
 
+    @property
+    def logical(self) -> bool:
+        """True where the value is a truth: the last operation is a comparison, and, or, not."""
+        last = self.program[-1][0]
+        return last == OPERATIONS["not"] or OPERATIONS["less"] <= last <= OPERATIONS["or"]
+
+    def uses(self, variable: str) -> bool:
+        """Whether x, y, z or t occurs."""
+        return any(code == OPERATIONS[variable] for code, _ in self.program)
+
     def __call__(self, position: np.ndarray, time: float = 0.0, tolerance: float = 0.0) -> np.ndarray:
         """Values at `position` (n, dim) [m] and `time` [s], shape (n,).
 

@@ -1,53 +1,63 @@
-"""What is wrong with a scene, in the words of its author: lines, keys, values and the way out.
+"""What is wrong with a scene, in the words of its author: keys, values and the way out.
 
 `of_validation` turns pydantic's errors into faults, `between_tables` finds names that lead nowhere and components that the
-dimension does not have, `of_plugins` asks the named material and integrator about their own keys. `lines` finds where a
-key stands in the file.
+dimension does not have, `of_plugins` asks the named material and integrator about their own keys. Where a key stands in
+the file is `wsph.lines`' business.
 """
 
 import difflib
-from collections.abc import Iterator
+import inspect
+import math
+from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
 from wsph import registry
 from wsph.errors import Fault, PluginError
-from wsph.expressions import compile_expression
-from wsph.fields import AXES, known
-from wsph.plugins import build
+from wsph.expressions import FUNCTIONS, VARIABLES, Expression, compile_expression
+from wsph.fields import ALWAYS, AXES, known
+from wsph.plugins import build, internal_units
 
 if TYPE_CHECKING:
-    from wsph.scene import Scene, Value
+    from wsph.scene import Body, Boundary, Probe, Scene, Value
 
+MOST_CELLS = 2**31 // 64
+"""Cells of a body: with 64 neighbours each their pairs fill a 32-bit index."""
 COMPONENTS = {1: ("xx",), 2: ("xx", "yy", "xy"), 3: ("xx", "yy", "zz", "xy", "yz", "xz")}
+_TYPES = {"tuple_type": "a list", "dict_type": "a table", "model_type": "a table", "string_type": "a string",
+          "int_type": "a whole number", "bool_type": "true or false"}  # fmt: skip
+_LISTS_OF_TABLES = ("bodies", "boundary", "probes")
+
+
+def nearest(name: str, names: Iterable[str], otherwise: str = "") -> str:
+    """ "did you mean 'x'?" where a name is near, or else `otherwise`."""
+    close = difflib.get_close_matches(name, list(names), 1)
+    return f"did you mean {close[0]!r}?" if close else otherwise
 
 
 def of_validation(error: Any, root: type[BaseModel]) -> Fault:
     """A pydantic error in the words of a scene's author."""
+    # Members of a union and validators are steps of pydantic's path, not keys of the scene.
     skipped = {"float", "int", "str", "Function", "Box"}
     keys = [str(k) for k in error["loc"] if str(k) not in skipped and "function-" not in str(k)]
     key, kind, given = ".".join(keys), error["type"], error.get("input")
     if kind == "extra_forbidden":
-        known = _known_keys(keys[:-1], root)
-        close = difflib.get_close_matches(keys[-1], known, 1)
-        return Fault(
-            0, key, "unknown key; " + (f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}")
-        )
+        names = _known_keys(keys[:-1], root)
+        return Fault(0, key, "unknown key; " + nearest(keys[-1], names, f"known: {', '.join(names)}"))
     if kind == "missing":
         return Fault(0, key, "is missing")
     if kind == "value_error":
         return Fault(0, key, str(error["ctx"]["error"]))
     if kind == "literal_error":
-        close = difflib.get_close_matches(
-            str(given), [str(v).strip("'") for v in error["ctx"]["expected"].replace(" or ", ", ").split(", ")], 1
-        )
-        return Fault(
-            0,
-            key,
-            f"{given!r} is none of {error['ctx']['expected']}" + (f"; did you mean {close[0]!r}?" if close else ""),
-        )
-    message = error["msg"].replace("Input should be", "must be")
+        allowed = error["ctx"]["expected"]
+        hint = nearest(str(given), [v.strip("'") for v in allowed.replace(" or ", ", ").split(", ")])
+        return Fault(0, key, f"{given!r} is none of {allowed}" + (f"; {hint}" if hint else ""))
+    if kind == "tuple_type" and key in _LISTS_OF_TABLES:
+        return Fault(0, key, f"must be a list of tables: write [[{key}]]")
+    if kind in _TYPES or kind.startswith("model_"):
+        return Fault(0, key, f"{given!r} must be {_TYPES.get(kind, 'a table')}")
+    message = error["msg"].replace("Input should be", "must be").replace("Tuple", "List")
     return Fault(0, key, f"{given!r}: {message}" if not isinstance(given, dict) else message)
 
 
@@ -74,61 +84,122 @@ def between_tables(scene: "Scene") -> Iterator[Fault]:
     """Faults between tables: names that lead nowhere, components that the dimension does not have."""
     names = [b.name for b in scene.bodies]
     for k, body in enumerate(scene.bodies):
-        key = f"bodies.{k}"
         if names.index(body.name) != k:
-            yield Fault(0, f"{key}.name", f"{body.name!r} names another body already")
-        if body.shape.dim != scene.dim:
-            yield Fault(0, f"{key}.shape", f"has {body.shape.dim} coordinates in a scene of dim = {scene.dim}")
-        else:
-            try:
-                body.shape.cells(body.spacing)
-            except ValueError as error:
-                yield Fault(0, f"{key}.spacing", str(error))
-        if (body.state is None) != (scene.dim == 3):
-            yield Fault(
-                0,
-                f"{key}.state",
-                "is for 1D and 2D" if scene.dim == 3 else '"stress" or "strain" is needed in 1D and 2D',
-            )
-        if body.velocity is not None:
-            if len(body.velocity) != scene.dim:
-                yield Fault(
-                    0, f"{key}.velocity", f"has {len(body.velocity)} components in a scene of dim = {scene.dim}"
-                )
-            for component in body.velocity:
-                yield from _value_faults(scene, component, "m/s", f"{key}.velocity")
+            yield Fault(0, f"bodies.{k}.name", f"{body.name!r} names another body already")
+        yield from _body_faults(scene, body, f"bodies.{k}")
     for k, condition in enumerate(scene.boundary):
-        key = f"boundary.{k}"
-        if condition.body not in names:
-            yield Fault(0, f"{key}.body", f"no body is named {condition.body!r}; there is {', '.join(names)}")
-        axes = AXES[: scene.dim]
-        if condition.face and condition.face[1] not in axes:
-            yield Fault(0, f"{key}.face", f"{condition.face!r} does not exist in {scene.dim}D")
-        if condition.where is not None:
-            yield from _expression_faults(condition.where, f"{key}.where")
-        for table, allowed, unit in (("velocity", axes, "m/s"), ("stress", COMPONENTS[scene.dim], "Pa")):
-            for component, value in getattr(condition, table).items():
-                if component not in allowed:
-                    yield Fault(0, f"{key}.{table}.{component}", f"is none of {', '.join(allowed)}")
-                yield from _value_faults(scene, value, unit, f"{key}.{table}.{component}")
-        for component in (*condition.fixed, *([condition.symmetry] if condition.symmetry else [])):
-            if component not in axes:
-                yield Fault(0, key, f"{component!r} is none of {', '.join(axes)}")
+        yield from _body_name_fault(condition.body, names, f"boundary.{k}.body")
+        yield from _boundary_faults(scene, condition, f"boundary.{k}")
     for name, function in scene.functions.items():
+        if name in (*VARIABLES, *FUNCTIONS, "pi"):
+            yield Fault(0, f"functions.{name}", f"{name!r} is a name of the expressions; give the function another")
         if function.expression is not None:
-            yield from _expression_faults(function.expression, f"functions.{name}.expression")
+            check: Callable[[], Any] = lambda text=function.expression: compile_expression(text)  # noqa: E731
+            yield from _value_faults(scene, check, function.expression, f"functions.{name}.expression")
     yield from _field_faults(scene)
-    probe_names = [p.name for p in scene.probes]
+    folded = [p.name.casefold() for p in scene.probes]
     for k, probe in enumerate(scene.probes):
-        if probe_names.index(probe.name) != k:
+        if folded.index(probe.name.casefold()) != k:
             yield Fault(0, f"probes.{k}.name", f"{probe.name!r} names another probe already")
-        if probe.where is not None:
-            yield from _expression_faults(probe.where, f"probes.{k}.where")
-        for point in probe.at or ():
-            if len(point) != scene.dim:
-                yield Fault(
-                    0, f"probes.{k}.at", f"{list(point)} has {len(point)} coordinates in a scene of dim = {scene.dim}"
-                )
+        if probe.body is not None:
+            yield from _body_name_fault(probe.body, names, f"probes.{k}.body")
+        yield from _probe_faults(scene, probe, f"probes.{k}")
+
+
+def _body_name_fault(name: str, names: list[str], key: str) -> Iterator[Fault]:
+    if name not in names:
+        yield Fault(0, key, f"no body is named {name!r}; {nearest(name, names, 'there is ' + ', '.join(names))}")
+
+
+def _body_faults(scene: "Scene", body: "Body", key: str) -> Iterator[Fault]:
+    if body.shape.dim != scene.dim:
+        yield Fault(0, f"{key}.shape", f"has {body.shape.dim} coordinates in a scene of dim = {scene.dim}")
+    else:
+        try:
+            count = math.prod(int(n) for n in body.shape.cells(body.spacing))
+        except ValueError as error:
+            yield Fault(0, f"{key}.spacing", str(error))
+        else:
+            if count > MOST_CELLS:
+                most = f"gives {count:.3g} particles; a 32-bit index has room for {MOST_CELLS:.3g} and their pairs"
+                yield Fault(0, f"{key}.spacing", most)
+    if (body.state is None) != (scene.dim == 3):
+        wanted = "is for 1D and 2D" if scene.dim == 3 else '"stress" or "strain" is needed in 1D and 2D'
+        yield Fault(0, f"{key}.state", wanted)
+    if body.velocity is None:
+        return
+    if len(body.velocity) != scene.dim:
+        yield Fault(0, f"{key}.velocity", f"has {len(body.velocity)} components in a scene of dim = {scene.dim}")
+    for component in body.velocity:
+        if component in scene.functions and scene.functions[str(component)].expression is None:
+            yield Fault(
+                0, f"{key}.velocity", f"{component!r} is a table; an initial velocity is a number or an expression"
+            )
+        else:
+            yield from _value_faults(
+                scene, lambda c=component: scene.value(c, "m/s"), component, f"{key}.velocity", "m/s"
+            )
+
+
+def _boundary_faults(scene: "Scene", condition: "Boundary", key: str) -> Iterator[Fault]:
+    axes = AXES[: scene.dim]
+    if condition.face and condition.face[1] not in axes:
+        yield Fault(0, f"{key}.face", f"{condition.face!r} does not exist in {scene.dim}D")
+    if condition.where is not None:
+        yield from _where_faults(scene, condition.where, f"{key}.where")
+    for table, allowed, unit in (("velocity", axes, "m/s"), ("stress", COMPONENTS[scene.dim], "Pa")):
+        for component, value in getattr(condition, table).items():
+            if component not in allowed:
+                yield Fault(0, f"{key}.{table}.{component}", f"is none of {', '.join(allowed)}")
+            place = f"{key}.{table}.{component}"
+            yield from _value_faults(scene, lambda v=value, u=unit: scene.value(v, u), value, place, unit)
+    held = (*condition.fixed, *([condition.symmetry] if condition.symmetry else []))
+    for component in held:
+        if component not in axes:
+            yield Fault(0, key, f"{component!r} is none of {', '.join(axes)}")
+    for component in dict.fromkeys(c for c in held if c in condition.velocity or held.count(c) > 1):
+        yield Fault(0, key, f"{component!r} is prescribed twice: by fixed or symmetry, and again")
+
+
+def _probe_faults(scene: "Scene", probe: "Probe", key: str) -> Iterator[Fault]:
+    if probe.where is not None:
+        yield from _where_faults(scene, probe.where, f"{key}.where")
+    for point in probe.at or ():
+        if len(point) != scene.dim:
+            text = f"{list(point)} has {len(point)} coordinates in a scene of dim = {scene.dim}"
+            yield Fault(0, f"{key}.at", text)
+
+
+def _where_faults(scene: "Scene", text: str, key: str) -> Iterator[Fault]:
+    """A selection is a truth about the reference position."""
+    try:
+        expression = compile_expression(text)
+    except ValueError as error:
+        yield Fault(0, key, str(error))
+        return
+    if not expression.logical:
+        yield Fault(0, key, f'{text!r} is no comparison; write one, as in "x <= 0.1"')
+    if expression.uses("t"):
+        yield Fault(0, key, f"{text!r} uses t; particles are selected once, by reference position")
+    yield from _axis_faults(scene, expression, key)
+
+
+def _axis_faults(scene: "Scene", expression: Expression, key: str) -> Iterator[Fault]:
+    for axis in AXES[scene.dim :]:
+        if expression.uses(axis):
+            yield Fault(0, key, f"{expression.text!r} uses {axis}, which a scene of dim = {scene.dim} does not have")
+
+
+def _value_faults(scene: "Scene", make: Callable[[], Any], value: "Value", key: str, unit: str = "") -> Iterator[Fault]:
+    try:
+        made = make()
+    except ValueError as error:
+        hint = f"; functions: {', '.join(scene.functions)}" if scene.functions else ""
+        wanted = f"{value!r} is no number, quantity [{unit}], expression or function: " if unit else ""
+        yield Fault(0, key, f"{wanted}{error}{hint if unit else ''}")
+        return
+    if isinstance(made, Expression):
+        yield from _axis_faults(scene, made, key)
 
 
 def _field_faults(scene: "Scene") -> Iterator[Fault]:
@@ -138,46 +209,26 @@ def _field_faults(scene: "Scene") -> Iterator[Fault]:
         material, faults = build("materials", body.material.model, body.material.options(), "", "model")
         if faults:
             return  # the fields a faulty material would have are not known; its own faults are reported
-        internals += getattr(material, "internals", {})
-        internals += ["dissipation"] if getattr(material, "depends_on_stress", True) else []
+        internals += internal_units(material)
     names = known(internals, scene.dim)
-    wanted = [("output.fields", name) for name in scene.output.fields]
-    for k, probe in enumerate(scene.probes):
-        wanted += [(f"probes.{k}.fields", name) for name in probe.fields]
-        for name in probe.fields:
-            if probe.reduce and (
-                name in ("von_mises", "pressure", "density")
-                or (probe.reduce == "max" and name in ("velocity", "displacement", "stress"))
-            ):
+    wanted = [("output.fields", scene.output.fields, names)]
+    probed = [name for name in names if name not in ALWAYS]
+    wanted += [(f"probes.{k}.fields", probe.fields, probed) for k, probe in enumerate(scene.probes)]
+    for key, listed, names in wanted:
+        for k, name in enumerate(listed):
+            if name not in names:
                 yield Fault(
-                    0,
-                    f"probes.{k}.fields",
-                    f"{name!r} cannot be reduced to its {probe.reduce}; name components, such as stress_xx",
+                    0, key, f"no field is named {name!r}; {nearest(name, names, 'there is ' + ', '.join(names))}"
                 )
-    for key, name in wanted:
-        if name not in names:
-            close = difflib.get_close_matches(name, names, 1)
-            yield Fault(
-                0,
-                key,
-                f"no field is named {name!r}; "
-                + (f"did you mean {close[0]!r}?" if close else f"there is {', '.join(names)}"),
-            )
-
-
-def _expression_faults(text: str, key: str) -> Iterator[Fault]:
-    try:
-        compile_expression(text)
-    except ValueError as error:
-        yield Fault(0, key, str(error))
-
-
-def _value_faults(scene: "Scene", value: "Value", unit: str, key: str) -> Iterator[Fault]:
-    try:
-        scene.value(value, unit)
-    except ValueError as error:
-        hint = f"; functions: {', '.join(scene.functions)}" if scene.functions else ""
-        yield Fault(0, key, f"{value!r} is no number, quantity [{unit}], expression or function: {error}{hint}")
+            elif name in listed[:k]:
+                yield Fault(0, key, f"{name!r} is named twice")
+    for k, probe in enumerate(scene.probes):
+        nonlinear = ("von_mises", "pressure", "density")
+        vectors = ("velocity", "displacement", "stress") if probe.reduce == "max" else ()
+        for name in probe.fields:
+            if probe.reduce and name in (*nonlinear, *vectors):
+                text = f"{name!r} cannot be reduced to its {probe.reduce}; name components, such as stress_xx"
+                yield Fault(0, f"probes.{k}.fields", text)
 
 
 def of_plugins(data: dict[str, Any]) -> list[Fault]:
@@ -194,40 +245,21 @@ def of_plugins(data: dict[str, Any]) -> list[Fault]:
     if isinstance(integrator, str):
         integrator = {"name": integrator}
     if isinstance(integrator, dict) and isinstance(integrator.get("name"), str):
-        try:
-            registry.load("integrators", integrator["name"])
-        except PluginError as error:
-            faults.append(Fault(0, "run.integrator", str(error)))
+        faults += _integrator_faults(integrator)
     return faults
 
 
-def lines(text: str) -> dict[str, int]:
-    """Line of every table header and key of a TOML text, by dotted path."""
-    found: dict[str, int] = {}
-    counts: dict[str, int] = {}
-    table, depth = "", 0
-    for number, line in enumerate(text.splitlines(), 1):
-        code = line.split("#", 1)[0].strip() if '"' not in line else line.strip()
-        if depth == 0 and code.startswith("["):
-            name = code.split("]", 1)[0].lstrip("[").strip().replace('"', "")
-            parent, _, last = name.rpartition(".")
-            prefix = f"{parent}.{counts[parent]}." if parent in counts else (f"{parent}." if parent else "")
-            if code.startswith("[["):
-                counts[name] = counts.get(name, -1) + 1
-                table = f"{prefix}{last}.{counts[name]}"
-            else:
-                table = f"{prefix}{last}"
-            found[table] = number
-        elif depth == 0 and "=" in code and not code.startswith("#"):
-            key = code.split("=", 1)[0].strip().replace('"', "")
-            found[f"{table}.{key}" if table else key] = number
-        if not code.startswith("[") or depth:
-            depth = max(depth + code.count("[") + code.count("{") - code.count("]") - code.count("}"), 0)
-    return found
-
-
-def line_of(found: dict[str, int], key: str) -> int:
-    """The line of a key, or of the nearest table around it; 0 where there is none."""
-    while key and key not in found:
-        key = key.rpartition(".")[0]
-    return found.get(key, 0)
+def _integrator_faults(given: dict[str, Any]) -> Iterator[Fault]:
+    try:
+        plugin = registry.load("integrators", given["name"])
+    except PluginError as error:
+        yield Fault(0, "run.integrator", str(error))
+        return
+    _, *parameters = list(inspect.signature(plugin).parameters.values()) or [None]
+    options = [p.name for p in parameters if p is not None]
+    if any(p is not None and p.kind is p.VAR_KEYWORD for p in parameters):
+        return
+    for option in given:
+        if option != "name" and option not in options:
+            hint = nearest(option, options, f"{given['name']} knows {', '.join(options) or 'no options'}")
+            yield Fault(0, f"run.integrator.{option}", f"unknown key; {hint}")

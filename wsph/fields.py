@@ -11,6 +11,8 @@ import numpy as np
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
 """Order of a symmetric tensor's components, VTK's."""
 AXES = ("x", "y", "z")
+ALWAYS = ("position", "id", "body")
+"""Fields that every frame has, asked for or not."""
 DERIVED = {"von_mises": "stress", "pressure": "stress"}
 
 
@@ -18,6 +20,7 @@ def known(internals: Iterable[str], dim: int) -> list[str]:
     """Every field name that a body with those internals offers."""
     vectors = [f"{name}_{axis}" for name in ("velocity", "displacement") for axis in AXES[:dim]]
     return [
+        *ALWAYS,
         "velocity",
         "displacement",
         "stress",

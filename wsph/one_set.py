@@ -183,6 +183,7 @@ class OneSetSystem:
         self._correction = wp.array(correction.numpy(), dtype=space.mat, device=device)
         self._x = wp.array(position, dtype=space.vec, device=device)
         self._corrected = wp.zeros(self.count, dtype=space.mat, device=device)
+        self._states: list[State] = []
         self.state = self.new()
         self.conditions = layer_conditions(scene, body.name, lattice, f"integrator {scene.run.integrator.name!r}")
         self.boundary = BoundaryValues(
@@ -202,6 +203,7 @@ class OneSetSystem:
         state = State(self.space, self.count, self.constitutive, self.device, self._displacement, deformation=True)
         if self.constitutive.internals:
             state.write("internals", np.tile(list(self.constitutive.internals.values()), (self.count, 1)))
+        self._states.append(state)
         return state
 
     def rate(self, state: State, out: State) -> None:
@@ -295,11 +297,11 @@ class OneSetSystem:
 
     @property
     def nbytes(self) -> int:
-        """Device memory of the body [bytes]: pairs, weights and the states that exist now."""
+        """Device memory of the body [bytes]: pairs, weights and all states, the integrator's too."""
         return (
             self._pairs.nbytes
             + self._weight.capacity
             + 2 * self._correction.capacity
             + self._x.capacity
-            + self.state.nbytes
+            + sum(s.nbytes for s in self._states)
         )

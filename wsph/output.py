@@ -9,7 +9,7 @@ import csv
 import io
 import json
 import os
-import shutil
+import re
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -45,23 +45,46 @@ def check_writable(folder: Path, overwrite: bool) -> None:
     """Whether a run may use `folder`, before anything is computed; leaves nothing behind. Raises OutputError."""
     if "\0" in str(folder):
         raise OutputError("the output folder's name has a NUL character")
-    if folder.is_symlink():
-        raise OutputError(f"{folder}: is a symbolic link; name the folder itself")
-    if folder.exists():
-        if not folder.is_dir():
-            raise OutputError(f"{folder}: is a file, not a folder")
-        if any(folder.iterdir()):
-            if not overwrite:
-                raise OutputError(f"{folder}: holds files already; choose another folder with -o, or give --overwrite")
-            if not (folder / "summary.json").exists() and not (folder / "frames").is_dir():
-                raise OutputError(f"{folder}: holds no run of wsph, so --overwrite does not touch it")
-    ancestor = folder
-    while not ancestor.exists():
-        ancestor = ancestor.parent
     try:
+        _check(folder, overwrite)
+        ancestor = folder
+        while not ancestor.exists():
+            ancestor = ancestor.parent
         os.rmdir(tempfile.mkdtemp(prefix=".wsph-", dir=ancestor))
     except OSError as error:
         raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error
+
+
+def _check(folder: Path, overwrite: bool) -> None:
+    if folder.is_symlink():
+        raise OutputError(f"{folder}: is a symbolic link; name the folder itself")
+    if not folder.exists():
+        return
+    if not folder.is_dir():
+        raise OutputError(f"{folder}: is a file, not a folder")
+    if not any(folder.iterdir()):
+        return
+    if not overwrite:
+        raise OutputError(f"{folder}: holds files already; choose another folder with -o, or give --overwrite")
+    if not _is_a_run(folder):
+        raise OutputError(f"{folder}: holds no run of wsph, so --overwrite does not touch it")
+
+
+def _is_a_run(folder: Path) -> bool:
+    """A folder that a run made: its summary, or the index of its frames if it was cut off before."""
+    try:
+        return "particle_steps_per_second" in json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return (folder / "history.csv").is_file() and (folder / "frames").is_dir() and (folder / "probes").is_dir()
+
+
+def _own_files(folder: Path) -> list[Path]:
+    """What an earlier run wrote in a folder, and nothing else."""
+    frames = [
+        p for p in (folder / "frames").glob("*") if re.fullmatch(r"\.?frame_\d{6}(\.partial)?\.(vtu|h5|npz)", p.name)
+    ]
+    own = [folder / name for name in ("summary.json", "history.csv", "frames.pvd", "frames.xdmf")]
+    return [*frames, *(folder / "probes").glob("*.csv"), *own]
 
 
 class OutputFolder:
@@ -71,10 +94,8 @@ class OutputFolder:
         self.folder, self.formats, self.dim = folder, formats, dim
         self._times: list[tuple[float, int, list[str]]] = []
         try:
-            for name in ("frames", "probes"):
-                shutil.rmtree(folder / name, ignore_errors=True)
-            for name in ("summary.json", "history.csv", "frames.pvd", "frames.xdmf"):
-                (folder / name).unlink(missing_ok=True)
+            for path in _own_files(folder):
+                path.unlink(missing_ok=True)
             (folder / "frames").mkdir(parents=True, exist_ok=True)
             (folder / "probes").mkdir(exist_ok=True)
         except OSError as error:

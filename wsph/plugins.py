@@ -2,6 +2,7 @@
 
 import dataclasses
 import difflib
+import math
 from typing import Any
 
 from wsph import registry
@@ -30,7 +31,7 @@ def build(group: str, name: str, options: dict[str, Any], key: str, name_key: st
             faults.append(Fault(0, f"{key}.{option}", f"unknown key; {hint}"))
             continue
         try:
-            values[option] = _checked(value, fields[option].metadata)
+            values[option] = _checked(value, fields[option])
         except ValueError as error:
             faults.append(Fault(0, f"{key}.{option}", str(error)))
     for option, field in fields.items():
@@ -43,16 +44,50 @@ def build(group: str, name: str, options: dict[str, Any], key: str, name_key: st
         return None, faults
     try:
         return plugin(**values), []
-    except ValueError as error:
-        return None, [Fault(0, key, str(error))]
+    except Exception as error:  # whatever a third party's own checks raise is a fault of the scene's values
+        return None, [Fault(0, key, f"{name} refuses its fields: {error}")]
 
 
-def _checked(value: object, rules: Any) -> float:
-    number = quantity(value, rules.get("unit", ""))
-    tests = (("above", number > rules.get("above", -float("inf"))), ("min", number >= rules.get("min", -float("inf"))),
-             ("below", number < rules.get("below", float("inf"))), ("max", number <= rules.get("max", float("inf"))))  # fmt: skip
-    for rule, holds in tests:
+def _checked(value: object, field: dataclasses.Field[Any]) -> object:
+    rules = field.metadata
+    if field.type in (str, "str", bool, "bool"):
+        kind = str if field.type in (str, "str") else bool
+        if not isinstance(value, kind):
+            raise ValueError(f"{value!r} must be {'a string' if kind is str else 'true or false'}")
+        return value
+    unit = rules.get("unit", "")
+    number = quantity(value, unit)
+    tests = {
+        "above": number > rules.get("above", -math.inf),
+        "at least": number >= rules.get("min", -math.inf),
+        "below": number < rules.get("below", math.inf),
+        "at most": number <= rules.get("max", math.inf),
+    }
+    for words, holds in tests.items():
         if not holds:
-            words = {"above": "above", "min": "at least", "below": "below", "max": "at most"}[rule]
-            raise ValueError(f"{value!r} must be {words} {rules[rule]:g} {rules.get('unit', '')}".rstrip())
+            bound = rules[{"at least": "min", "at most": "max"}.get(words, words)]
+            raise ValueError(f"{value!r} must be {words} {bound:g} {unit}".rstrip())
     return number
+
+
+def relaxes(material: Any) -> bool:
+    """Whether the stress rate at L = 0 can differ from zero: by default, wherever the law depends on stress."""
+    return bool(getattr(material, "relaxes", getattr(material, "depends_on_stress", True)))
+
+
+def internal_units(material: Any) -> dict[str, str]:
+    """Name and unit of a body's internals: the material's own, and the dissipated energy density where its law relaxes.
+
+    A material declares `internals = {"name": initial}` for plain numbers, `{"name": (initial, "Pa")}` otherwise.
+    """
+    units = {
+        name: value[1] if isinstance(value, tuple) else "" for name, value in getattr(material, "internals", {}).items()
+    }
+    return {**units, **({"dissipation": "Pa"} if relaxes(material) else {})}
+
+
+def internal_values(material: Any) -> dict[str, float]:
+    """Name and initial value, in SI, of a body's internals."""
+    own = getattr(material, "internals", {}).items()
+    values = {name: float(value[0] if isinstance(value, tuple) else value) for name, value in own}
+    return {**values, **({"dissipation": 0.0} if relaxes(material) else {})}

@@ -43,6 +43,11 @@ def _kernel(space: Space) -> wp.Kernel:
     return record
 
 
+def _several(bodies: list[Any], key: str) -> SceneError:
+    names = ", ".join(repr(b.body.name) for b in bodies)
+    return SceneError("scene", [Fault(0, key, f"lies in {names}: name one with `body`")])
+
+
 class Recorder:
     """One probe on the device. `record()` is a launch; `flush(steps)` appends the rows of those steps."""
 
@@ -79,20 +84,25 @@ class Recorder:
 
     @staticmethod
     def _sample(probe: Probe, key: str, bodies: list[Any]) -> tuple[Any, list[tuple[np.ndarray, np.ndarray]]]:
+        bodies = [b for b in bodies if probe.body in (None, b.body.name)]
         if probe.at is not None:
             points = np.array(probe.at)
             inside = [b for b in bodies if b.body.shape.contains(points).all()]
             if not inside:
-                raise SceneError(
-                    "scene", [Fault(0, f"{key}.at", f"{[list(p) for p in probe.at]} does not lie in one body")]
-                )
+                text = f"{[list(p) for p in probe.at]} does not lie in one body"
+                raise SceneError("scene", [Fault(0, f"{key}.at", text)])
+            if len(inside) > 1:
+                raise _several(inside, f"{key}.at")
             return inside[0], inside[0].system.sample(points)
-        for body in bodies:
-            chosen = np.flatnonzero(select(probe.where or "", body.system.position, body.system.spacing))
-            if len(chosen):
-                weight = 1.0 / len(chosen) if probe.reduce == "mean" else 1.0
-                return body, [(chosen, np.full(len(chosen), weight))]
-        raise SceneError("scene", [Fault(0, f"{key}.where", f"{probe.where!r} selects no particle")])
+        chosen = [(b, np.flatnonzero(select(probe.where or "", b.system.position, b.system.spacing))) for b in bodies]
+        chosen = [(b, particles) for b, particles in chosen if len(particles)]
+        if not chosen:
+            raise SceneError("scene", [Fault(0, f"{key}.where", f"{probe.where!r} selects no particle")])
+        if len(chosen) > 1:
+            raise _several([b for b, _ in chosen], f"{key}.where")
+        body, particles = chosen[0]
+        weight = 1.0 / len(particles) if probe.reduce == "mean" else 1.0
+        return body, [(particles, np.full(len(particles), weight))]
 
     def record(self) -> None:
         """Store the current values in the ring (a launch)."""
@@ -112,7 +122,7 @@ class Recorder:
         """The record so far, SI: one array (records,) per field component, `FIELD[k]` for the k-th of several points."""
         system = self._body.system
         rows = np.concatenate(self._rows) if self._rows else np.zeros((0, self._ring.shape[1]))
-        rows = rows.reshape(len(rows), self.points, -1)
+        rows = rows.reshape(len(rows), self.points, self._ring.shape[1] // self.points)
         values, start = {}, 0
         for name in self._primitives:
             width = len(self._components(name))

@@ -79,16 +79,17 @@ class Program:
                     self._graph(block)
                     steps %= block
 
-    def run(self, steps: int) -> None:
-        """Run `steps` steps."""
-        if not self.captured:
-            for _ in range(steps):
-                self.step()
-            return
-        for block in BLOCKS:
-            while steps >= block:
-                wp.capture_launch(self._graph(block))
-                steps -= block
+    def run(self, steps: int, stop: Callable[[], bool] = lambda: False) -> int:
+        """Run `steps` steps, fewer where `stop()` asks for it between launches of the program; returns how many."""
+        done = 0
+        for block in BLOCKS if self.captured else (1,):
+            while steps - done >= block and not stop():
+                if self.captured:
+                    wp.capture_launch(self._graph(block))
+                else:
+                    self.step()
+                done += block
+        return done
 
     def compile(self, kernels: list[wp.Kernel]) -> None:
         """Compile and load the kernels that are not loaded yet.

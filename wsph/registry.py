@@ -4,10 +4,14 @@ A plugin is any installed distribution with an entry point in the group `wsph.in
 is broken, or whose name two distributions claim, is listed as such and harms only the scene that names it.
 """
 
+import ast
+import dataclasses
 import difflib
+import importlib.util
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import metadata
+from pathlib import Path
 
 from wsph.errors import PluginError
 
@@ -16,7 +20,8 @@ GROUPS = {"integrators": "wsph.integrators", "materials": "wsph.materials"}
 
 @dataclass(frozen=True)
 class Entry:
-    """One registered name. `distribution` and `version` say who ships it; `status` is "ok" or what is wrong with it."""
+    """One registered name. `distribution` and `version` say who ships it; `status` is "ok" or what is wrong with it;
+    `description` is the first line of the class's docstring, read from its source."""
 
     group: str
     name: str
@@ -24,6 +29,7 @@ class Entry:
     distribution: str
     version: str
     status: str = "ok"
+    description: str = ""
 
 
 def entries(group: str, installed: Callable[..., metadata.EntryPoints] = metadata.entry_points) -> list[Entry]:
@@ -33,25 +39,42 @@ def entries(group: str, installed: Callable[..., metadata.EntryPoints] = metadat
         distribution = point.dist
         name, version = (distribution.name, distribution.version) if distribution else ("unknown", "?")
         # An editable install and the checkout it points at report the same distribution twice.
-        found[point.name, point.value, name] = Entry(group, point.name, point.value, name, version)
+        status, description = _describe(point.value)
+        found[point.name, point.value, name] = Entry(group, point.name, point.value, name, version, status, description)
     every = sorted(found.values(), key=lambda e: (e.name, e.distribution))
-    owners: dict[str, list[Entry]] = {}
+    owners: dict[str, set[str]] = {}
     for entry in every:
-        owners.setdefault(entry.name, []).append(entry)
-    return [
-        entry
-        if len(owners[entry.name]) == 1
-        else Entry(
-            *_fields(entry),
-            status="duplicate: also in "
-            + ", ".join(sorted({o.distribution for o in owners[entry.name] if o is not entry})),
-        )
-        for entry in every
-    ]
+        owners.setdefault(entry.name, set()).add(f"{entry.distribution} ({entry.target})")
+    return [_with_owners(entry, owners[entry.name]) for entry in every]
 
 
-def _fields(entry: Entry) -> tuple[str, str, str, str, str]:
-    return entry.group, entry.name, entry.target, entry.distribution, entry.version
+def _with_owners(entry: Entry, owners: set[str]) -> Entry:
+    others = sorted(owners - {f"{entry.distribution} ({entry.target})"})
+    return dataclasses.replace(entry, status="duplicate: also in " + ", ".join(others)) if others else entry
+
+
+def _describe(target: str) -> tuple[str, str]:
+    """Status and docstring of an entry's class from its source file, importing nothing of the plugin."""
+    module, _, name = target.partition(":")
+    top, *rest = module.split(".")
+    try:
+        spec = importlib.util.find_spec(top)
+    except (ImportError, ValueError):
+        spec = None
+    folders = list(spec.submodule_search_locations or []) if spec else []
+    stem = Path(*rest) if rest else Path("__init__")
+    files = [Path(folder) / f for folder in folders for f in (stem.with_suffix(".py"), stem / "__init__.py")]
+    files += [Path(spec.origin)] if spec and spec.origin and not rest else []
+    source = next((f for f in files if f.is_file()), None)
+    if spec is None or (source is None and folders):
+        return f"broken: there is no module {module}", ""
+    try:
+        tree = ast.parse(source.read_text(encoding="utf-8")) if source else ast.Module([], [])
+    except (OSError, SyntaxError, ValueError) as error:
+        return f"broken: {source} cannot be read: {error}", ""
+    classes = (node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == name.split(".")[0])
+    text = next((ast.get_docstring(node) or "" for node in classes), "")
+    return "ok", text.strip().splitlines()[0] if text.strip() else ""
 
 
 def find(group: str, name: str, installed: Callable[..., metadata.EntryPoints] = metadata.entry_points) -> Entry:

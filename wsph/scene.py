@@ -5,16 +5,27 @@ compiled or written. What a plugin says about its own keys is checked here too: 
 scene names are the only plugins imported.
 """
 
+import copy
 import tomllib
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PrivateAttr,
+    ValidationError,
+    model_validator,
+)
 
 from wsph.errors import Fault, SceneError
 from wsph.expressions import Expression, compile_expression, constant_program
-from wsph.faults import between_tables, line_of, lines, of_plugins, of_validation
+from wsph.faults import between_tables, of_plugins, of_validation
+from wsph.lines import line_of, lines
 from wsph.shapes import Shape
 from wsph.smoothing import SMOOTHING
 from wsph.units import quantity
@@ -28,6 +39,19 @@ class Model(BaseModel):
 
 def _in(unit: str, **limits: Any) -> Any:
     return Annotated[float, BeforeValidator(partial(quantity, expected=unit)), Field(**limits)]
+
+
+def _whole(value: Any) -> Any:
+    # Literal compares: without this 1.0 and true would pass for 1.
+    if isinstance(value, (bool, float)):
+        raise ValueError(f"{value!r} must be a whole number")
+    return value
+
+
+def _face(value: str) -> str:
+    if value not in ("-x", "+x", "-y", "+y", "-z", "+z"):
+        raise ValueError(f"{value!r} is no face; write -x, +x, -y, ...")
+    return value
 
 
 def _tuple(value: Any) -> Any:
@@ -142,7 +166,7 @@ class Boundary(Model):
 
     body: str
     where: str | None = None
-    face: Annotated[str, Field(pattern=r"^[+-][xyz]$")] | None = None
+    face: Annotated[str, AfterValidator(_face)] | None = None
     velocity: dict[str, Value] = {}
     fixed: Strings = ()
     symmetry: Literal["x", "y", "z"] | None = None
@@ -161,6 +185,7 @@ class Probe(Model):
     """A record of fields at material points, or of the particles that `where` selects, reduced to one number."""
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$", max_length=100)]
+    body: str | None = None
     at: (
         Annotated[tuple[Annotated[tuple[_in("m"), ...], BeforeValidator(_tuple)], ...], BeforeValidator(_tuple)] | None
     ) = None
@@ -200,9 +225,9 @@ class Scene(Model):
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=False)
 
-    schema_: Annotated[Literal[1], Field(alias="schema")]
+    schema_: Annotated[Literal[1], BeforeValidator(_whole), Field(alias="schema")]
     title: str = ""
-    dim: Literal[1, 2, 3]
+    dim: Annotated[Literal[1, 2, 3], BeforeValidator(_whole)]
     run: Run
     bodies: Annotated[tuple[Body, ...], BeforeValidator(_tuple), Field(min_length=1)]
     functions: dict[str, Function] = {}
@@ -211,17 +236,29 @@ class Scene(Model):
     output: Output = Output()
     stop: Stop = Stop()
 
-    def __init__(self, **data: Any):
+    _source: str = PrivateAttr("scene")
+    _lines: dict[str, int] = PrivateAttr(default_factory=dict)
+
+    def __init__(self, /, **data: Any):
         faults: list[Fault] = []
         try:
             super().__init__(**data)
         except ValidationError as error:
             faults = [of_validation(e, Scene) for e in error.errors(include_url=False)]
+            faults += _beyond(data, error)
         else:
             faults = list(between_tables(self))
         faults += of_plugins(data)
         if faults:
             raise SceneError("scene", faults)
+
+    def __eq__(self, other: object) -> bool:
+        # Where a scene was read is not part of what it is.
+        return isinstance(other, Scene) and self.model_dump() == other.model_dump()
+
+    def located(self, error: SceneError) -> SceneError:
+        """A fault found later, with this scene's file and the lines of its keys."""
+        return SceneError(self._source, [Fault(line_of(self._lines, f.key), f.key, f.message) for f in error.faults])
 
     def data(self) -> dict[str, Any]:
         """The scene as plain data, as a TOML file would give it."""
@@ -236,7 +273,9 @@ class Scene(Model):
         data = self.data()
         for path, value in overrides.items():
             apply_override(data, path, value)
-        return Scene(**data)
+        changed = Scene(**data)
+        changed._source, changed._lines = self._source, self._lines
+        return changed
 
     def value(self, value: Value, unit: str) -> Expression | Function:
         """What a value of the scene means: a table of `functions`, or an expression (a number is a constant one)."""
@@ -257,23 +296,22 @@ class Scene(Model):
 def apply_override(data: dict[str, Any], path: str, value: Any) -> None:
     """Set the dotted `path` in a scene's data. Raises SceneError where the path leads nowhere."""
     keys = path.split(".") if "." in path or path in Scene.model_fields else ["run", path]
-    if keys in (["run", "cfl"], ["run", "dt"]):
-        data.get("run", {}).pop("dt" if keys[1] == "cfl" else "cfl", None)
+    if keys in (["run", "cfl"], ["run", "dt"]) and isinstance(data.get("run"), dict):
+        data["run"].pop("dt" if keys[1] == "cfl" else "cfl", None)
     place: Any = data
     for key in keys[:-1]:
-        try:
-            place = place[int(key)] if isinstance(place, list) else place.setdefault(key, {})
-        except (ValueError, IndexError):
-            raise SceneError("scene", [Fault(0, path, f"there is no entry {key!r}")]) from None
-    if isinstance(place, list):
-        try:
-            place[int(keys[-1])] = value
-        except (ValueError, IndexError):
-            raise SceneError("scene", [Fault(0, path, f"there is no entry {keys[-1]!r}")]) from None
-    elif isinstance(place, dict):
+        if isinstance(place, dict):
+            place = place.setdefault(key, {})
+        elif isinstance(place, list) and key.isdigit() and int(key) < len(place):
+            place = place[int(key)]
+        else:
+            raise SceneError("scene", [Fault(0, path, f"there is no entry {key!r}")])
+    if isinstance(place, dict):
         place[keys[-1]] = value
+    elif isinstance(place, list) and keys[-1].isdigit() and int(keys[-1]) < len(place):
+        place[int(keys[-1])] = value
     else:
-        raise SceneError("scene", [Fault(0, path, "leads into a value, not into a table")])
+        raise SceneError("scene", [Fault(0, path, f"there is no entry {keys[-1]!r}")])
 
 
 def load(path: str | Path, overrides: dict[str, Any] | None = None) -> Scene:
@@ -293,6 +331,26 @@ def load(path: str | Path, overrides: dict[str, Any] | None = None) -> Scene:
     try:
         for key, value in (overrides or {}).items():
             apply_override(data, key, value)
-        return Scene(**data)
+        scene = Scene(**data)
     except SceneError as error:
-        raise SceneError(source, [Fault(line_of(where, f.key), f.key, f.message) for f in error.faults]) from None
+        found = [Fault(line_of(where, f.key), f.key, f.message) for f in error.faults]
+        raise SceneError(source, found) from None
+    scene._source, scene._lines = source, where
+    return scene
+
+
+def _beyond(data: dict[str, Any], error: ValidationError) -> list[Fault]:
+    """Faults between tables of a scene that has unknown keys: found without them, so that all are told at once."""
+    if any(e["type"] != "extra_forbidden" for e in error.errors()):
+        return []
+    repaired = copy.deepcopy(data)
+    for e in error.errors():
+        place: Any = repaired
+        for key in e["loc"][:-1]:
+            place = place[key]
+        place.pop(e["loc"][-1], None)
+    try:
+        Scene(**repaired)
+    except SceneError as other:
+        return other.faults
+    return []

@@ -50,6 +50,8 @@ class Box(BaseModel):
         """Number of cells of edge `spacing` along each axis. Raises ValueError where they do not fit to 1e-6."""
         low, high = self.bounds()
         ratio = (high - low) / spacing
+        if not np.isfinite(ratio).all() or ratio.max() > 1e15:
+            raise ValueError(f"{spacing:g} m is too small for a box of {(high - low).max():g} m")
         count = np.rint(ratio)
         for axis in np.flatnonzero((np.abs(ratio - count) > 1e-6 * np.maximum(ratio, 1.0)) | (count < 1)):
             edge = high[axis] - low[axis]

@@ -52,6 +52,7 @@ class State:
         self.space, self.n, self.device = space, n, device
         self.layout = layout_of(space, constitutive, displacement, deformation)
         self.widths = dict(self.layout)
+        self.source: State | None = None  # the law's rates at L = 0, where a system keeps them
         self.buffer = wp.zeros(n * sum(self.widths.values()), dtype=space.scalar, device=device)
         self.type = fields_struct(space, self.layout)
         self.struct = self.type()
@@ -84,5 +85,5 @@ class State:
 
     @property
     def nbytes(self) -> int:
-        """Device memory [bytes]."""
-        return self.buffer.capacity
+        """Device memory, its sources' included [bytes]."""
+        return self.buffer.capacity + (self.source.nbytes if self.source is not None else 0)

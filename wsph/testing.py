@@ -20,6 +20,7 @@ import warp as wp
 from wsph.composition import compose
 from wsph.constitutive import STRESS_STATES, Constitutive, user_law
 from wsph.driver import run
+from wsph.plugins import relaxes
 from wsph.scene import Scene
 from wsph.space import Space
 from wsph.units import Scales
@@ -39,7 +40,7 @@ class LawSampler:
         self.scales = Scales(1.0, 1.0 / speed, material.density)
         self.constitutive = Constitutive(self.space, material, state, self.scales, type(material).__name__)
         self.names = list(getattr(material, "internals", {}))
-        self.initial = np.array([float(v) for v in getattr(material, "internals", {}).values()])
+        self.initial = np.array([self.constitutive.internals[name] for name in self.names])
         self.bulk, self.shear = bulk / self.scales.stress, shear / self.scales.stress
         laws = self.constitutive.laws
         law = user_law(self.space, material, laws.Params, laws.internal)
@@ -98,7 +99,8 @@ def check_material(
 
     `stress_level` [Pa] is the size of the stresses tried (default: 1 % of the shear modulus). Checks: a symmetric rate; no
     rate at rest without stress; the same answer in every frame (isotropy); affine in L; moduli() are its elastic response;
-    `depends_on_stress` told truly; dissipation not below zero; the same bits again; no particles; both precisions agree.
+    `depends_on_stress` and `relaxes` told truly; dissipation not below zero; the same bits again; no particles; both
+    precisions agree.
     """
     name = type(material).__name__
     results = {}
@@ -149,6 +151,8 @@ def check_material(
         same(law(zero, D)[0] - law(zero, zero)[0], elastic, "the response without stress is not that of moduli()")
         if not getattr(material, "depends_on_stress", True):
             same(law(zero, first)[0], rate, "depends_on_stress is False, but the rate depends on stress")
+        if not relaxes(material):
+            same(rest, zero, "relaxes is False, but the stress rate at rest is not zero")
         s_mean = np.einsum("nii->n", stress) / 3.0
         r_mean = np.einsum("nii->n", rest) / 3.0
         deviators = np.einsum("nij,nij->n", stress, rest) - 3.0 * s_mean * r_mean

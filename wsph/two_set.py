@@ -232,6 +232,7 @@ class TwoSetSystem:
         self._moment = self._second_moments(nodes, cells)
         self._virtual_rows, self._real_rows = self._rows(*self.to_virtual), self._rows(*self.to_real)
 
+        self._states: list[State] = []
         self.state = self.new("real")
         self.conditions: Conditions = face_conditions(scene, body.name, lattice, constitutive.state.labels)
         self._free = wp.array(self.conditions.free_normals, dtype=wp.int32, device=device)
@@ -240,7 +241,6 @@ class TwoSetSystem:
         self.boundary = BoundaryValues(space, self.conditions, self.state, lattice.nodes, units, scales.time, device)
         unpack, _ = packing(space, constitutive.state)
         self.work = ExternalWork(space, self.conditions, unpack, scales.length ** (space.dim - 1), device)
-        self._sources: dict[int, State] = {}  # by the state whose sources they are
         with blame(constitutive.who):
             self.kernels = _kernels(space, constitutive.laws, layout_of(space, constitutive), self.state.layout)
 
@@ -280,7 +280,8 @@ class TwoSetSystem:
         r = nodes[indices] - cells[row]
         moment = np.zeros((len(cells), self.space.dim, self.space.dim))
         np.add.at(moment, row, values[:, None, None] * r[:, :, None] * r[:, None, :])
-        # One-sided neighbourhoods at the faces have smaller moments and grow nothing: where there is an interior it decides.
+        # One-sided neighbourhoods at the faces have smaller moments and grow nothing: where there is an interior it decides,
+        # and in a body of one or two cells across the limit is on the safe side.
         at_face = np.bincount(row, self.lattice.on_face[indices], len(cells)) > 0
         inner = moment if at_face.all() else moment[~at_face]
         return float(np.linalg.eigvalsh(inner)[:, 0].min()) * (self.scales.length / self.spacing) ** 2
@@ -304,17 +305,16 @@ class TwoSetSystem:
         state = State(self.space, n, self.constitutive, self.device, self._displacement and where == "real")
         if self.constitutive.internals:
             state.write("internals", np.tile(list(self.constitutive.internals.values()), (n, 1)))
+        self._states.append(state)
         return state
 
     def _source(self, state: State) -> object:
         """The law's rate at L = 0 at every particle of `state` (a launch where the law has one)."""
         if not self._sourced:
             return state.struct
-        if id(state) not in self._sources:
-            self._sources[id(state)] = State(
-                self.space, state.n, self.constitutive, self.device, "displacement" in state.widths
-            )
-        source = self._sources[id(state)]
+        if state.source is None:
+            state.source = State(self.space, state.n, self.constitutive, self.device, "displacement" in state.widths)
+        source = state.source
         self.clock.launch(
             self.kernels.source[state.layout], state.n, [self.constitutive.params, state.struct], [source.struct]
         )
@@ -400,7 +400,7 @@ class TwoSetSystem:
 
     @property
     def nbytes(self) -> int:
-        """Device memory of the body [bytes]: pairs, weights and states that exist now."""
+        """Device memory of the body [bytes]: pairs, weights and all states, the integrator's too."""
         weights = sum(w.values.capacity for w in (*self.to_virtual, *self.to_real))
         rows = sum(w.pairs.nbytes for w in (self.to_virtual[0], self.to_real[0]))
-        return weights + rows + self.state.nbytes + sum(s.nbytes for s in self._sources.values())
+        return weights + rows + sum(state.nbytes for state in self._states)

@@ -10,8 +10,9 @@ import difflib
 import math
 import re
 from dataclasses import dataclass
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal, DecimalException
 
+MAX_POWER = 9
 Dimension = tuple[int, int, int]
 """Exponents of kilogram, metre and second."""
 
@@ -63,6 +64,8 @@ def unit(text: str) -> tuple[Decimal, Dimension]:
         if not match:
             raise ValueError(f"cannot read the unit {text!r}")
         name, power = match[1], sign * int(match[2] or 1)
+        if abs(power) > MAX_POWER:
+            raise ValueError(f"the unit {text!r} has a power beyond {MAX_POWER}")
         if name != "1":
             if name not in _UNITS:
                 close = difflib.get_close_matches(name, _UNITS, 1)
@@ -86,12 +89,15 @@ def quantity(value: object, expected: str) -> float:
     """
     if isinstance(value, str):
         match = _NUMBER.fullmatch(value)
+        if not expected:
+            raise ValueError(
+                f"{value!r} is a string; this is a plain number" + (f": write {match[1]}" if match else "")
+            )
         if not match:
-            raise ValueError(f'{value!r} is not a number with a unit, as in "1 {expected or "mm"}"')
+            raise ValueError(f'{value!r} is not a number with a unit, as in "1 {expected}"')
         if not match[2]:
             raise ValueError(
-                f"{value!r} has no unit: write {match[1]} without quotes"
-                + (f' (in {expected}), or "{match[1]} {expected}"' if expected else "")
+                f'{value!r} has no unit: write {match[1]} without quotes (in {expected}), or "{match[1]} {expected}"'
             )
         factor, dimension = unit(match[2])
         _, wanted = unit(expected)
@@ -99,7 +105,7 @@ def quantity(value: object, expected: str) -> float:
             raise ValueError(f"{value!r} is not in units of {expected or 'a plain number'}")
         try:
             number = float(Decimal(match[1]) * factor)
-        except (InvalidOperation, OverflowError):
+        except (DecimalException, OverflowError):
             number = math.inf
     elif isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ValueError(

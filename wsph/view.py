@@ -1,6 +1,8 @@
 """Pictures of a run: a field over its particles, off-screen, with pyvista (the extra "view")."""
 
+import os
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +17,11 @@ SIZE = (1000, 700)
 def _pyvista() -> Any:
     try:
         import pyvista
+        import vtk
     except ImportError:
         raise OutputError('pictures need pyvista: pip install "wsph[view]"') from None
+    # VTK remarks on standard error that there is no X server, and then draws without one.
+    vtk.vtkLogger.SetStderrVerbosity(vtk.vtkLogger.VERBOSITY_ERROR)
     return pyvista
 
 
@@ -33,6 +38,8 @@ def frames(folder: Path) -> list[tuple[float, Path]]:
 
 def read(path: Path) -> dict[str, np.ndarray]:
     """A frame's fields by name, with `position` (n, 3)."""
+    if not path.is_file():
+        raise OutputError(f"{path}: is listed, but not there")
     mesh = _pyvista().read(path)
     if mesh.n_points == 0:
         raise OutputError(f"{path}: holds no particle, or is damaged")
@@ -103,6 +110,8 @@ def picture(
             plotter.view_xy()
     if save is None:
         return plotter
+    if not Path(save).parent.is_dir():
+        raise OutputError(f"{save}: there is no folder {Path(save).parent}")
     plotter.screenshot(str(save))
     plotter.close()
     return None
@@ -119,6 +128,8 @@ def view(folder: Path, name: str, save: Path | None) -> None:
     """Show the last frame of a run, or save it (.png), or the whole run (.gif). Raises OutputError."""
     found = frames(folder)
     if save is None:
+        if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or sys.platform in ("win32", "darwin")):
+            raise OutputError("there is no display to show a picture on; save it with --save FILE.png")
         picture(read(found[-1][1]), name, found[-1][0]).show()
         return
     if save.suffix == ".png":

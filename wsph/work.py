@@ -56,8 +56,11 @@ class ExternalWork:
             inputs = [self.count, clock.time, self._particle, self._axis, self._area, state.struct]
             clock.launch(kernel, self._work.shape[0], inputs, [self._power, self._work])
 
-    def start(self, state: State) -> None:
-        """Nothing to take: a body starts with no stress on its faces."""
+    def start(self, state: State, clock: Clock) -> None:
+        """Take the power at the start of the run."""
+        if self.count:
+            self.add(state, clock)
+            self._work.zero_()
 
     @property
     def total(self) -> float:
@@ -114,7 +117,7 @@ class ConstraintWork:
             inputs = [self.count, self._boundary.place, self._mass, self._free, state.buffer]
             clock.launch(_constraint_kernels(self._space)[1], self._work.shape[0], inputs, [self._old, self._work])
 
-    def start(self, state: State) -> None:
+    def start(self, state: State, clock: Clock) -> None:
         """Take the prescribed velocities at the start of the run."""
         if self.count:
             self._old.assign(state.buffer.numpy()[self._boundary.place.numpy()])

@@ -28,7 +28,13 @@ class TaylorSPH:
 
     def limit(self) -> tuple[float, str]:
         """Largest stable Courant number and where it comes from."""
-        limit = 2.0 * math.sqrt(self.system.second_moment)
+        moment = self.system.second_moment
+        if moment <= 0.0:
+            return (
+                0.0,
+                f"the interpolation's second moment m2 = {moment:.3g} is not positive: run.support is too large here",
+            )
+        limit = 2.0 * math.sqrt(moment)
         if self.system.space.dim == 1:
             return limit, "2 sqrt(m2) of the interpolation weights"
         return 0.9 * limit, ".9 of 2 sqrt(m2) of the interpolation weights, because corners grow above"

@@ -65,7 +65,7 @@ def test_an_unstable_run_exits_3_and_keeps_its_output(tmp_path: Path, capsys: py
         "run.end=50 ms",
     ]
     assert main(arguments) == 3
-    assert "error: unstable at step" in capsys.readouterr().err
+    assert "error: found unstable at step" in capsys.readouterr().err
     assert (tmp_path / "out" / "frames.pvd").exists()
 
 

@@ -61,8 +61,8 @@ def test_a_name_claimed_twice_names_both_distributions() -> None:
         ("elastic", "a:A", "first"), ("elastic", "b:B", "second"), ("other", "wsph_materials.elastic:Elastic", "first")
     )
     assert {e.status for e in registry.entries("materials", points) if e.name == "elastic"} == {
-        "duplicate: also in first",
-        "duplicate: also in second",
+        "duplicate: also in first (a:A)",
+        "duplicate: also in second (b:B)",
     }
     with pytest.raises(PluginError, match="claimed by first 9.1 .*second 9.1"):
         registry.load("materials", "elastic", points)
@@ -77,3 +77,15 @@ def test_an_entry_that_is_no_class_is_refused() -> None:
 def test_listing_imports_no_plugin() -> None:
     code = "import sys; from wsph.cli import main; main(['list']); sys.exit(any(m.startswith(('wsph_integrators', 'wsph_materials')) for m in sys.modules))"
     assert subprocess.run([sys.executable, "-c", code], check=False, capture_output=True).returncode == 0
+
+
+def test_the_description_and_a_missing_module_are_told_without_importing() -> None:
+    points = installed(
+        ("elastic", "wsph_materials.elastic:Elastic", "d"),
+        ("gone", "wsph_materials.gone:G", "d"),
+        ("no", "nope.x:Y", "d"),
+    )
+    found = {entry.name: entry for entry in registry.entries("materials", points)}
+    assert found["elastic"].description.startswith("stress rate = lambda tr(D) I + 2 mu D")
+    assert found["gone"].status == "broken: there is no module wsph_materials.gone"
+    assert found["no"].status == "broken: there is no module nope.x"

@@ -55,14 +55,14 @@ def faults(change: dict) -> list[str]:
         ({"run.kernel": "cubic"}, r"^run.kernel: 'cubic' is none of cubic-spline, wendland-c2"),
         ({"run.cfll": 1.0}, r"^run.cfll: unknown key; did you mean 'cfl'\?"),
         ({"bodies": []}, r"^bodies"),
-        ({"bodies.0.name": 3}, r"^bodies.0.name: 3: must be a valid string"),
+        ({"bodies.0.name": 3}, r"^bodies.0.name: 3 must be a string"),
         ({"bodies.0.spacing": 0.03}, r"^bodies.0.spacing: 0.03 m does not divide .* nearest that do: 0.0294117647059 m, 0.030303030303 m"),
         ({"bodies.0.spacing": "1 kg"}, r"^bodies.0.spacing: '1 kg' is not in units of m"),
         ({"bodies.0.spacing": -0.01}, r"^bodies.0.spacing: -0.01"),
         ({"bodies.0.state": None}, r'^bodies.0.state: "stress" or "strain" is needed in 1D and 2D'),
         ({"bodies.0.state": "plane"}, r"^bodies.0.state: 'plane' is none of 'stress' or 'strain'"),
         ({"bodies.0.jitter": 0.9}, r"^bodies.0.jitter: 0.9"),
-        ({"bodies.0.velocity": ["x", "y"]}, r"^bodies.0.velocity: has 2 components in a scene of dim = 1"),
+        ({"bodies.0.velocity": ["x", "x"]}, r"^bodies.0.velocity: has 2 components in a scene of dim = 1"),
         ({"bodies.0.shape.type": "bx"}, r"^bodies.0.shape.type: 'bx' is none of 'box'; did you mean 'box'\?"),
         ({"bodies.0.shape.min": [0.0, 0.0]}, r"^bodies.0.shape: min has 2 coordinates and max 1"),
         ({"bodies.0.shape.max": [-1.0]}, r"^bodies.0.shape: min \[0.0\] must lie below max \[-1.0\]"),
@@ -95,6 +95,24 @@ def faults(change: dict) -> list[str]:
         ({"probes.0.reduce": "max"}, r"^probes.0: reduce .* goes with where"),
         ({"output.formats": ["vtk"]}, r"^output.formats.0: 'vtk' is none of 'vtu', 'xdmf' or 'npz'; did you mean 'vtu'\?"),
         ({"output.every": "-1 ms"}, r"^output.every: '-1 ms' is not above zero"),
+        ({"output.fields": ["velocity", "velocity"]}, r"^output.fields: 'velocity' is named twice"),
+        ({"boundary.0.where": "x", "boundary.0.face": None}, r"^boundary.0.where: 'x' is no comparison"),
+        ({"boundary.0.where": "x < t", "boundary.0.face": None}, r"^boundary.0.where: 'x < t' uses t"),
+        ({"boundary.0.where": "z <= 0", "boundary.0.face": None}, r"uses z, which a scene of dim = 1 does not have"),
+        ({"boundary.0.velocity": {"x": "2*y"}}, r"^boundary.0.velocity.x: '2\*y' uses y, which a scene of dim = 1"),
+        ({"boundary.0.fixed": ["x"]}, r"^boundary.0: 'x' is prescribed twice"),
+        ({"functions.t": {"expression": "1"}}, r"^functions.t: 't' is a name of the expressions"),
+        ({"bodies.0.velocity": ["pulse"]}, r"^bodies.0.velocity: 'pulse' is a table; an initial velocity is"),
+        ({"bodies.0.spacing": 1e-12}, r"^bodies.0.spacing: gives 1e\+12 particles; a 32-bit index has room for 3.36e\+07"),
+        ({"bodies.0.material.density": "1e999999 kg/m3"}, r"is not a finite number"),
+        ({"bodies.0.material.density": "1 kg99999999"}, r"power beyond 9"),
+        ({"run.cfl": "1"}, r"^run.cfl: '1' is a string; this is a plain number: write 1"),
+        ({"run.integrator": {"name": "tsph", "stages": 3}}, r"^run.integrator.stages: unknown key; tsph knows no options"),
+        ({"dim": 1.0}, r"^dim: 1.0 must be a whole number"),
+        ({"boundary": {}}, r"^boundary: must be a list of tables: write \[\[boundary\]\]"),
+        ({"probes.1.name": "FIXED-END"}, r"^probes.1.name: 'FIXED-END' names another probe"),
+        ({"probes.1.body": "rod"}, r"^probes.1.body: no body is named 'rod'"),
+        ({"self": 1}, r"^self: unknown key"),
         ({"output.fields": ["velocty"]}, r"^output.fields: no field is named 'velocty'; did you mean 'velocity'\?"),
     ],
     ids=lambda v: ",".join(v) if isinstance(v, dict) else "",
@@ -162,3 +180,35 @@ def test_the_python_api_takes_the_same_keys_and_gives_them_back() -> None:
         scene.with_(**{"bodies.7.spacing": 0.02})
     with pytest.raises(SceneError, match="unknown key"):
         scene.with_(speling=1)
+
+
+def test_unknown_keys_do_not_hide_faults_between_tables() -> None:
+    found = faults({"run.cfll": 1.0, "boundary.0.body": "rod"})
+    assert len(found) == 2
+    assert any("run.cfll" in f for f in found)
+    assert any("no body is named 'rod'" in f for f in found)
+
+
+def test_lines_are_right_beside_brackets_in_strings_and_comments(tmp_path: Path) -> None:
+    text = TEXT.replace("title = ", 'title = "Shock [wave" # see [1\n# was ').replace(
+        "density = 2000.0", "density = -1"
+    )
+    path = tmp_path / "scene.toml"
+    path.write_text(text)
+    with pytest.raises(SceneError) as caught:
+        wsph.load(path)
+    line = caught.value.faults[0].line
+    assert text.splitlines()[line - 1] == "density = -1"
+
+
+def test_faults_found_in_the_set_up_have_their_line_too(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(TEXT.replace("at = [[0.5]]", "at = [[5.0]]"))
+    with pytest.raises(SceneError, match=r"scene.toml: line \d+: probes.1.at: \[\[5.0\]\] does not lie in one body"):
+        wsph.run(wsph.load(path))
+
+
+@pytest.mark.parametrize("path", ["dim.x.y", "bodies.x.spacing", "bodies.7.spacing", "bodies.0.shape.min.5"])
+def test_overrides_that_lead_nowhere(path: str) -> None:
+    with pytest.raises(SceneError, match="there is no entry"):
+        wsph.Scene(**copy.deepcopy(DATA)).with_(**{path: 1})

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import pytest
 import warp as wp
 from wsph_materials.elastic import Elastic
+from wsph_materials.jaumann import Jaumann
 from wsph_materials.perzyna import Perzyna
 
 from wsph import registry
@@ -17,6 +18,7 @@ OURS = {
         (Elastic(7800.0, 2e11, -0.5), None),
         (Elastic(1000.0, 1e6, 0.4999), None),
     ],
+    "jaumann": [(Jaumann(2000.0, 8e7, 0.3), None)],
     "perzyna": [
         (Perzyna(2000.0, 8e7, 0.3, 5e5, -8e6, 25.0, exponent), level)
         for exponent in (0.0, 1.0, 2.0)

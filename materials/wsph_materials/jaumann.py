@@ -1,0 +1,31 @@
+"""Linear isotropic elasticity with the Jaumann rate: objective, for moderate strains and any rotation."""
+
+from dataclasses import dataclass
+
+import warp as wp
+
+from wsph_materials.elastic import Elastic
+
+
+@dataclass(frozen=True)
+class Jaumann(Elastic):
+    """stress rate = lambda tr(D) I + 2 mu D + W stress - stress W, with D + W = L (Serroukh & Mabssout 2022, eqs 2-6).
+
+    The spin's sign is that of eq 2; their eqs 21 and 22 print the other one, with which a block spun by 45 degrees under
+    uniaxial stress gets the shear stress +1/2 in place of -1/2. Fields as in `Elastic`.
+    """
+
+    depends_on_stress = True
+    relaxes = False
+
+    def rate(self, space, Params):
+        """The law (p, stress, L) -> stress rate."""
+        real, tensor = space.scalar, space.tensor
+
+        @wp.func
+        def law(p: Params, stress: tensor, L: tensor) -> tensor:
+            elastic = p.lame_first * wp.trace(L) * wp.identity(n=3, dtype=real) + p.lame_second * (L + wp.transpose(L))
+            W = real(0.5) * (L - wp.transpose(L))
+            return elastic + W * stress - stress * W
+
+        return law
