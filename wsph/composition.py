@@ -18,6 +18,7 @@ from wsph.device import pick_device
 from wsph.diagnostics import Diagnostics
 from wsph.errors import PluginError, Refused, SceneError
 from wsph.expressions import Expression
+from wsph.moving_set import MovingTwoSetSystem
 from wsph.one_set import OneSetSystem
 from wsph.particles import Lattice, lattice
 from wsph.plugins import build
@@ -29,8 +30,9 @@ from wsph.two_set import TwoSetSystem
 from wsph.units import Scales
 
 SLACK = 1e-6
+SYSTEMS = {system.formulation: system for system in (TwoSetSystem, MovingTwoSetSystem, OneSetSystem)}
 MOST_STEPS = 1e12
-INTEGRATOR_SIGNATURE = "a class with sets = 1 or 2, order, __init__(self, system, **options), step(self), limit(self) -> (Courant number, reason) and state"
+INTEGRATOR_SIGNATURE = "a class with formulations, order, __init__(self, system, **options), step(self), limit(self) -> (Courant number, reason) and state"
 
 
 @dataclass
@@ -127,14 +129,17 @@ def _compose(scene: Scene) -> Composition:
     materials = _materials(scene)
     plugin = registry.load("integrators", scene.run.integrator.name)
     who = f"integrator {scene.run.integrator.name!r} ({registry.origin('integrators', scene.run.integrator.name)})"
-    sets = getattr(plugin, "sets", 1)
-    if sets not in (1, 2) or not callable(getattr(plugin, "step", None)):
+    offered = getattr(
+        plugin, "formulations", ("small-strain",) if getattr(plugin, "sets", 1) == 2 else ("total-lagrangian",)
+    )
+    if not callable(getattr(plugin, "step", None)) or not all(name in SYSTEMS for name in offered) or not offered:
         raise PluginError(f"{who} is no integrator; expected {INTEGRATOR_SIGNATURE}")
-    system_type = TwoSetSystem if sets == 2 else OneSetSystem
-    if scene.run.formulation not in (None, system_type.formulation):
+    formulation = scene.run.formulation or offered[0]
+    if formulation not in offered:
         raise Refused(
-            f"run.formulation: {scene.run.integrator.name} works in {system_type.formulation!r}, not in {scene.run.formulation!r}"
+            f"run.formulation: {scene.run.integrator.name} works in {', '.join(map(repr, offered))}, not in {formulation!r}"
         )
+    system_type = SYSTEMS[formulation]
     device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
     states = [STRESS_STATES[scene.dim, body.state] for body in scene.bodies]
     lattices = [lattice(body.shape, body.spacing, body.jitter, scene.run.seed) for body in scene.bodies]

@@ -11,18 +11,20 @@ from wsph.space import Space, determinant_and_inverse
 from wsph.state import Layout, State, fields_struct
 
 BLOCK = 1024
-_KINETIC, _STRAIN, _DISSIPATED, _NOT_FINITE, _FIRST, _MOMENTUM = range(6)
+_KINETIC, _STRAIN, _DISSIPATED, _NOT_FINITE, _FIRST, _STRETCH, _MOMENTUM = range(7)
 
 
 @dataclass
 class Ledger:
-    """Sums over a body, nondimensional: energies, momentum (dim,), `bad` (first particle that is not finite, or -1)."""
+    """Sums over a body, nondimensional: energies, momentum (dim,), `bad` (first particle that is not finite, or -1) and
+    `stretch`, the largest factor by which deformation has raised a particle's Courant number."""
 
     kinetic: float
     strain: float
     dissipated: float
     momentum: np.ndarray
     bad: int
+    stretch: float
 
 
 @cache
@@ -30,7 +32,20 @@ def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
     real, dim = space.scalar, space.dim
     Fields, Params, energy = fields_struct(space, layout), laws.Params, laws.energy
     internals, deformed = dict(layout).get("internals", 0), "deformation" in dict(layout)
-    determinant, _ = determinant_and_inverse(space)
+    determinant, inverse = determinant_and_inverse(space)
+    mat, vec = space.mat, space.vec
+
+    @wp.func
+    def shortening(back: mat) -> real:
+        # The largest singular value of F^-1, by power iteration from a fixed start.
+        square = back * wp.transpose(back)
+        x = vec()
+        for a in range(wp.static(dim)):
+            x[a] = real(1.0) + real(0.1) * real(a)
+        for _ in range(wp.static(12 if dim > 1 else 1)):
+            x = wp.normalize(square * x)
+        return wp.sqrt(wp.dot(x, square * x))
+
     dissipates, last = laws.source is not None, internals - 1
 
     @wp.kernel(module="unique", enable_backward=False)
@@ -48,6 +63,7 @@ def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
         dissipated = wp.float64(0.0)
         broken = wp.float64(0.0)
         first = wp.float64(-1.0)
+        stretch = wp.float64(1.0)
         momentum = wp.vec3d()
         for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, n)):
             v = fields.velocity[i]
@@ -57,7 +73,10 @@ def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
             stored = energy(p, s)
             current = volume[i]
             if wp.static(deformed):
-                current *= determinant(wp.identity(n=dim, dtype=real) + fields.deformation[i])
+                F = wp.identity(n=dim, dtype=real) + fields.deformation[i]
+                J = determinant(F)
+                current *= J
+                stretch = wp.max(stretch, wp.float64(shortening(inverse(F)) * wp.sqrt(J)))
             kinetic += wp.float64(real(0.5) * mass * square)
             strain += wp.float64(current * stored)
             if wp.static(dissipates):
@@ -74,8 +93,9 @@ def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
         sums_out[block, 2] = dissipated
         sums_out[block, 3] = broken
         sums_out[block, 4] = first
+        sums_out[block, 5] = stretch
         for a in range(3):
-            sums_out[block, 5 + a] = momentum[a]
+            sums_out[block, 6 + a] = momentum[a]
 
     return ledger
 
@@ -87,7 +107,7 @@ class Diagnostics:
         self._space, self._constitutive, self._density, self._device = space, constitutive, density, device
         self._volume = wp.array(volume, dtype=space.scalar, device=device)
         self._n = len(volume)
-        self._sums = wp.zeros((-(-self._n // BLOCK), 8), dtype=wp.float64, device=device)
+        self._sums = wp.zeros((-(-self._n // BLOCK), 9), dtype=wp.float64, device=device)
 
     def kernel(self, state: State) -> wp.Kernel:
         """The kernel that sums up `state`."""
@@ -105,4 +125,5 @@ class Diagnostics:
             float(total[_KINETIC]), float(total[_STRAIN]), float(total[_DISSIPATED]),
             total[_MOMENTUM : _MOMENTUM + self._space.dim].copy(),
             int(first[0]) if len(first) else -1,
+            float(sums[:, _STRETCH].max()),
         )  # fmt: skip

@@ -17,7 +17,7 @@ import numpy as np
 import warp as wp
 
 from wsph import fields, registry
-from wsph.composition import Composition, compose
+from wsph.composition import SLACK, Composition, compose
 from wsph.diagnostics import Ledger
 from wsph.errors import OutputError, Unstable
 from wsph.output import OutputFolder, check_writable
@@ -196,7 +196,7 @@ class Simulation:
         ]
         self._rows: list[list[float]] = []
         self._largest = 0.0
-        self._warned = False
+        self._warned = self._followed = False
         self._written = 0.0
         s = composition.scales
         self._energy = s.stress * s.length**self.scene.dim
@@ -244,6 +244,7 @@ class Simulation:
             if ledger.bad >= 0:
                 position = run.system.position[ledger.bad]
                 raise self._unstable(step, run, "velocity or stress", ledger.bad, position, "is not finite")
+            self._follow(step, run, ledger)
         if step > ENERGY_AFTER:
             total, work = self._total(ledgers), self._work()
             self._largest = max(self._largest, abs(total), abs(work))
@@ -259,6 +260,20 @@ class Simulation:
             if step == self._last and -created > LOSS_WARNING:
                 _warn(f"energy was lost by the end, {-100 * created:.3g} % of the largest seen: numerical dissipation")
         return ledgers
+
+    def _follow(self, step: int, run: Any, ledger: Ledger) -> None:
+        """Where operators follow the deformation, so does the Courant number."""
+        if not run.system.follows_courant or run.limit is None or self.scene.run.guard == "off":
+            return
+        local = run.courant * ledger.stretch
+        if local <= run.limit * (1.0 + SLACK):
+            return
+        what = f"a particle's own Courant number has become {local:.6g} by deformation; use a smaller run.cfl"
+        if self.scene.run.guard == "refuse":
+            raise self._unstable(step, run, "time step", -1, (), what)
+        if not self._followed:
+            self._followed = True
+            _warn(f"step {step}: {what}, limit {run.limit:.3f}")
 
     def _unstable(self, step: int, run: Any, name: str, particle: int, position: Any, what: str) -> Unstable:
         t, limit = step * self.c.dt, run.limit
@@ -354,7 +369,7 @@ class Simulation:
                 internals = system.filtered("internals")
                 for k, name in enumerate(run.constitutive.internals):
                     values[name] = internals[:, [k]] * run.constitutive.internal_scales[name]
-            values["density"] = np.full((n, 1), system.density * self.c.scales.density)
+            values["density"] = system.current_density()[:, None] * self.c.scales.density
             parts.setdefault("position", []).append(system.position)
             for name in (n for n in names if n not in fields.ALWAYS):
                 base = values.get(fields.primitive(name))

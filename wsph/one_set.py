@@ -25,7 +25,7 @@ from wsph.program import Clock
 from wsph.scene import Body, Scene
 from wsph.smoothing import SMOOTHING, SUPPORT
 from wsph.space import Space, determinant_and_inverse
-from wsph.state import Layout, State, fields_struct
+from wsph.state import Layout, State, fields_struct, layout_of
 from wsph.units import Scales
 from wsph.work import ConstraintWork
 
@@ -147,6 +147,7 @@ class OneSetSystem:
     """A body as one-set integrators see it. What an integrator may call is documented method by method."""
 
     formulation = "total-lagrangian"
+    follows_courant = False
 
     def __init__(self, scene: Scene, body: Body, lattice: Lattice, space: Space, constitutive: Constitutive,
                  scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip
@@ -200,7 +201,8 @@ class OneSetSystem:
 
     def new(self) -> State:
         """A state, zero but for the internals' initial values."""
-        state = State(self.space, self.count, self.constitutive, self.device, self._displacement, deformation=True)
+        layout = layout_of(self.space, self.constitutive, self._displacement, deformation=True)
+        state = State(self.space, self.count, layout, self.device)
         if self.constitutive.internals:
             state.write("internals", np.tile(list(self.constitutive.internals.values()), (self.count, 1)))
         self._states.append(state)
@@ -294,6 +296,11 @@ class OneSetSystem:
         weights = interpolation_weights(Space(self.space.dim), pairs, points, self.position, self.lattice.cell_volume)
         offsets, indices, values = pairs.offsets.numpy(), pairs.indices.numpy(), weights.values.numpy()
         return [(indices[a:b], values[a:b]) for a, b in itertools.pairwise(offsets)]
+
+    def current_density(self) -> np.ndarray:
+        """rho_0/J of every particle, (n,), nondimensional."""
+        F = np.eye(self.space.dim) + self.state.read("deformation").reshape(-1, self.space.dim, self.space.dim)
+        return self.density / np.linalg.det(F)
 
     @property
     def nbytes(self) -> int:

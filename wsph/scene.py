@@ -114,7 +114,7 @@ class Run(Model):
     precision: Literal["f64", "f32"] = "f64"
     device: Annotated[str, Field(pattern=r"^(auto|cpu|cuda:\d+)$")] = "auto"
     threads: Annotated[int, Field(ge=0, le=1, description="0 or 1: launches are not yet split over cores")] = 0
-    formulation: Literal["small-strain", "total-lagrangian"] | None = None
+    formulation: Literal["small-strain", "total-lagrangian", "updated-lagrangian"] | None = None
     kernel: Annotated[str, AfterValidator(_smoothing)] = "cubic-spline"
     support: _in("", gt=0) | None = None
     guard: Literal["refuse", "warn", "off"] = "refuse"

@@ -47,10 +47,8 @@ class State:
     displacement   # (n,), vec, where a frame or a probe asks for it
     """
 
-    def __init__(self, space: Space, n: int, constitutive: Constitutive, device: str,
-                 displacement: bool = False, deformation: bool = False):  # fmt: skip
-        self.space, self.n, self.device = space, n, device
-        self.layout = layout_of(space, constitutive, displacement, deformation)
+    def __init__(self, space: Space, n: int, layout: Layout, device: str):
+        self.space, self.n, self.device, self.layout = space, n, device, layout
         self.widths = dict(self.layout)
         self.source: State | None = None  # the law's rates at L = 0, where a system keeps them
         self.buffer = wp.zeros(n * sum(self.widths.values()), dtype=space.scalar, device=device)

@@ -7,6 +7,7 @@ difference f_J - f_I (their eqs 38 and 40 drop f_I, which is 33 % wrong at a bou
 """
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -29,7 +30,7 @@ DEFAULT_SUPPORT = 1.2
 
 
 @cache
-def _rows_struct(space: Space) -> type:
+def rows_struct(space: Space) -> type:
     annotations = {
         "offsets": wp.array(dtype=wp.int32),
         "indices": wp.array(dtype=wp.int32),
@@ -39,7 +40,30 @@ def _rows_struct(space: Space) -> type:
     return wp.struct(type("Rows", (), {"__annotations__": annotations, "__module__": __name__}))
 
 
-class Kernels:
+class SourceKernels:
+    """The kernel that evaluates the law at L = 0, one for each of the two sets' layouts, where the law relaxes."""
+
+    def __init__(self, laws: Laws, space: Space, layouts: tuple[Layout, Layout]):
+        if laws.source is not None:
+            self.source = {
+                layout: _source_kernel(laws, fields_struct(space, layout)) for layout in dict.fromkeys(layouts)
+            }
+
+
+def _source_kernel(laws: Laws, Fields: type) -> wp.Kernel:
+    Params, at_rest = laws.Params, laws.source
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def source(p: Params, fields: Fields, source_out: Fields):
+        i = wp.tid()
+        rate, dq = at_rest(p, fields.stress[i], fields.internals[i])
+        source_out.stress[i] = rate
+        source_out.internals[i] = dq
+
+    return source
+
+
+class Kernels(SourceKernels):
     """The kernels of a composition. `virtual` and `real` are the layouts of the two sets' states.
 
     Sums are taken of differences to one value nearby (the first source's, the target's own), not of the values: a velocity
@@ -47,9 +71,10 @@ class Kernels:
     """
 
     def __init__(self, space: Space, laws: Laws, virtual: Layout, real_layout: Layout):
+        super().__init__(laws, space, (virtual, real_layout))
         real, vec, mat, point = space.scalar, space.vec, space.mat, space.point
         stress, internal, Params = laws.stress, laws.internal, laws.Params
-        Rows, Real, Virtual = _rows_struct(space), fields_struct(space, real_layout), fields_struct(space, virtual)
+        Rows, Real, Virtual = rows_struct(space), fields_struct(space, real_layout), fields_struct(space, virtual)
         linear, linear_faces, at_rest = laws.linear, laws.linear_faces, laws.source
         dim, width, sourced, displacement = (
             space.dim,
@@ -67,20 +92,6 @@ class Kernels:
                 for j in range(wp.static(dim)):
                     force[i] += full[i, j] * g[j]
             return force
-
-        def source_kernel(Fields: type, at_rest: wp.Function) -> wp.Kernel:
-            @wp.kernel(module="unique", enable_backward=False)
-            def source(p: Params, fields: Fields, source_out: Fields):
-                i = wp.tid()
-                rate, dq = at_rest(p, fields.stress[i], fields.internals[i])
-                source_out.stress[i] = rate
-                source_out.internals[i] = dq
-
-            return source
-
-        if at_rest is not None:
-            layouts = dict.fromkeys((virtual, real_layout))
-            self.source = {layout: source_kernel(fields_struct(space, layout), at_rest) for layout in layouts}
 
         @wp.kernel(module="unique", enable_backward=False)
         def half_step(clock: wp.array(dtype=wp.float64), weight: real, p: Params, density: real, rows: Rows,
@@ -207,6 +218,7 @@ class TwoSetSystem:
     """
 
     formulation = "small-strain"
+    follows_courant = False
 
     def __init__(self, scene: Scene, body: Body, lattice: Lattice, space: Space, constitutive: Constitutive,
                  scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip
@@ -240,9 +252,17 @@ class TwoSetSystem:
         units = {"velocity": scales.velocity, "stress": scales.stress}
         self.boundary = BoundaryValues(space, self.conditions, self.state, lattice.nodes, units, scales.time, device)
         unpack, _ = packing(space, constitutive.state)
-        self.work = ExternalWork(space, self.conditions, unpack, scales.length ** (space.dim - 1), device)
+        area = scales.length ** (space.dim - 1)
+        self.work = ExternalWork(space, self.conditions, unpack, area, self.state.layout, device)
         with blame(constitutive.who):
-            self.kernels = _kernels(space, constitutive.laws, layout_of(space, constitutive), self.state.layout)
+            self.kernels = self._make_kernels()
+
+    def _layout(self, where: str) -> Layout:
+        """Fields of the "real" or the "virtual" particles."""
+        return layout_of(self.space, self.constitutive, self._displacement and where == "real")
+
+    def _make_kernels(self) -> Any:
+        return _kernels(self.space, self.constitutive.laws, self._layout("virtual"), self._layout("real"))
 
     def _held_components(self) -> np.ndarray:
         """Per real particle, one bit for every prescribed component: velocity first, then stress."""
@@ -267,7 +287,7 @@ class TwoSetSystem:
         return interpolation, gradient
 
     def _rows(self, interpolation: Weights, gradient: Weights) -> object:
-        rows = _rows_struct(self.space)()
+        rows = rows_struct(self.space)()
         rows.offsets, rows.indices = interpolation.pairs.offsets, interpolation.pairs.indices
         rows.weight, rows.gradient = interpolation.values, gradient.values
         return rows
@@ -302,7 +322,7 @@ class TwoSetSystem:
     def new(self, where: str = "real") -> State:
         """A state, zero but for the internals' initial values, at the "real" or at the "virtual" particles."""
         n = len(self.lattice.nodes if where == "real" else self.lattice.cells)
-        state = State(self.space, n, self.constitutive, self.device, self._displacement and where == "real")
+        state = State(self.space, n, self._layout(where), self.device)
         if self.constitutive.internals:
             state.write("internals", np.tile(list(self.constitutive.internals.values()), (n, 1)))
         self._states.append(state)
@@ -313,7 +333,7 @@ class TwoSetSystem:
         if not self._sourced:
             return state.struct
         if state.source is None:
-            state.source = State(self.space, state.n, self.constitutive, self.device, "displacement" in state.widths)
+            state.source = State(self.space, state.n, state.layout, self.device)
         source = state.source
         self.clock.launch(
             self.kernels.source[state.layout], state.n, [self.constitutive.params, state.struct], [source.struct]
@@ -389,6 +409,10 @@ class TwoSetSystem:
                     total[int(n)] = total.get(int(n), 0.0) + float(outer) * float(inner)
             rows.append((np.array(list(total), int), np.array(list(total.values()))))
         return rows
+
+    def current_density(self) -> np.ndarray:
+        """Density of every particle, (n,), nondimensional."""
+        return np.full(self.count, self.density)
 
     @staticmethod
     def _average(weights: Weights, values: np.ndarray) -> np.ndarray:

@@ -8,15 +8,17 @@ import warp as wp
 from wsph.conditions import Conditions
 from wsph.prescribed import BoundaryValues
 from wsph.program import Clock
-from wsph.space import Space
-from wsph.state import State
+from wsph.space import Space, determinant_and_inverse
+from wsph.state import Layout, State, fields_struct
 
 BLOCK = 1024
 
 
 @cache
-def _work_kernel(space: Space, unpack: wp.Function, Fields: type) -> wp.Kernel:
-    dim = space.dim
+def _work_kernel(space: Space, unpack: wp.Function, layout: Layout) -> wp.Kernel:
+    dim, real, vec = space.dim, space.scalar, space.vec
+    Fields, deformed = fields_struct(space, layout), "deformation" in dict(layout)
+    determinant, inverse = determinant_and_inverse(space)
 
     @wp.kernel(module="unique", enable_backward=False)
     def work(count: int, clock: wp.array(dtype=wp.float64), particle: wp.array(dtype=wp.int32), axis: wp.array(dtype=wp.int32),
@@ -25,10 +27,17 @@ def _work_kernel(space: Space, unpack: wp.Function, Fields: type) -> wp.Kernel:
         power = wp.float64(0.0)
         for row in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
             i = particle[row]
+            # Nanson: the current area vector is J F^-T N times the reference area.
+            normal = vec()
+            normal[axis[row]] = real(1.0)
+            if wp.static(deformed):
+                F = wp.identity(n=dim, dtype=real) + fields.deformation[i]
+                normal = determinant(F) * (wp.transpose(inverse(F)) * normal)
             stress = unpack(fields.stress[i])
             velocity = fields.velocity[i]
             for a in range(wp.static(dim)):
-                power += area[row] * wp.float64(stress[axis[row], a] * velocity[a])
+                for b in range(wp.static(dim)):
+                    power += area[row] * wp.float64(stress[a, b] * normal[b] * velocity[a])
         work_out[block] = work_out[block] + wp.float64(0.5) * clock[1] * (power + power_out[block])
         power_out[block] = power
 
@@ -38,9 +47,11 @@ def _work_kernel(space: Space, unpack: wp.Function, Fields: type) -> wp.Kernel:
 class ExternalWork:
     """Work of the moved and loaded faces, by the trapezoidal rule, one slot per 1024 face particles."""
 
-    def __init__(self, space: Space, conditions: Conditions, unpack: wp.Function, area_unit: float, device: str):
+    def __init__(
+        self, space: Space, conditions: Conditions, unpack: wp.Function, area_unit: float, layout: Layout, device: str
+    ):
         self.count = len(conditions.work_particle)
-        self._space, self._unpack = space, unpack
+        self._kernel = _work_kernel(space, unpack, layout)
         if self.count:
             self._particle = wp.array(conditions.work_particle, dtype=wp.int32, device=device)
             self._axis = wp.array(conditions.work_axis, dtype=wp.int32, device=device)
@@ -52,9 +63,8 @@ class ExternalWork:
     def add(self, state: State, clock: Clock) -> None:
         """Add the work of a step whose final values stand in `state` (a launch)."""
         if self.count:
-            kernel = _work_kernel(self._space, self._unpack, state.type)
             inputs = [self.count, clock.time, self._particle, self._axis, self._area, state.struct]
-            clock.launch(kernel, self._work.shape[0], inputs, [self._power, self._work])
+            clock.launch(self._kernel, self._work.shape[0], inputs, [self._power, self._work])
 
     def start(self, state: State, clock: Clock) -> None:
         """Take the power at the start of the run."""

@@ -15,7 +15,7 @@ from wsph.prescribed import BoundaryValues
 from wsph.program import Clock
 from wsph.scene import Function
 from wsph.space import Space
-from wsph.state import State
+from wsph.state import State, layout_of
 from wsph.units import Scales
 
 
@@ -57,7 +57,7 @@ def on_device(
     """Values as the device imposes them on the velocities of particles at x, at time + c dt [s]."""
     space, scales = Space(1), Scales(1.0, 1.0, 1.0)
     constitutive = Constitutive(space, Elastic(1.0, 1.0, 0.0), STRESS_STATES[1, "stress"], scales, "elastic")
-    state = State(space, len(values), constitutive, "cpu")
+    state = State(space, len(values), layout_of(space, constitutive), "cpu")
     conditions = Conditions()
     for k, value in enumerate(values):
         conditions.put("velocity", 0, np.array([k]), value)

@@ -1,0 +1,303 @@
+"""The two-set system that moves: updated-Lagrangian Taylor-SPH.
+
+Operators are those of the current configuration. The kernel is carried by the material: the weights keep their reference
+values, and a gradient is the reference gradient pushed forward with the local deformation, grad_x f = F^-T grad_X f, with
+F from the displacements through the same operator. Where the deformation is locally affine this is the corrected gradient
+built on current distances, the smoothing length follows the stretch in every direction (a fixed one loses neighbours beyond
+a stretch of 2.4), and virtual particles are the centroids of their cells. Density is rho_0/J.
+
+Faces turn with the body: what a face prescribes of the stress, it prescribes in the frame of its current normal
+n ~ F^-T N and its material tangents.
+"""
+
+from functools import cache
+
+import numpy as np
+import warp as wp
+
+from wsph.constitutive import Constitutive, Laws, packing
+from wsph.particles import Lattice
+from wsph.program import Clock
+from wsph.scene import Body, Scene
+from wsph.space import Space, determinant_and_inverse
+from wsph.state import Layout, State, fields_struct, layout_of
+from wsph.two_set import SourceKernels, TwoSetSystem, rows_struct
+from wsph.units import Scales
+
+
+@cache
+def face_frame(space: Space) -> wp.Function:
+    """Warp function (F, F^-1, axis) -> rows of an orthonormal frame: the current normal of a face across `axis`, and the
+    material directions in the face, each at the index of its reference axis."""
+    dim, vec, mat = space.dim, space.vec, space.mat
+
+    @wp.func
+    def frame(F: mat, inverse_F: mat, axis: int) -> mat:
+        rows = mat()
+        n = vec()
+        for i in range(wp.static(dim)):
+            n[i] = inverse_F[axis, i]
+        n = wp.normalize(n)
+        for k in range(wp.static(dim)):
+            t = n
+            if k != axis:
+                for i in range(wp.static(dim)):
+                    t[i] = F[i, k]
+                # Material lines in the face are at right angles to n already; to one another they may not be.
+                for before in range(wp.static(dim)):
+                    if before < k and before != axis:
+                        other = vec()
+                        for i in range(wp.static(dim)):
+                            other[i] = rows[before, i]
+                        t -= wp.dot(t, other) * other
+                t = wp.normalize(t)
+            for i in range(wp.static(dim)):
+                rows[k, i] = t[i]
+        return rows
+
+    return frame
+
+
+@cache
+def _turning(space: Space) -> wp.Function:
+    """Warp function (3x3 tensor, frame) -> the tensor's components in the frame; the out-of-plane axis stays."""
+    dim, real, tensor, mat = space.dim, space.scalar, space.tensor, space.mat
+
+    @wp.func
+    def turned(full: tensor, frame: mat) -> tensor:
+        Q = wp.identity(n=3, dtype=real)
+        for i in range(wp.static(dim)):
+            for j in range(wp.static(dim)):
+                Q[i, j] = frame[i, j]
+        return Q * full * wp.transpose(Q)
+
+    return turned
+
+
+class Kernels(SourceKernels):
+    """The kernels of a composition that moves."""
+
+    def __init__(self, space: Space, laws: Laws, virtual: Layout, real_layout: Layout):
+        super().__init__(laws, space, (virtual, real_layout))
+        real, vec, mat, point = space.scalar, space.vec, space.mat, space.point
+        stress, internal, Params = laws.stress, laws.internal, laws.Params
+        Rows, Real, Virtual = rows_struct(space), fields_struct(space, real_layout), fields_struct(space, virtual)
+        linear, linear_faces, sourced = laws.linear, laws.linear_faces, laws.source is not None
+        dim, width = space.dim, len(laws.state.components)
+        slope = space.matrix(width, dim)
+        unpack, pack = packing(space, laws.state)
+        determinant, inverse = determinant_and_inverse(space)
+        frame, turned = face_frame(space), _turning(space)
+        integers = wp.types.vector(length=width, dtype=wp.int32)
+        row, column = (integers(*[c[k] for c in laws.state.components]) for k in range(2))
+
+        @wp.func
+        def divergence(gradient: slope) -> vec:
+            force = vec()
+            for c in range(wp.static(width)):
+                i = row[c]
+                j = column[c]
+                if i < wp.static(dim) and j < wp.static(dim):
+                    force[i] = force[i] + gradient[c, j]
+                    if i != j:
+                        force[j] = force[j] + gradient[c, i]
+            return force
+
+        @wp.func
+        def block(full: space.tensor) -> mat:
+            part = mat()
+            for i in range(wp.static(dim)):
+                for j in range(wp.static(dim)):
+                    part[i, j] = full[i, j]
+            return part
+
+        @wp.kernel(module="unique", enable_backward=False)
+        def half_step(clock: wp.array(dtype=wp.float64), weight: real, p: Params, density: real, rows: Rows,
+                      fields: Real, sources: Real, fields_out: Virtual):  # fmt: skip
+            i = wp.tid()
+            dt = real(clock[1]) * weight
+            first = rows.offsets[i]
+            near = rows.indices[first]
+            v0 = fields.velocity[near]
+            s0 = fields.stress[near]
+            u0 = fields.displacement[near]
+            v = vec()
+            s = stress()
+            u = vec()
+            q = internal()
+            S = stress()
+            Q = internal()
+            Ldot = mat()
+            H = mat()
+            grad = slope()
+            G = vec()
+            for k in range(first, rows.offsets[i + 1]):
+                j = rows.indices[k]
+                w = rows.weight[k]
+                g = rows.gradient[k]
+                dv = fields.velocity[j] - v0
+                ds = fields.stress[j] - s0
+                du = fields.displacement[j] - u0
+                v += w * dv
+                s += w * ds
+                u += w * du
+                G += g
+                Ldot += wp.outer(dv, g)
+                H += wp.outer(du, g)
+                grad += wp.outer(ds, g)
+                if wp.static(sourced):
+                    q += w * fields.internals[j]
+                    S += w * sources.stress[j]
+                    Q += w * sources.internals[j]
+            Ldot -= wp.outer(v, G)
+            H -= wp.outer(u, G)
+            grad -= wp.outer(s, G)
+            F = wp.identity(n=dim, dtype=real) + H
+            back = inverse(F)
+            v += v0
+            s += s0
+            change, dq = linear(p, s, Ldot * back, q, S, Q)
+            fields_out.velocity[i] = v + dt * determinant(F) / density * divergence(grad * back)
+            fields_out.stress[i] = s + dt * change
+            fields_out.deformation[i] = H + dt * Ldot
+            if wp.static(sourced):
+                fields_out.internals[i] = q + dt * dq
+
+        @wp.kernel(module="unique", enable_backward=False)
+        def rate(clock: wp.array(dtype=wp.float64), weight: real, p: Params, density: real, rows: Rows, held: wp.array(dtype=wp.int32),
+                 free: wp.array(dtype=wp.int32), face: wp.array(dtype=wp.int32), fields: Virtual, sources: Virtual, imposed: Real,
+                 fields_out: Real):  # fmt: skip
+            i = wp.tid()
+            dt = real(clock[1]) * weight
+            v0 = fields_out.velocity[i]
+            s0 = fields_out.stress[i]
+            v = vec()
+            s = stress()
+            q = internal()
+            S = stress()
+            Q = internal()
+            Ldot = mat()
+            H = mat()
+            grad = slope()
+            G = vec()
+            for k in range(rows.offsets[i], rows.offsets[i + 1]):
+                j = rows.indices[k]
+                w = rows.weight[k]
+                g = rows.gradient[k]
+                dv = fields.velocity[j] - v0
+                ds = fields.stress[j] - s0
+                v += w * dv
+                s += w * ds
+                # The virtual particles see whole cells: their deformation is right at corners too, where a gradient is not.
+                H += w * fields.deformation[j]
+                G += g
+                Ldot += wp.outer(dv, g)
+                grad += wp.outer(ds, g)
+                if wp.static(sourced):
+                    q += w * fields.internals[j]
+                    S += w * sources.stress[j]
+                    Q += w * sources.internals[j]
+            F = wp.identity(n=dim, dtype=real) + H
+            back = inverse(F)
+            axes = mat()
+            local = s
+            if face[i] >= 0:
+                axes = frame(F, back, face[i])
+                local = pack(turned(unpack(s + s0), axes))
+            if held[i] != 0:
+                for c in range(wp.static(dim)):
+                    if (held[i] >> c) & 1 == 1:
+                        v[c] = imposed.velocity[i][c] - v0[c]
+                for c in range(wp.static(width)):
+                    if (held[i] >> (wp.static(dim) + c)) & 1 == 1:
+                        local[c] = imposed.stress[i][c]
+                if face[i] >= 0:
+                    s = pack(turned(unpack(local), wp.transpose(axes))) - s0
+            Ldot -= wp.outer(v, G)
+            grad -= wp.outer(s, G)
+            L = Ldot * back
+            change = stress()
+            dq = internal()
+            if free[i] == 0:
+                change, dq = linear(p, s + s0, L, q, S, Q)
+            else:
+                # In the frame of the face, whose normal stress is prescribed at both ends of the step.
+                target = point()
+                start = turned(unpack(s0), axes)
+                end = unpack(local)
+                for a in range(3):
+                    if (free[i] >> a) & 1 == 1:
+                        target[a] = (end[a, a] - start[a, a]) * real(2.0) / dt
+                turned_S = pack(turned(unpack(S), axes))
+                change, dq = linear_faces(p, local, axes * L * wp.transpose(axes), q, turned_S, Q, free[i], target)
+                change = pack(turned(unpack(change), wp.transpose(axes)))
+            fields_out.velocity[i] = v0 + dt * determinant(F) / density * divergence(grad * back)
+            fields_out.stress[i] = s0 + dt * change
+            fields_out.deformation[i] = H + real(0.5) * dt * Ldot
+            fields_out.displacement[i] = fields_out.displacement[i] + real(0.5) * dt * v0
+            if wp.static(sourced):
+                fields_out.internals[i] = fields_out.internals[i] + dt * dq
+
+        @wp.kernel(module="unique", enable_backward=False)
+        def turn(particles: wp.array(dtype=wp.int32), face: wp.array(dtype=wp.int32), to_frame: int, fields_out: Real):
+            i = particles[wp.tid()]
+            F = wp.identity(n=dim, dtype=real) + fields_out.deformation[i]
+            axes = frame(F, inverse(F), face[i])
+            if to_frame == 0:
+                axes = wp.transpose(axes)
+            fields_out.stress[i] = pack(turned(unpack(fields_out.stress[i]), axes))
+
+        @wp.kernel(module="unique", enable_backward=False)
+        def drift(clock: wp.array(dtype=wp.float64), fields_out: Real):
+            i = wp.tid()
+            half = real(0.5) * real(clock[1])
+            fields_out.displacement[i] = fields_out.displacement[i] + half * fields_out.velocity[i]
+
+        self.half_step, self.rate, self.turn, self.drift = half_step, rate, turn, drift
+
+
+@cache
+def _kernels(space: Space, laws: Laws, virtual: Layout, real: Layout) -> Kernels:
+    return Kernels(space, laws, virtual, real)
+
+
+class MovingTwoSetSystem(TwoSetSystem):
+    """A body as updated-Lagrangian Taylor-SPH sees it: the calls of `TwoSetSystem`, in the current configuration."""
+
+    formulation = "updated-lagrangian"
+    follows_courant = True
+
+    def __init__(self, scene: Scene, body: Body, lattice: Lattice, space: Space, constitutive: Constitutive,
+                 scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip
+        super().__init__(scene, body, lattice, space, constitutive, scales, clock, device, displacement=True)
+        face = np.full(self.count, -1, np.int32)
+        for axis in reversed(range(space.dim)):
+            face[np.unique(lattice.faces.nodes[lattice.faces.axis == axis])] = axis
+        self._face = wp.array(face, dtype=wp.int32, device=device)
+        self._turned = wp.array(np.flatnonzero(face >= 0), dtype=wp.int32, device=device)
+
+    def _layout(self, where: str) -> Layout:
+        return layout_of(self.space, self.constitutive, where == "real", True)
+
+    def _make_kernels(self) -> Kernels:
+        return _kernels(self.space, self.constitutive.laws, self._layout("virtual"), self._layout("real"))
+
+    def rate(self, source: State, out: State, *, imposed: State, weight: float) -> None:
+        """As in `TwoSetSystem`; `imposed` holds stress components in the frames of the faces."""
+        inputs = [self.clock.time, self.space.scalar(weight), self.constitutive.params, self.space.scalar(self.density)]
+        inputs += [self._real_rows, self._held, self._free, self._face, source.struct, self._source(source)]
+        self.clock.launch(self.kernels.rate, out.n, [*inputs, imposed.struct], [out.struct])
+
+    def accept(self, state: State) -> None:
+        """Close the step: the prescribed values at t + dt, in the frames of the faces, and the work of the faces."""
+        n = self._turned.shape[0]
+        self.clock.launch(self.kernels.turn, n, [self._turned, self._face, 1], [state.struct])
+        self.impose(state, 1.0)
+        self.clock.launch(self.kernels.turn, n, [self._turned, self._face, 0], [state.struct])
+        self.work.add(state, self.clock)
+        self.clock.launch(self.kernels.drift, state.n, [self.clock.time], [state.struct])
+
+    def current_density(self) -> np.ndarray:
+        """rho_0/J of every particle, (n,), nondimensional."""
+        F = np.eye(self.space.dim) + self.state.read("deformation").reshape(-1, self.space.dim, self.space.dim)
+        return self.density / np.linalg.det(F)
