@@ -119,25 +119,15 @@ def speed() -> list[str]:
     return rows
 
 
-def picture() -> None:
-    """docs/shock_bar.png by the commands that the README shows."""
-    with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder) / "out"
-        wsph.run(wsph.load(ROOT / "examples" / "shock_bar.toml").with_(end="6.5 ms"), out)
-        subprocess.run(
-            [
-                sys.executable,
-                "-m",
-                "wsph.cli",
-                "view",
-                str(out),
-                "--field",
-                "stress_xx",
-                "--save",
-                str(ROOT / "docs" / "shock_bar.png"),
-            ],
-            check=True,
-        )
+def pictures() -> None:
+    """docs/*.png by the commands that the README shows."""
+    for name, field, changes in (("shock_bar", "stress_xx", {"end": "6.5 ms"}), ("shear_band", "plastic_strain", {})):
+        with tempfile.TemporaryDirectory() as folder:
+            out = Path(folder) / "out"
+            wsph.run(wsph.load(ROOT / "examples" / f"{name}.toml").with_(**changes), out)
+            target = str(ROOT / "docs" / f"{name}.png")
+            command = [sys.executable, "-m", "wsph.cli", "view", str(out), "--field", field, "--save", target]
+            subprocess.run(command, check=True)
 
 
 def main() -> None:
@@ -158,7 +148,7 @@ def main() -> None:
         _, after = rest.split(f"<!-- /{name} -->", 1)
         readme = f"{before}<!-- {name} -->\n" + "\n".join(rows) + f"\n<!-- /{name} -->{after}"
     (ROOT / "README.md").write_text(readme)
-    picture()
+    pictures()
 
 
 if __name__ == "__main__":

@@ -14,14 +14,14 @@ class Pairs:
     """Sources within the support of each target.
 
     Row i of `indices` is `indices[offsets[i]:offsets[i + 1]]`, ascending: sums over a row do not depend on how the row
-    was found. offsets (targets + 1,) int32, indices (count,) int32.
+    was found. offsets (targets + 1,) int32, indices (count,) int32, reach (targets,) float64, the support radius of each.
     """
 
     offsets: wp.array
     indices: wp.array
     targets: int
     sources: int
-    radius: float
+    reach: wp.array
 
     @property
     def count(self) -> int:
@@ -40,9 +40,10 @@ def _kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
     module = space.module("pairs")
 
     @wp.kernel(module=module, enable_backward=False)
-    def count_row(grid: wp.uint64, targets: wp.array(dtype=point), sources: wp.array(dtype=point), radius: real,
+    def count_row(grid: wp.uint64, targets: wp.array(dtype=point), sources: wp.array(dtype=point), reach: wp.array(dtype=real),
                   same: int, count_out: wp.array(dtype=wp.int32)):  # fmt: skip
         i = wp.tid()
+        radius = reach[i]
         n = int(0)
         for j in wp.hash_grid_query(grid, targets[i], radius):
             r = sources[j] - targets[i]
@@ -51,9 +52,10 @@ def _kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
         count_out[i] = n
 
     @wp.kernel(module=module, enable_backward=False)
-    def fill_row(grid: wp.uint64, targets: wp.array(dtype=point), sources: wp.array(dtype=point), radius: real,
+    def fill_row(grid: wp.uint64, targets: wp.array(dtype=point), sources: wp.array(dtype=point), reach: wp.array(dtype=real),
                  same: int, offsets: wp.array(dtype=wp.int32), indices_out: wp.array(dtype=wp.int32)):  # fmt: skip
         i = wp.tid()
+        radius = reach[i]
         start = offsets[i]
         n = int(0)
         for j in wp.hash_grid_query(grid, targets[i], radius):
@@ -71,15 +73,18 @@ def _kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
 
 
 def find_pairs(
-    targets: np.ndarray, sources: np.ndarray, radius: float, device: str = "cpu", same: bool = False
+    targets: np.ndarray, sources: np.ndarray, radius: float | np.ndarray, device: str = "cpu", same: bool = False
 ) -> Pairs:
-    """All pairs with |target - source| < `radius`. `targets` (n, dim), `sources` (m, dim), `radius` in one unit.
+    """All pairs with |target - source| < `radius`, one number or one for each target (n,).
+
+    `targets` (n, dim), `sources` (m, dim) and `radius` in one unit.
 
     `same`: targets are the sources, and a particle is not its own neighbour (one that coincides with it is). Raises
     ValueError for positions that are not finite (a hash grid would lose their pairs silently), for a radius that is not
     above zero, and where the pairs outnumber a 32-bit index.
     """
-    if not radius > 0.0:
+    radii = np.broadcast_to(np.asarray(radius, float), len(targets))
+    if not (radii > 0.0).all() or not np.all(np.asarray(radius) > 0.0):
         raise ValueError(f"the support radius {radius!r} is not above zero")
     dim = targets.shape[1]
     for points in (targets, sources):
@@ -88,10 +93,10 @@ def find_pairs(
                 f"particle {int(np.flatnonzero(~np.isfinite(points).all(1))[0])} has a position that is not finite"
             )
     n, m = len(targets), len(sources)
+    reach = wp.array(np.ascontiguousarray(radii), dtype=wp.float64, device=device)
     if n == 0 or m == 0:
-        return Pairs(
-            wp.zeros(n + 1, dtype=wp.int32, device=device), wp.zeros(0, dtype=wp.int32, device=device), n, m, radius
-        )
+        empty = wp.zeros(0, dtype=wp.int32, device=device)
+        return Pairs(wp.zeros(n + 1, dtype=wp.int32, device=device), empty, n, m, reach)
     space = Space(dim)
     origin = sources.min(0)
     padded = [np.zeros((len(points), 3)) for points in (targets, sources)]
@@ -99,12 +104,12 @@ def find_pairs(
         array[:, :dim] = points - origin
     x, y = (wp.array(a, dtype=space.point, device=device) for a in padded)
     extent = np.ones(3, int)
-    extent[:dim] = np.clip(np.ceil((sources.max(0) - origin) / radius) + 1, 1, 512)
+    extent[:dim] = np.clip(np.ceil((sources.max(0) - origin) / radii.min()) + 1, 1, 512)
     grid = wp.HashGrid(*(int(e) for e in extent), device=device, dtype=space.scalar)
-    grid.build(points=y, radius=radius)
+    grid.build(points=y, radius=float(radii.min()))
     count_row, fill_row = _kernels(space)
     counts = wp.zeros(n + 1, dtype=wp.int32, device=device)
-    inputs = [grid.id, x, y, space.scalar(radius), int(same)]
+    inputs = [grid.id, x, y, reach, int(same)]
     wp.launch(count_row, n, inputs=inputs, outputs=[counts], device=device)
     total = int(counts.numpy().sum(dtype=np.int64))
     if total >= 2**31:
@@ -115,4 +120,4 @@ def find_pairs(
     wp.utils.array_scan(counts, offsets, inclusive=False)
     indices = wp.zeros(total, dtype=wp.int32, device=device)
     wp.launch(fill_row, n, inputs=[*inputs, offsets], outputs=[indices], device=device)
-    return Pairs(offsets, indices, n, m, radius)
+    return Pairs(offsets, indices, n, m, reach)

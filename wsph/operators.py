@@ -83,10 +83,11 @@ def _weight_kernels(space: Space, smoothing: str) -> tuple[wp.Kernel, wp.Kernel]
     module = space.module(f"weights.{smoothing}")
 
     @wp.kernel(module=module, enable_backward=False)
-    def interpolation(h: real, linear: int, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
+    def interpolation(reach: wp.array(dtype=real), linear: int, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
                       targets: wp.array(dtype=vec), sources: wp.array(dtype=vec), volume: wp.array(dtype=real),
                       weight_out: wp.array(dtype=real), rank_out: wp.array(dtype=wp.int32)):  # fmt: skip
         i = wp.tid()
+        h = reach[i] / real(SUPPORT)
         total = real(0.0)
         mean = vec()
         for k in range(offsets[i], offsets[i + 1]):
@@ -114,10 +115,11 @@ def _weight_kernels(space: Space, smoothing: str) -> tuple[wp.Kernel, wp.Kernel]
         rank_out[i] = rank
 
     @wp.kernel(module=module, enable_backward=False)
-    def gradient(h: real, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
+    def gradient(reach: wp.array(dtype=real), offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
                  targets: wp.array(dtype=vec), sources: wp.array(dtype=vec), volume: wp.array(dtype=real),
                  weight_out: wp.array(dtype=vec), rank_out: wp.array(dtype=wp.int32)):  # fmt: skip
         i = wp.tid()
+        h = reach[i] / real(SUPPORT)
         moment = mat()
         for k in range(offsets[i], offsets[i + 1]):
             r = sources[indices[k]] - targets[i]
@@ -164,7 +166,7 @@ def interpolation_weights(space: Space, pairs: Pairs, targets: np.ndarray, sourc
                           smoothing: str = "cubic-spline", order: str = "linear") -> Weights:  # fmt: skip
     """Weights w_IJ of an interpolation: order "linear" (moving least squares) or "constant" (Shepard).
 
-    targets (n, dim), sources (m, dim), volume (m,) in the unit of `pairs.radius`; any constant factor of the volumes
+    targets (n, dim), sources (m, dim), volume (m,) in the unit of `pairs.reach`; any constant factor of the volumes
     cancels. Rank 0 and above only: where a target has no source in its support, rank is -1 and its weights are zero.
     """
     if order not in ("linear", "constant"):
@@ -173,7 +175,7 @@ def interpolation_weights(space: Space, pairs: Pairs, targets: np.ndarray, sourc
     weight = wp.zeros(pairs.count, dtype=wp.float64, device=device)
     rank = wp.zeros(pairs.targets, dtype=wp.int32, device=device)
     wp.launch(_weight_kernels(double, smoothing)[0], pairs.targets, device=device,
-              inputs=[wp.float64(pairs.radius / SUPPORT), int(order == "linear"), pairs.offsets, pairs.indices,
+              inputs=[pairs.reach, int(order == "linear"), pairs.offsets, pairs.indices,
                       _vectors(targets, double, device), _vectors(sources, double, device),
                       wp.array(volume, dtype=wp.float64, device=device)],
               outputs=[weight, rank])  # fmt: skip
@@ -187,7 +189,7 @@ def gradient_weights(space: Space, pairs: Pairs, targets: np.ndarray, sources: n
     weight = wp.zeros(pairs.count, dtype=double.vec, device=device)
     rank = wp.zeros(pairs.targets, dtype=wp.int32, device=device)
     wp.launch(_weight_kernels(double, smoothing)[1], pairs.targets, device=device,
-              inputs=[wp.float64(pairs.radius / SUPPORT), pairs.offsets, pairs.indices,
+              inputs=[pairs.reach, pairs.offsets, pairs.indices,
                       _vectors(targets, double, device), _vectors(sources, double, device),
                       wp.array(volume, dtype=wp.float64, device=device)],
               outputs=[weight, rank])  # fmt: skip

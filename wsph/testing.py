@@ -26,6 +26,7 @@ from wsph.space import Space
 from wsph.units import Scales
 
 SAMPLES = 200
+AMPLITUDE = 0.01
 _ROUNDING = {"f64": 1e-12, "f32": 1e-5}
 
 
@@ -179,13 +180,14 @@ def vibrating_bar(
 ) -> Scene:
     """A bar of length 1 m held at both ends, started in its first mode, for `periods` of it: smooth, with a closed form.
 
-    v = sin(pi x) cos(pi c t), stress = -rho c cos(pi x) sin(pi c t), c = 1 m/s, rho = 1 kg/m3, E = 1 Pa.
+    v = a sin(pi x) cos(pi c t), stress = rho c a cos(pi x) sin(pi c t), a = .01 m/s (a strain that large-deformation methods
+    take for small, and no shock forms), c = 1 m/s, rho = 1 kg/m3, E = 1 Pa.
     """
     return Scene(
         schema=1, dim=1, title="vibrating bar",
         run={"integrator": integrator, "end": 2.0 * periods, "cfl": courant, "precision": precision, "guard": "off", "device": "cpu"},
         bodies=[{
-            "name": "bar", "shape": {"type": "box", "min": [0.0], "max": [1.0]}, "spacing": 1.0 / cells, "state": "stress", "velocity": ["sin(pi*x)"],
+            "name": "bar", "shape": {"type": "box", "min": [0.0], "max": [1.0]}, "spacing": 1.0 / cells, "state": "stress", "velocity": [f"{AMPLITUDE}*sin(pi*x)"],
             "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.0},
         }],
         boundary=[{"body": "bar", "face": "-x", "fixed": ["x"]}, {"body": "bar", "face": "+x", "fixed": ["x"]}],
@@ -207,9 +209,8 @@ def check_integrator(integrator: str | dict[str, Any], *, order: float, toleranc
     a, b = (r.particles["velocity"] for r in runs)
     assert np.array_equal(a, b), f"{integrator}: the same scene gave other bits"
     single = run(vibrating_bar(integrator, precision="f32")).particles["velocity"]
-    assert np.abs(single - a).max() < 1e-4, (
-        f"{integrator}: single and double precision differ by {np.abs(single - a).max():.2e}"
-    )
+    gap = np.abs(single - a).max() / AMPLITUDE
+    assert gap < 1e-4, f"{integrator}: single and double precision differ by {gap:.2e} of the velocity"
 
 
 def step_matrix(scene: Scene) -> np.ndarray:

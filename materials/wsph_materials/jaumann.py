@@ -11,8 +11,8 @@ from wsph_materials.elastic import Elastic
 class Jaumann(Elastic):
     """stress rate = lambda tr(D) I + 2 mu D + W stress - stress W, with D + W = L (Serroukh & Mabssout 2022, eqs 2-6).
 
-    The spin's sign is that of eq 2; their eqs 21 and 22 print the other one, with which a block spun by 45 degrees under
-    uniaxial stress gets the shear stress +1/2 in place of -1/2. Fields as in `Elastic`.
+    The spin's sign is that of eq 2; their eqs 21 and 22 print the other one, with which a block turned by 45 degrees under
+    uniaxial stress gets its shear stress with the wrong sign. Fields as in `Elastic`.
     """
 
     depends_on_stress = True
