@@ -100,13 +100,25 @@ def picture(
     else:
         cloud = pv.PolyData(points)
         cloud[label] = values
-        extent = points.max(0) - points.min(0)
-        size = float(np.clip(0.75 * min(SIZE) / max(extent.max() / _spacing(points), 1.0), 2.0, 40.0))
+        flat = np.ptp(points[:, 2]) == 0.0
+        extent = np.ptp(points, axis=0).max()
+        size = float(np.clip(0.95 * min(SIZE) / max(extent / _spacing(points) + 1.0, 1.0), 2.0, 40.0))
+        # One particle at a corner must not leave the rest in one colour: what lies far above has a colour of its own.
+        usual = low + 2.0 * (float(np.percentile(values, 99.5)) - low) if limits is None else high
+        top = min(high, usual) if usual > low else high
         plotter.add_mesh(
-            cloud, scalars=label, cmap="viridis", clim=[low, high], render_points_as_spheres=True, point_size=size
+            cloud,
+            scalars=label,
+            cmap="viridis",
+            clim=[low, top],
+            above_color="crimson" if top < high else None,
+            lighting=not flat,
+            render_points_as_spheres=not flat,
+            point_size=size,
+            scalar_bar_args={"vertical": True, "title": label, "position_x": 0.86, "position_y": 0.2, "height": 0.6},
         )
         plotter.add_text(title, font_size=12)
-        if np.ptp(points[:, 2]) == 0.0:
+        if flat:
             plotter.view_xy()
     if save is None:
         return plotter

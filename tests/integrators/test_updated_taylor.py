@@ -99,7 +99,7 @@ def test_a_free_spin_creates_energy_and_is_stopped_by_name() -> None:
     within half a turn at 8 cells. It is stopped, and says why; a symmetric form is what such a scene needs."""
     omega = 0.05
     scene = wsph.Scene(
-        schema=1, dim=2, run={"integrator": "ul-tsph", "end": 2 * np.pi / omega, "cfl": 0.8},
+        schema=1, dim=2, run={"integrator": "ul-tsph", "end": 2 * np.pi / omega, "cfl": 0.5},
         bodies=[{
             "name": "b", "shape": {"type": "box", "min": [-0.5, -0.25], "max": [0.5, 0.25]}, "spacing": 0.125, "state": "strain",
             "velocity": [f"-{omega}*y", f"{omega}*x"],
