@@ -16,12 +16,13 @@ import numpy as np
 import warp as wp
 
 from wsph.constitutive import Constitutive, Laws, packing
+from wsph.gather import divergence, gather, rows_struct
 from wsph.particles import Lattice
 from wsph.program import Clock
 from wsph.scene import Body, Scene
 from wsph.space import Space, determinant_and_inverse
 from wsph.state import Layout, State, fields_struct, layout_of
-from wsph.two_set import SourceKernels, TwoSetSystem, rows_struct
+from wsph.two_set import SourceKernels, TwoSetSystem, drift_kernel
 from wsph.units import Scales
 
 
@@ -82,82 +83,37 @@ class Kernels(SourceKernels):
         real, vec, mat, point = space.scalar, space.vec, space.mat, space.point
         stress, internal, Params = laws.stress, laws.internal, laws.Params
         Rows, Real, Virtual = rows_struct(space), fields_struct(space, real_layout), fields_struct(space, virtual)
-        linear, linear_faces, sourced = laws.linear, laws.linear_faces, laws.source is not None
-        dim, width = space.dim, len(laws.state.components)
-        slope = space.matrix(width, dim)
+        from_real, from_virtual = gather(space, laws, real_layout), gather(space, laws, virtual)
+        linear, linear_faces, force_of = laws.linear, laws.linear_faces, divergence(space, laws)
+        dim, width, sourced = space.dim, len(laws.state.components), laws.source is not None
         unpack, pack = packing(space, laws.state)
         determinant, inverse = determinant_and_inverse(space)
         frame, turned = face_frame(space), _turning(space)
-        integers = wp.types.vector(length=width, dtype=wp.int32)
-        row, column = (integers(*[c[k] for c in laws.state.components]) for k in range(2))
-
-        @wp.func
-        def divergence(gradient: slope) -> vec:
-            force = vec()
-            for c in range(wp.static(width)):
-                i = row[c]
-                j = column[c]
-                if i < wp.static(dim) and j < wp.static(dim):
-                    force[i] = force[i] + gradient[c, j]
-                    if i != j:
-                        force[j] = force[j] + gradient[c, i]
-            return force
-
-        @wp.func
-        def block(full: space.tensor) -> mat:
-            part = mat()
-            for i in range(wp.static(dim)):
-                for j in range(wp.static(dim)):
-                    part[i, j] = full[i, j]
-            return part
 
         @wp.kernel(module="unique", enable_backward=False)
         def half_step(clock: wp.array(dtype=wp.float64), weight: real, p: Params, density: real, rows: Rows,
                       fields: Real, sources: Real, fields_out: Virtual):  # fmt: skip
             i = wp.tid()
             dt = real(clock[1]) * weight
-            first = rows.offsets[i]
-            near = rows.indices[first]
+            near = rows.indices[rows.offsets[i]]
             v0 = fields.velocity[near]
             s0 = fields.stress[near]
-            u0 = fields.displacement[near]
-            v = vec()
-            s = stress()
-            u = vec()
-            q = internal()
-            S = stress()
-            Q = internal()
-            Ldot = mat()
+            v, s, q, S, Q, Ldot, slope, G = from_real(rows, i, fields, sources, v0, s0)
             H = mat()
-            grad = slope()
-            G = vec()
-            for k in range(first, rows.offsets[i + 1]):
-                j = rows.indices[k]
-                w = rows.weight[k]
-                g = rows.gradient[k]
-                dv = fields.velocity[j] - v0
-                ds = fields.stress[j] - s0
-                du = fields.displacement[j] - u0
-                v += w * dv
-                s += w * ds
-                u += w * du
-                G += g
-                Ldot += wp.outer(dv, g)
-                H += wp.outer(du, g)
-                grad += wp.outer(ds, g)
-                if wp.static(sourced):
-                    q += w * fields.internals[j]
-                    S += w * sources.stress[j]
-                    Q += w * sources.internals[j]
+            u = vec()
+            for k in range(rows.offsets[i], rows.offsets[i + 1]):
+                du = fields.displacement[rows.indices[k]] - fields.displacement[near]
+                u += rows.weight[k] * du
+                H += wp.outer(du, rows.gradient[k])
             Ldot -= wp.outer(v, G)
+            slope -= wp.outer(s, G)
             H -= wp.outer(u, G)
-            grad -= wp.outer(s, G)
             F = wp.identity(n=dim, dtype=real) + H
             back = inverse(F)
             v += v0
             s += s0
             change, dq = linear(p, s, Ldot * back, q, S, Q)
-            fields_out.velocity[i] = v + dt * determinant(F) / density * divergence(grad * back)
+            fields_out.velocity[i] = v + dt * determinant(F) / density * force_of(slope * back)
             fields_out.stress[i] = s + dt * change
             fields_out.deformation[i] = H + dt * Ldot
             if wp.static(sourced):
@@ -171,32 +127,11 @@ class Kernels(SourceKernels):
             dt = real(clock[1]) * weight
             v0 = fields_out.velocity[i]
             s0 = fields_out.stress[i]
-            v = vec()
-            s = stress()
-            q = internal()
-            S = stress()
-            Q = internal()
-            Ldot = mat()
+            v, s, q, S, Q, Ldot, slope, G = from_virtual(rows, i, fields, sources, v0, s0)
+            # The virtual particles see whole cells: their deformation is right at corners too, where a gradient is not.
             H = mat()
-            grad = slope()
-            G = vec()
             for k in range(rows.offsets[i], rows.offsets[i + 1]):
-                j = rows.indices[k]
-                w = rows.weight[k]
-                g = rows.gradient[k]
-                dv = fields.velocity[j] - v0
-                ds = fields.stress[j] - s0
-                v += w * dv
-                s += w * ds
-                # The virtual particles see whole cells: their deformation is right at corners too, where a gradient is not.
-                H += w * fields.deformation[j]
-                G += g
-                Ldot += wp.outer(dv, g)
-                grad += wp.outer(ds, g)
-                if wp.static(sourced):
-                    q += w * fields.internals[j]
-                    S += w * sources.stress[j]
-                    Q += w * sources.internals[j]
+                H += rows.weight[k] * fields.deformation[rows.indices[k]]
             F = wp.identity(n=dim, dtype=real) + H
             back = inverse(F)
             axes = mat()
@@ -214,7 +149,7 @@ class Kernels(SourceKernels):
                 if face[i] >= 0:
                     s = pack(turned(unpack(local), wp.transpose(axes))) - s0
             Ldot -= wp.outer(v, G)
-            grad -= wp.outer(s, G)
+            slope -= wp.outer(s, G)
             L = Ldot * back
             change = stress()
             dq = internal()
@@ -231,7 +166,7 @@ class Kernels(SourceKernels):
                 turned_S = pack(turned(unpack(S), axes))
                 change, dq = linear_faces(p, local, axes * L * wp.transpose(axes), q, turned_S, Q, free[i], target)
                 change = pack(turned(unpack(change), wp.transpose(axes)))
-            fields_out.velocity[i] = v0 + dt * determinant(F) / density * divergence(grad * back)
+            fields_out.velocity[i] = v0 + dt * determinant(F) / density * force_of(slope * back)
             fields_out.stress[i] = s0 + dt * change
             fields_out.deformation[i] = H + real(0.5) * dt * Ldot
             fields_out.displacement[i] = fields_out.displacement[i] + real(0.5) * dt * v0
@@ -247,13 +182,8 @@ class Kernels(SourceKernels):
                 axes = wp.transpose(axes)
             fields_out.stress[i] = pack(turned(unpack(fields_out.stress[i]), axes))
 
-        @wp.kernel(module="unique", enable_backward=False)
-        def drift(clock: wp.array(dtype=wp.float64), fields_out: Real):
-            i = wp.tid()
-            half = real(0.5) * real(clock[1])
-            fields_out.displacement[i] = fields_out.displacement[i] + half * fields_out.velocity[i]
-
-        self.half_step, self.rate, self.turn, self.drift = half_step, rate, turn, drift
+        self.half_step, self.rate, self.turn = half_step, rate, turn
+        self.drift = drift_kernel(space, real_layout)
 
 
 @cache

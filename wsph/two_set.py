@@ -15,6 +15,7 @@ import warp as wp
 from wsph.conditions import Conditions, face_conditions
 from wsph.constitutive import Constitutive, Laws, blame, packing
 from wsph.errors import Refused
+from wsph.gather import divergence, gather, rows_struct
 from wsph.neighbours import find_pairs
 from wsph.operators import Weights, gradient_weights, interpolation_weights
 from wsph.particles import Lattice
@@ -27,17 +28,6 @@ from wsph.units import Scales
 from wsph.work import ExternalWork
 
 DEFAULT_SUPPORT = 1.2
-
-
-@cache
-def rows_struct(space: Space) -> type:
-    annotations = {
-        "offsets": wp.array(dtype=wp.int32),
-        "indices": wp.array(dtype=wp.int32),
-        "weight": wp.array(dtype=space.scalar),
-        "gradient": wp.array(dtype=space.vec),
-    }
-    return wp.struct(type("Rows", (), {"__annotations__": annotations, "__module__": __name__}))
 
 
 class SourceKernels:
@@ -64,74 +54,34 @@ def _source_kernel(laws: Laws, Fields: type) -> wp.Kernel:
 
 
 class Kernels(SourceKernels):
-    """The kernels of a composition. `virtual` and `real` are the layouts of the two sets' states.
-
-    Sums are taken of differences to one value nearby (the first source's, the target's own), not of the values: a velocity
-    common to all particles then costs no digits.
-    """
+    """The kernels of a composition. `virtual` and `real_layout` are the layouts of the two sets' states."""
 
     def __init__(self, space: Space, laws: Laws, virtual: Layout, real_layout: Layout):
         super().__init__(laws, space, (virtual, real_layout))
-        real, vec, mat, point = space.scalar, space.vec, space.mat, space.point
+        real, point = space.scalar, space.point
         stress, internal, Params = laws.stress, laws.internal, laws.Params
         Rows, Real, Virtual = rows_struct(space), fields_struct(space, real_layout), fields_struct(space, virtual)
-        linear, linear_faces, at_rest = laws.linear, laws.linear_faces, laws.source
-        dim, width, sourced, displacement = (
-            space.dim,
-            len(laws.state.components),
-            at_rest is not None,
-            "displacement" in dict(real_layout),
-        )
+        from_real, from_virtual = gather(space, laws, real_layout), gather(space, laws, virtual)
+        linear, linear_faces, force_of = laws.linear, laws.linear_faces, divergence(space, laws)
+        dim, width, sourced = space.dim, len(laws.state.components), laws.source is not None
+        displacement = "displacement" in dict(real_layout)
         unpack, _ = packing(space, laws.state)
-
-        @wp.func
-        def flux(difference: stress, g: vec) -> vec:
-            full = unpack(difference)
-            force = vec()
-            for i in range(wp.static(dim)):
-                for j in range(wp.static(dim)):
-                    force[i] += full[i, j] * g[j]
-            return force
 
         @wp.kernel(module="unique", enable_backward=False)
         def half_step(clock: wp.array(dtype=wp.float64), weight: real, p: Params, density: real, rows: Rows,
                       fields: Real, sources: Real, fields_out: Virtual):  # fmt: skip
             i = wp.tid()
             dt = real(clock[1]) * weight
-            first = rows.offsets[i]
-            near = rows.indices[first]
+            near = rows.indices[rows.offsets[i]]
             v0 = fields.velocity[near]
             s0 = fields.stress[near]
-            v = vec()
-            s = stress()
-            q = internal()
-            S = stress()
-            Q = internal()
-            L = mat()
-            force = vec()
-            G = vec()
-            for k in range(first, rows.offsets[i + 1]):
-                j = rows.indices[k]
-                w = rows.weight[k]
-                g = rows.gradient[k]
-                dv = fields.velocity[j] - v0
-                ds = fields.stress[j] - s0
-                v += w * dv
-                s += w * ds
-                G += g
-                L += wp.outer(dv, g)
-                force += flux(ds, g)
-                if wp.static(sourced):
-                    q += w * fields.internals[j]
-                    S += w * sources.stress[j]
-                    Q += w * sources.internals[j]
+            v, s, q, S, Q, L, slope, G = from_real(rows, i, fields, sources, v0, s0)
+            # At a virtual particle f_I is the interpolated value itself.
             L -= wp.outer(v, G)
-            force -= flux(s, G)
-            v += v0
-            s += s0
-            rate, dq = linear(p, s, L, q, S, Q)
-            fields_out.velocity[i] = v + dt / density * force
-            fields_out.stress[i] = s + dt * rate
+            slope -= wp.outer(s, G)
+            change, dq = linear(p, s + s0, L, q, S, Q)
+            fields_out.velocity[i] = v + v0 + dt / density * force_of(slope)
+            fields_out.stress[i] = s + s0 + dt * change
             if wp.static(sourced):
                 fields_out.internals[i] = q + dt * dq
 
@@ -142,29 +92,7 @@ class Kernels(SourceKernels):
             dt = real(clock[1]) * weight
             v0 = fields_out.velocity[i]
             s0 = fields_out.stress[i]
-            v = vec()
-            s = stress()
-            q = internal()
-            S = stress()
-            Q = internal()
-            L = mat()
-            force = vec()
-            G = vec()
-            for k in range(rows.offsets[i], rows.offsets[i + 1]):
-                j = rows.indices[k]
-                w = rows.weight[k]
-                g = rows.gradient[k]
-                dv = fields.velocity[j] - v0
-                ds = fields.stress[j] - s0
-                v += w * dv
-                s += w * ds
-                G += g
-                L += wp.outer(dv, g)
-                force += flux(ds, g)
-                if wp.static(sourced):
-                    q += w * fields.internals[j]
-                    S += w * sources.stress[j]
-                    Q += w * sources.internals[j]
+            v, s, q, S, Q, L, slope, G = from_virtual(rows, i, fields, sources, v0, s0)
             # f_I: the interpolated value, or the prescribed one.
             if held[i] != 0:
                 for c in range(wp.static(dim)):
@@ -174,7 +102,7 @@ class Kernels(SourceKernels):
                     if (held[i] >> (wp.static(dim) + c)) & 1 == 1:
                         s[c] = imposed.stress[i][c] - s0[c]
             L -= wp.outer(v, G)
-            force -= flux(s, G)
+            slope -= wp.outer(s, G)
             change = stress()
             dq = internal()
             if free[i] == 0:
@@ -187,7 +115,7 @@ class Kernels(SourceKernels):
                     if (free[i] >> a) & 1 == 1:
                         target[a] = difference[a, a] * real(2.0) / dt
                 change, dq = linear_faces(p, s + s0, L, q, S, Q, free[i], target)
-            fields_out.velocity[i] = v0 + dt / density * force
+            fields_out.velocity[i] = v0 + dt / density * force_of(slope)
             fields_out.stress[i] = s0 + dt * change
             if wp.static(sourced):
                 fields_out.internals[i] = fields_out.internals[i] + dt * dq
@@ -196,14 +124,21 @@ class Kernels(SourceKernels):
 
         self.half_step, self.rate = half_step, rate
         if displacement:
+            self.drift = drift_kernel(space, real_layout)
 
-            @wp.kernel(module="unique", enable_backward=False)
-            def drift(clock: wp.array(dtype=wp.float64), fields_out: Real):
-                i = wp.tid()
-                half = real(0.5) * real(clock[1])
-                fields_out.displacement[i] = fields_out.displacement[i] + half * fields_out.velocity[i]
 
-            self.drift = drift
+@cache
+def drift_kernel(space: Space, layout: Layout) -> wp.Kernel:
+    """The second half of the displacement's trapezoidal step: u += dt/2 v."""
+    real, Fields = space.scalar, fields_struct(space, layout)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def drift(clock: wp.array(dtype=wp.float64), fields_out: Fields):
+        i = wp.tid()
+        half = real(0.5) * real(clock[1])
+        fields_out.displacement[i] = fields_out.displacement[i] + half * fields_out.velocity[i]
+
+    return drift
 
 
 @cache

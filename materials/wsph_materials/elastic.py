@@ -39,7 +39,7 @@ class Elastic:
         """Bulk and shear modulus [Pa]."""
         return self.lame_first + 2.0 * self.lame_second / 3.0, self.lame_second
 
-    def rate(self, space, Params):
+    def rate(self, space, Params) -> wp.Function:
         """The law (p, stress, L) -> stress rate."""
         real, tensor = space.scalar, space.tensor
 

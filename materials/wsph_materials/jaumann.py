@@ -18,7 +18,7 @@ class Jaumann(Elastic):
     depends_on_stress = True
     relaxes = False
 
-    def rate(self, space, Params):
+    def rate(self, space, Params) -> wp.Function:
         """The law (p, stress, L) -> stress rate."""
         real, tensor = space.scalar, space.tensor
 

@@ -4,11 +4,11 @@ from dataclasses import dataclass, field
 
 import warp as wp
 
-from wsph_materials.elastic import lame
+from wsph_materials.elastic import Elastic
 
 
 @dataclass(frozen=True)
-class Perzyna:
+class Perzyna(Elastic):
     """stress rate = C : (D - d), viscoplastic rate d = gamma <phi> (3/2) s/q, q = sqrt(3/2 s:s).
 
     Herreros & Mabssout 2011, eqs 2-7. phi = ((q - F0)/F0)^N above the yield stress
@@ -21,37 +21,20 @@ class Perzyna:
     .01 blew up). Internal: plastic_strain, the equivalent viscoplastic strain.
     """
 
-    density: float = field(metadata={"unit": "kg/m3", "above": 0.0})
-    youngs_modulus: float = field(metadata={"unit": "Pa", "above": 0.0})
-    poisson_ratio: float = field(metadata={"unit": "", "above": -1.0, "below": 0.5})
     yield_stress: float = field(metadata={"unit": "Pa", "above": 0.0})
     hardening_modulus: float = field(metadata={"unit": "Pa"})
     fluidity: float = field(metadata={"unit": "1/s", "min": 0.0})
     exponent: float = field(metadata={"unit": "", "min": 0.0, "max": 20.0})
     floor: float = field(default=0.1, metadata={"unit": "", "above": 0.0, "max": 1.0})
 
-    derived = {"lame_first": "Pa", "lame_second": "Pa", "least_yield": "Pa"}
+    derived = {**Elastic.derived, "least_yield": "Pa"}
     internals = {"plastic_strain": 0.0}
     depends_on_stress = True
-
-    @property
-    def lame_first(self) -> float:
-        """lambda [Pa]."""
-        return lame(self.youngs_modulus, self.poisson_ratio)[0]
-
-    @property
-    def lame_second(self) -> float:
-        """mu [Pa]."""
-        return lame(self.youngs_modulus, self.poisson_ratio)[1]
 
     @property
     def least_yield(self) -> float:
         """The yield stress below which softening does not go [Pa]."""
         return self.floor * self.yield_stress
-
-    def moduli(self) -> tuple[float, float]:
-        """Bulk and shear modulus [Pa]."""
-        return self.lame_first + 2.0 * self.lame_second / 3.0, self.lame_second
 
     def time_step(self) -> float:
         """Largest time step [s] for which the relaxation stays stable: 2 F0 / (3 G gamma N) at the softest yield stress.
@@ -62,7 +45,7 @@ class Perzyna:
         stiffness = 3.0 * self.lame_second * self.fluidity * self.exponent
         return 2.0 * softest / stiffness if stiffness > 0.0 else float("inf")
 
-    def rate(self, space, Params):
+    def rate(self, space, Params) -> wp.Function:
         """The law (p, stress, L, q) -> stress rate, plastic strain rate."""
         real, tensor, internal = space.scalar, space.tensor, space.vector(1)
         # Rounding of a stress at yield, accumulated over a run.

@@ -22,7 +22,7 @@ class Maxwell:
         """An explicit step resolves the relaxation."""
         return self.relaxation_time
 
-    def rate(self, space, Params):
+    def rate(self, space, Params) -> wp.Function:
         """The law (p, stress, L) -> stress rate."""
         real, tensor = space.scalar, space.tensor
 
