@@ -147,6 +147,7 @@ def _compose(scene: Scene) -> Composition:
     fastest = int(np.argmin([cells.spacing / c for cells, c in zip(lattices, speeds, strict=True)]))
     shortest = lattices[fastest].spacing / speeds[fastest]
     scales = Scales(lattices[fastest].spacing, shortest, materials[fastest].density)
+    _refuse_extremes(scales, fastest, scene)
     dt = scene.run.dt if scene.run.dt is not None else (scene.run.cfl or 0.0) * shortest
     clock = Clock(dt / scales.time if scene.run.dt is not None else (scene.run.cfl or 0.0), device)
     bodies = [
@@ -183,6 +184,22 @@ def _compose(scene: Scene) -> Composition:
     )
 
 
+def _refuse_extremes(scales: Scales, fastest: int, scene: Scene) -> None:
+    """Numbers so far out that their powers leave double precision have no scales to compute in."""
+    with np.errstate(all="ignore"):
+        parts = np.array([scales.length, scales.time, scales.density])
+        powers = np.array(
+            [scales.density * scales.length**2 / np.float64(scales.time) ** 2, scales.density * scales.length**5]
+        )
+    if not ((parts > 1e-150) & (parts < 1e150)).all() or not (np.isfinite(powers) & (powers > 0.0)).all():
+        sizes = (
+            f"spacing {scales.length:g} m, spacing over wave speed {scales.time:g} s, density {scales.density:g} kg/m3"
+        )
+        raise Refused(
+            f"body {scene.bodies[fastest].name!r}: {sizes} are too far out to compute with in double precision"
+        )
+
+
 def _material_name(body: Body) -> str:
     return f"material {body.material.model!r} ({registry.origin('materials', body.material.model)})"
 
@@ -191,7 +208,13 @@ def _wave_speed(body: Body, state: StressState, material: Any) -> float:
     with blame(
         _material_name(body), "moduli(self) -> (bulk modulus, shear modulus) [Pa], both above zero, and density"
     ):
-        return state.wave_speed(*material.moduli(), material.density)
+        bulk, shear = material.moduli()
+        if not (np.isfinite([bulk, shear]).all() and bulk > 0.0 and shear > 0.0):
+            raise Refused(f"{_material_name(body)}: its moduli {bulk:g} and {shear:g} Pa are not finite and above zero")
+        speed = state.wave_speed(bulk, shear, material.density)
+    if not (np.isfinite(speed) and speed > 0.0):
+        raise Refused(f"{_material_name(body)}: its wave speed {speed:g} m/s is not finite and above zero")
+    return speed
 
 
 def _cadence_steps(every: float, dt: float) -> float:
@@ -226,9 +249,10 @@ def _guard(scene: Scene, run: BodyRun, dt: float) -> None:
         return
     faults = []
     if run.limit is not None and run.courant > run.limit * (1.0 + SLACK):
+        way_out = f"; use run.cfl <= {np.floor(run.limit * 1e6 * (1.0 + 1e-12)) / 1e6:g}" if run.limit > 0.0 else ""
         faults.append(
             f"body {run.body.name!r}: {scene.run.integrator.name} at Courant number {run.courant:.6g} is beyond its stability"
-            f" limit {run.limit:.3f} ({run.limit_reason}); use run.cfl <= {np.floor(run.limit * 1e6 * (1.0 + 1e-12)) / 1e6:g}"
+            f" limit {run.limit:.3f} ({run.limit_reason}){way_out}"
         )
     if dt > run.longest_step * (1.0 + SLACK):
         at_most = _rounded_down(run.longest_step)

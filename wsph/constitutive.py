@@ -67,11 +67,11 @@ def blame(who: str, signature: str = RATE_SIGNATURE) -> Iterator[None]:
     """Turn what Warp says of a plugin's code into an error that names the plugin and what was expected of it."""
     try:
         yield
-    except PluginError:
+    except (PluginError, Refused):
         raise
     except Exception as error:
         if type(error).__module__.split(".")[0] != "warp" and not isinstance(
-            error, (RuntimeError, TypeError, AttributeError, ValueError)
+            error, (RuntimeError, TypeError, AttributeError, ValueError, ArithmeticError)
         ):
             raise
         lines = [line for line in str(error).strip().splitlines() if line.strip()]

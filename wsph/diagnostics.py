@@ -16,7 +16,8 @@ _KINETIC, _STRAIN, _DISSIPATED, _NOT_FINITE, _FIRST, _STRETCH, _MOMENTUM = range
 
 @dataclass
 class Ledger:
-    """Sums over a body, nondimensional: energies, momentum (dim,), `bad` (first particle that is not finite, or -1) and
+    """Sums over a body, nondimensional: energies, momentum (dim,), `bad` (first particle that is not finite or is turned
+    inside out, or -1) and
     `stretch`, the largest factor by which deformation has raised a particle's Courant number."""
 
     kinetic: float
@@ -84,7 +85,7 @@ def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
             for a in range(wp.static(dim)):
                 momentum[a] = momentum[a] + wp.float64(mass * v[a])
             # A maximum drops NaN; a sum keeps it, so the check is on the sum.
-            if not wp.isfinite(square + stored):
+            if not (wp.isfinite(square + stored) and current > real(0.0)):
                 broken += wp.float64(1.0)
                 if first < wp.float64(0.0):
                     first = wp.float64(i)

@@ -22,11 +22,12 @@ from wsph.diagnostics import Ledger
 from wsph.errors import OutputError, Unstable
 from wsph.output import OutputFolder, check_writable
 from wsph.probes import RING, Recorder
-from wsph.scene import Scene
+from wsph.scene import Scene, load
 
 CHECK_STEPS = 50
 """Steps between finite checks where steps are not captured; captured ones are checked at the end of a block."""
 HISTORY_ROWS = 100
+_ONE_RUN = threading.RLock()
 ENERGY_WARNING, LOSS_WARNING, ENERGY_AFTER = 0.02, 0.10, 20
 TABLE_SECONDS = 5.0
 """With frames, tables are written at most this often, and at the end: each time all their rows."""
@@ -63,7 +64,9 @@ class Result:
             key: self.summary[key] for key in ("steps", "right_hand_sides", "wall_seconds", "particle_steps_per_second")
         }
 
-    def error(self, exact: Callable[[np.ndarray, float], np.ndarray] | np.ndarray, name: str, norm: float = 2) -> float:
+    def error(
+        self, exact: Callable[[np.ndarray, float], np.ndarray] | np.ndarray, name: str, norm: float | str = 2
+    ) -> float:
         """Relative error of a final scalar field or component ("stress_xx") against `exact`.
 
         `exact` is an array (n,), or a function of reference position (n, dim) [m] and time [s]. Norm 1 is
@@ -75,6 +78,7 @@ class Result:
         if wanted.size != computed.size:
             raise ValueError(f"exact has {wanted.size} values for {computed.size} particles")
         e, wanted = np.abs(computed - wanted.reshape(-1)), np.abs(wanted.reshape(-1))
+        norm = np.inf if norm == "inf" else norm
         measures = {1: np.sum, 2: lambda v: np.sqrt(np.sum(v**2)), np.inf: np.max}
         if norm not in measures:
             raise ValueError(f"norm {norm!r} is none of 1, 2, inf")
@@ -91,7 +95,10 @@ class Result:
         if base == name or base not in self.particles:
             hint = f"; name a component of {name}" if name in self.particles else ""
             raise KeyError(f"no scalar field {name!r} in the result{hint}; there is {', '.join(self.particles)}")
-        return fields.component(name, self.particles[base], fields.TENSOR)
+        try:
+            return fields.component(name, self.particles[base], fields.TENSOR)
+        except IndexError:
+            raise KeyError(f"no component {name!r} in {self.scene.dim}D") from None
 
     def plot(self, name: str = "velocity", save: str | Path | None = None) -> Any:
         """A picture of a final field (needs pyvista). Returns the plotter, or writes `save`."""
@@ -104,10 +111,11 @@ class _Events:
     """Steps at which something is due: the first state at or after each multiple of the cadence, and the last one."""
 
     def __init__(self, cadence: float | int | None, dt: float, last: int):
-        # A cadence below the step is every step.
-        self._steps = (
-            None if cadence is None else max(float(cadence if isinstance(cadence, int) else cadence / dt), 1.0)
-        )
+        # A cadence below the step is every step, one beyond the end none but the last.
+        self._steps: float | None = None
+        if cadence is not None:
+            steps = cadence if isinstance(cadence, int) else cadence / dt
+            self._steps = float(min(max(steps, 1), last + 1))
         self._last = last
         self.next = 0
 
@@ -126,7 +134,7 @@ class _Interrupts:
     """Holds SIGINT and SIGTERM until a block of steps has ended: a state half way through a step is no state."""
 
     def __init__(self) -> None:
-        self.asked = False
+        self.asked = 0
         self._former: dict[int, Any] = {}
 
     def __enter__(self) -> "_Interrupts":
@@ -135,22 +143,26 @@ class _Interrupts:
                 self._former[number] = signal.signal(number, self._ask)
         return self
 
-    def _ask(self, *_: object) -> None:
-        self.asked = True
+    def _ask(self, number: int, _: object) -> None:
+        self.asked = number
 
     def __exit__(self, *_: object) -> None:
         for number, former in self._former.items():
             signal.signal(number, former)
 
 
-def run(scene: Scene, out: str | Path | None = None, *, overwrite: bool = False, throw: bool = True,
+def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: bool = False, throw: bool = True,
         progress: Callable[[int, int, float], None] | None = None, **overrides: Any) -> Result:  # fmt: skip
-    """Run a scene and return its result; with `out`, write the output folder too.
+    """Run a scene (or a scene file) and return its result; with `out`, write the output folder too.
 
     `overrides` are those of `Scene.with_`. `progress(step, steps, time)` is called between blocks of steps. Raises
     SceneError, Refused, PluginError or OutputError before anything is written, and Unstable where the run left what it
-    can vouch for, unless `throw` is False: then the result says so.
+    can vouch for, unless `throw` is False: then the result says so. SIGINT and SIGTERM end the run after a whole step,
+    the folder is written, and the signal takes its course (a KeyboardInterrupt); with `throw` False the result says
+    "interrupted". Runs of one process, from any thread, follow one another.
     """
+    if isinstance(scene, (str, Path)):
+        scene = load(scene)
     if overrides:
         scene = scene.with_(**overrides)
     folder = Path(out) if out is not None else None
@@ -159,14 +171,15 @@ def run(scene: Scene, out: str | Path | None = None, *, overwrite: bool = False,
         if "xdmf" in scene.output.formats and importlib.util.find_spec("h5py") is None:
             raise OutputError('the format xdmf needs h5py: pip install "wsph[xdmf]"')
     started = time.perf_counter()
-    composition = compose(scene)
-    composition.compile()
-    simulation = Simulation(composition, folder, started)
-    # A run that is about to be stopped may be far out; the finite check says so, numpy need not.
-    with np.errstate(over="ignore", invalid="ignore"):
-        result = simulation.run(progress)
-    if result.failure is not None and throw:
+    # Capturing a graph takes in what any thread launches: runs of one process follow one another.
+    with _ONE_RUN, np.errstate(over="ignore", invalid="ignore"):  # the finite check speaks, numpy need not
+        composition = compose(scene)
+        composition.compile()
+        result, asked = Simulation(composition, folder, started).run(progress)
+    if throw and result.failure is not None:
         raise result.failure
+    if throw and asked:
+        signal.raise_signal(asked)
     return result
 
 
@@ -203,8 +216,8 @@ class Simulation:
         self._impulse = s.density * s.length**self.scene.dim * s.velocity
         self._units = {"velocity": s.velocity, "stress": s.stress, "displacement": s.length}
 
-    def run(self, progress: Callable[[int, int, float], None] | None) -> Result:
-        """Run to the end, to a failure or to an interrupt."""
+    def run(self, progress: Callable[[int, int, float], None] | None) -> tuple[Result, int]:
+        """Run to the end, to a failure or to an interrupt: the result, and the signal that asked for it or 0."""
         status, reason, failure = "completed", "", None
         step = 0
         for probe in (p for p, _ in self._fast):
@@ -218,11 +231,11 @@ class Simulation:
                     block = self._block(step)
                     self.c.program.prepare(block)
                     before = time.perf_counter()
-                    step += self.c.program.run(block, lambda: interrupts.asked)
+                    step += self.c.program.run(block, lambda: bool(interrupts.asked))
                     wp.synchronize_device(self.c.device)
                     self._inside += time.perf_counter() - before
                     self._collect(step)
-                    self._handle(step, self._check(step), final=interrupts.asked)
+                    self._handle(step, self._check(step), final=bool(interrupts.asked))
                     if progress is not None:
                         progress(step, self._last, step * self.c.dt)
             except Unstable as error:
@@ -230,7 +243,7 @@ class Simulation:
                 status, reason, failure = "stopped" if error.field == "energy" else "unstable", str(error), error
             if interrupts.asked and failure is None and step < self._last:
                 status, reason = "interrupted", f"interrupted at step {step}"
-        return self._finish(step, status, reason, failure)
+        return self._finish(step, status, reason, failure), interrupts.asked
 
     def _block(self, step: int) -> int:
         """Steps until something is due, or the rings are full, or the state has to be checked."""
@@ -243,7 +256,7 @@ class Simulation:
         for run, ledger in zip(self.c.bodies, ledgers, strict=True):
             if ledger.bad >= 0:
                 position = run.system.position[ledger.bad]
-                raise self._unstable(step, run, "velocity or stress", ledger.bad, position, "is not finite")
+                raise self._unstable(step, run, *self._broken(run, ledger.bad), position)
             self._follow(step, run, ledger)
         if step > ENERGY_AFTER:
             total, work = self._total(ledgers), self._work()
@@ -253,13 +266,21 @@ class Simulation:
                 self._row(step, ledgers)
                 share, bound = f"{100 * created:.3g} %", f"{self.scene.stop.energy:g}"
                 what = f"energy was created: {share} of the largest seen, beyond stop.energy = {bound}"
-                raise self._unstable(step, self.c.bodies[0], "energy", -1, (), what)
+                raise self._unstable(step, self.c.bodies[0], "energy", -1, what)
             if created > ENERGY_WARNING and not self._warned:
                 self._warned = True
                 _warn(f"step {step}: energy was created, {100 * created:.3g} % of the largest seen")
             if step == self._last and -created > LOSS_WARNING:
                 _warn(f"energy was lost by the end, {-100 * created:.3g} % of the largest seen: numerical dissipation")
         return ledgers
+
+    def _broken(self, run: Any, particle: int) -> tuple[str, int, str]:
+        """What is wrong with a particle's state: field, particle and words."""
+        state = run.system.state
+        finite = all(np.isfinite(state.read(name)[particle]).all() for name in ("velocity", "stress"))
+        if finite and "deformation" in state.widths:
+            return "deformation", particle, "has turned it inside out (J <= 0)"
+        return "velocity or stress", particle, "is not finite" if not finite else "is too large to square"
 
     def _follow(self, step: int, run: Any, ledger: Ledger) -> None:
         """Where operators follow the deformation, so does the Courant number."""
@@ -270,12 +291,12 @@ class Simulation:
             return
         what = f"a particle's own Courant number has become {local:.6g} by deformation; use a smaller run.cfl"
         if self.scene.run.guard == "refuse":
-            raise self._unstable(step, run, "time step", -1, (), what)
+            raise self._unstable(step, run, "time step", -1, what)
         if not self._followed:
             self._followed = True
             _warn(f"step {step}: {what}, limit {run.limit:.3f}")
 
-    def _unstable(self, step: int, run: Any, name: str, particle: int, position: Any, what: str) -> Unstable:
+    def _unstable(self, step: int, run: Any, name: str, particle: int, what: str, position: Any = ()) -> Unstable:
         t, limit = step * self.c.dt, run.limit
         place = f" of particle {particle} at ({', '.join(f'{x:g}' for x in position)}) m" if particle >= 0 else ""
         bound = (

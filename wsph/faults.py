@@ -136,9 +136,14 @@ def _body_faults(scene: "Scene", body: "Body", key: str) -> Iterator[Fault]:
                 0, f"{key}.velocity", f"{component!r} is a table; an initial velocity is a number or an expression"
             )
         else:
-            yield from _value_faults(
-                scene, lambda c=component: scene.value(c, "m/s"), component, f"{key}.velocity", "m/s"
-            )
+            yield from _value_faults(scene, lambda c=component: _no_time(scene, c), component, f"{key}.velocity", "m/s")
+
+
+def _no_time(scene: "Scene", component: "Value") -> Any:
+    made = scene.value(component, "m/s")
+    if isinstance(made, Expression) and made.uses("t"):
+        raise ValueError("an initial velocity does not depend on t")
+    return made
 
 
 def _boundary_faults(scene: "Scene", condition: "Boundary", key: str) -> Iterator[Fault]:

@@ -8,6 +8,7 @@ reads another order and gets nine), nothing is boolean or half precision.
 import csv
 import io
 import json
+import math
 import os
 import re
 import tempfile
@@ -161,7 +162,19 @@ class OutputFolder:
 
     def summary(self, content: dict[str, Any]) -> None:
         """Write summary.json."""
-        _text(self.folder / "summary.json", json.dumps(content, indent=2, ensure_ascii=False) + "\n")
+        _text(
+            self.folder / "summary.json",
+            json.dumps(_json(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n",
+        )
+
+
+def _json(value: Any) -> Any:
+    """JSON has no infinities: null stands for a number that is not finite."""
+    if isinstance(value, dict):
+        return {key: _json(v) for key, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_json(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _padded(values: np.ndarray) -> np.ndarray:

@@ -55,6 +55,9 @@ class Recorder:
         self.probe, self._space, self._clock, self.every_step = probe, space, clock, every_step
         self._body, places = self._sample(probe, key, bodies)
         system = self._body.system
+        if "density" in probe.fields and "deformation" in system.state.widths:
+            text = f"the density cannot be probed in the {system.formulation} form; frames carry it"
+            raise SceneError("scene", [Fault(0, f"{key}.fields", text)])
         self._primitives = sorted({fields.primitive(name) for name in probe.fields} - {"density"})
         offsets, place, weight = [0], [], []
         self._internals = list(system.constitutive.internals)

@@ -6,6 +6,7 @@ scene names are the only plugins imported.
 """
 
 import copy
+import re
 import tomllib
 from functools import partial
 from pathlib import Path
@@ -28,7 +29,7 @@ from wsph.faults import between_tables, of_plugins, of_validation
 from wsph.lines import line_of, lines
 from wsph.shapes import Shape
 from wsph.smoothing import SMOOTHING
-from wsph.units import quantity
+from wsph.units import looks_like_quantity, quantity
 
 
 class Model(BaseModel):
@@ -60,8 +61,8 @@ def _tuple(value: Any) -> Any:
 
 def _cadence(value: object) -> int | float:
     if isinstance(value, int) and not isinstance(value, bool):
-        if value < 1:
-            raise ValueError(f'{value} steps: at least 1 (or a time such as "1 ms")')
+        if not 1 <= value < 2**53:
+            raise ValueError(f'{value} steps: from 1 to 2^53 (or a time such as "1 ms")')
         return value
     seconds = quantity(value, "s")
     if seconds <= 0.0:
@@ -75,9 +76,13 @@ def _smoothing(name: str) -> str:
     return name
 
 
+def _plain(value: object) -> object:
+    return value if isinstance(value, str) else quantity(value, "")
+
+
 Cadence = Annotated[int | float, BeforeValidator(_cadence)]
 """An integer counts steps, a float or a unit string is seconds."""
-Value = float | int | str
+Value = Annotated[float | str, BeforeValidator(_plain)]
 """A number, a quantity with its unit, an expression of x, y, z, t, or the name of a function."""
 Strings = Annotated[tuple[str, ...], BeforeValidator(_tuple)]
 
@@ -132,7 +137,7 @@ class Run(Model):
 class Body(Model):
     """One deformable body."""
 
-    name: str
+    name: Annotated[str, Field(min_length=1)]
     shape: Shape
     spacing: _in("m", gt=0)
     state: Literal["stress", "strain"] | None = None
@@ -145,7 +150,7 @@ class Function(Model):
     """A function of time: a table (t, value, interp) or an expression of x, y, z, t."""
 
     t: Annotated[tuple[_in("s"), ...], BeforeValidator(_tuple)] | None = None
-    value: Annotated[tuple[float | int, ...], BeforeValidator(_tuple)] | None = None
+    value: Annotated[tuple[_in(""), ...], BeforeValidator(_tuple)] | None = None
     interp: Literal["linear", "step"] = "linear"
     expression: str | None = None
 
@@ -252,6 +257,9 @@ class Scene(Model):
         if faults:
             raise SceneError("scene", faults)
 
+    def __hash__(self) -> int:
+        return hash(self.model_dump_json())
+
     def __eq__(self, other: object) -> bool:
         # Where a scene was read is not part of what it is.
         return isinstance(other, Scene) and self.model_dump() == other.model_dump()
@@ -283,19 +291,14 @@ class Scene(Model):
             function = self.functions[value]
             return compile_expression(function.expression) if function.expression is not None else function
         if isinstance(value, str):
-            try:
-                return compile_expression(value)
-            except ValueError as not_expression:
-                try:
-                    return constant_program(quantity(value, unit))
-                except ValueError:
-                    raise not_expression from None
+            # What begins as a number with a unit is one: "1 MPa" where a velocity belongs is a wrong unit, no expression.
+            return constant_program(quantity(value, unit)) if looks_like_quantity(value) else compile_expression(value)
         return constant_program(float(value))
 
 
 def apply_override(data: dict[str, Any], path: str, value: Any) -> None:
     """Set the dotted `path` in a scene's data. Raises SceneError where the path leads nowhere."""
-    keys = path.split(".") if "." in path or path in Scene.model_fields else ["run", path]
+    keys = path.split(".") if "." in path or path in (*Scene.model_fields, "schema") else ["run", path]
     if keys in (["run", "cfl"], ["run", "dt"]) and isinstance(data.get("run"), dict):
         data["run"].pop("dt" if keys[1] == "cfl" else "cfl", None)
     place: Any = data
@@ -318,7 +321,7 @@ def load(path: str | Path, overrides: dict[str, Any] | None = None) -> Scene:
     """Read and validate a scene file. Raises SceneError with every fault, its line and key."""
     source = str(path)
     try:
-        text = Path(path).read_text(encoding="utf-8")
+        text = Path(path).read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         raise SceneError(source, [Fault(0, "", "no such file")]) from None
     except (OSError, UnicodeDecodeError) as error:
@@ -326,7 +329,9 @@ def load(path: str | Path, overrides: dict[str, Any] | None = None) -> Scene:
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise SceneError(source, [Fault(0, "", f"is not TOML: {error}")]) from None
+        message, found = str(error), re.search(r" \(at line (\d+), column (\d+)\)", str(error))
+        line = int(found[1]) if found else 0
+        raise SceneError(source, [Fault(line, "", f"is not TOML: {message.split(' (at ')[0]}")]) from None
     where = lines(text)
     try:
         for key, value in (overrides or {}).items():

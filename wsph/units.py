@@ -8,9 +8,12 @@ same answer in every unit system, and single precision keeps its seven digits fr
 
 import difflib
 import math
+import numbers
 import re
 from dataclasses import dataclass
 from decimal import Decimal, DecimalException
+
+import numpy as np
 
 MAX_POWER = 9
 Dimension = tuple[int, int, int]
@@ -107,7 +110,7 @@ def quantity(value: object, expected: str) -> float:
             number = float(Decimal(match[1]) * factor)
         except (DecimalException, OverflowError):
             number = math.inf
-    elif isinstance(value, bool) or not isinstance(value, (int, float)):
+    elif isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers.Real):
         raise ValueError(
             f"{value!r} is not a number" + (f' [{expected}], nor a string such as "1 {expected}"' if expected else "")
         )
@@ -144,3 +147,9 @@ class Scales:
     def stress(self) -> float:
         """[Pa]"""
         return self.density * self.velocity**2
+
+
+def looks_like_quantity(text: str) -> bool:
+    """A number followed by a unit's name, as in "1 m/s"; "2 * x" and "1e3" are not."""
+    match = _NUMBER.fullmatch(text)
+    return bool(match and re.match(r"(?!x\b|y\b|z\b|t\b|and\b|or\b)[A-Za-zµ]|1\s*/\s*[A-Za-z]", match[2]))

@@ -49,7 +49,7 @@ def read(path: Path) -> dict[str, np.ndarray]:
 def _scalar(data: dict[str, np.ndarray], name: str) -> tuple[str, np.ndarray]:
     """The scalar that stands for a field in a picture, and its name."""
     match = re.fullmatch(r"(velocity|displacement)_([xyz])", name)
-    if match and match[1] in data:
+    if match and match[1] in data and "xyz".index(match[2]) < data[match[1]].shape[1]:
         return name, data[match[1]][:, "xyz".index(match[2])]
     match = re.fullmatch(r"stress_(xx|yy|zz|xy|yz|xz)", name)
     if match and "stress" in data:
@@ -80,6 +80,8 @@ def picture(
 
     Returns the plotter, or writes `save`.
     """
+    if save is not None and Path(save).suffix != ".png":
+        raise OutputError(f"{save}: a picture is a .png")
     pv = _pyvista()
     label, values = _scalar(data, name)
     points = np.zeros((len(values), 3))
@@ -122,9 +124,10 @@ def picture(
             plotter.view_xy()
     if save is None:
         return plotter
-    if not Path(save).parent.is_dir():
-        raise OutputError(f"{save}: there is no folder {Path(save).parent}")
-    plotter.screenshot(str(save))
+    try:
+        plotter.screenshot(str(save))
+    except OSError as error:
+        raise OutputError(f"{save}: cannot be written: {error.strerror or error}") from error
     plotter.close()
     return None
 
@@ -169,4 +172,7 @@ def _animate(found: list[tuple[float, Path]], name: str, save: Path) -> None:
             picture(data, name, time, path, limits)
             with Image.open(path) as page:
                 pages.append(page.convert("P"))
-        pages[0].save(save, save_all=True, append_images=pages[1:], duration=100, loop=0)
+        try:
+            pages[0].save(save, save_all=True, append_images=pages[1:], duration=100, loop=0)
+        except OSError as error:
+            raise OutputError(f"{save}: cannot be written: {error.strerror or error}") from error

@@ -253,7 +253,8 @@ def test_a_start_that_is_not_finite_is_refused(shock_bar: wsph.Scene, tmp_path: 
 
 def test_an_interrupt_ends_after_a_whole_step_and_says_where(shock_bar: wsph.Scene, tmp_path: Path) -> None:
     threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
-    result = wsph.run(shock_bar.with_(end="1e6 s", output={"history": 10_000}, probes=[]), tmp_path / "out")
+    scene = shock_bar.with_(end="1e6 s", output={"history": 10_000}, probes=[])
+    result = wsph.run(scene, tmp_path / "out", throw=False)
     assert result.status == "interrupted"
     steps = result.summary["steps"]
     assert result.history["step"][-1] == steps
@@ -316,3 +317,48 @@ def test_errors_survive_pickling() -> None:
     for error in (fault, unstable):
         again = pickle.loads(pickle.dumps(error))  # noqa: S301  our own bytes
         assert (str(again), vars(again)) == (str(error), vars(error))
+
+
+def test_what_is_not_finite_is_null_in_the_summary(shock_bar: wsph.Scene, tmp_path: Path) -> None:
+    wild = shock_bar.with_(cfl=3.0, guard="off", stop={"energy": 1e300}, end=0.2, output={"history": 1})
+    with pytest.warns(RuntimeWarning, match="energy was created"):
+        wsph.run(wild, tmp_path / "out", throw=False)
+    text = (tmp_path / "out" / "summary.json").read_text()
+    summary = json.loads(text, parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
+    assert summary["status"] in ("unstable", "stopped")
+
+
+def test_runs_from_several_threads_follow_one_another(shock_bar: wsph.Scene) -> None:
+    scene, results = shock_bar.with_(end="2 ms"), []
+    threads = [threading.Thread(target=lambda: results.append(wsph.run(scene))) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(results) == 3
+    assert all(np.array_equal(r.particles["velocity"], results[0].particles["velocity"]) for r in results)
+
+
+def test_an_interrupt_takes_its_course_in_a_program(shock_bar: wsph.Scene) -> None:
+    threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        wsph.run(shock_bar.with_(end="1e6 s", output={"history": 10_000}, probes=[]))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"density": 1e-320},
+        {"density": 1e-300},
+        {"youngs_modulus": 1e-300},
+        {"density": 1e-300, "youngs_modulus": 1e300},
+    ],
+)
+def test_numbers_beyond_double_precision_are_refused(shock_bar: wsph.Scene, change: dict[str, float]) -> None:
+    with pytest.raises(wsph.Refused, match="too far out|not finite"):
+        compose(shock_bar.with_(**{f"bodies.0.material.{key}": value for key, value in change.items()}))
+
+
+def test_a_cadence_may_be_longer_than_any_run(shock_bar: wsph.Scene) -> None:
+    result = wsph.run(shock_bar.with_(end="1 ms", output={"every": 1e308, "history": 2**52}))
+    assert result.history["step"].tolist() == [0, 20]

@@ -112,3 +112,19 @@ def test_a_free_spin_creates_energy_and_is_stopped_by_name() -> None:
     ):
         wsph.run(scene)
     assert caught.value.time * omega > 1.5
+
+
+def test_a_particle_that_is_turned_inside_out_stops_the_run_whatever_the_guard(scene: wsph.Scene) -> None:
+    """Ten times the wave speed: a whole cell is passed in a step."""
+    wild = scene.with_(cfl=0.3, end="4 ms", guard="off", stop={"energy": 1e9}, **{"bodies.0.spacing": 0.05})
+    pulse = {"t": [0.0, 1.0], "value": [2000.0, 0.0], "interp": "step"}
+    result = wsph.run(wild.with_(**{"functions.pulse": pulse}), throw=False)
+    assert result.status == "unstable"
+    assert "inside out (J <= 0)" in result.reason or "is not finite" in result.reason
+
+
+def test_the_density_of_a_moving_body_is_for_frames(scene: wsph.Scene) -> None:
+    with pytest.raises(
+        wsph.SceneError, match="the density cannot be probed in the updated-lagrangian form; frames carry it"
+    ):
+        wsph.run(scene.with_(probes=[{"name": "p", "at": [[0.2]], "fields": ["density"]}]))
