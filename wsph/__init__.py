@@ -4,8 +4,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from wsph.driver import Result, run
+    from wsph.driver import run
     from wsph.errors import OutputError, PluginError, Refused, SceneError, Unstable, WsphError
+    from wsph.result import Result
     from wsph.scene import Scene, load
 
 __version__: str
@@ -23,7 +24,7 @@ __all__ = [
     "run",
 ]
 
-_HOME = {"Result": "driver", "run": "driver", "Scene": "scene", "load": "scene"}
+_HOME = {"Result": "result", "run": "driver", "Scene": "scene", "load": "scene"}
 
 
 def __getattr__(name: str) -> Any:

@@ -180,7 +180,7 @@ def _check(options: argparse.Namespace) -> int:
 
 def _list(options: argparse.Namespace) -> int:
     groups = [options.group] if options.group else list(registry.GROUPS)
-    found = [entry for group in groups for entry in registry.entries(group)]
+    found = [entry for group in groups for entry in registry.described(group)]
     if options.json:
         rows = [
             {

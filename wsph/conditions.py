@@ -54,6 +54,13 @@ def _label(axis: int, tangent: int) -> str:
     return "".join(AXES[k] for k in sorted((axis, tangent)))
 
 
+def _velocities(scene: Scene, condition: Boundary) -> dict[str, Prescribed]:
+    """The velocity components that a condition prescribes, those held at zero included."""
+    held = (*condition.fixed, *([condition.symmetry] if condition.symmetry else []))
+    moved = {axis: scene.value(value, "m/s") for axis, value in condition.velocity.items()}
+    return moved | dict.fromkeys(held, constant_program(0.0))
+
+
 def _nothing_selected(k: int, condition: Boundary) -> SceneError:
     key, text = ("where", condition.where) if condition.where else ("face", condition.face)
     return SceneError("scene", [Fault(0, f"boundary.{k}.{key}", f"{text!r} selects no particle of {condition.body!r}")])
@@ -78,26 +85,17 @@ def face_conditions(scene: Scene, body: str, lattice: Lattice, labels: tuple[str
             nodes, rows = np.flatnonzero(chosen), chosen[faces.nodes].all(1)
         if not len(nodes):
             raise _nothing_selected(k, condition)
-        velocity = {axis: scene.value(value, "m/s") for axis, value in condition.velocity.items()}
-        velocity |= dict.fromkeys((*condition.fixed, *([condition.symmetry] if condition.symmetry else [])), zero)
-        for axis, value in velocity.items():
+        for axis, value in _velocities(scene, condition).items():
             result.put("velocity", AXES.index(axis), nodes, value)
             moved[rows, AXES.index(axis)] = True
             loaded[rows] |= _nonzero(value)
-        for label, text in condition.stress.items():
-            value, key = scene.value(text, "Pa"), f"boundary.{k}.stress.{label}"
+        for label, given in condition.stress.items():
+            value, key = scene.value(given, "Pa"), f"boundary.{k}.stress.{label}"
             acting = rows & np.isin(faces.axis, [AXES.index(axis) for axis in label])
             if not acting.any():
-                raise SceneError(
-                    "scene",
-                    [
-                        Fault(
-                            0,
-                            key,
-                            f"acts on no face selected here: {label} is a stress on a face across {' or '.join(sorted(set(label)))}",
-                        )
-                    ],
-                )
+                across = " or ".join(sorted(set(label)))
+                text = f"acts on no face selected here: {label} is a stress on a face across {across}"
+                raise SceneError("scene", [Fault(0, key, text)])
             loads.append((label, acting, np.unique(faces.nodes[acting]), value, key))
             loaded[acting] |= _nonzero(value)
     for axis in range(dim):
@@ -140,7 +138,6 @@ def layer_conditions(scene: Scene, body: str, lattice: Lattice, who: str) -> Con
             particles = np.flatnonzero(select(condition.where or "", lattice.cells, lattice.spacing))
         if not len(particles):
             raise _nothing_selected(k, condition)
-        velocity = {axis: scene.value(value, "m/s") for axis, value in condition.velocity.items()}
-        for axis, value in (velocity | dict.fromkeys(condition.fixed, constant_program(0.0))).items():
+        for axis, value in _velocities(scene, condition).items():
             result.put("velocity", AXES.index(axis), particles, value)
     return result

@@ -114,7 +114,6 @@ class Constitutive:
         self.space, self.material, self.state, self.who = space, material, state, who
         bulk, shear = material.moduli()
         self.wave_speed = state.wave_speed(bulk, shear, material.density)
-        self.relaxes = relaxes(material)
         self.internal_scales = {name: scales.of(unit) for name, unit in internal_units(material).items()}
         self.internals = {name: value / self.internal_scales[name] for name, value in internal_values(material).items()}
         _refuse_what_is_not_applied(material, who)

@@ -1,14 +1,12 @@
 """Running a scene: blocks of steps between events, checks, records, output."""
 
 import importlib.util
-import math
 import platform
 import signal
 import threading
 import time
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -22,7 +20,9 @@ from wsph.diagnostics import Ledger
 from wsph.errors import OutputError, Unstable
 from wsph.output import OutputFolder, check_writable
 from wsph.probes import RING, Recorder
+from wsph.result import Result
 from wsph.scene import Scene, load
+from wsph.schedule import Events, Interrupts
 
 CHECK_STEPS = 50
 """Steps between finite checks where steps are not captured; captured ones are checked at the end of a block."""
@@ -31,124 +31,6 @@ _ONE_RUN = threading.RLock()
 ENERGY_WARNING, LOSS_WARNING, ENERGY_AFTER = 0.02, 0.10, 20
 TABLE_SECONDS = 5.0
 """With frames, tables are written at most this often, and at the end: each time all their rows."""
-
-
-@dataclass
-class Result:
-    """What a run gave. `history`: columns of history.csv; `probes[name]`: columns by field; `particles`: final fields, SI.
-
-    `status` is "completed", "unstable" (a state is not finite), "stopped" (energy was created) or "interrupted"; `stable` is
-    False for the second and the third. `particles["position"]` is the reference position. `cost` holds steps,
-    right_hand_sides, wall_seconds and particle_steps_per_second.
-    """
-
-    scene: Scene
-    status: str
-    reason: str
-    time: float
-    history: dict[str, np.ndarray]
-    probes: dict[str, dict[str, np.ndarray]]
-    particles: dict[str, np.ndarray]
-    summary: dict[str, Any]
-    failure: Unstable | None = field(default=None, repr=False)
-
-    @property
-    def stable(self) -> bool:
-        """Whether the run stayed within what it can vouch for."""
-        return self.failure is None
-
-    @property
-    def cost(self) -> dict[str, float]:
-        """What the run took."""
-        return {
-            key: self.summary[key] for key in ("steps", "right_hand_sides", "wall_seconds", "particle_steps_per_second")
-        }
-
-    def error(
-        self, exact: Callable[[np.ndarray, float], np.ndarray] | np.ndarray, name: str, norm: float | str = 2
-    ) -> float:
-        """Relative error of a final scalar field or component ("stress_xx") against `exact`.
-
-        `exact` is an array (n,), or a function of reference position (n, dim) [m] and time [s]. Norm 1 is
-        sum|e|/sum|exact|, 2 is sqrt(sum e^2/sum exact^2), inf the largest |e| over the largest |exact|. Raises ValueError
-        for another norm, another shape or an exact solution that is zero, KeyError for a field that is not there.
-        """
-        computed = self.field(name)
-        wanted = np.asarray(exact(self.particles["position"], self.time) if callable(exact) else exact, float)
-        if wanted.size != computed.size:
-            raise ValueError(f"exact has {wanted.size} values for {computed.size} particles")
-        e, wanted = np.abs(computed - wanted.reshape(-1)), np.abs(wanted.reshape(-1))
-        norm = np.inf if norm == "inf" else norm
-        measures = {1: np.sum, 2: lambda v: np.sqrt(np.sum(v**2)), np.inf: np.max}
-        if norm not in measures:
-            raise ValueError(f"norm {norm!r} is none of 1, 2, inf")
-        size = measures[norm](wanted)
-        if size == 0.0:
-            raise ValueError("exact is zero everywhere: there is no relative error")
-        return float(measures[norm](e) / size)
-
-    def field(self, name: str) -> np.ndarray:
-        """A final scalar field or component, (n,), SI: "density", "stress_xy", "velocity_x", ..."""
-        if name in self.particles and (self.particles[name].ndim == 1 or self.particles[name].shape[1] == 1):
-            return self.particles[name].reshape(-1)
-        base = fields.primitive(name)
-        if base == name or base not in self.particles:
-            hint = f"; name a component of {name}" if name in self.particles else ""
-            raise KeyError(f"no scalar field {name!r} in the result{hint}; there is {', '.join(self.particles)}")
-        try:
-            return fields.component(name, self.particles[base], fields.TENSOR)
-        except IndexError:
-            raise KeyError(f"no component {name!r} in {self.scene.dim}D") from None
-
-    def plot(self, name: str = "velocity", save: str | Path | None = None) -> Any:
-        """A picture of a final field (needs pyvista). Returns the plotter, or writes `save`."""
-        from wsph import view
-
-        return view.picture(self.particles, name, self.time, save=save)
-
-
-class _Events:
-    """Steps at which something is due: the first state at or after each multiple of the cadence, and the last one."""
-
-    def __init__(self, cadence: float | int | None, dt: float, last: int):
-        # A cadence below the step is every step, one beyond the end none but the last.
-        self._steps: float | None = None
-        if cadence is not None:
-            steps = cadence if isinstance(cadence, int) else cadence / dt
-            self._steps = float(min(max(steps, 1), last + 1))
-        self._last = last
-        self.next = 0
-
-    def advance(self) -> None:
-        """Move on to the next due step."""
-        if self.next >= self._last:
-            self.next = self._last + 1
-        elif self._steps is None:
-            self.next = self._last
-        else:
-            number = math.floor((self.next + 1e-9) / self._steps) + 1
-            self.next = min(math.ceil(number * self._steps - 1e-9), self._last)
-
-
-class _Interrupts:
-    """Holds SIGINT and SIGTERM until a block of steps has ended: a state half way through a step is no state."""
-
-    def __init__(self) -> None:
-        self.asked = 0
-        self._former: dict[int, Any] = {}
-
-    def __enter__(self) -> "_Interrupts":
-        if threading.current_thread() is threading.main_thread():
-            for number in (signal.SIGINT, signal.SIGTERM):
-                self._former[number] = signal.signal(number, self._ask)
-        return self
-
-    def _ask(self, number: int, _: object) -> None:
-        self.asked = number
-
-    def __exit__(self, *_: object) -> None:
-        for number, former in self._former.items():
-            signal.signal(number, former)
 
 
 def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: bool = False, throw: bool = True,
@@ -199,13 +81,13 @@ class Simulation:
         output = self.scene.output
         self._writer = OutputFolder(folder, output.formats, self.scene.dim) if folder is not None else None
         history = output.history or max(self._last // HISTORY_ROWS, 1)
-        self._history = _Events(history, composition.dt, self._last)
-        self._frames = _Events(output.every, composition.dt, self._last)
+        self._history = Events(history, composition.dt, self._last)
+        self._frames = Events(output.every, composition.dt, self._last)
         self._slow = [
-            (p, _Events(p.probe.every, composition.dt, self._last)) for p in composition.probes if not p.every_step
+            (p, Events(p.probe.every, composition.dt, self._last)) for p in composition.probes if not p.every_step
         ]
         self._fast = [
-            (p, _Events(p.probe.every, composition.dt, self._last)) for p in composition.probes if p.every_step
+            (p, Events(p.probe.every, composition.dt, self._last)) for p in composition.probes if p.every_step
         ]
         self._rows: list[list[float]] = []
         self._largest = 0.0
@@ -222,7 +104,7 @@ class Simulation:
         step = 0
         for probe in (p for p, _ in self._fast):
             probe.record()
-        with _Interrupts() as interrupts:
+        with Interrupts() as interrupts:
             try:
                 ledgers = self._check(step)
                 self._initial = self._total(ledgers)

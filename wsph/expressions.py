@@ -35,13 +35,6 @@ class Expression:
     program: tuple[tuple[int, float], ...]
 
     @property
-    def constant(self) -> bool:
-        """True where the value depends neither on place nor on time."""
-        return not any(
-            OPERATIONS["x"] <= code <= OPERATIONS["t"] or code == OPERATIONS["table"] for code, _ in self.program
-        )
-
-    @property
     def logical(self) -> bool:
         """True where the value is a truth: the last operation is a comparison, and, or, not."""
         last = self.program[-1][0]

@@ -228,8 +228,3 @@ class MovingTwoSetSystem(TwoSetSystem):
         self.clock.launch(self.kernels.turn, n, [self._turned, self._face, 0], [state.struct])
         self.work.add(state, self.clock)
         self.clock.launch(self.kernels.drift, state.n, [self.clock.time], [state.struct])
-
-    def current_density(self) -> np.ndarray:
-        """rho_0/J of every particle, (n,), nondimensional."""
-        F = np.eye(self.space.dim) + self.state.read("deformation").reshape(-1, self.space.dim, self.space.dim)
-        return self.density / np.linalg.det(F)

@@ -26,6 +26,7 @@ from wsph.scene import Body, Scene
 from wsph.smoothing import SMOOTHING, SUPPORT
 from wsph.space import Space, determinant_and_inverse
 from wsph.state import Layout, State, fields_struct, layout_of
+from wsph.system import System
 from wsph.units import Scales
 from wsph.work import ConstraintWork
 
@@ -143,25 +144,16 @@ def _combine_kernel(space: Space, plain: int, timed: int) -> wp.Kernel:
     return combine
 
 
-class OneSetSystem:
-    """A body as one-set integrators see it. What an integrator may call is documented method by method."""
+class OneSetSystem(System):
+    """A body as one-set integrators see it: its particles are the cells."""
 
     formulation = "total-lagrangian"
-    follows_courant = False
 
     def __init__(self, scene: Scene, body: Body, lattice: Lattice, space: Space, constitutive: Constitutive,
                  scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip
-        self.space, self.lattice, self.constitutive, self.scales, self.clock, self.device = (
-            space,
-            lattice,
-            constitutive,
-            scales,
-            clock,
-            device,
-        )
-        self.position, self.count, self.spacing = lattice.cells, len(lattice.cells), lattice.spacing
+        super().__init__(lattice, space, constitutive, scales, clock, device)
+        self.position = lattice.cells
         self.volume = lattice.cell_volume / scales.length**space.dim
-        self.density = constitutive.density
         self._displacement = displacement
         radius = (scene.run.support or DEFAULT_SUPPORT) * lattice.spacing / scales.length
         _, position = lattice.scaled(scales.length)
@@ -184,7 +176,6 @@ class OneSetSystem:
         self._correction = wp.array(correction.numpy(), dtype=space.mat, device=device)
         self._x = wp.array(position, dtype=space.vec, device=device)
         self._corrected = wp.zeros(self.count, dtype=space.mat, device=device)
-        self._states: list[State] = []
         self.state = self.new()
         self.conditions = layer_conditions(scene, body.name, lattice, f"integrator {scene.run.integrator.name!r}")
         self.boundary = BoundaryValues(
@@ -201,12 +192,7 @@ class OneSetSystem:
 
     def new(self) -> State:
         """A state, zero but for the internals' initial values."""
-        layout = layout_of(self.space, self.constitutive, self._displacement, deformation=True)
-        state = State(self.space, self.count, layout, self.device)
-        if self.constitutive.internals:
-            state.write("internals", np.tile(list(self.constitutive.internals.values()), (self.count, 1)))
-        self._states.append(state)
-        return state
+        return self._make(self.count, layout_of(self.space, self.constitutive, self._displacement, deformation=True))
 
     def rate(self, state: State, out: State) -> None:
         """`out` = the time derivative of every field of `state`."""
@@ -247,10 +233,6 @@ class OneSetSystem:
         kernel = _combine_kernel(self.space, len(plain), len(timed))
         inputs = [self.clock.time, self.space.vector(6)(*coefficients), *states, *rates]
         self.clock.launch(kernel, out.buffer.shape[0], inputs, [out.buffer])
-
-    def impose(self, state: State, c: float | tuple[float, float]) -> None:
-        """Set the prescribed velocities in a state at t + c dt; c = (0., 1.) means the mean of both ends of the step."""
-        self.boundary.impose(state, self.clock, c)
 
     def accept(self, state: State) -> None:
         """Close the step: the prescribed values at t + dt, and the work of the constraints."""
@@ -297,11 +279,6 @@ class OneSetSystem:
         offsets, indices, values = pairs.offsets.numpy(), pairs.indices.numpy(), weights.values.numpy()
         return [(indices[a:b], values[a:b]) for a, b in itertools.pairwise(offsets)]
 
-    def current_density(self) -> np.ndarray:
-        """rho_0/J of every particle, (n,), nondimensional."""
-        F = np.eye(self.space.dim) + self.state.read("deformation").reshape(-1, self.space.dim, self.space.dim)
-        return self.density / np.linalg.det(F)
-
     @property
     def nbytes(self) -> int:
         """Device memory of the body [bytes]: pairs, weights and all states, the integrator's too."""
@@ -310,5 +287,5 @@ class OneSetSystem:
             + self._weight.capacity
             + 2 * self._correction.capacity
             + self._x.capacity
-            + sum(s.nbytes for s in self._states)
+            + self.state_bytes
         )

@@ -39,13 +39,22 @@ def entries(group: str, installed: Callable[..., metadata.EntryPoints] = metadat
         distribution = point.dist
         name, version = (distribution.name, distribution.version) if distribution else ("unknown", "?")
         # An editable install and the checkout it points at report the same distribution twice.
-        status, description = _describe(point.value)
-        found[point.name, point.value, name] = Entry(group, point.name, point.value, name, version, status, description)
+        found[point.name, point.value, name] = Entry(group, point.name, point.value, name, version)
     every = sorted(found.values(), key=lambda e: (e.name, e.distribution))
     owners: dict[str, set[str]] = {}
     for entry in every:
         owners.setdefault(entry.name, set()).add(f"{entry.distribution} ({entry.target})")
     return [_with_owners(entry, owners[entry.name]) for entry in every]
+
+
+def described(group: str, installed: Callable[..., metadata.EntryPoints] = metadata.entry_points) -> list[Entry]:
+    """`entries` with what their sources say: a description, and a status where there is no such module."""
+    return [_with_source(entry) for entry in entries(group, installed)]
+
+
+def _with_source(entry: Entry) -> Entry:
+    status, description = _describe(entry.target)
+    return dataclasses.replace(entry, status=entry.status if status == "ok" else status, description=description)
 
 
 def _with_owners(entry: Entry, owners: set[str]) -> Entry:

@@ -24,6 +24,7 @@ from wsph.program import Clock
 from wsph.scene import Body, Scene
 from wsph.space import Space
 from wsph.state import Layout, State, fields_struct, layout_of
+from wsph.system import System
 from wsph.units import Scales
 from wsph.work import ExternalWork
 
@@ -146,14 +147,10 @@ def _kernels(space: Space, laws: Laws, virtual: Layout, real: Layout) -> Kernels
     return Kernels(space, laws, virtual, real)
 
 
-class TwoSetSystem:
-    """A body as Taylor-SPH sees it. What an integrator may call is documented method by method.
-
-    `position` (n, dim) [m] of the real particles, `volume` (n,) and `density` nondimensional, `state` the real particles'.
-    """
+class TwoSetSystem(System):
+    """A body as Taylor-SPH sees it: `position`, `volume` and `state` are the real particles'."""
 
     formulation = "small-strain"
-    follows_courant = False
     widenings = 0
     """How often a target that spans too few directions (a corner) may look half as far again. Not at all in small strain:
     each axis by itself holds every mode to rounding up to C = .9; looking further holds most to C = 1, but lets a block with
@@ -161,18 +158,9 @@ class TwoSetSystem:
 
     def __init__(self, scene: Scene, body: Body, lattice: Lattice, space: Space, constitutive: Constitutive,
                  scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip
-        self.space, self.lattice, self.constitutive, self.scales, self.clock, self.device = (
-            space,
-            lattice,
-            constitutive,
-            scales,
-            clock,
-            device,
-        )
-        self.position, self.count = lattice.nodes, len(lattice.nodes)
-        self.spacing = lattice.spacing
+        super().__init__(lattice, space, constitutive, scales, clock, device)
+        self.position = lattice.nodes
         self.volume = lattice.node_volume / scales.length**space.dim
-        self.density = constitutive.density
         self._displacement = displacement
         self._sourced = constitutive.laws.source is not None
         self._support = scene.run.support or DEFAULT_SUPPORT
@@ -184,7 +172,6 @@ class TwoSetSystem:
         self._moment = self._second_moments(nodes, cells)
         self._virtual_rows, self._real_rows = self._rows(*self.to_virtual), self._rows(*self.to_real)
 
-        self._states: list[State] = []
         self.state = self.new("real")
         self.conditions: Conditions = face_conditions(scene, body.name, lattice, constitutive.state.labels)
         self._free = wp.array(self.conditions.free_normals, dtype=wp.int32, device=device)
@@ -271,11 +258,7 @@ class TwoSetSystem:
     def new(self, where: str = "real") -> State:
         """A state, zero but for the internals' initial values, at the "real" or at the "virtual" particles."""
         n = len(self.lattice.nodes if where == "real" else self.lattice.cells)
-        state = State(self.space, n, self._layout(where), self.device)
-        if self.constitutive.internals:
-            state.write("internals", np.tile(list(self.constitutive.internals.values()), (n, 1)))
-        self._states.append(state)
-        return state
+        return self._make(n, self._layout(where))
 
     def _source(self, state: State) -> object:
         """The law's rate at L = 0 at every particle of `state` (a launch where the law has one)."""
@@ -298,10 +281,6 @@ class TwoSetSystem:
             [*inputs, self._virtual_rows, source.struct, self._source(source)],
             [out.struct],
         )
-
-    def impose(self, state: State, c: float | tuple[float, float]) -> None:
-        """Set the prescribed values of a real state at t + c dt; c = (0., 1.) means the mean of both ends of the step."""
-        self.boundary.impose(state, self.clock, c)
 
     def rate(self, source: State, out: State, *, imposed: State, weight: float) -> None:
         """Real `out` += weight dt times the rate from virtual `source`.
@@ -359,10 +338,6 @@ class TwoSetSystem:
             rows.append((np.array(list(total), int), np.array(list(total.values()))))
         return rows
 
-    def current_density(self) -> np.ndarray:
-        """Density of every particle, (n,), nondimensional."""
-        return np.full(self.count, self.density)
-
     @staticmethod
     def _average(weights: Weights, values: np.ndarray) -> np.ndarray:
         offsets, indices, w = (a.numpy() for a in (weights.pairs.offsets, weights.pairs.indices, weights.values))
@@ -376,4 +351,4 @@ class TwoSetSystem:
         """Device memory of the body [bytes]: pairs, weights and all states, the integrator's too."""
         weights = sum(w.values.capacity for w in (*self.to_virtual, *self.to_real))
         rows = sum(w.pairs.nbytes for w in (self.to_virtual[0], self.to_real[0]))
-        return weights + rows + sum(state.nbytes for state in self._states)
+        return weights + rows + self.state_bytes

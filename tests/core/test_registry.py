@@ -85,7 +85,7 @@ def test_the_description_and_a_missing_module_are_told_without_importing() -> No
         ("gone", "wsph_materials.gone:G", "d"),
         ("no", "nope.x:Y", "d"),
     )
-    found = {entry.name: entry for entry in registry.entries("materials", points)}
+    found = {entry.name: entry for entry in registry.described("materials", points)}
     assert found["elastic"].description.startswith("stress rate = lambda tr(D) I + 2 mu D")
     assert found["gone"].status == "broken: there is no module wsph_materials.gone"
     assert found["no"].status == "broken: there is no module nope.x"

@@ -1,0 +1,66 @@
+"""What every system of a body has: where its particles are, its states, its prescribed values."""
+
+from typing import Any
+
+import numpy as np
+
+from wsph.constitutive import Constitutive
+from wsph.particles import Lattice
+from wsph.prescribed import BoundaryValues
+from wsph.program import Clock
+from wsph.space import Space
+from wsph.state import Layout, State
+from wsph.units import Scales
+
+
+class System:
+    """A body as integrators see it; the systems of one and of two sets add their rates.
+
+    `position` (n, dim) [m] of the particles that carry the state in the reference configuration, `spacing` [m], `volume`
+    (n,) and `density` nondimensional, `state`, `boundary` and `work` (external work so far).
+    """
+
+    formulation = ""
+    follows_courant = False
+    position: np.ndarray
+    volume: np.ndarray
+    state: State
+    boundary: BoundaryValues
+    work: Any
+
+    def __init__(
+        self, lattice: Lattice, space: Space, constitutive: Constitutive, scales: Scales, clock: Clock, device: str
+    ):
+        self.space, self.lattice, self.constitutive = space, lattice, constitutive
+        self.scales, self.clock, self.device = scales, clock, device
+        self.spacing, self.density = lattice.spacing, constitutive.density
+        self._states: list[State] = []
+
+    @property
+    def count(self) -> int:
+        """Particles that carry the state."""
+        return len(self.position)
+
+    def _make(self, n: int, layout: Layout) -> State:
+        """A state of `n` points, zero but for the internals' initial values."""
+        state = State(self.space, n, layout, self.device)
+        if self.constitutive.internals:
+            state.write("internals", np.tile(list(self.constitutive.internals.values()), (n, 1)))
+        self._states.append(state)
+        return state
+
+    def impose(self, state: State, c: float | tuple[float, float]) -> None:
+        """Set the prescribed values in a state at t + c dt; c = (0., 1.) means the mean of both ends of the step."""
+        self.boundary.impose(state, self.clock, c)
+
+    def current_density(self) -> np.ndarray:
+        """rho_0/J of every particle, (n,), nondimensional; rho_0 where the formulation evolves no deformation."""
+        if "deformation" not in self.state.widths:
+            return np.full(self.count, self.density)
+        F = np.eye(self.space.dim) + self.state.read("deformation").reshape(-1, self.space.dim, self.space.dim)
+        return self.density / np.linalg.det(F)
+
+    @property
+    def state_bytes(self) -> int:
+        """Device memory of all states, the integrator's too [bytes]."""
+        return sum(state.nbytes for state in self._states)
