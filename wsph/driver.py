@@ -259,19 +259,17 @@ class Simulation:
     def _fields(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
         """Fields of all bodies, SI, with position, id and body."""
         parts: dict[str, list[np.ndarray]] = {}
+        wanted = {fields.primitive(name) for name in names}
         first = 0
         for number, run in enumerate(self.c.bodies):
             system, labels = run.system, run.constitutive.state.labels
             n = system.count
-            values = {
-                name: system.filtered(name) * self._units.get(name, 1.0)
-                for name in system.state.widths
-                if name not in ("deformation", "internals")
-            }
-            if "internals" in system.state.widths:
-                internals = system.filtered("internals")
-                for k, name in enumerate(run.constitutive.internals):
-                    values[name] = internals[:, [k]] * run.constitutive.internal_scales[name]
+            values = {name: system.filtered(name) * self._units[name] for name in system.state.widths if name in wanted}
+            own = [name for name in run.constitutive.internals if name in wanted]
+            if own:
+                internals, order = system.filtered("internals"), list(run.constitutive.internals)
+                for name in own:
+                    values[name] = internals[:, [order.index(name)]] * run.constitutive.internal_scales[name]
             values["density"] = system.current_density()[:, None] * self.c.scales.density
             parts.setdefault("position", []).append(system.position)
             for name in (n for n in names if n not in fields.ALWAYS):
