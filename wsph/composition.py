@@ -16,7 +16,7 @@ from wsph import fields, registry
 from wsph.constitutive import STRESS_STATES, Constitutive, StressState, blame
 from wsph.device import pick_device
 from wsph.diagnostics import Diagnostics
-from wsph.errors import PluginError, Refused, SceneError
+from wsph.errors import Fault, PluginError, Refused, SceneError
 from wsph.expressions import Expression
 from wsph.moving_set import MovingTwoSetSystem
 from wsph.one_set import OneSetSystem
@@ -142,7 +142,7 @@ def _compose(scene: Scene) -> Composition:
     system_type = SYSTEMS[formulation]
     device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
     states = [STRESS_STATES[scene.dim, body.state] for body in scene.bodies]
-    lattices = [lattice(body.shape, body.spacing, body.jitter, scene.run.seed) for body in scene.bodies]
+    lattices = [_lattice(k, body, scene.run.seed, system_type.splits) for k, body in enumerate(scene.bodies)]
     speeds = [_wave_speed(b, s, m) for b, s, m in zip(scene.bodies, states, materials, strict=True)]
     fastest = int(np.argmin([cells.spacing / c for cells, c in zip(lattices, speeds, strict=True)]))
     shortest = lattices[fastest].spacing / speeds[fastest]
@@ -182,6 +182,16 @@ def _compose(scene: Scene) -> Composition:
         probes,
         Program(step, particles, device),
     )
+
+
+def _lattice(number: int, body: Body, seed: int, split: bool) -> Lattice:
+    cracks = tuple((crack.start, crack.end) for crack in body.cracks)
+    try:
+        return lattice(body.shape, body.spacing, body.jitter, seed,
+                       lattice_rotate=body.lattice_rotate, cracks=cracks, split=split)  # fmt: skip
+    except ValueError as error:
+        key = "spacing" if "no cell" in str(error) else "cracks"
+        raise SceneError("scene", [Fault(0, f"bodies.{number}.{key}", str(error))]) from None
 
 
 def _refuse_extremes(scales: Scales, fastest: int, scene: Scene) -> None:
@@ -229,10 +239,11 @@ def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: An
         values = [scene.value(v, "m/s") for v in body.velocity]
         columns = [value(system.position) for value in values if isinstance(value, Expression)]
         system.state.write("velocity", np.stack(columns, 1) / scales.velocity)
-    system.impose(system.state, 0.0)
+    system.hold(system.state, 0.0)
     if not np.isfinite(system.state.buffer.numpy()).all():
         raise Refused(f"body {body.name!r}: its initial velocity, or a value prescribed at t = 0, is not finite")
     system.work.start(system.state, clock)
+    system.force.start(system.state, clock)
     with blame(who, INTEGRATOR_SIGNATURE):
         integrator = plugin(system, **scene.run.integrator.options())
         if hasattr(integrator, "begin"):

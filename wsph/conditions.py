@@ -2,8 +2,10 @@
 
 The rule at the faces of a two-set body (Herreros & Mabssout 2011, 3.2.4: essential conditions on the boundary particles):
 each face prescribes one of (v_n | sigma_nn) and one of (v_t | sigma_nt) per tangent; a particle on several faces takes the
-union; a face that nothing is said of is free. Where sigma_nn is prescribed the normal strain rate follows from its rate:
-also at a corner whose other face holds v_n (without it a cantilever's root grows by 2e-4 a step at nu = .499, C <= .5).
+union, except that among faces in one plane what holds the velocity wins; a face that nothing is said of is free. The faces
+of a box by name are those of its outside: sides of holes and cracks are free unless `where` selects them. Where sigma_nn is
+prescribed the normal strain rate follows from its rate: also at a corner whose other face holds v_n (without it a
+cantilever's root grows by 2e-4 a step at nu = .499, C <= .5).
 """
 
 from dataclasses import dataclass, field
@@ -100,9 +102,13 @@ def face_conditions(scene: Scene, body: str, lattice: Lattice, labels: tuple[str
             loaded[acting] |= _nonzero(value)
     for axis in range(dim):
         rows = faces.axis == axis
+        # The tip of a crack lies on both its sides: it belongs to what is whole.
+        tips = np.intersect1d(faces.nodes[rows & (faces.sign > 0)], faces.nodes[rows & (faces.sign < 0)])
         for tangent in range(dim):
-            free = rows & ~moved[:, tangent]
-            result.put("stress", labels.index(_label(axis, tangent)), np.unique(faces.nodes[free]), zero)
+            # Where a face in the same plane holds the velocity, as on the ligament beside a crack, that wins.
+            held = faces.nodes[rows & moved[:, tangent]]
+            free = np.setdiff1d(faces.nodes[rows & ~moved[:, tangent]], np.union1d(held, tips))
+            result.put("stress", labels.index(_label(axis, tangent)), free, zero)
     for label, acting, nodes, value, key in loads:
         for axis in range(dim):
             for tangent in range(dim):

@@ -191,12 +191,15 @@ class Simulation:
             message, step=step, time=t, dt=self.c.dt, field=name, particle=particle, position=position, limit=limit
         )
 
+    def _dissipated(self, ledgers: list[Ledger]) -> float:
+        return sum(e.dissipated for e in ledgers) + sum(run.system.force.damped for run in self.c.bodies)
+
     def _total(self, ledgers: list[Ledger]) -> float:
-        return sum(e.kinetic + e.strain + e.dissipated for e in ledgers)
+        return sum(e.kinetic + e.strain for e in ledgers) + self._dissipated(ledgers)
 
     def _work(self) -> float:
         """Work done on the bodies, what they started with included."""
-        return self._initial + sum(run.system.work.total for run in self.c.bodies)
+        return self._initial + sum(run.system.work.total + run.system.force.gravity_work for run in self.c.bodies)
 
     def _collect(self, step: int) -> None:
         """Read what the rings hold up to `step`."""
@@ -233,7 +236,7 @@ class Simulation:
         if self._rows and self._rows[-1][0] == step:
             return
         total, work = self._total(ledgers), self._work()
-        sums = [sum(e.kinetic for e in ledgers), sum(e.strain for e in ledgers), sum(e.dissipated for e in ledgers)]
+        sums = [sum(e.kinetic for e in ledgers), sum(e.strain for e in ledgers), self._dissipated(ledgers)]
         momentum = sum(e.momentum for e in ledgers)
         energies = [x * self._energy for x in (*sums, work, work - total)]
         self._rows.append([step, step * self.c.dt, self.c.dt, *energies, *(momentum * self._impulse)])

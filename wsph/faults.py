@@ -17,6 +17,7 @@ from wsph import registry
 from wsph.errors import Fault, PluginError
 from wsph.expressions import FUNCTIONS, VARIABLES, Expression, compile_expression
 from wsph.fields import ALWAYS, AXES, known
+from wsph.grid import plan
 from wsph.plugins import build, internal_units
 
 if TYPE_CHECKING:
@@ -38,12 +39,16 @@ def nearest(name: str, names: Iterable[str], otherwise: str = "") -> str:
 
 def of_validation(error: Any, root: type[BaseModel]) -> Fault:
     """A pydantic error in the words of a scene's author."""
-    # Members of a union and validators are steps of pydantic's path, not keys of the scene.
-    skipped = {"float", "int", "str", "Function", "Box"}
-    keys = [str(k) for k in error["loc"] if str(k) not in skipped and "function-" not in str(k)]
+    keys = [str(k) for k in scene_path(error["loc"])]
     key, kind, given = ".".join(keys), error["type"], error.get("input")
+    if kind == "union_tag_not_found":
+        return Fault(0, f"{key}.type", "is missing")
+    if kind == "union_tag_invalid":
+        names = error["ctx"]["expected_tags"]
+        hint = nearest(error["ctx"]["tag"], [name.strip("' ") for name in names.split(",")])
+        return Fault(0, f"{key}.type", f"{error['ctx']['tag']!r} is none of {names}" + (f"; {hint}" if hint else ""))
     if kind == "extra_forbidden":
-        names = _known_keys(keys[:-1], root)
+        names = _known_keys(error["loc"][:-1], root)
         return Fault(0, key, "unknown key; " + nearest(keys[-1], names, f"known: {', '.join(names)}"))
     if kind == "missing":
         return Fault(0, key, "is missing")
@@ -61,17 +66,29 @@ def of_validation(error: Any, root: type[BaseModel]) -> Fault:
     return Fault(0, key, f"{given!r}: {message}" if not isinstance(given, dict) else message)
 
 
-def _known_keys(path: list[str], root: type[BaseModel]) -> list[str]:
-    """The keys that the table at `path` can have."""
-    model: Any = root
-    for key in path:
-        if key.isdigit():
-            continue
-        annotation = model.model_fields[key].annotation if key in getattr(model, "model_fields", {}) else None
-        models = [m for m in _walk(annotation) if isinstance(m, type) and issubclass(m, BaseModel)]
-        if models:
-            model = models[0]
-    return ["schema" if name == "schema_" else name for name in model.model_fields]
+def scene_path(path: tuple[str | int, ...]) -> list[str | int]:
+    """The keys of the scene in a path of pydantic's, which also names members of unions and validators."""
+    names, kept = [str(k) for k in path], []
+    for k, name in enumerate(names):
+        # What follows `shape`, or a number in `shapes`, is the type that the shape names itself.
+        tag = k > 0 and (names[k - 1] == "shape" or (k > 1 and names[k - 2] == "shapes"))
+        if not tag and name not in ("float", "int", "str", "Function") and "function-" not in name:
+            kept.append(path[k])
+    return kept
+
+
+def _known_keys(path: tuple[str | int, ...], root: type[BaseModel]) -> list[str]:
+    """The keys that the table at pydantic's `path` can have."""
+    models: list[Any] = [root]
+    for key in (str(k) for k in path):
+        fields = {field.alias or name: field for name, field in models[0].model_fields.items()}
+        tagged = [m for m in models if "type" in m.model_fields and key in _walk(m.model_fields["type"].annotation)]
+        if tagged:
+            models = tagged
+        elif key in fields:
+            found = [m for m in _walk(fields[key].annotation) if isinstance(m, type) and issubclass(m, BaseModel)]
+            models = found or models
+    return [field.alias or name for name, field in models[0].model_fields.items()]
 
 
 def _walk(annotation: Any) -> Iterator[Any]:
@@ -90,6 +107,9 @@ def between_tables(scene: "Scene") -> Iterator[Fault]:
     for k, condition in enumerate(scene.boundary):
         yield from _body_name_fault(condition.body, names, f"boundary.{k}.body")
         yield from _boundary_faults(scene, condition, f"boundary.{k}")
+    for axis in scene.gravity:
+        if axis not in AXES[: scene.dim]:
+            yield Fault(0, f"gravity.{axis}", f"is none of {', '.join(AXES[: scene.dim])}")
     for name, function in scene.functions.items():
         if name in (*VARIABLES, *FUNCTIONS, "pi"):
             yield Fault(0, f"functions.{name}", f"{name!r} is a name of the expressions; give the function another")
@@ -116,13 +136,19 @@ def _body_faults(scene: "Scene", body: "Body", key: str) -> Iterator[Fault]:
         yield Fault(0, f"{key}.shape", f"has {body.shape.dim} coordinates in a scene of dim = {scene.dim}")
     else:
         try:
-            count = math.prod(int(n) for n in body.shape.cells(body.spacing))
+            count = math.prod(int(n) for n in plan(body.shape, body.spacing, body.lattice_rotate).count)
         except ValueError as error:
-            yield Fault(0, f"{key}.spacing", str(error))
+            yield Fault(0, f"{key}.{'spacing' if 'rotation' not in str(error) else 'shape.rotate'}", str(error))
         else:
             if count > MOST_CELLS:
                 most = f"gives {count:.3g} particles; a 32-bit index has room for {MOST_CELLS:.3g} and their pairs"
                 yield Fault(0, f"{key}.spacing", most)
+    for k, crack in enumerate(body.cracks):
+        if {len(crack.start), len(crack.end)} != {scene.dim} or scene.dim == 1:
+            text = "a crack needs 2D or 3D" if scene.dim == 1 else f"from and to need {scene.dim} coordinates each"
+            yield Fault(0, f"{key}.cracks.{k}", text)
+        elif crack.start == crack.end:
+            yield Fault(0, f"{key}.cracks.{k}", "from and to are the same point")
     if (body.state is None) != (scene.dim == 3):
         wanted = "is for 1D and 2D" if scene.dim == 3 else '"stress" or "strain" is needed in 1D and 2D'
         yield Fault(0, f"{key}.state", wanted)

@@ -15,6 +15,7 @@ from functools import cache
 import numpy as np
 import warp as wp
 
+from wsph.body_force import Parts, acceleration, inertia_struct
 from wsph.constitutive import Constitutive, Laws, packing
 from wsph.gather import divergence, gather, rows_struct
 from wsph.particles import Lattice
@@ -22,7 +23,7 @@ from wsph.program import Clock
 from wsph.scene import Body, Scene
 from wsph.space import Space, determinant_and_inverse
 from wsph.state import Layout, State, fields_struct, layout_of
-from wsph.two_set import SourceKernels, TwoSetSystem, drift_kernel
+from wsph.two_set import SourceKernels, TwoSetSystem, drift_kernel, turning
 from wsph.units import Scales
 
 
@@ -59,26 +60,10 @@ def face_frame(space: Space) -> wp.Function:
     return frame
 
 
-@cache
-def _turning(space: Space) -> wp.Function:
-    """Warp function (3x3 tensor, frame) -> the tensor's components in the frame; the out-of-plane axis stays."""
-    dim, real, tensor, mat = space.dim, space.scalar, space.tensor, space.mat
-
-    @wp.func
-    def turned(full: tensor, frame: mat) -> tensor:
-        Q = wp.identity(n=3, dtype=real)
-        for i in range(wp.static(dim)):
-            for j in range(wp.static(dim)):
-                Q[i, j] = frame[i, j]
-        return Q * full * wp.transpose(Q)
-
-    return turned
-
-
 class Kernels(SourceKernels):
     """The kernels of a composition that moves."""
 
-    def __init__(self, space: Space, laws: Laws, virtual: Layout, real_layout: Layout):
+    def __init__(self, space: Space, laws: Laws, virtual: Layout, real_layout: Layout, parts: Parts):
         super().__init__(laws, space, (virtual, real_layout))
         real, vec, mat, point = space.scalar, space.vec, space.mat, space.point
         stress, internal, Params = laws.stress, laws.internal, laws.Params
@@ -88,10 +73,11 @@ class Kernels(SourceKernels):
         dim, width, sourced = space.dim, len(laws.state.components), laws.source is not None
         unpack, pack = packing(space, laws.state)
         determinant, inverse = determinant_and_inverse(space)
-        frame, turned = face_frame(space), _turning(space)
+        frame, turned = face_frame(space), turning(space)
+        accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
 
         @wp.kernel(module="unique", enable_backward=False)
-        def half_step(clock: wp.array(dtype=wp.float64), weight: real, p: Params, density: real, rows: Rows,
+        def half_step(clock: wp.array(dtype=wp.float64), weight: real, p: Params, body: Inertia, rows: Rows,
                       fields: Real, sources: Real, fields_out: Virtual):  # fmt: skip
             i = wp.tid()
             dt = real(clock[1]) * weight
@@ -113,15 +99,15 @@ class Kernels(SourceKernels):
             v += v0
             s += s0
             change, dq = linear(p, s, Ldot * back, q, S, Q)
-            fields_out.velocity[i] = v + dt * determinant(F) / density * force_of(slope * back)
+            fields_out.velocity[i] = v + dt * accelerated(body, determinant(F) * force_of(slope * back), v)
             fields_out.stress[i] = s + dt * change
             fields_out.deformation[i] = H + dt * Ldot
             if wp.static(sourced):
                 fields_out.internals[i] = q + dt * dq
 
         @wp.kernel(module="unique", enable_backward=False)
-        def rate(clock: wp.array(dtype=wp.float64), weight: real, p: Params, density: real, rows: Rows, held: wp.array(dtype=wp.int32),
-                 free: wp.array(dtype=wp.int32), face: wp.array(dtype=wp.int32), fields: Virtual, sources: Virtual, imposed: Real,
+        def rate(clock: wp.array(dtype=wp.float64), weight: real, p: Params, body: Inertia, rows: Rows, held: wp.array(dtype=wp.int32),
+                 free: wp.array(dtype=wp.int32), face: wp.array(dtype=wp.int32), grid: mat, fields: Virtual, sources: Virtual, imposed: Real,
                  fields_out: Real):  # fmt: skip
             i = wp.tid()
             dt = real(clock[1]) * weight
@@ -137,7 +123,7 @@ class Kernels(SourceKernels):
             axes = mat()
             local = s
             if face[i] >= 0:
-                axes = frame(F, back, face[i])
+                axes = frame(F * wp.transpose(grid), grid * back, face[i])
                 local = pack(turned(unpack(s + s0), axes))
             if held[i] != 0:
                 for c in range(wp.static(dim)):
@@ -166,7 +152,7 @@ class Kernels(SourceKernels):
                 turned_S = pack(turned(unpack(S), axes))
                 change, dq = linear_faces(p, local, axes * L * wp.transpose(axes), q, turned_S, Q, free[i], target)
                 change = pack(turned(unpack(change), wp.transpose(axes)))
-            fields_out.velocity[i] = v0 + dt * determinant(F) / density * force_of(slope * back)
+            fields_out.velocity[i] = v0 + dt * accelerated(body, determinant(F) * force_of(slope * back), v + v0)
             fields_out.stress[i] = s0 + dt * change
             fields_out.deformation[i] = H + real(0.5) * dt * Ldot
             fields_out.displacement[i] = fields_out.displacement[i] + real(0.5) * dt * v0
@@ -174,10 +160,16 @@ class Kernels(SourceKernels):
                 fields_out.internals[i] = fields_out.internals[i] + dt * dq
 
         @wp.kernel(module="unique", enable_backward=False)
-        def turn(particles: wp.array(dtype=wp.int32), face: wp.array(dtype=wp.int32), to_frame: int, fields_out: Real):
+        def turn(
+            particles: wp.array(dtype=wp.int32),
+            face: wp.array(dtype=wp.int32),
+            grid: mat,
+            to_frame: int,
+            fields_out: Real,
+        ):
             i = particles[wp.tid()]
             F = wp.identity(n=dim, dtype=real) + fields_out.deformation[i]
-            axes = frame(F, inverse(F), face[i])
+            axes = frame(F * wp.transpose(grid), grid * inverse(F), face[i])
             if to_frame == 0:
                 axes = wp.transpose(axes)
             fields_out.stress[i] = pack(turned(unpack(fields_out.stress[i]), axes))
@@ -187,8 +179,8 @@ class Kernels(SourceKernels):
 
 
 @cache
-def _kernels(space: Space, laws: Laws, virtual: Layout, real: Layout) -> Kernels:
-    return Kernels(space, laws, virtual, real)
+def _kernels(space: Space, laws: Laws, virtual: Layout, real: Layout, parts: Parts) -> Kernels:
+    return Kernels(space, laws, virtual, real, parts)
 
 
 class MovingTwoSetSystem(TwoSetSystem):
@@ -206,25 +198,30 @@ class MovingTwoSetSystem(TwoSetSystem):
         for axis in reversed(range(space.dim)):
             face[np.unique(lattice.faces.nodes[lattice.faces.axis == axis])] = axis
         self._face = wp.array(face, dtype=wp.int32, device=device)
-        self._turned = wp.array(np.flatnonzero(face >= 0), dtype=wp.int32, device=device)
 
     def _layout(self, where: str) -> Layout:
         return layout_of(self.space, self.constitutive, where == "real", True)
 
     def _make_kernels(self) -> Kernels:
-        return _kernels(self.space, self.constitutive.laws, self._layout("virtual"), self._layout("real"))
+        layouts = self._layout("virtual"), self._layout("real")
+        return _kernels(self.space, self.constitutive.laws, *layouts, self.force.parts)
 
     def rate(self, source: State, out: State, *, imposed: State, weight: float) -> None:
         """As in `TwoSetSystem`; `imposed` holds stress components in the frames of the faces."""
-        inputs = [self.clock.time, self.space.scalar(weight), self.constitutive.params, self.space.scalar(self.density)]
-        inputs += [self._real_rows, self._held, self._free, self._face, source.struct, self._source(source)]
+        inputs = [self.clock.time, self.space.scalar(weight), self.constitutive.params, self.force.struct]
+        inputs += [self._real_rows, self._held, self._free, self._face, self._axes, source.struct, self._source(source)]
         self.clock.launch(self.kernels.rate, out.n, [*inputs, imposed.struct], [out.struct])
 
+    def hold(self, state: State, c: float | tuple[float, float]) -> None:
+        """Set the prescribed values, stresses in the current frames of the faces."""
+        n = self._framed.shape[0]
+        self.clock.launch(self.kernels.turn, n, [self._framed, self._face, self._axes, 1], [state.struct])
+        self.impose(state, c)
+        self.clock.launch(self.kernels.turn, n, [self._framed, self._face, self._axes, 0], [state.struct])
+
     def accept(self, state: State) -> None:
-        """Close the step: the prescribed values at t + dt, in the frames of the faces, and the work of the faces."""
-        n = self._turned.shape[0]
-        self.clock.launch(self.kernels.turn, n, [self._turned, self._face, 1], [state.struct])
-        self.impose(state, 1.0)
-        self.clock.launch(self.kernels.turn, n, [self._turned, self._face, 0], [state.struct])
+        """Close the step: the prescribed values at t + dt, and the work of the faces and of the body forces."""
+        self.hold(state, 1.0)
         self.work.add(state, self.clock)
+        self.force.add(state, self.clock)
         self.clock.launch(self.kernels.drift, state.n, [self.clock.time], [state.struct])

@@ -1,6 +1,6 @@
 """Pairs: which sources each target sees, as compressed sparse rows."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -27,6 +27,15 @@ class Pairs:
     def count(self) -> int:
         """Number of directed pairs."""
         return self.indices.shape[0]
+
+    def where(self, kept: np.ndarray) -> "Pairs":
+        """The pairs for which `kept` (count,) bool holds."""
+        if kept.all():
+            return self
+        offsets, device = self.offsets.numpy(), self.offsets.device
+        before = np.concatenate([[0], np.cumsum(kept)])
+        indices = wp.array(self.indices.numpy()[kept], dtype=wp.int32, device=device)
+        return replace(self, offsets=wp.array(before[offsets], dtype=wp.int32, device=device), indices=indices)
 
     @property
     def nbytes(self) -> int:

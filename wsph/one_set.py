@@ -14,6 +14,7 @@ from functools import cache
 import numpy as np
 import warp as wp
 
+from wsph.body_force import BodyForce, Parts, acceleration, inertia_struct
 from wsph.conditions import layer_conditions
 from wsph.constitutive import Constitutive, Laws, blame, packing
 from wsph.errors import Refused
@@ -40,15 +41,16 @@ def _correction_kernel(space: Space, smoothing: str) -> wp.Kernel:
     inverse = generalized_inverse(space)
 
     @wp.kernel(module="unique", enable_backward=False)
-    def correction(h: real, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), position: wp.array(dtype=vec),
-                   volume: wp.array(dtype=real), weight_out: wp.array(dtype=real), correction_out: wp.array(dtype=mat),
+    def correction(h: real, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), cell: wp.array(dtype=vec),
+                   position: wp.array(dtype=vec), volume: wp.array(dtype=real), weight_out: wp.array(dtype=real), correction_out: wp.array(dtype=mat),
                    rank_out: wp.array(dtype=wp.int32)):  # fmt: skip
         i = wp.tid()
         moment = mat()
         for k in range(offsets[i], offsets[i + 1]):
             j = indices[k]
             r = position[j] - position[i]
-            w = -slope(wp.length(r) / h) * volume[j]
+            # The kernel is one of grid coordinates: cells of any aspect have the same neighbours.
+            w = -slope(wp.length(cell[j] - cell[i]) / h) * volume[j]
             weight_out[k] = w
             moment += w * wp.outer(r, r)
         b, rank = inverse(moment)
@@ -61,7 +63,7 @@ def _correction_kernel(space: Space, smoothing: str) -> wp.Kernel:
 class Kernels:
     """The kernels of a composition: one instance per (space, laws, which fields there are)."""
 
-    def __init__(self, space: Space, laws: Laws, layout: Layout):
+    def __init__(self, space: Space, laws: Laws, layout: Layout, parts: Parts):
         real, vec, mat = space.scalar, space.vec, space.mat
         internal, Params = laws.internal, laws.Params
         Fields = fields_struct(space, layout)
@@ -69,6 +71,7 @@ class Kernels:
         kept, displacement = "internals" in dict(layout), "displacement" in dict(layout)
         determinant, inverse = determinant_and_inverse(space)
         unpack, _ = packing(space, laws.state)
+        accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
 
         @wp.kernel(module="unique", enable_backward=False)
         def first_piola(correction: wp.array(dtype=mat), fields: Fields, corrected_out: wp.array(dtype=mat)):
@@ -82,7 +85,7 @@ class Kernels:
             corrected_out[i] = determinant(F) * cauchy * wp.transpose(inverse(F)) * correction[i]
 
         @wp.kernel(module="unique", enable_backward=False)
-        def rate(p: Params, density: real, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
+        def rate(p: Params, body: Inertia, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
                  position: wp.array(dtype=vec), correction: wp.array(dtype=mat), corrected: wp.array(dtype=mat), fields: Fields, rate_out: Fields):  # fmt: skip
             i = wp.tid()
             x = position[i]
@@ -101,7 +104,7 @@ class Kernels:
             if wp.static(kept):
                 q = fields.internals[i]
             ds, dq = respond(p, fields.stress[i], change * inverse(F), q)
-            rate_out.velocity[i] = force / density
+            rate_out.velocity[i] = accelerated(body, force, v)
             rate_out.stress[i] = ds
             rate_out.deformation[i] = change
             if wp.static(kept):
@@ -113,8 +116,8 @@ class Kernels:
 
 
 @cache
-def _kernels(space: Space, laws: Laws, layout: Layout) -> Kernels:
-    return Kernels(space, laws, layout)
+def _kernels(space: Space, laws: Laws, layout: Layout, parts: Parts) -> Kernels:
+    return Kernels(space, laws, layout, parts)
 
 
 @cache
@@ -155,22 +158,28 @@ class OneSetSystem(System):
         self.position = lattice.cells
         self.volume = lattice.cell_volume / scales.length**space.dim
         self._displacement = displacement
-        radius = (scene.run.support or DEFAULT_SUPPORT) * lattice.spacing / scales.length
-        _, position = lattice.scaled(scales.length)
-        self._pairs = find_pairs(position, position, radius, device, same=True)
+        _, cells = lattice.centred
+        self._support = scene.run.support or DEFAULT_SUPPORT
+        self._pairs = find_pairs(cells, cells, self._support, device, same=True)
+        if lattice.cracks:
+            _, sided = lattice.sided
+            row = np.repeat(np.arange(self.count), np.diff(self._pairs.offsets.numpy()))
+            self._pairs = self._pairs.where(~lattice.apart(sided[row], sided[self._pairs.indices.numpy()]))
+        factor = lattice.frame.step / scales.length
+        position = cells * np.where(np.abs(factor - 1.0) < 1e-6, 1.0, factor) @ lattice.frame.axes.T
         double = Space(space.dim)
         weight = wp.zeros(self._pairs.count, dtype=wp.float64, device=device)
         correction = wp.zeros(self.count, dtype=double.mat, device=device)
         rank = wp.zeros(self.count, dtype=wp.int32, device=device)
         wp.launch(_correction_kernel(double, scene.run.kernel), self.count, device=device,
-                  inputs=[wp.float64(radius / SUPPORT), self._pairs.offsets, self._pairs.indices,
+                  inputs=[wp.float64(self._support / SUPPORT), self._pairs.offsets, self._pairs.indices, wp.array(cells, dtype=double.vec, device=device),
                           wp.array(position, dtype=double.vec, device=device), wp.array(self.volume, dtype=wp.float64, device=device)],
                   outputs=[weight, correction, rank])  # fmt: skip
         lonely = np.flatnonzero(rank.numpy() < space.dim)
         if len(lonely):
             raise Refused(
                 f"{len(lonely)} particles of body {body.name!r}, the first at {self.position[lonely[0]].tolist()} m, see too few"
-                f" neighbours for a gradient: raise run.support (now {radius * scales.length / self.spacing:g} spacings)"
+                f" neighbours for a gradient: raise run.support (now {self._support:g} spacings)"
             )
         self._weight = wp.array(weight.numpy(), dtype=space.scalar, device=device)
         self._correction = wp.array(correction.numpy(), dtype=space.mat, device=device)
@@ -181,9 +190,10 @@ class OneSetSystem(System):
         self.boundary = BoundaryValues(
             space, self.conditions, self.state, self.position, {"velocity": scales.velocity}, scales.time, device
         )
+        self.force = BodyForce(scene, body, space, scales, self.density, self.volume, device)
         self.work = ConstraintWork(space, self.boundary, self.density * self.volume, device)
         with blame(constitutive.who):
-            self.kernels = _kernels(space, constitutive.laws, self.state.layout)
+            self.kernels = _kernels(space, constitutive.laws, self.state.layout, self.force.parts)
 
     @property
     def pairs(self) -> int:
@@ -199,7 +209,7 @@ class OneSetSystem(System):
         self.clock.launch(self.kernels.first_piola, self.count, [self._correction, state.struct], [self._corrected])
         inputs = [
             self.constitutive.params,
-            self.space.scalar(self.density),
+            self.force.struct,
             self._pairs.offsets,
             self._pairs.indices,
             self._weight,
@@ -239,6 +249,7 @@ class OneSetSystem(System):
         self.work.before(state, self.clock)
         self.impose(state, 1.0)
         self.work.after(state, self.clock)
+        self.force.add(state, self.clock)
 
     def spectral_radius(self, rounds: int = 30) -> float:
         """Largest |eigenvalue| of the rate about the current state, times the spacing over the wave speed.
@@ -274,8 +285,12 @@ class OneSetSystem(System):
 
     def sample(self, points: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
         """How to read the state at `points` (m, dim) [m]: particles and weights per point, linear-exact."""
-        pairs = find_pairs(points, self.position, 1.6 * self.spacing, "cpu")
-        weights = interpolation_weights(Space(self.space.dim), pairs, points, self.position, self.lattice.cell_volume)
+        cells = self.lattice.index[self.lattice.corners].mean(1)
+        points = self.lattice.frame.coordinates(points)
+        pairs = find_pairs(points, cells, 1.6, "cpu")
+        row = np.repeat(np.arange(len(points)), np.diff(pairs.offsets.numpy()))
+        pairs = pairs.where(~self.lattice.apart(points[row], cells[pairs.indices.numpy()]))
+        weights = interpolation_weights(Space(self.space.dim), pairs, points, cells, self.lattice.cell_volume)
         offsets, indices, values = pairs.offsets.numpy(), pairs.indices.numpy(), weights.values.numpy()
         return [(indices[a:b], values[a:b]) for a, b in itertools.pairwise(offsets)]
 

@@ -13,7 +13,7 @@ Weights are computed in double precision whatever the run's: a set-up cost, and 
 cancellation in the corrections.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -152,6 +152,11 @@ class Weights:
     pairs: Pairs
     values: wp.array
     rank: np.ndarray
+
+    def mapped(self, space: Space, linear: np.ndarray) -> "Weights":
+        """Gradient weights turned and stretched by `linear` (dim, dim)."""
+        values = self.values.numpy().astype(np.float64) @ linear.T
+        return replace(self, values=wp.array(values, dtype=space.vec, device=self.values.device))
 
 
 def _vectors(points: np.ndarray, space: Space, device: str) -> wp.array:

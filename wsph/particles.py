@@ -1,8 +1,9 @@
-"""Where particles sit: nodes and cells of a lattice inside a shape, and the faces of the body.
+"""Where particles sit: nodes and cells of a grid inside a shape, and the faces of the body.
 
 Two-set methods put real particles at the nodes (faces, edges and corners included) and virtual ones at the cell centres;
 one-set methods put theirs at the cell centres. Faces are found from the cells alone: a cell face that belongs to one cell
-is a face of the body, whatever the shape. Everything here is numpy, in metres.
+is a face of the body, whatever the shape. A crack cuts the faces that it runs along, and its nodes are there once for each
+side. Everything here is numpy, in metres; grid coordinates are in cells along the grid's own axes.
 """
 
 from dataclasses import dataclass
@@ -10,14 +11,17 @@ from itertools import product
 
 import numpy as np
 
-from wsph.shapes import Shape
+from wsph.grid import FIT, Grid, plan
+from wsph.shapes import Rotation, Shape
 
 
 @dataclass(frozen=True)
 class Faces:
     """Faces of a body, one row a cell face.
 
-    `nodes` (m, 2^(dim-1)), `cell` (m,), `axis` (m,), `sign` of the outward normal (m,), `area` (m,) [m^(dim-1)].
+    `nodes` (m, 2^(dim-1)), `cell` (m,), `axis` (m,) of the grid, `sign` of the outward normal (m,), `area` (m,)
+    [m^(dim-1)]; `name` (m,) int: 2k for the shape's -x, -y, -z and 2k + 1 for +x, +y, +z, before its rotation; `outer`
+    (m,) bool: not a side of a hole or of a crack.
     """
 
     nodes: np.ndarray
@@ -25,38 +29,70 @@ class Faces:
     axis: np.ndarray
     sign: np.ndarray
     area: np.ndarray
+    name: np.ndarray
+    outer: np.ndarray
 
     def named(self, name: str) -> np.ndarray:
-        """Rows whose outward normal is "+x", "-x", ..., (m,) bool."""
-        return (self.axis == "xyz".index(name[1])) & (self.sign == (1 if name[0] == "+" else -1))
+        """Rows of the outer faces whose normal is nearest to "+x", "-x", ... before the shape's rotation, (m,) bool."""
+        return self.outer & (self.name == 2 * "xyz".index(name[1]) + (name[0] == "+"))
+
+
+@dataclass(frozen=True)
+class Crack:
+    """A cut in grid coordinates, in 2D the segment from `start` to `end`, in 3D the rectangle with these corners."""
+
+    start: np.ndarray
+    end: np.ndarray
+
+    def crosses(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """Whether the lines from `first` to `second` (n, dim) pass through the crack, (n,) bool."""
+        way = self.end - self.start
+        if len(way) == 2:
+            normal = np.array([-way[1], way[0]])
+        else:
+            normal = (np.abs(way) < FIT).astype(float)
+        a, b = (first - self.start) @ normal, (second - self.start) @ normal
+        apart = a * b < 0.0
+        share = np.divide(a, a - b, out=np.zeros_like(a), where=apart)
+        at = first + share[:, None] * (second - first) - self.start
+        if len(way) == 2:
+            along = at @ way / (way @ way)
+            return apart & (along >= 0.0) & (along <= 1.0)
+        flat = normal == 0.0
+        low, high = np.minimum(way, 0.0) - FIT, np.maximum(way, 0.0) + FIT
+        return apart & (((at >= low) & (at <= high)) | ~flat).all(1)
 
 
 @dataclass(frozen=True)
 class Lattice:
     """A body cut into cells: `nodes` (n, dim), `cells` (c, dim) [m], `corners` (c, 2^dim) node ids, volumes [m^dim].
 
-    `spacing` [m] is the edge of a cell along x; `step` (dim,) [m] along every axis, equal to it up to the fit of the box.
+    `index` (n, dim) the nodes in grid coordinates, jitter included; `cracks` in grid coordinates; `frame` the grid.
     """
 
-    spacing: float
-    step: np.ndarray
-    grid: np.ndarray
+    frame: Grid
+    index: np.ndarray
     nodes: np.ndarray
     cells: np.ndarray
     corners: np.ndarray
     node_volume: np.ndarray
     cell_volume: np.ndarray
     faces: Faces
+    cracks: tuple[Crack, ...]
 
-    def scaled(self, length: float) -> tuple[np.ndarray, np.ndarray]:
-        """Nodes (n, dim) and cells (c, dim) in units of `length` about the middle of the body.
+    @property
+    def spacing(self) -> float:
+        """The shortest edge of a cell [m]."""
+        return float(self.frame.step.min())
 
-        From the lattice's integers, not from the positions: differences of positions lose a digit for every decade of
+    @property
+    def centred(self) -> tuple[np.ndarray, np.ndarray]:
+        """Nodes (n, dim) and cells (c, dim) in cells about the middle of the body.
+
+        From the grid's integers, not from the positions: differences of positions lose a digit for every decade of
         cells, and a scheme that is exact at Courant number 1 shows it.
         """
-        factor = self.step / length
-        factor = np.where(np.abs(factor - 1.0) < 1e-6, 1.0, factor)
-        nodes = (self.grid - np.floor(self.grid.mean(0))) * factor
+        nodes = self.index - np.floor(self.index.mean(0))
         return nodes, nodes[self.corners].mean(1)
 
     @property
@@ -66,20 +102,47 @@ class Lattice:
         mask[self.faces.nodes.ravel()] = True
         return mask
 
+    @property
+    def sided(self) -> tuple[np.ndarray, np.ndarray]:
+        """Nodes and cells in grid coordinates, nodes moved a trifle into their own cells: each on its side of a crack."""
+        cells = self.index[self.corners].mean(1)
+        own = np.repeat(np.arange(len(cells)), self.corners.shape[1])
+        share = np.bincount(self.corners.ravel(), minlength=len(self.nodes))
+        mean = [
+            np.bincount(self.corners.ravel(), cells[own, k], len(self.nodes)) / share for k in range(cells.shape[1])
+        ]
+        return self.index + 1e-3 * (np.stack(mean, 1) - self.index), cells
 
-def lattice(shape: Shape, spacing: float, jitter: float = 0.0, seed: int = 0) -> Lattice:
-    """Cut `shape` into cells of edge `spacing` [m].
+    def apart(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """Which pairs of points, (n, dim) in grid coordinates, a crack parts, (n,) bool."""
+        parted = np.zeros(len(first), bool)
+        for crack in self.cracks:
+            parted |= crack.crosses(first, second)
+        return parted
+
+
+def lattice(
+    shape: Shape,
+    spacing: float | tuple[float, ...],
+    jitter: float = 0.0,
+    seed: int = 0,
+    *,
+    lattice_rotate: Rotation = 0.0,
+    cracks: tuple[tuple[tuple[float, ...], tuple[float, ...]], ...] = (),
+    split: bool = True,
+) -> Lattice:
+    """Cut `shape` into cells of edge `spacing` [m], one number or one for each axis.
 
     `jitter` moves every node by up to that fraction of the spacing along each axis, those on a face within their face;
-    cells follow as the centroids of their corners. Raises ValueError where the spacing does not fit a box.
+    cells follow as the centroids of their corners. `cracks` are (from, to) [m]; with `split` they have to run along lines
+    of the grid, and part the nodes on them. Raises ValueError where spacing or cracks do not fit.
     """
-    dim = shape.dim
-    count = shape.cells(spacing)
-    low, high = shape.bounds()
-    # An edge divided by its count, not the spacing again: the last node must be the shape's corner to the last bit.
-    step = (high - low) / count
+    dim, grid = shape.dim, plan(shape, spacing, lattice_rotate)
+    count = grid.count
     index = np.stack(np.meshgrid(*[np.arange(n) for n in count], indexing="ij"), -1).reshape(-1, dim)
-    index = index[shape.contains(low + (index + 0.5) * step)]
+    index = index[shape.contains(grid.points(index + 0.5))]
+    if not len(index):
+        raise ValueError(f"{grid.step.min():g} m leaves no cell inside the shape")
     inside = np.zeros(tuple(count), bool)
     inside[tuple(index.T)] = True
 
@@ -89,28 +152,125 @@ def lattice(shape: Shape, spacing: float, jitter: float = 0.0, seed: int = 0) ->
     used, corners = np.unique(flat, return_inverse=True)
     corners = corners.reshape(flat.shape)
     node_index = (used[:, None] // strides) % (count + 1)
-    nodes, grid = np.where(node_index == count, high, low + node_index * step), node_index.astype(float)
-
-    cell_volume = np.full(len(index), float(np.prod(step)))
-    node_volume = np.bincount(corners.ravel(), np.repeat(cell_volume, 2**dim) / 2**dim, len(nodes))
-    faces = _faces(inside, index, corners, offsets, step)
+    cuts = tuple(Crack(*grid.coordinates(np.array(ends, float))) for ends in cracks)
+    cut = np.zeros((dim, *count), bool)
+    if split:
+        for crack in cuts:
+            _cut_faces(crack, cut, shape, grid)
+    cell, axis, sign, whole = _faces(inside, cut, index)
+    sides = (corners[cell], offsets, axis, sign)
+    shift = np.zeros((len(used), dim))
     if jitter:
-        shift = np.random.default_rng(seed).uniform(-jitter, jitter, nodes.shape)
-        for axis in range(dim):
-            shift[np.unique(faces.nodes[faces.axis == axis]), axis] = 0.0
-        nodes, grid = nodes + shift * step, grid + shift
-    return Lattice(float(step[0]), step, grid, nodes, nodes[corners].mean(1), corners, node_volume, cell_volume, faces)
+        shift = np.random.default_rng(seed).uniform(-jitter, jitter, shift.shape)
+        for k in range(dim):
+            shift[np.unique(_face_nodes(*sides)[axis == k]), k] = 0.0
+    if cut.any():
+        corners, owner = _part(corners, node_index, inside, cut, index, offsets)
+        node_index, shift = node_index[owner], shift[owner]
+    turn = shape.axes.T @ grid.axes
+    normal = sign[:, None] * turn[:, axis].T
+    nearest = np.abs(np.round(normal, 9)).argmax(1)
+    name = 2 * nearest + (normal[np.arange(len(axis)), nearest] > 0.0)
+    beside = grid.points(index[cell] + 0.5 + sign[:, None] * np.eye(dim)[axis])
+    area = np.prod(grid.step) / grid.step[axis]
+    faces = Faces(
+        _face_nodes(corners[cell], offsets, axis, sign), cell, axis, sign, area, name, whole & ~shape.covers(beside)
+    )
+    nodes = grid.points(node_index)
+    if jitter:
+        nodes = nodes + (shift * grid.step) @ grid.axes.T
+    cell_volume = np.full(len(index), float(np.prod(grid.step)))
+    node_volume = np.bincount(corners.ravel(), np.repeat(cell_volume, 2**dim) / 2**dim, len(nodes))
+    return Lattice(
+        grid, node_index + shift, nodes, nodes[corners].mean(1), corners, node_volume, cell_volume, faces, cuts
+    )
 
 
-def _faces(inside: np.ndarray, index: np.ndarray, corners: np.ndarray, offsets: np.ndarray, step: np.ndarray) -> Faces:
+def _faces(inside: np.ndarray, cut: np.ndarray, index: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Cell, axis, sign of every cell face with no neighbour behind it, and whether it is not the side of a cut."""
     rows: list[tuple[np.ndarray, ...]] = []
     padded = np.pad(inside, 1)
-    for axis in range(len(step)):
+    for axis in range(inside.ndim):
         for sign in (-1, 1):
             beside = index + 1
             beside[:, axis] += sign
-            cell = np.flatnonzero(~padded[tuple(beside.T)])
-            nodes = corners[cell][:, offsets[:, axis] == (sign + 1) // 2]
-            area = np.full(len(cell), np.prod(np.delete(step, axis)))
-            rows.append((nodes, cell, np.full(len(cell), axis), np.full(len(cell), sign), area))
-    return Faces(*[np.concatenate(parts) for parts in zip(*rows, strict=True)])
+            whole = ~padded[tuple(beside.T)]
+            lower = index.copy()
+            lower[:, axis] -= sign < 0
+            parted = cut[axis][tuple(lower.T)] & (lower[:, axis] >= 0)
+            cell = np.flatnonzero(whole | parted)
+            rows.append((cell, np.full(len(cell), axis), np.full(len(cell), sign), whole[cell]))
+    cell, axis, sign, whole = (np.concatenate(parts) for parts in zip(*rows, strict=True))
+    return cell, axis, sign, whole
+
+
+def _face_nodes(corners: np.ndarray, offsets: np.ndarray, axis: np.ndarray, sign: np.ndarray) -> np.ndarray:
+    """Nodes of faces: those of the cell's corners (m, 2^dim) on the face's side, (m, 2^(dim-1))."""
+    on = offsets.T[axis] == ((sign + 1) // 2)[:, None]
+    return corners[on].reshape(len(corners), -1)
+
+
+def _cut_faces(crack: Crack, cut: np.ndarray, shape: Shape, grid: Grid) -> None:
+    """Mark in `cut` [axis, lower cell] the faces that a crack runs along. Raises ValueError off the grid's lines."""
+    dim, ends = len(cut), np.stack([crack.start, crack.end])
+    flat = np.flatnonzero(np.abs(ends[0] - ends[1]) < FIT)
+    if len(flat) != 1:
+        across = "a side of the cells" if dim == 2 else "one plane of the cells, its corners `from` and `to`"
+        raise ValueError(f"a crack in a two-set body runs along {across}")
+    axis = int(flat[0])
+    line = np.rint(ends[0, axis])
+    if abs(ends[0, axis] - line) > FIT:
+        below, above = (grid.low[axis] + grid.step[axis] * (np.floor(ends[0, axis]) + k) for k in (0, 1))
+        at = grid.low[axis] + grid.step[axis] * ends[0, axis]
+        raise ValueError(
+            f"lies at {'xyz'[axis]} = {at:.12g} m between the cells' sides at {below:.12g} m and {above:.12g} m"
+        )
+    low, high = ends.min(0), ends.max(0)
+    for k in (k for k in range(dim) if k != axis):
+        for end in (low[k], high[k]):
+            if 0.0 < end < grid.count[k] and abs(end - np.rint(end)) > FIT:
+                below, above = (grid.low[k] + grid.step[k] * (np.floor(end) + s) for s in (0, 1))
+                at = grid.low[k] + grid.step[k] * end
+                raise ValueError(
+                    f"ends at {'xyz'[k]} = {at:.12g} m between the particles at {below:.12g} m and {above:.12g} m"
+                )
+    if not 1 <= line <= grid.count[axis] - 1:
+        return
+    span = [
+        slice(int(np.clip(np.rint(low[k]), 0, n)), int(np.clip(np.rint(high[k]), 0, n)))
+        for k, n in enumerate(grid.count)
+    ]
+    span[axis] = slice(int(line) - 1, int(line))
+    cut[(axis, *span)] = True
+
+
+def _part(corners: np.ndarray, node_index: np.ndarray, inside: np.ndarray, cut: np.ndarray, index: np.ndarray,
+          offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Nodes once for each group of cells around them that no cut parts: new corners, and the old node of each new one."""
+    dim = inside.ndim
+    around, solid = np.pad(inside, 1), len(offsets)
+    slot = {tuple(o): k for k, o in enumerate(offsets)}
+    blocked = np.pad(cut, [(0, 0), *[(1, 1)] * dim])
+    # Cell of slot o around a node stands at node - 1 + o, or node + o in the padded arrays.
+    place = node_index[:, None, :] + offsets
+    present = around[tuple(np.moveaxis(place, -1, 0))]
+    label = np.where(present, np.arange(solid), solid)
+    for _ in range(solid):
+        for axis in range(dim):
+            for o in (o for o in offsets if o[axis] == 0):
+                low, high = slot[tuple(o)], slot[tuple(o + np.eye(dim, dtype=int)[axis])]
+                open_ = ~blocked[axis][tuple(place[:, low].T)] & present[:, low] & present[:, high]
+                both = np.minimum(label[:, low], label[:, high])
+                label[open_, low] = label[open_, high] = both[open_]
+    touched = np.zeros(len(node_index), bool)
+    for axis in range(dim):
+        for o in (o for o in offsets if o[axis] == 0):
+            touched |= blocked[axis][tuple(place[:, slot[tuple(o)]].T)]
+    # Elsewhere cells that meet at a corner alone stay joined.
+    label[~touched] = np.where(present[~touched], 0, solid)
+    keys = np.arange(len(node_index))[:, None] * solid + label
+    # The cell's corner o is the node around which the cell has slot 1 - o.
+    opposite = [slot[tuple(1 - o)] for o in offsets]
+    mine = np.stack([keys[corners[:, k], opposite[k]] for k in range(solid)], 1)
+    new, parted = np.unique(mine, return_inverse=True)
+    return parted.reshape(corners.shape), new // solid

@@ -25,9 +25,9 @@ from pydantic import (
 
 from wsph.errors import Fault, SceneError
 from wsph.expressions import Expression, compile_expression, constant_program
-from wsph.faults import between_tables, of_plugins, of_validation
+from wsph.faults import between_tables, of_plugins, of_validation, scene_path
 from wsph.lines import line_of, lines
-from wsph.shapes import Shape
+from wsph.shapes import Rotation, Shape
 from wsph.smoothing import SMOOTHING
 from wsph.units import looks_like_quantity, quantity
 
@@ -134,14 +134,40 @@ class Run(Model):
         return self
 
 
+class Damping(Model):
+    """Damping of every particle's motion: dv/dt = ... - rate v, rate in 1/s."""
+
+    rate: _in("1/s", ge=0)
+
+
+class CrackLine(Model):
+    """A cut from the start: in 2D a segment, in 3D a rectangle with these two corners. Reference coordinates."""
+
+    start: Annotated[tuple[_in("m"), ...], BeforeValidator(_tuple)] = Field(alias="from")
+    end: Annotated[tuple[_in("m"), ...], BeforeValidator(_tuple)] = Field(alias="to")
+
+
+def _spacing(value: Any) -> Any:
+    """One length, or one for each axis."""
+    lengths = tuple(quantity(v, "m") for v in value) if isinstance(value, (list, tuple)) else quantity(value, "m")
+    if not ((isinstance(lengths, tuple) and lengths) or isinstance(lengths, float)):
+        raise ValueError(f"{value!r} is no length and no list of lengths")
+    if min(lengths if isinstance(lengths, tuple) else (lengths,)) <= 0.0:
+        raise ValueError(f"{value!r} is not above zero")
+    return lengths
+
+
 class Body(Model):
     """One deformable body."""
 
     name: Annotated[str, Field(min_length=1)]
     shape: Shape
-    spacing: _in("m", gt=0)
+    spacing: Annotated[float | tuple[float, ...], BeforeValidator(_spacing)]
+    lattice_rotate: Rotation = 0.0
     state: Literal["stress", "strain"] | None = None
     jitter: _in("", ge=0, le=0.5) = 0.0
+    cracks: Annotated[tuple[CrackLine, ...], BeforeValidator(_tuple)] = ()
+    damping: Damping | None = None
     velocity: Annotated[tuple[Value, ...], BeforeValidator(_tuple)] | None = None
     material: MaterialSpec
 
@@ -238,6 +264,7 @@ class Scene(Model):
     functions: dict[str, Function] = {}
     boundary: Annotated[tuple[Boundary, ...], BeforeValidator(_tuple)] = ()
     probes: Annotated[tuple[Probe, ...], BeforeValidator(_tuple)] = ()
+    gravity: dict[Literal["x", "y", "z"], _in("m/s2")] = {}
     output: Output = Output()
     stop: Stop = Stop()
 
@@ -351,9 +378,10 @@ def _beyond(data: dict[str, Any], error: ValidationError) -> list[Fault]:
     repaired = copy.deepcopy(data)
     for e in error.errors():
         place: Any = repaired
-        for key in e["loc"][:-1]:
+        *outer, last = scene_path(e["loc"])
+        for key in outer:
             place = place[key]
-        place.pop(e["loc"][-1], None)
+        place.pop(last, None)
     try:
         Scene(**repaired)
     except SceneError as other:

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from wsph.body_force import BodyForce
 from wsph.constitutive import Constitutive
 from wsph.particles import Lattice
 from wsph.prescribed import BoundaryValues
@@ -22,11 +23,14 @@ class System:
 
     formulation = ""
     follows_courant = False
+    splits = False
+    """Whether cracks part the particles on them (and so have to run along lines of the grid)."""
     position: np.ndarray
     volume: np.ndarray
     state: State
     boundary: BoundaryValues
     work: Any
+    force: BodyForce
 
     def __init__(
         self, lattice: Lattice, space: Space, constitutive: Constitutive, scales: Scales, clock: Clock, device: str
@@ -35,6 +39,10 @@ class System:
         self.scales, self.clock, self.device = scales, clock, device
         self.spacing, self.density = lattice.spacing, constitutive.density
         self._states: list[State] = []
+
+    def hold(self, state: State, c: float | tuple[float, float]) -> None:
+        """The same in a state that is to go on from there: where faces have axes of their own, in those."""
+        self.impose(state, c)
 
     @property
     def count(self) -> int:

@@ -230,7 +230,7 @@ def step_matrix(scene: Scene) -> np.ndarray:
         for buffer, part in zip(states, np.split(vector, np.cumsum(sizes)[:-1]), strict=True):
             buffer.assign(part.astype(composition.space.numpy))
         for body in composition.bodies:
-            body.system.impose(body.system.state, 0.0)
+            body.system.hold(body.system.state, 0.0)
         composition.program.run(1)
         return np.concatenate([buffer.numpy() for buffer in states]).astype(float)
 

@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from wsph.body_force import BodyForce, Parts, acceleration, inertia_struct
 from wsph.conditions import Conditions, face_conditions
 from wsph.constitutive import Constitutive, Laws, blame, packing
 from wsph.errors import Refused
 from wsph.gather import divergence, gather, rows_struct
-from wsph.neighbours import find_pairs
+from wsph.neighbours import Pairs, find_pairs
 from wsph.operators import Weights, gradient_weights, interpolation_weights
 from wsph.particles import Lattice
 from wsph.prescribed import BoundaryValues
@@ -57,19 +58,20 @@ def _source_kernel(laws: Laws, Fields: type) -> wp.Kernel:
 class Kernels(SourceKernels):
     """The kernels of a composition. `virtual` and `real_layout` are the layouts of the two sets' states."""
 
-    def __init__(self, space: Space, laws: Laws, virtual: Layout, real_layout: Layout):
+    def __init__(self, space: Space, laws: Laws, virtual: Layout, real_layout: Layout, parts: Parts, rotated: bool):
         super().__init__(laws, space, (virtual, real_layout))
-        real, point = space.scalar, space.point
+        real, mat, point = space.scalar, space.mat, space.point
         stress, internal, Params = laws.stress, laws.internal, laws.Params
         Rows, Real, Virtual = rows_struct(space), fields_struct(space, real_layout), fields_struct(space, virtual)
         from_real, from_virtual = gather(space, laws, real_layout), gather(space, laws, virtual)
         linear, linear_faces, force_of = laws.linear, laws.linear_faces, divergence(space, laws)
         dim, width, sourced = space.dim, len(laws.state.components), laws.source is not None
         displacement = "displacement" in dict(real_layout)
-        unpack, _ = packing(space, laws.state)
+        unpack, pack = packing(space, laws.state)
+        turned, accelerated, Inertia = turning(space), acceleration(space, parts), inertia_struct(space)
 
         @wp.kernel(module="unique", enable_backward=False)
-        def half_step(clock: wp.array(dtype=wp.float64), weight: real, p: Params, density: real, rows: Rows,
+        def half_step(clock: wp.array(dtype=wp.float64), weight: real, p: Params, body: Inertia, rows: Rows,
                       fields: Real, sources: Real, fields_out: Virtual):  # fmt: skip
             i = wp.tid()
             dt = real(clock[1]) * weight
@@ -81,14 +83,14 @@ class Kernels(SourceKernels):
             L -= wp.outer(v, G)
             slope -= wp.outer(s, G)
             change, dq = linear(p, s + s0, L, q, S, Q)
-            fields_out.velocity[i] = v + v0 + dt / density * force_of(slope)
+            fields_out.velocity[i] = v + v0 + dt * accelerated(body, force_of(slope), v + v0)
             fields_out.stress[i] = s + s0 + dt * change
             if wp.static(sourced):
                 fields_out.internals[i] = q + dt * dq
 
         @wp.kernel(module="unique", enable_backward=False)
-        def rate(clock: wp.array(dtype=wp.float64), weight: real, p: Params, density: real, rows: Rows, held: wp.array(dtype=wp.int32),
-                 free: wp.array(dtype=wp.int32), fields: Virtual, sources: Virtual, imposed: Real, fields_out: Real):  # fmt: skip
+        def rate(clock: wp.array(dtype=wp.float64), weight: real, p: Params, body: Inertia, rows: Rows, held: wp.array(dtype=wp.int32),
+                 free: wp.array(dtype=wp.int32), axes: mat, fields: Virtual, sources: Virtual, imposed: Real, fields_out: Real):  # fmt: skip
             i = wp.tid()
             dt = real(clock[1]) * weight
             v0 = fields_out.velocity[i]
@@ -99,9 +101,16 @@ class Kernels(SourceKernels):
                 for c in range(wp.static(dim)):
                     if (held[i] >> c) & 1 == 1:
                         v[c] = imposed.velocity[i][c] - v0[c]
-                for c in range(wp.static(width)):
-                    if (held[i] >> (wp.static(dim) + c)) & 1 == 1:
-                        s[c] = imposed.stress[i][c] - s0[c]
+                if wp.static(rotated):
+                    local = pack(turned(unpack(s + s0), axes))
+                    for c in range(wp.static(width)):
+                        if (held[i] >> (wp.static(dim) + c)) & 1 == 1:
+                            local[c] = imposed.stress[i][c]
+                    s = pack(turned(unpack(local), wp.transpose(axes))) - s0
+                else:
+                    for c in range(wp.static(width)):
+                        if (held[i] >> (wp.static(dim) + c)) & 1 == 1:
+                            s[c] = imposed.stress[i][c] - s0[c]
             L -= wp.outer(v, G)
             slope -= wp.outer(s, G)
             change = stress()
@@ -112,18 +121,31 @@ class Kernels(SourceKernels):
                 # The face's stress is prescribed at both ends of the step: its rate is known, the strain rate is not.
                 target = point()
                 difference = unpack(s)
+                if wp.static(rotated):
+                    difference = turned(difference, axes)
                 for a in range(3):
                     if (free[i] >> a) & 1 == 1:
                         target[a] = difference[a, a] * real(2.0) / dt
-                change, dq = linear_faces(p, s + s0, L, q, S, Q, free[i], target)
-            fields_out.velocity[i] = v0 + dt / density * force_of(slope)
+                if wp.static(rotated):
+                    own = pack(turned(unpack(s + s0), axes))
+                    own_S = pack(turned(unpack(S), axes))
+                    change, dq = linear_faces(p, own, axes * L * wp.transpose(axes), q, own_S, Q, free[i], target)
+                    change = pack(turned(unpack(change), wp.transpose(axes)))
+                else:
+                    change, dq = linear_faces(p, s + s0, L, q, S, Q, free[i], target)
+            fields_out.velocity[i] = v0 + dt * accelerated(body, force_of(slope), v + v0)
             fields_out.stress[i] = s0 + dt * change
             if wp.static(sourced):
                 fields_out.internals[i] = fields_out.internals[i] + dt * dq
             if wp.static(displacement):
                 fields_out.displacement[i] = fields_out.displacement[i] + real(0.5) * dt * v0
 
-        self.half_step, self.rate = half_step, rate
+        @wp.kernel(module="unique", enable_backward=False)
+        def turn(particles: wp.array(dtype=wp.int32), axes: mat, fields_out: Real):
+            i = particles[wp.tid()]
+            fields_out.stress[i] = pack(turned(unpack(fields_out.stress[i]), axes))
+
+        self.half_step, self.rate, self.turn = half_step, rate, turn
         if displacement:
             self.drift = drift_kernel(space, real_layout)
 
@@ -143,14 +165,32 @@ def drift_kernel(space: Space, layout: Layout) -> wp.Kernel:
 
 
 @cache
-def _kernels(space: Space, laws: Laws, virtual: Layout, real: Layout) -> Kernels:
-    return Kernels(space, laws, virtual, real)
+def turning(space: Space) -> wp.Function:
+    """Warp function (3x3 tensor, frame) -> the tensor's components in the frame, whose rows are its axes; the out-of-plane
+    axis stays."""
+    dim, real, tensor, mat = space.dim, space.scalar, space.tensor, space.mat
+
+    @wp.func
+    def turned(full: tensor, frame: mat) -> tensor:
+        Q = wp.identity(n=3, dtype=real)
+        for i in range(wp.static(dim)):
+            for j in range(wp.static(dim)):
+                Q[i, j] = frame[i, j]
+        return Q * full * wp.transpose(Q)
+
+    return turned
+
+
+@cache
+def _kernels(space: Space, laws: Laws, virtual: Layout, real: Layout, parts: Parts, rotated: bool) -> Kernels:
+    return Kernels(space, laws, virtual, real, parts, rotated)
 
 
 class TwoSetSystem(System):
     """A body as Taylor-SPH sees it: `position`, `volume` and `state` are the real particles'."""
 
     formulation = "small-strain"
+    splits = True
     widenings = 0
     """How often a target that spans too few directions (a corner) may look half as far again. Not at all in small strain:
     each axis by itself holds every mode to rounding up to C = .9; looking further holds most to C = 1, but lets a block with
@@ -164,23 +204,32 @@ class TwoSetSystem(System):
         self._displacement = displacement
         self._sourced = constitutive.laws.source is not None
         self._support = scene.run.support or DEFAULT_SUPPORT
-        support = self._support * lattice.spacing / scales.length
-        nodes, cells = lattice.scaled(scales.length)
-        cell_volume = lattice.cell_volume / scales.length**space.dim
-        self.to_virtual = self._operator(cells, nodes, support, self.volume, scene.run.kernel, "virtual")
-        self.to_real = self._operator(nodes, cells, support, cell_volume, scene.run.kernel, "real")
+        nodes, cells = lattice.centred
+        sided_nodes, sided_cells = lattice.sided if lattice.cracks else (nodes, cells)
+        cell = lattice.cell_volume[0]
+        self.to_virtual = self._operator(
+            (cells, nodes), (sided_cells, sided_nodes), lattice.node_volume / cell, scene.run.kernel, "virtual"
+        )
+        self.to_real = self._operator(
+            (nodes, cells), (sided_nodes, sided_cells), lattice.cell_volume / cell, scene.run.kernel, "real"
+        )
         self._moment = self._second_moments(nodes, cells)
         self._virtual_rows, self._real_rows = self._rows(*self.to_virtual), self._rows(*self.to_real)
 
         self.state = self.new("real")
         self.conditions: Conditions = face_conditions(scene, body.name, lattice, constitutive.state.labels)
+        self._axes = space.mat(*lattice.frame.axes.T.ravel())
+        self._rotated = not lattice.frame.upright
+        self._framed = wp.array(np.flatnonzero(lattice.on_face), dtype=wp.int32, device=device)
+        self.force = BodyForce(scene, body, space, scales, self.density, self.volume, device)
         self._free = wp.array(self.conditions.free_normals, dtype=wp.int32, device=device)
         self._held = wp.array(self._held_components(), dtype=wp.int32, device=device)
         units = {"velocity": scales.velocity, "stress": scales.stress}
         self.boundary = BoundaryValues(space, self.conditions, self.state, lattice.nodes, units, scales.time, device)
         unpack, _ = packing(space, constitutive.state)
         area = scales.length ** (space.dim - 1)
-        self.work = ExternalWork(space, self.conditions, unpack, area, self.state.layout, device)
+        axes = space.mat(*lattice.frame.axes.ravel())
+        self.work = ExternalWork(space, self.conditions, unpack, area, axes, self.state.layout, device)
         with blame(constitutive.who):
             self.kernels = self._make_kernels()
 
@@ -189,7 +238,8 @@ class TwoSetSystem(System):
         return layout_of(self.space, self.constitutive, self._displacement and where == "real")
 
     def _make_kernels(self) -> Any:
-        return _kernels(self.space, self.constitutive.laws, self._layout("virtual"), self._layout("real"))
+        layouts = self._layout("virtual"), self._layout("real")
+        return _kernels(self.space, self.constitutive.laws, *layouts, self.force.parts, self._rotated)
 
     def _held_components(self) -> np.ndarray:
         """Per real particle, one bit for every prescribed component: velocity first, then stress."""
@@ -198,16 +248,27 @@ class TwoSetSystem(System):
             held[list(values)] |= 1 << (component + (self.space.dim if name == "stress" else 0))
         return held
 
-    def _operator(
-        self, targets: np.ndarray, sources: np.ndarray, radius: float, volume: np.ndarray, smoothing: str, name: str
-    ) -> tuple[Weights, Weights]:
-        reach = np.full(len(targets), radius)
-        pairs = find_pairs(targets, sources, reach, self.device)
+    def _operator(self, points: tuple[np.ndarray, np.ndarray], sided: tuple[np.ndarray, np.ndarray], volume: np.ndarray,
+                  smoothing: str, name: str) -> tuple[Weights, Weights]:  # fmt: skip
+        """Interpolation and gradient from sources to targets, `points` = (targets, sources) in cells. The kernel is one of
+        grid coordinates, so cells of any aspect have the same neighbours; gradients are brought to lengths and to the
+        coordinate axes. No pair reaches through a crack."""
+        targets, sources = points
+        reach = np.full(len(targets), self._support)
+
+        def visible() -> Pairs:
+            pairs = find_pairs(targets, sources, reach, self.device)
+            if not self.lattice.cracks:
+                return pairs
+            row = np.repeat(np.arange(len(targets)), np.diff(pairs.offsets.numpy()))
+            return pairs.where(~self.lattice.apart(sided[0][row], sided[1][pairs.indices.numpy()]))
+
+        pairs = visible()
         gradient = gradient_weights(self.space, pairs, targets, sources, volume, smoothing)
         for _ in range(self.widenings):
             # A corner sees one particle of the other set.
             reach[gradient.rank < self.space.dim] *= 1.5
-            pairs = find_pairs(targets, sources, reach, self.device)
+            pairs = visible()
             gradient = gradient_weights(self.space, pairs, targets, sources, volume, smoothing)
         interpolation = interpolation_weights(self.space, pairs, targets, sources, volume, smoothing)
         lonely = np.flatnonzero((interpolation.rank < 0) | (gradient.rank < 0))
@@ -215,8 +276,11 @@ class TwoSetSystem(System):
             where = (self.lattice.cells if name == "virtual" else self.lattice.nodes)[lonely[0]].tolist()
             raise Refused(
                 f"{len(lonely)} {name} particles, the first at {where} m, see too few particles of the other set"
-                f" for a gradient: raise run.support (now {radius * self.scales.length / self.spacing:g} spacings)"
+                f" for a gradient: raise run.support (now {self._support:g} spacings)"
             )
+        frame = self.lattice.frame
+        if not (frame.upright and (np.abs(frame.step / self.scales.length - 1.0) < 1e-6).all()):
+            gradient = gradient.mapped(self.space, frame.axes * (self.scales.length / frame.step))
         return interpolation, gradient
 
     def _rows(self, interpolation: Weights, gradient: Weights) -> object:
@@ -240,7 +304,7 @@ class TwoSetSystem(System):
             smallest = np.einsum("nii->ni", moment).min()
         else:
             smallest = np.linalg.eigvalsh(moment[~at_face])[:, 0].min()
-        return float(smallest) * (self.scales.length / self.spacing) ** 2
+        return float(smallest)
 
     @property
     def second_moment(self) -> float:
@@ -274,7 +338,7 @@ class TwoSetSystem(System):
 
     def half_step(self, source: State, out: State, weight: float) -> None:
         """Virtual `out` = interpolated real `source` + weight dt times the rate there."""
-        inputs = [self.clock.time, self.space.scalar(weight), self.constitutive.params, self.space.scalar(self.density)]
+        inputs = [self.clock.time, self.space.scalar(weight), self.constitutive.params, self.force.struct]
         self.clock.launch(
             self.kernels.half_step,
             out.n,
@@ -287,14 +351,33 @@ class TwoSetSystem(System):
 
         At the target, f_I is the interpolated `source`, or `imposed` in the components that are prescribed there.
         """
-        inputs = [self.clock.time, self.space.scalar(weight), self.constitutive.params, self.space.scalar(self.density)]
-        inputs += [self._real_rows, self._held, self._free, source.struct, self._source(source), imposed.struct]
+        inputs = [self.clock.time, self.space.scalar(weight), self.constitutive.params, self.force.struct]
+        inputs += [
+            self._real_rows,
+            self._held,
+            self._free,
+            self._axes,
+            source.struct,
+            self._source(source),
+            imposed.struct,
+        ]
         self.clock.launch(self.kernels.rate, out.n, inputs, [out.struct])
 
+    def hold(self, state: State, c: float | tuple[float, float]) -> None:
+        """Set the prescribed values, stresses in the axes of the faces, in a state that goes on from there."""
+        if not self._rotated:
+            self.impose(state, c)
+            return
+        n = self._framed.shape[0]
+        self.clock.launch(self.kernels.turn, n, [self._framed, self._axes], [state.struct])
+        self.impose(state, c)
+        self.clock.launch(self.kernels.turn, n, [self._framed, wp.transpose(self._axes)], [state.struct])
+
     def accept(self, state: State) -> None:
-        """Close the step: the prescribed values at t + dt, and the work of the faces."""
-        self.impose(state, 1.0)
+        """Close the step: the prescribed values at t + dt, and the work of the faces and of the body forces."""
+        self.hold(state, 1.0)
         self.work.add(state, self.clock)
+        self.force.add(state, self.clock)
         if self._displacement:
             self.clock.launch(self.kernels.drift, state.n, [self.clock.time], [state.struct])
 
@@ -312,11 +395,13 @@ class TwoSetSystem(System):
         A point that is a particle on a face reads that particle; elsewhere the virtual particles' field (real averaged to
         virtual) is interpolated, because an odd-even field at the real particles is invisible to the virtual ones.
         """
-        nodes, cells = self.lattice.nodes, self.lattice.cells
+        nodes, cells = self.lattice.index, self.lattice.index[self.lattice.corners].mean(1)
+        points = self.lattice.frame.coordinates(points)
         face = np.flatnonzero(self.lattice.on_face)
         # Two virtual particles along every axis even next to a face: 1.5 spacings and a little.
-        radius = max(self._support, 1.6) * self.spacing
-        pairs = find_pairs(points, cells, radius, "cpu")
+        pairs = find_pairs(points, cells, max(self._support, 1.6), "cpu")
+        row = np.repeat(np.arange(len(points)), np.diff(pairs.offsets.numpy()))
+        pairs = pairs.where(~self.lattice.apart(points[row], cells[pairs.indices.numpy()]))
         between = interpolation_weights(Space(self.space.dim), pairs, points, cells, self.lattice.cell_volume)
         offsets, indices, weights = pairs.offsets.numpy(), pairs.indices.numpy(), between.values.numpy()
         first, second, w = (
@@ -326,7 +411,7 @@ class TwoSetSystem(System):
         rows = []
         for k, point in enumerate(points):
             distance = np.linalg.norm(nodes[face] - point, axis=1)
-            if distance.min() < 1e-6 * self.spacing:
+            if distance.min() < 1e-6:
                 rows.append((face[[distance.argmin()]], np.ones(1)))
                 continue
             total: dict[int, float] = {}

@@ -16,20 +16,21 @@ BLOCK = 1024
 
 @cache
 def _work_kernel(space: Space, unpack: wp.Function, layout: Layout) -> wp.Kernel:
-    dim, real, vec = space.dim, space.scalar, space.vec
+    dim, real, vec, mat = space.dim, space.scalar, space.vec, space.mat
     Fields, deformed = fields_struct(space, layout), "deformation" in dict(layout)
     determinant, inverse = determinant_and_inverse(space)
 
     @wp.kernel(module="unique", enable_backward=False)
     def work(count: int, clock: wp.array(dtype=wp.float64), particle: wp.array(dtype=wp.int32), axis: wp.array(dtype=wp.int32),
-             area: wp.array(dtype=wp.float64), fields: Fields, power_out: wp.array(dtype=wp.float64), work_out: wp.array(dtype=wp.float64)):  # fmt: skip
+             area: wp.array(dtype=wp.float64), axes: mat, fields: Fields, power_out: wp.array(dtype=wp.float64), work_out: wp.array(dtype=wp.float64)):  # fmt: skip
         block = wp.tid()
         power = wp.float64(0.0)
         for row in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
             i = particle[row]
             # Nanson: the current area vector is J F^-T N times the reference area.
             normal = vec()
-            normal[axis[row]] = real(1.0)
+            for a in range(wp.static(dim)):
+                normal[a] = axes[a, axis[row]]
             if wp.static(deformed):
                 F = wp.identity(n=dim, dtype=real) + fields.deformation[i]
                 normal = determinant(F) * (wp.transpose(inverse(F)) * normal)
@@ -48,9 +49,16 @@ class ExternalWork:
     """Work of the moved and loaded faces, by the trapezoidal rule, one slot per 1024 face particles."""
 
     def __init__(
-        self, space: Space, conditions: Conditions, unpack: wp.Function, area_unit: float, layout: Layout, device: str
+        self,
+        space: Space,
+        conditions: Conditions,
+        unpack: wp.Function,
+        area_unit: float,
+        axes: object,
+        layout: Layout,
+        device: str,
     ):
-        self.count = len(conditions.work_particle)
+        self.count, self._axes = len(conditions.work_particle), axes
         self._kernel = _work_kernel(space, unpack, layout)
         if self.count:
             self._particle = wp.array(conditions.work_particle, dtype=wp.int32, device=device)
@@ -63,7 +71,7 @@ class ExternalWork:
     def add(self, state: State, clock: Clock) -> None:
         """Add the work of a step whose final values stand in `state` (a launch)."""
         if self.count:
-            inputs = [self.count, clock.time, self._particle, self._axis, self._area, state.struct]
+            inputs = [self.count, clock.time, self._particle, self._axis, self._area, self._axes, state.struct]
             clock.launch(self._kernel, self._work.shape[0], inputs, [self._power, self._work])
 
     def start(self, state: State, clock: Clock) -> None:

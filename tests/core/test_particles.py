@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from pydantic import TypeAdapter
 
+from wsph.grid import plan
 from wsph.particles import lattice
-from wsph.shapes import Box
+from wsph.shapes import Box, Shape
 
 
 def box(dim: int, edge: float = 1.0) -> Box:
@@ -49,4 +51,113 @@ def test_jitter_keeps_faces_and_is_seeded() -> None:
 
 def test_a_spacing_that_does_not_fit_names_the_two_that_do() -> None:
     with pytest.raises(ValueError, match=r"nearest that do: 0\.333333333333 m, 0\.5 m"):
-        box(1).cells(0.4)
+        plan(box(1), 0.4)
+
+
+def shape(**data: object) -> object:
+    """A shape from a scene's data."""
+    return TypeAdapter(Shape).validate_python(data)
+
+
+SQUARE = {"type": "box", "min": [0.0, 0.0], "max": [4.0, 4.0]}
+HOLE = {"type": "box", "min": [1.0, 1.0], "max": [3.0, 2.0]}
+
+
+def test_a_hole_has_faces_that_are_not_the_outer_ones() -> None:
+    body = lattice(shape(type="difference", shapes=[SQUARE, HOLE]), 0.5)
+    assert body.cell_volume.sum() == pytest.approx(14.0)
+    assert body.faces.outer.sum() == 32
+    assert len(body.faces.area) == 32 + 12
+    for name in ("-x", "+x", "-y", "+y"):
+        assert body.faces.area[body.faces.named(name)].sum() == pytest.approx(4.0)
+
+
+def test_a_hole_off_the_lines_names_what_fits() -> None:
+    with pytest.raises(ValueError, match=r"0\.3 m does not divide what lies between 0 m and 1 m"):
+        plan(shape(type="difference", shapes=[SQUARE, HOLE]), 0.3)
+
+
+@pytest.mark.parametrize(
+    ("data", "volume"),
+    [
+        ({"type": "disc", "center": [0.3, 0.1], "radius": 1.0}, np.pi),
+        ({"type": "ring", "center": [0.0, 0.0], "inner": 0.5, "outer": 1.0}, 0.75 * np.pi),
+        ({"type": "polygon", "points": [[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]]}, 1.0),
+        ({"type": "sphere", "center": [0.0, 0.0, 0.0], "radius": 1.0}, 4.0 / 3.0 * np.pi),
+        ({"type": "cylinder", "from": [0.0, 0.0, 0.0], "to": [0.0, 1.0, 1.0], "radius": 0.5}, np.pi / 4.0 * 2**0.5),
+        ({"type": "union", "shapes": [SQUARE, {"type": "box", "min": [3.0, 3.0], "max": [6.0, 5.0]}]}, 21.0),
+    ],
+    ids=lambda v: v["type"] if isinstance(v, dict) else "",
+)  # fmt: skip
+def test_volumes_of_shapes(data: dict, volume: float) -> None:
+    for turned in ({}, {"rotate": 30.0 if len(shape(**data).bounds()[0]) == 2 else [[1, 2, 2], 30.0]}):
+        assert lattice(shape(**data, **turned), 0.05).cell_volume.sum() == pytest.approx(volume, rel=0.03)
+
+
+def test_a_turned_lattice_fills_the_same_square() -> None:
+    body = lattice(shape(**SQUARE), 0.05, lattice_rotate=30.0)
+    assert body.cell_volume.sum() == pytest.approx(16.0, rel=0.01)
+    assert body.nodes.min() > -0.05
+    edges = body.nodes[body.corners[:, 1]] - body.nodes[body.corners[:, 0]]
+    np.testing.assert_allclose(np.degrees(np.arctan2(edges[:, 1], edges[:, 0])) % 90.0, 30.0)
+
+
+def test_a_turned_box_turns_about_its_middle_and_keeps_the_names_of_its_faces() -> None:
+    body = lattice(shape(type="box", min=[0.0, 0.0, 0.0], max=[1.0, 2.0, 1.0], rotate=["z", 90.0]), 0.25)
+    np.testing.assert_allclose([body.nodes.min(0), body.nodes.max(0)], [[-0.5, 0.5, 0.0], [1.5, 1.5, 1.0]], atol=1e-12)
+    on = np.unique(body.faces.nodes[body.faces.named("+y")])
+    np.testing.assert_allclose(body.nodes[on, 0], -0.5, atol=1e-12)
+
+
+def test_spacing_per_axis() -> None:
+    body = lattice(shape(type="box", min=[0.0, 0.0], max=[1.0, 0.02]), (0.05, 0.01))
+    assert len(body.nodes) == 21 * 3
+    assert body.spacing == pytest.approx(0.01)
+    assert body.faces.area[body.faces.named("+x")] == pytest.approx([0.01, 0.01])
+    assert body.cell_volume.sum() == pytest.approx(0.02)
+
+
+class TestCracks:
+    """Cuts along lines of the grid."""
+
+    def test_nodes_are_there_for_each_side_but_the_tip(self) -> None:
+        body = lattice(shape(**SQUARE), 0.5, jitter=0.2, cracks=(((-1.0, 2.0), (2.0, 2.0)),))
+        whole = lattice(shape(**SQUARE), 0.5, jitter=0.2)
+        assert len(body.nodes) == len(whole.nodes) + 4
+        places, count = np.unique(body.nodes, axis=0, return_counts=True)
+        assert (places[count == 2][:, 1] == 2.0).all()
+        assert places[count == 2][:, 0].max() < 2.0
+        assert len(body.faces.area) == len(whole.faces.area) + 8
+        assert body.faces.outer.sum() == len(whole.faces.area)
+        assert body.node_volume.sum() == pytest.approx(16.0)
+
+    def test_no_pair_reaches_through(self) -> None:
+        body = lattice(shape(**SQUARE), 0.5, cracks=(((-1.0, 2.0), (2.0, 2.0)),))
+        nodes, cells = body.sided
+        first, second = (np.repeat(cells, len(nodes), 0), np.tile(nodes, (len(cells), 1)))
+        apart = body.apart(first, second)
+        # By hand: opposite sides of the line y = 4 cells, crossing it at x < 4 cells.
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = (4.0 - first[:, 1]) / (second[:, 1] - first[:, 1])
+            at = first[:, 0] + share * (second[:, 0] - first[:, 0])
+        np.testing.assert_array_equal(apart, (share > 0.0) & (share < 1.0) & (at <= 4.0))
+        assert apart.any()
+
+    def test_in_three_dimensions_it_is_a_rectangle(self) -> None:
+        cube = shape(type="box", min=[0.0] * 3, max=[1.0] * 3)
+        body = lattice(cube, 0.25, cracks=(((0.0, 0.0, 0.5), (0.5, 1.0, 0.5)),))
+        assert len(body.nodes) == 125 + 2 * 5
+        assert len(body.faces.area) == 96 + 2 * 8
+
+    @pytest.mark.parametrize(
+        ("ends", "message"),
+        [
+            (((0.0, 1.9), (2.0, 1.9)), "lies at y = 1.9 m between the cells' sides at 1.5 m and 2 m"),
+            (((0.0, 2.0), (1.7, 2.0)), "ends at x = 1.7 m between the particles at 1.5 m and 2 m"),
+            (((0.0, 0.0), (2.0, 2.0)), "runs along a side of the cells"),
+        ],
+    )
+    def test_off_the_lines_it_is_refused_unless_nothing_is_split(self, ends: tuple, message: str) -> None:
+        with pytest.raises(ValueError, match=message):
+            lattice(shape(**SQUARE), 0.5, cracks=(ends,))
+        assert len(lattice(shape(**SQUARE), 0.5, cracks=(ends,), split=False).nodes) == 81

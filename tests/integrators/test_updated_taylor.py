@@ -84,7 +84,7 @@ def test_faces_turn_with_the_body() -> None:
         system = composition.bodies[0].system
         c, s = np.cos(angle), np.sin(angle)
         turn = np.array([[c, -s], [s, c]])
-        nodes, _ = system.lattice.scaled(composition.scales.length)
+        nodes, _ = system.lattice.centred
         system.state.write("displacement", nodes @ (turn - np.eye(2)).T)
         system.state.write("deformation", np.tile((turn - np.eye(2)).reshape(-1), (system.count, 1)))
         velocity = 1e-6 * np.random.default_rng(0).standard_normal((system.count, 2))

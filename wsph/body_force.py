@@ -1,0 +1,125 @@
+"""What acts on every particle of a body: its inertia, gravity and damping. A scene that names neither pays for neither.
+
+dv/dt = (div stress)/rho + g - rate v
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import warp as wp
+
+from wsph.program import Clock
+from wsph.scene import Body, Scene
+from wsph.space import Space
+from wsph.state import Layout, State, fields_struct
+from wsph.units import Scales
+
+BLOCK = 1024
+
+
+@cache
+def inertia_struct(space: Space) -> type:
+    """Struct of the nondimensional density, damping rate and gravity, as kernels take it."""
+    annotations = {"density": space.scalar, "damping": space.scalar, "gravity": space.vec}
+    return wp.struct(type("Inertia", (), {"__annotations__": annotations, "__module__": __name__}))
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Which body forces a composition has: part of what its kernels are made for."""
+
+    damped: bool
+    heavy: bool
+
+
+@cache
+def acceleration(space: Space, parts: Parts) -> wp.Function:
+    """Warp function (inertia, force per volume, velocity) -> acceleration."""
+    vec, Inertia = space.vec, inertia_struct(space)
+
+    @wp.func
+    def accelerated(body: Inertia, force: vec, velocity: vec) -> vec:
+        a = force / body.density
+        if wp.static(parts.heavy):
+            a += body.gravity
+        if wp.static(parts.damped):
+            a -= body.damping * velocity
+        return a
+
+    return accelerated
+
+
+@cache
+def _work_kernel(space: Space, layout: Layout) -> wp.Kernel:
+    Inertia, Fields = inertia_struct(space), fields_struct(space, layout)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def work(count: int, clock: wp.array(dtype=wp.float64), body: Inertia, volume: wp.array(dtype=space.scalar),
+             fields: Fields, power_out: wp.array2d(dtype=wp.float64), work_out: wp.array2d(dtype=wp.float64)):  # fmt: skip
+        block = wp.tid()
+        lifted = wp.float64(0.0)
+        damped = wp.float64(0.0)
+        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+            v = fields.velocity[i]
+            mass = wp.float64(body.density * volume[i])
+            lifted += mass * wp.float64(wp.dot(body.gravity, v))
+            damped += mass * wp.float64(body.damping * wp.dot(v, v))
+        half = wp.float64(0.5) * clock[1]
+        work_out[block, 0] = work_out[block, 0] + half * (lifted + power_out[block, 0])
+        work_out[block, 1] = work_out[block, 1] + half * (damped + power_out[block, 1])
+        power_out[block, 0] = lifted
+        power_out[block, 1] = damped
+
+    return work
+
+
+class BodyForce:
+    """Gravity and damping of one body, and their work by the trapezoidal rule. `struct` goes to the kernels."""
+
+    def __init__(
+        self, scene: Scene, body: Body, space: Space, scales: Scales, density: float, volume: np.ndarray, device: str
+    ):
+        gravity = np.array([scene.gravity.get(axis, 0.0) for axis in "xyz"[: space.dim]])
+        rate = body.damping.rate if body.damping is not None else 0.0
+        self.parts = Parts(damped=rate > 0.0, heavy=bool(gravity.any()))
+        self._space, self._n = space, len(volume)
+        self.struct = inertia_struct(space)()
+        self.struct.density = space.scalar(density)
+        self.struct.damping = space.scalar(rate * scales.time)
+        self.struct.gravity = space.vec(*(gravity * scales.time / scales.velocity))
+        if self._acts:
+            blocks = -(-self._n // BLOCK)
+            self._volume = wp.array(volume, dtype=space.scalar, device=device)
+            self._power = wp.zeros((blocks, 2), dtype=wp.float64, device=device)
+            self._work = wp.zeros((blocks, 2), dtype=wp.float64, device=device)
+
+    @property
+    def _acts(self) -> bool:
+        return self.parts.damped or self.parts.heavy
+
+    def add(self, state: State, clock: Clock) -> None:
+        """Add the work of a step whose final values stand in `state` (a launch, where there is a body force)."""
+        if self._acts:
+            inputs = [self._n, clock.time, self.struct, self._volume, state.struct]
+            kernel = _work_kernel(self._space, state.layout)
+            clock.launch(kernel, self._work.shape[0], inputs, [self._power, self._work])
+
+    def start(self, state: State, clock: Clock) -> None:
+        """Take the power at the start of the run."""
+        if self._acts:
+            self.add(state, clock)
+            self._work.zero_()
+
+    def _total(self, column: int) -> float:
+        return float(self._work.numpy()[:, column].sum()) if self._acts else 0.0
+
+    @property
+    def gravity_work(self) -> float:
+        """Work of gravity so far, nondimensional."""
+        return self._total(0)
+
+    @property
+    def damped(self) -> float:
+        """Energy that damping has taken so far, nondimensional."""
+        return self._total(1)
