@@ -1,6 +1,6 @@
-"""The command line: run, check, list, view.
+"""The command line: run, check, list, validate, view.
 
-Exit codes: 0 completed; 2 bad input (a faulty scene, a refused composition, an unusable folder); 3 unstable;
+Exit codes: 0 completed; 1 a published case that does not come out as it should; 2 bad input (a faulty scene, a refused composition, an unusable folder); 3 unstable;
 130 interrupted.
 """
 
@@ -66,6 +66,11 @@ def _parser() -> argparse.ArgumentParser:
     listing.add_argument("group", nargs="?", choices=list(registry.GROUPS))
     listing.add_argument("--json", action="store_true", help="print JSON")
     listing.set_defaults(command=_list)
+    validation = commands.add_parser("validate", help="run the published cases and compare them with their oracles")
+    validation.add_argument("cases", nargs="*", metavar="CASE", help="names of cases (default: all)")
+    validation.add_argument("--full", action="store_true", help="all published sizes, not only the short ones")
+    validation.add_argument("--json", action="store_true", help="print JSON")
+    validation.set_defaults(command=_validate)
     view = commands.add_parser("view", help="show or save a picture of a run")
     view.add_argument("folder", type=Path, metavar="DIR")
     view.add_argument("--field", default="velocity", help="field to draw, e.g. stress_xx (default: velocity)")
@@ -201,6 +206,26 @@ def _list(options: argparse.Namespace) -> int:
             f"{entry.group[:-1]:<11} {entry.name:<14} {entry.distribution} {entry.version:<8} {entry.status:<4} {entry.description}"
         )
     return 0
+
+
+def _validate(options: argparse.Namespace) -> int:
+    from wsph.validation import as_data, validate
+
+    found, met = [], True
+    for outcome in validate(options.cases, options.full):
+        met = met and outcome.meets
+        found.append(as_data(outcome))
+        if options.json:
+            continue
+        case = outcome.case
+        print(f"{case.name}: {case.source}; oracle: {case.oracle}; {outcome.seconds:.1f} s")
+        for row in outcome.rows:
+            verdict = "reported" if row.asked == "reported" else "meets" if row.meets else "MISSES"
+            asked = "" if row.asked == "reported" else f", asked {row.asked}"
+            print(f"  {verdict:<8} {row.figure}: {row.reached:.3g} {row.unit}{asked}; published: {row.published}")
+    if options.json:
+        print(json.dumps(found, indent=2))
+    return 0 if met else 1
 
 
 def _view(options: argparse.Namespace) -> int:

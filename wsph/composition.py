@@ -18,6 +18,7 @@ from wsph.device import pick_device
 from wsph.diagnostics import Diagnostics
 from wsph.errors import Fault, PluginError, Refused, SceneError
 from wsph.expressions import Expression
+from wsph.growth import PRODUCTS, largest_growth
 from wsph.moving_set import MovingTwoSetSystem
 from wsph.one_set import OneSetSystem
 from wsph.particles import Lattice, lattice
@@ -32,6 +33,10 @@ from wsph.units import Scales
 SLACK = 1e-6
 SYSTEMS = {system.formulation: system for system in (TwoSetSystem, MovingTwoSetSystem, OneSetSystem)}
 MOST_STEPS = 1e12
+GROWN = 10.0
+"""A mode that a run amplifies by more than this is refused or warned of."""
+MOST_TRIED = 2e9
+"""Particles times steps up to which the growth of a jittered body's step is tried: some minutes on one core."""
 INTEGRATOR_SIGNATURE = "a class with formulations, order, __init__(self, system, **options), step(self), limit(self) -> (Courant number, reason) and state"
 
 
@@ -154,8 +159,9 @@ def _compose(scene: Scene) -> Composition:
         _body_run(scene, body, cells, material, state, plugin, who, system_type, space, scales, clock, device)
         for body, cells, material, state in zip(scene.bodies, lattices, materials, states, strict=True)
     ]
+    steps = step_count(scene.run.end, dt)
     for run in bodies:
-        _guard(scene, run, dt)
+        _guard(scene, run, dt, steps)
     probes = [
         Recorder(probe, f"probes.{k}", bodies, space, clock, every_step=_cadence_steps(probe.every, dt) < 2.0)
         for k, probe in enumerate(scene.probes)
@@ -177,7 +183,7 @@ def _compose(scene: Scene) -> Composition:
         scales,
         clock,
         dt,
-        step_count(scene.run.end, dt),
+        steps,
         bodies,
         probes,
         Program(step, particles, device),
@@ -254,17 +260,42 @@ def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: An
     return BodyRun(body, constitutive, system, integrator, diagnostics, courant, limit, reason)
 
 
-def _guard(scene: Scene, run: BodyRun, dt: float) -> None:
-    """Refuse or warn of a time step beyond what the integrator or the material can take."""
+def _growth(run: BodyRun, steps: int) -> float:
+    """What the step itself makes of the body's state: growth per step, found with about as many steps as the run has."""
+    system = run.system
+    found = largest_growth(run.integrator.step, system.state, block=int(np.clip(steps // PRODUCTS, 10, 100)))
+    system.work.start(system.state, system.clock)
+    system.force.start(system.state, system.clock)
+    return found
+
+
+def _guard(scene: Scene, run: BodyRun, dt: float, steps: int) -> None:
+    """Refuse or warn of a time step beyond what the integrator or the material can take.
+
+    Limits hold for lattices. A body with jitter is tried: where a mode of its own step grows so that the run would amplify
+    it by more than GROWN, that is said with the growth.
+    """
     if scene.run.guard == "off":
         return
     faults = []
-    if run.limit is not None and run.courant > run.limit * (1.0 + SLACK):
+    beyond = run.limit is not None and run.courant > run.limit * (1.0 + SLACK)
+    if run.limit is not None and beyond:
+        grows = ""
+        if scene.dim > 1 and run.system.count * PRODUCTS * 25 < MOST_TRIED:
+            found = _growth(run, 25 * PRODUCTS)
+            grows = f"; a mode of its step grows by {found:.2g} a step" if found > 0.0 else ""
         way_out = f"; use run.cfl <= {np.floor(run.limit * 1e6 * (1.0 + 1e-12)) / 1e6:g}" if run.limit > 0.0 else ""
         faults.append(
             f"body {run.body.name!r}: {scene.run.integrator.name} at Courant number {run.courant:.6g} is beyond its stability"
-            f" limit {run.limit:.3f} ({run.limit_reason}){way_out}"
+            f" limit {run.limit:.3f} ({run.limit_reason}){grows}{way_out}"
         )
+    elif run.body.jitter > 0.0 and run.system.tried and run.system.count * steps < MOST_TRIED:
+        found = _growth(run, steps)
+        if found * steps > np.log(GROWN):
+            faults.append(
+                f"body {run.body.name!r}: with jitter = {run.body.jitter:g} a mode of its step grows by {found:.2g} a step,"
+                f" {found * steps:.3g} e-folds in this run of {steps} steps; use less jitter, a larger run.cfl or run.support = 1.8"
+            )
     if dt > run.longest_step * (1.0 + SLACK):
         at_most = _rounded_down(run.longest_step)
         faults.append(

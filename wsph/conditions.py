@@ -73,7 +73,7 @@ def face_conditions(scene: Scene, body: str, lattice: Lattice, labels: tuple[str
     faces, dim, n = lattice.faces, scene.dim, len(lattice.nodes)
     result = Conditions()
     moved = np.zeros((len(faces.area), dim), bool)
-    loaded = np.zeros(len(faces.area), bool)
+    loaded = np.zeros(faces.nodes.shape, bool)
     loads: list[tuple[str, np.ndarray, np.ndarray, Prescribed, str]] = []
     zero = constant_program(0.0)
     for k, condition in enumerate(scene.boundary):
@@ -87,7 +87,11 @@ def face_conditions(scene: Scene, body: str, lattice: Lattice, labels: tuple[str
             nodes, rows = np.flatnonzero(chosen), chosen[faces.nodes].all(1)
         if not len(nodes):
             raise _nothing_selected(k, condition)
-        for axis, value in _velocities(scene, condition).items():
+        velocities = _velocities(scene, condition)
+        if velocities and len(velocities) < dim and not lattice.frame.upright:
+            text = f"a turned body prescribes all {dim} components of the velocity, or stresses along the axes of its shape"
+            raise SceneError("scene", [Fault(0, f"boundary.{k}", text)])
+        for axis, value in velocities.items():
             result.put("velocity", AXES.index(axis), nodes, value)
             moved[rows, AXES.index(axis)] = True
             loaded[rows] |= _nonzero(value)
@@ -99,7 +103,10 @@ def face_conditions(scene: Scene, body: str, lattice: Lattice, labels: tuple[str
                 text = f"acts on no face selected here: {label} is a stress on a face across {across}"
                 raise SceneError("scene", [Fault(0, key, text)])
             loads.append((label, acting, np.unique(faces.nodes[acting]), value, key))
-            loaded[acting] |= _nonzero(value)
+            if _nonzero(value):
+                # At an edge of the body the same component acts on the face around the corner too.
+                beside = np.isin(faces.axis, [AXES.index(axis) for axis in label])
+                loaded |= beside[:, None] & np.isin(faces.nodes, faces.nodes[acting])
     for axis in range(dim):
         rows = faces.axis == axis
         # The tip of a crack lies on both its sides: it belongs to what is whole.
@@ -121,9 +128,9 @@ def face_conditions(scene: Scene, body: str, lattice: Lattice, labels: tuple[str
         stressed = np.array(sorted(result.entries.get(("stress", axis), {})), int)
         result.free_normals[stressed] |= 1 << axis
     corners = faces.nodes.shape[1]
-    result.work_particle = faces.nodes[loaded].ravel().astype(np.int32)
-    result.work_axis = np.repeat(faces.axis[loaded], corners).astype(np.int32)
-    result.work_area = np.repeat((faces.sign * faces.area / corners)[loaded], corners)
+    result.work_particle = faces.nodes[loaded].astype(np.int32)
+    result.work_axis = np.repeat(faces.axis, corners)[loaded.ravel()].astype(np.int32)
+    result.work_area = np.repeat(faces.sign * faces.area / corners, corners)[loaded.ravel()]
     return result
 
 

@@ -53,7 +53,7 @@ def _correction_kernel(space: Space, smoothing: str) -> wp.Kernel:
             w = -slope(wp.length(cell[j] - cell[i]) / h) * volume[j]
             weight_out[k] = w
             moment += w * wp.outer(r, r)
-        b, rank = inverse(moment)
+        b, rank = inverse(moment, real(0.0))
         correction_out[i] = b
         rank_out[i] = rank
 

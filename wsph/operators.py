@@ -29,16 +29,16 @@ SINGULAR = 1e-9
 
 @cache
 def generalized_inverse(space: Space) -> wp.Function:
-    """Warp function: (A, dim x dim symmetric, semidefinite) -> (inverse on the directions that A spans, rank).
+    """Warp function: (A, dim x dim symmetric, semidefinite, size) -> (inverse on the directions that A spans, rank).
 
-    Sweeps with diagonal pivoting; directions whose pivot vanishes get a zero row and column.
+    `size` is what entries of A are compared with, beside its own largest: below SINGULAR of both they are rounding. Sweeps with diagonal pivoting; directions whose pivot vanishes get a zero row and column.
     """
     dim, real, vec, mat = space.dim, space.scalar, space.vec, space.mat
 
     @wp.func
-    def inverse(a: mat):
+    def inverse(a: mat, size: real):
         b = a
-        largest = real(0.0)
+        largest = size
         for k in range(wp.static(dim)):
             largest = wp.max(largest, a[k, k])
         swept = vec()
@@ -104,7 +104,8 @@ def _weight_kernels(space: Space, smoothing: str) -> tuple[wp.Kernel, wp.Kernel]
         for k in range(offsets[i], offsets[i + 1]):
             d = sources[indices[k]] - targets[i] - mean
             spread += weight_out[k] / total * wp.outer(d, d)
-        pinv, rank = inverse(spread)
+        # One source alone spans nothing: its distance from the mean is a rounding of the support.
+        pinv, rank = inverse(spread, reach[i] * reach[i])
         tilt = pinv * mean
         for k in range(offsets[i], offsets[i + 1]):
             w = weight_out[k] / total
@@ -124,7 +125,7 @@ def _weight_kernels(space: Space, smoothing: str) -> tuple[wp.Kernel, wp.Kernel]
         for k in range(offsets[i], offsets[i + 1]):
             r = sources[indices[k]] - targets[i]
             moment += -slope(wp.length(r) / h) * volume[indices[k]] * wp.outer(r, r)
-        correction, rank = inverse(moment)
+        correction, rank = inverse(moment, real(0.0))
         if rank < dim:
             # Too few directions for the full correction (a corner that sees one particle): each axis by itself.
             correction = mat()

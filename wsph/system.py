@@ -23,6 +23,8 @@ class System:
 
     formulation = ""
     follows_courant = False
+    tried = False
+    """Whether the guard tries the step of a jittered body for modes that grow: collocation can have some."""
     splits = False
     """Whether cracks part the particles on them (and so have to run along lines of the grid)."""
     position: np.ndarray

@@ -191,6 +191,7 @@ class TwoSetSystem(System):
 
     formulation = "small-strain"
     splits = True
+    tried = True
     widenings = 0
     """How often a target that spans too few directions (a corner) may look half as far again. Not at all in small strain:
     each axis by itself holds every mode to rounding up to C = .9; looking further holds most to C = 1, but lets a block with
@@ -386,8 +387,12 @@ class TwoSetSystem(System):
         virtual ones and back, particles on a face as they are. (n, width), nondimensional."""
         values = self.state.read(name)
         inner = ~self.lattice.on_face
-        back = self._average(self.to_real[0], self._average(self.to_virtual[0], values))
+        back = self._average(self.to_real[0], self.at_virtual(name))
         return np.where(inner[:, None], back, values) if name != "displacement" else values
+
+    def at_virtual(self, name: str) -> np.ndarray:
+        """A field interpolated to the virtual particles, (cells, width), nondimensional."""
+        return self._average(self.to_virtual[0], self.state.read(name))
 
     def sample(self, points: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
         """How to read the state at `points` (m, dim) [m]: particles and weights per point.

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import wsph
+from wsph.composition import compose
+from wsph.growth import largest_growth
 from wsph.testing import spectral_radius, step_matrix
 
 CONDITIONS: dict[str, list[dict]] = {
@@ -69,15 +71,34 @@ def test_powers_of_the_step_stay_bounded() -> None:
     assert largest < 1e3
 
 
-def test_corners_grow_at_courant_one_where_the_guard_refuses() -> None:
-    assert spectral_radius(block("fixed", courant=1.0)) > 1.002
-    with pytest.raises(wsph.Refused, match="limit 0.900"):
+def test_corners_grow_at_courant_one_where_the_guard_refuses_with_the_growth() -> None:
+    assert spectral_radius(block("fixed", courant=1.0)) - 1.0 == pytest.approx(0.015, rel=0.01)
+    with pytest.raises(wsph.Refused, match=r"limit 0.900 .*grows by 0.015 a step"):
         wsph.run(block("fixed", courant=1.0).with_(guard="refuse"))
+
+
+@pytest.mark.parametrize(("conditions", "courant", "seed"), [("free", 0.5, 1), ("free", 0.7, 2), ("fixed", 1.0, 0)])
+def test_the_growth_that_the_guard_finds_is_the_spectrum_s(conditions: str, courant: float, seed: int) -> None:
+    scene = block(conditions, cells=7, courant=courant, jitter=0.2 if courant < 1.0 else 0.0, seed=seed)
+    run = compose(scene).bodies[0]
+    before = run.system.state.buffer.numpy().copy()
+    assert largest_growth(run.integrator.step, run.system.state) == pytest.approx(spectral_radius(scene) - 1.0, rel=0.02)
+    assert np.array_equal(run.system.state.buffer.numpy(), before)
+
+
+def test_a_jittered_body_that_would_grow_is_refused_with_the_growth_found() -> None:
+    """At C = .05 every jittered block grows; for C >= .5 those held on their faces do not, some free ones do."""
+    grows = block("fixed", cells=7, courant=0.05, jitter=0.2, seed=1).with_(guard="refuse", end=30.0)
+    with pytest.raises(wsph.Refused, match=r"grows by 0.00089 a step, 4\.\d+ e-folds in this run of .* steps"):
+        compose(grows)
+    with pytest.warns(RuntimeWarning, match="grows by"):
+        compose(grows.with_(guard="warn"))
+    compose(block("fixed", cells=7, courant=0.7, jitter=0.2, seed=1).with_(guard="refuse", end=30.0))
 
 
 @pytest.mark.parametrize(("support", "jitter"), [(1.2, 0.2), (1.8, 0.4)])
 def test_jittered_blocks_held_on_their_faces(support: float, jitter: float) -> None:
-    """Stable for C >= .5; at C = .05 they grow by some 1e-3 per step. A free jittered block can grow at any C."""
+    """Stable for C >= .5; at C = .05 they grow by some 1e-3 per step."""
     for seed in range(3):
         for courant in (0.5, 0.7, 0.9):
             scene = block("fixed", cells=7, courant=courant, support=support, jitter=jitter, seed=seed)
