@@ -1,6 +1,7 @@
 """The command line: run, check, list, validate, view.
 
-Exit codes: 0 completed; 1 a published case that does not come out as it should; 2 bad input (a faulty scene, a refused composition, an unusable folder); 3 unstable;
+Exit codes: 0 completed; 1 a published case that does not come out as it should; 2 bad input (a faulty scene, a refused
+composition, an unusable folder); 3 unstable;
 130 interrupted.
 """
 

@@ -153,6 +153,7 @@ class Laws:
     linear: wp.Function
     linear_faces: wp.Function
     energy: wp.Function
+    depends_on_stress: bool
 
 
 @cache
@@ -276,7 +277,7 @@ def _laws(space: Space, material: Any, state: StressState) -> Laws:
 
     Another value gives another Laws but the same kernel source, so it is loaded from the kernel cache, not compiled.
     """
-    relaxing = relaxes(material)
+    relaxing, depends = relaxes(material), bool(getattr(material, "depends_on_stress", True))
     real, tensor, mat, point = space.scalar, space.tensor, space.mat, space.point
     dim = space.dim
     width = len(state.components)
@@ -379,4 +380,6 @@ def _laws(space: Space, material: Any, state: StressState) -> Laws:
         deviator = s - mean * wp.identity(n=3, dtype=real)
         return real(0.5) * mean * mean / p.elastic_bulk + real(0.25) * wp.ddot(deviator, deviator) / p.elastic_shear
 
-    return Laws(state, Params, stress, internal, at_rest if relaxing else None, respond, linear, linear_faces, energy)
+    return Laws(
+        state, Params, stress, internal, at_rest if relaxing else None, respond, linear, linear_faces, energy, depends
+    )

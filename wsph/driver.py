@@ -226,7 +226,7 @@ class Simulation:
             self._frames.advance()
             if self._writer is not None:
                 everything = self._fields(self.scene.output.fields)
-                moved = everything["position"] + everything.get("displacement", 0.0)
+                moved = np.concatenate([run.system.current_position() for run in self.c.bodies])
                 self._writer.frame(step * self.c.dt, moved, {k: v for k, v in everything.items() if k != "position"})
                 if time.perf_counter() - self._written > TABLE_SECONDS:
                     self._write_tables()

@@ -7,7 +7,8 @@ built on current distances, the smoothing length follows the stretch in every di
 a stretch of 2.4), and virtual particles are the centroids of their cells. Density is rho_0/J.
 
 Faces turn with the body: what a face prescribes of the stress, it prescribes in the frame of its current normal
-n ~ F^-T N and its material tangents.
+n and its material tangents, from where the face's own particles are. (Frames from the deformation inside, F^-T N, see the
+shear half a cell below the face: under a stress along the face they grow by 2 % of it per spacing that a wave travels.)
 """
 
 from functools import cache
@@ -28,36 +29,146 @@ from wsph.units import Scales
 
 
 @cache
-def face_frame(space: Space) -> wp.Function:
-    """Warp function (F, F^-1, axis) -> rows of an orthonormal frame: the current normal of a face across `axis`, and the
-    material directions in the face, each at the index of its reference axis."""
-    dim, vec, mat = space.dim, space.vec, space.mat
+def _spin(space: Space) -> tuple[wp.Function, wp.Function]:
+    """Warp functions: velocity gradient -> the components above the diagonal of its skew part, and these -> skew matrix."""
+    dim, real, mat = space.dim, space.scalar, space.mat
+    spins = space.vector(max(dim * (dim - 1) // 2, 1))
 
     @wp.func
-    def frame(F: mat, inverse_F: mat, axis: int) -> mat:
-        rows = mat()
-        n = vec()
+    def spin_of(L: mat) -> spins:
+        w = spins()
+        n = int(0)
         for i in range(wp.static(dim)):
-            n[i] = inverse_F[axis, i]
-        n = wp.normalize(n)
+            for j in range(wp.static(dim)):
+                if j > i:
+                    w[n] = real(0.5) * (L[i, j] - L[j, i])
+                    n += 1
+        return w
+
+    @wp.func
+    def turn_of(w: spins) -> mat:
+        W = mat()
+        n = int(0)
+        for i in range(wp.static(dim)):
+            for j in range(wp.static(dim)):
+                if j > i:
+                    W[i, j] = w[n]
+                    W[j, i] = -w[n]
+                    n += 1
+        return W
+
+    return spin_of, turn_of
+
+
+@cache
+def _normal(space: Space) -> wp.Function:
+    """Warp function (rows, axis, grid) -> the axis that completes the others to a right-handed frame."""
+    dim, vec, mat = space.dim, space.vec, space.mat
+    if dim == 1:
+
+        @wp.func
+        def alone(rows: mat, axis: int, grid: mat) -> vec:
+            return vec(grid[0, 0])
+
+        return alone
+    if dim == 2:
+
+        @wp.func
+        def beside(rows: mat, axis: int, grid: mat) -> vec:
+            if axis == 0:
+                return vec(rows[1, 1], -rows[1, 0])
+            return vec(-rows[0, 1], rows[0, 0])
+
+        return beside
+
+    @wp.func
+    def across(rows: mat, axis: int, grid: mat) -> vec:
+        return wp.cross(rows[(axis + 1) % 3], rows[(axis + 2) % 3])
+
+    return across
+
+
+@cache
+def _frame_kernel(space: Space, layout: Layout) -> wp.Kernel:
+    """Orthonormal frames of the faces, rows at the index of their axis of the grid: the normal at `axis`, the directions in
+    the face from where a particle's neighbours in it are."""
+    dim, real, vec, mat, Fields = space.dim, space.scalar, space.vec, space.mat, fields_struct(space, layout)
+    across = _normal(space)
+
+    @wp.func
+    def step_along(
+        a: int,
+        b: int,
+        k: int,
+        dt: real,
+        beside: wp.array2d(dtype=wp.int32),
+        position: wp.array(dtype=vec),
+        fields: Fields,
+    ):
+        """Position and displacement at b less those at a, each averaged over the cells beside it along axis k: an odd-even
+        displacement is invisible to the virtual particles, nothing restores it, and frames that saw it would feed it."""
+        x = vec()
+        u = vec()
+        for end in range(2):
+            j = a
+            sign = real(-1.0)
+            if end == 1:
+                j = b
+                sign = real(1.0)
+            before = beside[j, 2 * k]
+            after = beside[j, 2 * k + 1]
+            w = sign * real(0.25)
+            if before == j or after == j:
+                w = sign * real(0.5)
+            if before != j:
+                x += w * (position[before] + position[j])
+                u += w * (
+                    fields.displacement[before]
+                    + dt * fields.velocity[before]
+                    + fields.displacement[j]
+                    + dt * fields.velocity[j]
+                )
+            if after != j:
+                x += w * (position[after] + position[j])
+                u += w * (
+                    fields.displacement[after]
+                    + dt * fields.velocity[after]
+                    + fields.displacement[j]
+                    + dt * fields.velocity[j]
+                )
+        return x, u
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def frames(clock: wp.array(dtype=wp.float64), share: real, particles: wp.array(dtype=wp.int32), axis: wp.array(dtype=wp.int32),
+               beside: wp.array2d(dtype=wp.int32), grid: mat, position: wp.array(dtype=vec), fields: Fields, frame_out: wp.array(dtype=mat)):  # fmt: skip
+        e = wp.tid()
+        dt = share * real(clock[1])
+        rows = mat()
         for k in range(wp.static(dim)):
-            t = n
-            if k != axis:
+            if k != axis[e]:
+                p = particles[e]
+                x, u = step_along(beside[p, 2 * k], beside[p, 2 * k + 1], k, dt, beside, position, fields)
+                apart = real(0.0)
                 for i in range(wp.static(dim)):
-                    t[i] = F[i, k]
-                # Material lines in the face are at right angles to n already; to one another they may not be.
+                    apart += x[i] * grid[k, i]
+                t = vec()
+                for i in range(wp.static(dim)):
+                    t[i] = grid[k, i] + u[i] / apart
                 for before in range(wp.static(dim)):
-                    if before < k and before != axis:
+                    if before < k and before != axis[e]:
                         other = vec()
                         for i in range(wp.static(dim)):
                             other[i] = rows[before, i]
                         t -= wp.dot(t, other) * other
                 t = wp.normalize(t)
-            for i in range(wp.static(dim)):
-                rows[k, i] = t[i]
-        return rows
+                for i in range(wp.static(dim)):
+                    rows[k, i] = t[i]
+        n = across(rows, axis[e], grid)
+        for i in range(wp.static(dim)):
+            rows[axis[e], i] = n[i]
+        frame_out[e] = rows
 
-    return frame
+    return frames
 
 
 class Kernels(SourceKernels):
@@ -71,9 +182,11 @@ class Kernels(SourceKernels):
         from_real, from_virtual = gather(space, laws, real_layout), gather(space, laws, virtual)
         linear, linear_faces, force_of = laws.linear, laws.linear_faces, divergence(space, laws)
         dim, width, sourced = space.dim, len(laws.state.components), laws.source is not None
+        turns = laws.depends_on_stress
         unpack, pack = packing(space, laws.state)
         determinant, inverse = determinant_and_inverse(space)
-        frame, turned = face_frame(space), turning(space)
+        turned, spins = turning(space), space.vector(max(dim * (dim - 1) // 2, 1))
+        spin_of, turn_of = _spin(space)
         accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
 
         @wp.kernel(module="unique", enable_backward=False)
@@ -87,8 +200,9 @@ class Kernels(SourceKernels):
             v, s, q, S, Q, Ldot, slope, G = from_real(rows, i, fields, sources, v0, s0)
             H = mat()
             u = vec()
+            u0 = fields.displacement[near]
             for k in range(rows.offsets[i], rows.offsets[i + 1]):
-                du = fields.displacement[rows.indices[k]] - fields.displacement[near]
+                du = fields.displacement[rows.indices[k]] - u0
                 u += rows.weight[k] * du
                 H += wp.outer(du, rows.gradient[k])
             Ldot -= wp.outer(v, G)
@@ -98,7 +212,11 @@ class Kernels(SourceKernels):
             back = inverse(F)
             v += v0
             s += s0
-            change, dq = linear(p, s, Ldot * back, q, S, Q)
+            L = Ldot * back
+            change, dq = linear(p, s, L, q, S, Q)
+            if wp.static(dim > 1):
+                fields_out.spin[i] = spin_of(L)
+            fields_out.displacement[i] = u + u0 + dt * v
             fields_out.velocity[i] = v + dt * accelerated(body, determinant(F) * force_of(slope * back), v)
             fields_out.stress[i] = s + dt * change
             fields_out.deformation[i] = H + dt * Ldot
@@ -107,8 +225,8 @@ class Kernels(SourceKernels):
 
         @wp.kernel(module="unique", enable_backward=False)
         def rate(clock: wp.array(dtype=wp.float64), weight: real, p: Params, body: Inertia, rows: Rows, held: wp.array(dtype=wp.int32),
-                 free: wp.array(dtype=wp.int32), face: wp.array(dtype=wp.int32), grid: mat, fields: Virtual, sources: Virtual, imposed: Real,
-                 fields_out: Real):  # fmt: skip
+                 free: wp.array(dtype=wp.int32), slot: wp.array(dtype=wp.int32), frames: wp.array(dtype=mat), position: wp.array(dtype=vec),
+                 cells: wp.array(dtype=vec), fields: Virtual, sources: Virtual, imposed: Real, fields_out: Real):  # fmt: skip
             i = wp.tid()
             dt = real(clock[1]) * weight
             v0 = fields_out.velocity[i]
@@ -116,31 +234,53 @@ class Kernels(SourceKernels):
             v, s, q, S, Q, Ldot, slope, G = from_virtual(rows, i, fields, sources, v0, s0)
             # The virtual particles see whole cells: their deformation is right at corners too, where a gradient is not.
             H = mat()
+            spin = spins()
+            u0 = fields_out.displacement[i] + real(0.5) * dt * v0
+            x = vec()
+            placed = mat()
             for k in range(rows.offsets[i], rows.offsets[i + 1]):
-                H += rows.weight[k] * fields.deformation[rows.indices[k]]
+                j = rows.indices[k]
+                H += rows.weight[k] * fields.deformation[j]
+                if wp.static(dim > 1):
+                    spin += rows.weight[k] * fields.spin[j]
+                dx = cells[j] - position[i] + (fields.displacement[j] - u0)
+                x += rows.weight[k] * dx
+                placed += wp.outer(dx, rows.gradient[k])
             F = wp.identity(n=dim, dtype=real) + H
             back = inverse(F)
             axes = mat()
             local = s
-            if face[i] >= 0:
-                axes = frame(F * wp.transpose(grid), grid * back, face[i])
+            if slot[i] >= 0:
+                axes = frames[slot[i]]
                 local = pack(turned(unpack(s + s0), axes))
             if held[i] != 0:
                 for c in range(wp.static(dim)):
                     if (held[i] >> c) & 1 == 1:
                         v[c] = imposed.velocity[i][c] - v0[c]
+                        x[c] = real(0.0)
                 for c in range(wp.static(width)):
                     if (held[i] >> (wp.static(dim) + c)) & 1 == 1:
                         local[c] = imposed.stress[i][c]
-                if face[i] >= 0:
+                if slot[i] >= 0:
                     s = pack(turned(unpack(local), wp.transpose(axes))) - s0
             Ldot -= wp.outer(v, G)
             slope -= wp.outer(s, G)
-            L = Ldot * back
+            # Less the turning, by the same operator on the positions: a body that only turns strains nowhere, whatever odd-even
+            # part its displacement has, and a face sees no gradient across it of either.
+            placed -= wp.outer(x, G)
+            W = mat()
+            if wp.static(dim > 1):
+                W = turn_of(spin)
+            L = W + (Ldot - W * placed) * back
             change = stress()
             dq = internal()
             if free[i] == 0:
-                change, dq = linear(p, s + s0, L, q, S, Q)
+                # The particle's own stress turns with it, not the interpolated one: its odd-even part would stay behind.
+                own = s + s0
+                if wp.static(turns):
+                    start_rate, _ = linear(p, s0, L, q, S, Q)
+                    own = s0 + real(0.5) * dt * start_rate
+                change, dq = linear(p, own, L, q, S, Q)
             else:
                 # In the frame of the face, whose normal stress is prescribed at both ends of the step.
                 target = point()
@@ -154,22 +294,16 @@ class Kernels(SourceKernels):
                 change = pack(turned(unpack(change), wp.transpose(axes)))
             fields_out.velocity[i] = v0 + dt * accelerated(body, determinant(F) * force_of(slope * back), v + v0)
             fields_out.stress[i] = s0 + dt * change
-            fields_out.deformation[i] = H + real(0.5) * dt * Ldot
+            fields_out.deformation[i] = H + real(0.5) * dt * (L * F)
             fields_out.displacement[i] = fields_out.displacement[i] + real(0.5) * dt * v0
             if wp.static(sourced):
                 fields_out.internals[i] = fields_out.internals[i] + dt * dq
 
         @wp.kernel(module="unique", enable_backward=False)
-        def turn(
-            particles: wp.array(dtype=wp.int32),
-            face: wp.array(dtype=wp.int32),
-            grid: mat,
-            to_frame: int,
-            fields_out: Real,
-        ):
-            i = particles[wp.tid()]
-            F = wp.identity(n=dim, dtype=real) + fields_out.deformation[i]
-            axes = frame(F * wp.transpose(grid), grid * inverse(F), face[i])
+        def turn(particles: wp.array(dtype=wp.int32), frames: wp.array(dtype=mat), to_frame: int, fields_out: Real):
+            e = wp.tid()
+            i = particles[e]
+            axes = frames[e]
             if to_frame == 0:
                 axes = wp.transpose(axes)
             fields_out.stress[i] = pack(turned(unpack(fields_out.stress[i]), axes))
@@ -194,13 +328,27 @@ class MovingTwoSetSystem(TwoSetSystem):
     def __init__(self, scene: Scene, body: Body, lattice: Lattice, space: Space, constitutive: Constitutive,
                  scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip
         super().__init__(scene, body, lattice, space, constitutive, scales, clock, device, displacement=True)
-        face = np.full(self.count, -1, np.int32)
-        for axis in reversed(range(space.dim)):
-            face[np.unique(lattice.faces.nodes[lattice.faces.axis == axis])] = axis
-        self._face = wp.array(face, dtype=wp.int32, device=device)
+        axis = np.full(self.count, -1, np.int32)
+        for k in reversed(range(space.dim)):
+            axis[np.unique(lattice.faces.nodes[lattice.faces.axis == k])] = k
+        on = np.flatnonzero(axis >= 0)
+        slot = np.full(self.count, -1, np.int32)
+        slot[on] = np.arange(len(on))
+        self._slot = wp.array(slot, dtype=wp.int32, device=device)
+        self._axis = wp.array(axis[on], dtype=wp.int32, device=device)
+        self._beside = wp.array(lattice.neighbours.reshape(self.count, -1), dtype=wp.int32, device=device)
+        self._position = wp.array(lattice.nodes / scales.length, dtype=space.vec, device=device)
+        self._cells = wp.array(lattice.cells / scales.length, dtype=space.vec, device=device)
+        self._frames = wp.zeros(len(on), dtype=space.mat, device=device)
+
+    def _turn_faces(self, state: State, share: float) -> None:
+        """The frames of the faces at the displacement + share dt velocity of `state` (a launch)."""
+        inputs = [self.clock.time, self.space.scalar(share), self._framed, self._axis, self._beside, self._axes]
+        kernel = _frame_kernel(self.space, state.layout)
+        self.clock.launch(kernel, self._framed.shape[0], [*inputs, self._position, state.struct], [self._frames])
 
     def _layout(self, where: str) -> Layout:
-        return layout_of(self.space, self.constitutive, where == "real", True)
+        return layout_of(self.space, self.constitutive, True, True, spin=where == "virtual")
 
     def _make_kernels(self) -> Kernels:
         layouts = self._layout("virtual"), self._layout("real")
@@ -208,20 +356,37 @@ class MovingTwoSetSystem(TwoSetSystem):
 
     def rate(self, source: State, out: State, *, imposed: State, weight: float) -> None:
         """As in `TwoSetSystem`; `imposed` holds stress components in the frames of the faces."""
+        self._turn_faces(out, 0.5)
         inputs = [self.clock.time, self.space.scalar(weight), self.constitutive.params, self.force.struct]
-        inputs += [self._real_rows, self._held, self._free, self._face, self._axes, source.struct, self._source(source)]
+        inputs += [
+            self._real_rows,
+            self._held,
+            self._free,
+            self._slot,
+            self._frames,
+            self._position,
+            self._cells,
+            source.struct,
+            self._source(source),
+        ]
         self.clock.launch(self.kernels.rate, out.n, [*inputs, imposed.struct], [out.struct])
 
     def hold(self, state: State, c: float | tuple[float, float]) -> None:
         """Set the prescribed values, stresses in the current frames of the faces."""
+        self._turn_faces(state, 0.0)
+        self._hold(state, c)
+
+    def _hold(self, state: State, c: float | tuple[float, float]) -> None:
         n = self._framed.shape[0]
-        self.clock.launch(self.kernels.turn, n, [self._framed, self._face, self._axes, 1], [state.struct])
+        self.clock.launch(self.kernels.turn, n, [self._framed, self._frames, 1], [state.struct])
         self.impose(state, c)
-        self.clock.launch(self.kernels.turn, n, [self._framed, self._face, self._axes, 0], [state.struct])
+        self.clock.launch(self.kernels.turn, n, [self._framed, self._frames, 0], [state.struct])
 
     def accept(self, state: State) -> None:
         """Close the step: the prescribed values at t + dt, and the work of the faces and of the body forces."""
-        self.hold(state, 1.0)
+        # The displacement has had the first half of its step; the second half is with the velocity at the end.
+        self._turn_faces(state, 0.5)
+        self._hold(state, 1.0)
         self.work.add(state, self.clock)
         self.force.add(state, self.clock)
         self.clock.launch(self.kernels.drift, state.n, [self.clock.time], [state.struct])

@@ -279,10 +279,6 @@ class OneSetSystem(System):
             growth = float(np.sqrt(np.linalg.norm(x)))
         return 1.05 * growth * self.spacing / (self.constitutive.wave_speed * self.scales.time)
 
-    def filtered(self, name: str) -> np.ndarray:
-        """A field as frames carry it, (n, width), nondimensional."""
-        return self.state.read(name)
-
     def sample(self, points: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
         """How to read the state at `points` (m, dim) [m]: particles and weights per point, linear-exact."""
         cells = self.lattice.index[self.lattice.corners].mean(1)

@@ -31,7 +31,8 @@ SINGULAR = 1e-9
 def generalized_inverse(space: Space) -> wp.Function:
     """Warp function: (A, dim x dim symmetric, semidefinite, size) -> (inverse on the directions that A spans, rank).
 
-    `size` is what entries of A are compared with, beside its own largest: below SINGULAR of both they are rounding. Sweeps with diagonal pivoting; directions whose pivot vanishes get a zero row and column.
+    `size` is what entries of A are compared with, beside its own largest: below SINGULAR of both they are rounding. Sweeps
+    with diagonal pivoting; directions whose pivot vanishes get a zero row and column.
     """
     dim, real, vec, mat = space.dim, space.scalar, space.vec, space.mat
 

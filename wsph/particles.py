@@ -96,6 +96,21 @@ class Lattice:
         return nodes, nodes[self.corners].mean(1)
 
     @property
+    def neighbours(self) -> np.ndarray:
+        """Per node and axis of the grid the nodes before and behind it in its own cells, itself where there is none,
+        (n, dim, 2)."""
+        dim = self.index.shape[1]
+        offsets = np.array(list(product((0, 1), repeat=dim)))
+        result = np.repeat(np.arange(len(self.nodes))[:, None], 2 * dim, 1).reshape(-1, dim, 2)
+        for axis in range(dim):
+            low = np.flatnonzero(offsets[:, axis] == 0)
+            high = [int(np.flatnonzero((offsets == o + np.eye(dim, dtype=int)[axis]).all(1))[0]) for o in offsets[low]]
+            for a, b in zip(low, high, strict=True):
+                result[self.corners[:, a], axis, 1] = self.corners[:, b]
+                result[self.corners[:, b], axis, 0] = self.corners[:, a]
+        return result
+
+    @property
     def on_face(self) -> np.ndarray:
         """Nodes on any face, (n,) bool."""
         mask = np.zeros(len(self.nodes), bool)

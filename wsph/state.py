@@ -24,7 +24,11 @@ def _type(space: Space, name: str, width: int) -> type:
 
 
 def layout_of(
-    space: Space, constitutive: Constitutive, displacement: bool = False, deformation: bool = False
+    space: Space,
+    constitutive: Constitutive,
+    displacement: bool = False,
+    deformation: bool = False,
+    spin: bool = False,
 ) -> Layout:
     """Fields and widths of a state, velocity first."""
     widths = {
@@ -32,6 +36,7 @@ def layout_of(
         "stress": constitutive.width,
         "internals": len(constitutive.internals),
         "deformation": space.dim**2 * deformation,
+        "spin": space.dim * (space.dim - 1) // 2 * spin,
         "displacement": space.dim * displacement,
     }
     return tuple((name, width) for name, width in widths.items() if width)
@@ -44,6 +49,7 @@ class State:
     stress         # Cauchy, packed, (n,), vector(width)
     internals      # (n,), vector(number of internals), where the material has any
     deformation    # H = F - I, (n,), dim x dim, where the formulation evolves it
+    spin           # skew part of the velocity gradient, above the diagonal, where a formulation hands it on
     displacement   # (n,), vec, where a frame or a probe asks for it
     """
 

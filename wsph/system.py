@@ -63,6 +63,16 @@ class System:
         """Set the prescribed values in a state at t + c dt; c = (0., 1.) means the mean of both ends of the step."""
         self.boundary.impose(state, self.clock, c)
 
+    def current_position(self) -> np.ndarray:
+        """Where the particles are, (n, dim) [m]: the reference configuration where nothing follows their displacement."""
+        if "displacement" not in self.state.widths:
+            return self.position
+        return self.position + self.filtered("displacement") * self.scales.length
+
+    def filtered(self, name: str) -> np.ndarray:
+        """A field as frames carry it, (n, width), nondimensional."""
+        return self.state.read(name)
+
     def current_density(self) -> np.ndarray:
         """rho_0/J of every particle, (n,), nondimensional; rho_0 where the formulation evolves no deformation."""
         if "deformation" not in self.state.widths:

@@ -6,7 +6,7 @@ evaluated at the sources and interpolated, as Herreros & Mabssout 2011, eqs 38 a
 difference f_J - f_I (their eqs 38 and 40 drop f_I, which is 33 % wrong at a boundary).
 """
 
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -384,11 +384,35 @@ class TwoSetSystem(System):
 
     def filtered(self, name: str) -> np.ndarray:
         """A field of the real particles without its odd-even part, which the virtual particles do not see: averaged to the
-        virtual ones and back, particles on a face as they are. (n, width), nondimensional."""
+        virtual ones and back, particles on a face as they are. (n, width), nondimensional.
+
+        A displacement is extrapolated to the faces where nothing prescribes it: a corner that a load pulls at drifts.
+        """
         values = self.state.read(name)
-        inner = ~self.lattice.on_face
+        if name == "displacement":
+            back = self._average(self._outwards, self.at_virtual(name))
+            for (field, component), held in self.conditions.entries.items():
+                if field == "velocity":
+                    back[list(held), component] = values[list(held), component]
+            return back
         back = self._average(self.to_real[0], self.at_virtual(name))
-        return np.where(inner[:, None], back, values) if name != "displacement" else values
+        return np.where(~self.lattice.on_face[:, None], back, values)
+
+    @cached_property
+    def _outwards(self) -> Weights:
+        """Interpolation from the virtual to the real particles that extrapolates linearly to faces: for output."""
+        nodes, cells = self.lattice.centred
+        sided_nodes, sided_cells = self.lattice.sided
+        reach = np.full(len(nodes), max(self._support, 1.2))
+        while True:
+            pairs = find_pairs(nodes, cells, reach, "cpu")
+            row = np.repeat(np.arange(len(nodes)), np.diff(pairs.offsets.numpy()))
+            pairs = pairs.where(~self.lattice.apart(sided_nodes[row], sided_cells[pairs.indices.numpy()]))
+            weights = interpolation_weights(Space(self.space.dim), pairs, nodes, cells, self.lattice.cell_volume)
+            narrow = weights.rank < self.space.dim
+            if not narrow.any() or reach.max() > 6.0:
+                return weights
+            reach[narrow] *= 1.5
 
     def at_virtual(self, name: str) -> np.ndarray:
         """A field interpolated to the virtual particles, (cells, width), nondimensional."""

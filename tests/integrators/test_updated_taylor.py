@@ -94,24 +94,61 @@ def test_faces_turn_with_the_body() -> None:
     assert np.abs(np.array(largest) / largest[0] - 1.0).max() < 1e-4
 
 
-def test_a_free_spin_creates_energy_and_is_stopped_by_name() -> None:
-    """Collocation does not keep angular momentum: a free block spinning at 5 % of the wave speed gains a tenth of its energy
-    within half a turn at 8 cells. It is stopped, and says why; a symmetric form is what such a scene needs."""
+def test_a_bar_spun_once_round_under_prestress_keeps_its_invariants() -> None:
+    """Held at its ends, which turn: trace and von Mises stress of the inside stay at what they are after an eighth of the
+    turn to 1e-4 of the prestress (1 % of E); the constant part beside them is the centrifugal stress."""
+    omega, prestress = 0.01, 0.01
+    turning = {
+        "x": f"-{omega}*(sin({omega}*t)*x+cos({omega}*t)*y)",
+        "y": f"{omega}*(cos({omega}*t)*x-sin({omega}*t)*y)",
+    }
+    scene = wsph.Scene(
+        schema=1, dim=2, run={"integrator": "ul-tsph", "end": 2 * np.pi / omega, "cfl": 0.8, "guard": "off"},
+        bodies=[{
+            "name": "b", "shape": {"type": "box", "min": [-0.5, -0.1], "max": [0.5, 0.1]}, "spacing": 0.1, "state": "stress",
+            "velocity": [f"-{omega}*y", f"{omega}*x"],
+            "material": {"model": "jaumann", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3},
+        }],
+        boundary=[{"body": "b", "face": face, "velocity": turning} for face in ("-x", "+x")],
+    )  # fmt: skip
+    composition = compose(scene)
+    system = composition.bodies[0].system
+    start = np.zeros((system.count, 3))
+    start[:, 0] = prestress
+    system.state.write("stress", start / composition.scales.stress)
+    found = []
+    for _ in range(8):
+        composition.program.run(composition.steps // 8)
+        xx, yy, xy = (system.state.read("stress")[~system.lattice.on_face] * composition.scales.stress / prestress).T
+        found.append([np.mean(xx + yy), np.mean(np.sqrt(xx**2 - xx * yy + yy**2 + 3 * xy**2))])
+    found = np.array(found)
+    assert np.abs(found - 1.0).max() < 5e-4
+    assert np.abs(found - found[0]).max() < 1e-4
+    angle = np.arctan2(*system.current_position()[np.argmax(system.position @ [1.0, 1e-3])][::-1])
+    assert abs(angle - np.arctan2(0.1, 0.5)) < 0.02
+
+
+def test_a_free_spin_keeps_its_energy_for_a_while_and_is_stopped_by_name() -> None:
+    """Collocation does not keep angular momentum. At 5 % of the wave speed a free block of 8 cells loses 1 % of its energy
+    in the first half turn, then creates some, and is stopped after more than a turn with the reason."""
     omega = 0.05
     scene = wsph.Scene(
-        schema=1, dim=2, run={"integrator": "ul-tsph", "end": 2 * np.pi / omega, "cfl": 0.5},
+        schema=1, dim=2, run={"integrator": "ul-tsph", "end": 4 * np.pi / omega, "cfl": 0.5},
         bodies=[{
             "name": "b", "shape": {"type": "box", "min": [-0.5, -0.25], "max": [0.5, 0.25]}, "spacing": 0.125, "state": "strain",
             "velocity": [f"-{omega}*y", f"{omega}*x"],
             "material": {"model": "jaumann", "density": 1.0, "youngs_modulus": 0.743, "poisson_ratio": 0.3},
         }],
     )  # fmt: skip
+    half = wsph.run(scene, end=np.pi / omega).history
+    energy = half["kinetic"] + half["strain"]
+    assert np.abs(energy / energy[0] - 1.0).max() < 0.015
     with (
         pytest.warns(RuntimeWarning, match="energy was created"),
-        pytest.raises(Unstable, match="energy was created") as caught,
+        pytest.raises(Unstable, match="energy was created|Courant number has become") as caught,
     ):
         wsph.run(scene)
-    assert caught.value.time * omega > 1.5
+    assert caught.value.time * omega > 2 * np.pi
 
 
 def test_a_particle_that_is_turned_inside_out_stops_the_run_whatever_the_guard(scene: wsph.Scene) -> None:

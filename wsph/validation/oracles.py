@@ -1,7 +1,8 @@
 """Closed forms and converged values of the published cases, SI.
 
-The shock bars (Herreros & Mabssout 2011, 4.1): L = 1 m, c = 200 m/s, rho = 2000 kg/m3. The stress at the fixed end is 0 before t0 = L/c = 5 ms and 2 rho c v0 = 8e5 Pa (compression) until t0 + 2.5 ms. A scheme
-that is not exact needs some cells to rise, so errors are taken on the plateau, away from both jumps.
+The shock bars (Herreros & Mabssout 2011, 4.1): L = 1 m, c = 200 m/s, rho = 2000 kg/m3. The stress at the fixed end is 0
+before t0 = L/c = 5 ms and 2 rho c v0 = 8e5 Pa (compression) until t0 + 2.5 ms. A scheme that is not exact needs some cells
+to rise, so errors are taken on the plateau, away from both jumps.
 """
 
 import numpy as np
@@ -54,6 +55,8 @@ def freund(time: np.ndarray) -> np.ndarray:
     return 2.0 * PLATE["stress"] / (1.0 - nu) * np.sqrt(c * since * (1.0 - 2.0 * nu) / np.pi)
 
 
-def beam_deflection(length: float = 1.0, height: float = 0.02, youngs_modulus: float = 8e9, shear: float = 4e4) -> float:
+def beam_deflection(
+    length: float = 1.0, height: float = 0.02, youngs_modulus: float = 8e9, shear: float = 4e4
+) -> float:
     """Tip deflection of a cantilever with mean shear stress `shear` at its end [m] (Herreros & Mabssout 2011, 4.2)."""
     return 4.0 * length**3 * shear / (youngs_modulus * height**2)

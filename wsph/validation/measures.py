@@ -1,0 +1,91 @@
+"""What is read off the runs of the published cases: plateaus, bands, stress intensity factors."""
+
+from typing import Any
+
+import numpy as np
+
+from wsph.composition import Composition, compose
+from wsph.scene import Scene
+from wsph.validation import oracles
+
+BAND_COLUMNS = (0.1, 0.4)
+"""A band is measured in the columns of particles between these x [m], away from the symmetry axis and the free edge."""
+
+
+def finished(scene: Scene) -> Composition:
+    """A composition after its last step, for the particles' own values: a frame's are averaged over a cell."""
+    composition = compose(scene)
+    composition.program.run(composition.steps)
+    return composition
+
+
+def compression(result: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Time [s] and compression at the fixed end over the plateau's, of a shock bar's result."""
+    probe = result.probes["fixed-end"]
+    return probe["time"], -probe["stress_xx"] / oracles.AMPLITUDE
+
+
+def band(scene: Scene) -> dict[str, Any]:
+    """Angle [degrees], full width at half maximum across the band [m], peak strain and where it is, of a shear band."""
+    system = finished(scene).bodies[0].system
+    strain, (x, y) = system.state.read("internals")[:, 0], system.position.T
+    columns = np.unique(np.round(x, 9))
+    columns = columns[(columns > BAND_COLUMNS[0] - 1e-9) & (columns < BAND_COLUMNS[1] + 1e-9)]
+    crest, widths = [], []
+    for column in columns:
+        on = np.abs(x - column) < 1e-9
+        order = np.argsort(y[on])
+        height, value = y[on][order], strain[on][order]
+        k, spacing = int(np.argmax(value)), height[1] - height[0]
+        if not 0 < k < len(value) - 1:
+            continue
+        # The vertex of the parabola through the three highest particles.
+        before, top, after = value[k - 1 : k + 2]
+        shift = 0.5 * (before - after) / (before - 2 * top + after)
+        crest.append((column, height[k] + shift * spacing))
+        half = 0.5 * (top - 0.25 * (before - after) * shift)
+        edges = np.flatnonzero(np.diff(np.sign(value - half)))
+        cuts = height[edges] + spacing * (half - value[edges]) / (value[edges + 1] - value[edges])
+        if (cuts < height[k]).any() and (cuts > height[k]).any():
+            widths.append(cuts[cuts > height[k]].min() - cuts[cuts < height[k]].max())
+    slope = np.arctan(abs(np.polyfit(*np.transpose(crest), 1)[0]))
+    peak = int(np.argmax(strain))
+    return {
+        "angle": float(np.degrees(slope)),
+        "width": float(np.mean(widths) * np.cos(slope)) if widths else np.nan,
+        "peak": float(strain[peak]),
+        "where": system.position[peak],
+    }
+
+
+def _williams(n: int, r: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """stress_yy of the n-th symmetric term of the crack-tip expansion, per unit coefficient."""
+    m = n / 2
+    return m * r ** (m - 1) * ((2 - m - (-1) ** n) * np.cos((m - 1) * angle) + (m - 1) * np.cos((m - 3) * angle))
+
+
+def stress_intensity(
+    scene: Scene, tip: tuple[float, float] = (5.0, 0.0), points: int = 4
+) -> tuple[np.ndarray, np.ndarray]:
+    """Time [s] and mode-I stress intensity factor [Pa sqrt(m)] at every step.
+
+    From stress_yy of the first `points` virtual particles ahead of the tip, fitted with the first two terms of Williams'
+    expansion that have a stress_yy there (r^-1/2 and r^1/2), weighted by sqrt(r). Crack-opening displacements are of no
+    use so near the tip.
+    """
+    composition = compose(scene)
+    system = composition.bodies[0].system
+    offset = system.lattice.cells - np.array(tip)
+    ahead = np.flatnonzero((offset[:, 0] > 0.0) & (np.abs(offset[:, 1] - 0.5 * system.spacing) < 1e-6 * system.spacing))
+    ahead = ahead[np.argsort(offset[ahead, 0])][:points]
+    r, angle = np.hypot(*offset[ahead].T), np.arctan2(offset[ahead, 1], offset[ahead, 0])
+    terms = np.stack([_williams(n, r, angle) for n in (1, 3)], 1) * np.sqrt(r)[:, None]
+    fit = np.linalg.pinv(terms)[0] * np.sqrt(2.0 * np.pi)
+    label = system.constitutive.state.labels.index("yy")
+    times, factors = [], []
+    for step in range(1, composition.steps + 1):
+        composition.program.run(1)
+        stress = system.at_virtual("stress")[ahead, label] * composition.scales.stress
+        times.append(step * composition.dt)
+        factors.append(float(fit @ (stress * np.sqrt(r))))
+    return np.array(times), np.array(factors)
