@@ -20,7 +20,7 @@ from wsph.errors import Fault, PluginError, Refused, SceneError
 from wsph.expressions import Expression
 from wsph.growth import PRODUCTS, largest_growth
 from wsph.moving_set import MovingTwoSetSystem
-from wsph.one_set import OneSetSystem
+from wsph.lagrangian import OneSetSystem, StressPointSystem
 from wsph.particles import Lattice, lattice
 from wsph.plugins import build
 from wsph.probes import Recorder
@@ -31,7 +31,7 @@ from wsph.two_set import TwoSetSystem
 from wsph.units import Scales
 
 SLACK = 1e-6
-SYSTEMS = {system.formulation: system for system in (TwoSetSystem, MovingTwoSetSystem, OneSetSystem)}
+SYSTEMS = {system.formulation: system for system in (TwoSetSystem, MovingTwoSetSystem, OneSetSystem, StressPointSystem)}
 MOST_STEPS = 1e12
 GROWN = 10.0
 """A mode that a run amplifies by more than this is refused or warned of."""
@@ -84,6 +84,12 @@ class Composition:
     def pairs(self) -> int:
         """Directed pairs of all operators."""
         return sum(b.system.pairs for b in self.bodies)
+
+    def publish(self) -> None:
+        """Have integrators that keep variables of their own make the states that are read."""
+        for run in self.bodies:
+            if hasattr(run.integrator, "publish"):
+                run.integrator.publish()
 
     def launches(self) -> list[wp.Kernel]:
         """The kernels that a step launches, in order."""
@@ -168,10 +174,15 @@ def _compose(scene: Scene) -> Composition:
     ]
     every_step = [p for p in probes if p.every_step]
 
+    published = [run.integrator.publish for run in bodies if hasattr(run.integrator, "publish")]
+
     def step() -> None:
         for run in bodies:
             run.integrator.step()
         clock.advance()
+        if every_step:
+            for publish in published:
+                publish()
         for probe in every_step:
             probe.record()
 
@@ -240,6 +251,7 @@ def _cadence_steps(every: float, dt: float) -> float:
 def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: Any, plugin: Any, who: str, system_type: Callable[..., Any],
               space: Space, scales: Scales, clock: Clock, device: str) -> BodyRun:  # fmt: skip
     constitutive = Constitutive(space, material, state, scales, _material_name(body))
+    _refuse_parts(body, material, system_type.formulation, constitutive.who)
     system = system_type(scene, body, cells, space, constitutive, scales, clock, device, wants_displacement(scene))
     if body.velocity is not None:
         values = [scene.value(v, "m/s") for v in body.velocity]
@@ -255,7 +267,8 @@ def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: An
         if hasattr(integrator, "begin"):
             integrator.begin()
         limit, reason = integrator.limit() if hasattr(integrator, "limit") else (None, "the integrator declares none")
-    diagnostics = Diagnostics(space, constitutive, system.volume, system.density, device)
+    points = getattr(system, "point_volume", system.volume)
+    diagnostics = Diagnostics(space, constitutive, system.volume, points, system.density, device)
     courant = clock.dt * scales.time * constitutive.wave_speed / cells.spacing
     return BodyRun(body, constitutive, system, integrator, diagnostics, courant, limit, reason)
 
@@ -267,6 +280,17 @@ def _growth(run: BodyRun, steps: int) -> float:
     system.work.start(system.state, system.clock)
     system.force.start(system.state, system.clock)
     return found
+
+
+def _refuse_parts(body: Body, material: Any, formulation: str, who: str) -> None:
+    """What a formulation of two sets cannot do is refused by name."""
+    if formulation in ("total-lagrangian", "stress-points"):
+        return
+    if not hasattr(material, "rate"):
+        raise Refused(f"{who} has a total law alone; the {formulation} form needs a rate: use run.formulation of one set")
+    for part in ("viscosity", "residual"):
+        if getattr(body, part) is not None:
+            raise Refused(f"body {body.name!r}: {part} is a part of one-set formulations, not of {formulation!r}")
 
 
 def _guard(scene: Scene, run: BodyRun, dt: float, steps: int) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 from wsph.errors import Fault, Refused, SceneError
 from wsph.expressions import Expression, compile_expression, constant_program
 from wsph.fields import AXES
-from wsph.particles import Lattice
+from wsph.particles import Faces, Lattice
 from wsph.scene import Boundary, Function, Scene
 
 Prescribed = Expression | Function
@@ -36,10 +36,35 @@ class Conditions:
     work_particle: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     work_axis: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     work_area: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    loads: "Conditions | None" = None
+    scales: dict[tuple[str, int], dict[int, float]] = field(default_factory=dict)
 
     def put(self, name: str, component: int, particles: np.ndarray, value: Prescribed) -> None:
         """Prescribe a component; what was said later holds."""
         self.entries.setdefault((name, component), {}).update(dict.fromkeys(particles.tolist(), value))
+
+
+    def load(self, faces: Faces, on: np.ndarray, acting: np.ndarray, label: str, traction: bool, value: Prescribed,
+             lattice: Lattice) -> None:  # fmt: skip
+        """A stress component, or a traction along a coordinate axis, on the faces `acting`, as forces on their particles."""
+        dim, axes = lattice.frame.axes.shape[0], lattice.frame.axes
+        for axis in range(dim):
+            rows = acting & (faces.axis == axis)
+            if not rows.any():
+                continue
+            if traction:
+                pushes = [(AXES.index(label), 1.0)]
+            else:
+                i, j = (AXES.index(a) for a in label)
+                along = j if axis == i else i
+                pushes = [(k, float(axes[k, along])) for k in range(dim) if axes[k, along] != 0.0]
+            share = faces.area[rows] / on.shape[1] * (1.0 if traction else faces.sign[rows])
+            for direction, cosine in pushes:
+                key = ("load", axis * dim + direction)
+                area = np.bincount(on[rows].ravel(), np.repeat(share, on.shape[1]))
+                particles = np.flatnonzero(area)
+                self.put(*key, particles, value)
+                self.scales.setdefault(key, {}).update(dict(zip(particles.tolist(), (area[particles] * cosine).tolist(), strict=True)))
 
 
 def select(text: str, position: np.ndarray, spacing: float) -> np.ndarray:
@@ -47,7 +72,8 @@ def select(text: str, position: np.ndarray, spacing: float) -> np.ndarray:
     return compile_expression(text)(position, tolerance=WHERE_TOLERANCE * spacing) != 0.0
 
 
-def _nonzero(value: Prescribed) -> bool:
+def nonzero(value: Prescribed) -> bool:
+    """Whether a prescribed value is anything but the constant zero."""
     return not (isinstance(value, Expression) and value.program == constant_program(0.0).program)
 
 
@@ -94,7 +120,10 @@ def face_conditions(scene: Scene, body: str, lattice: Lattice, labels: tuple[str
         for axis, value in velocities.items():
             result.put("velocity", AXES.index(axis), nodes, value)
             moved[rows, AXES.index(axis)] = True
-            loaded[rows] |= _nonzero(value)
+            loaded[rows] |= nonzero(value)
+        if condition.traction:
+            text = "two-set bodies prescribe stress on their faces: write stress = { xx = ... }"
+            raise SceneError("scene", [Fault(0, f"boundary.{k}.traction", text)])
         for label, given in condition.stress.items():
             value, key = scene.value(given, "Pa"), f"boundary.{k}.stress.{label}"
             acting = rows & np.isin(faces.axis, [AXES.index(axis) for axis in label])
@@ -103,7 +132,7 @@ def face_conditions(scene: Scene, body: str, lattice: Lattice, labels: tuple[str
                 text = f"acts on no face selected here: {label} is a stress on a face across {across}"
                 raise SceneError("scene", [Fault(0, key, text)])
             loads.append((label, acting, np.unique(faces.nodes[acting]), value, key))
-            if _nonzero(value):
+            if nonzero(value):
                 # At an edge of the body the same component acts on the face around the corner too.
                 beside = np.isin(faces.axis, [AXES.index(axis) for axis in label])
                 loaded |= beside[:, None] & np.isin(faces.nodes, faces.nodes[acting])
@@ -134,23 +163,49 @@ def face_conditions(scene: Scene, body: str, lattice: Lattice, labels: tuple[str
     return result
 
 
-def layer_conditions(scene: Scene, body: str, lattice: Lattice, who: str) -> Conditions:
-    """Conditions of a one-set body, whose particles are the cells: a face is its first layer of particles."""
+def layer_conditions(scene: Scene, body: str, lattice: Lattice) -> Conditions:
+    """Conditions of a Lagrangian body whose particles are the cells: a face is its first layer of particles."""
+    faces = lattice.faces
+    return _natural_conditions(scene, body, lattice, lattice.cells, faces.cell[:, None])
+
+
+def node_conditions(scene: Scene, body: str, lattice: Lattice) -> Conditions:
+    """Conditions of a Lagrangian body whose particles are the nodes, those of the faces included."""
+    return _natural_conditions(scene, body, lattice, lattice.nodes, lattice.faces.nodes)
+
+
+def _natural_conditions(scene: Scene, body: str, lattice: Lattice, position: np.ndarray, on: np.ndarray) -> Conditions:
+    """Velocities of particles, and loads as forces: a free face needs nothing. `on` (faces, k): the particles of each face.
+
+    A stress on a face is a nominal one: force per reference area, along the axes of the shape; `traction` is along the
+    coordinate axes. Loads keep faces across different axes apart, so that at an edge both act: entry ("load", face's axis *
+    dim + direction), a value per unit of area, and the area in `scale`.
+    """
+    faces, dim = lattice.faces, scene.dim
     result = Conditions()
+    result.loads = Conditions()
     for k, condition in enumerate(scene.boundary):
         if condition.body != body:
             continue
-        for key in ("stress", "symmetry"):
-            if getattr(condition, key):
-                raise Refused(
-                    f"boundary.{k}.{key}: {who} prescribes velocity and fixed only; use a two-set integrator such as tsph"
-                )
         if condition.face:
-            particles = np.unique(lattice.faces.cell[lattice.faces.named(condition.face)])
+            rows = faces.named(condition.face)
+            particles = np.unique(on[rows])
         else:
-            particles = np.flatnonzero(select(condition.where or "", lattice.cells, lattice.spacing))
+            chosen = select(condition.where or "", position, lattice.spacing)
+            particles, rows = np.flatnonzero(chosen), chosen[on].all(1)
         if not len(particles):
             raise _nothing_selected(k, condition)
-        for axis, value in _velocities(scene, condition).items():
+        velocities = _velocities(scene, condition)
+        if velocities and len(velocities) < dim and condition.symmetry and not lattice.frame.upright:
+            text = f"a turned body prescribes velocities along the coordinate axes; symmetry holds none of its {dim} alone"
+            raise SceneError("scene", [Fault(0, f"boundary.{k}.symmetry", text)])
+        for axis, value in velocities.items():
             result.put("velocity", AXES.index(axis), particles, value)
+        for key, given in (("stress", condition.stress), ("traction", condition.traction)):
+            for label, value in given.items():
+                acting = rows & (np.isin(faces.axis, [AXES.index(a) for a in label]) if key == "stress" else True)
+                if not acting.any():
+                    text = "acts on no face selected here" + ("; it is a stress on a face across one of its axes" * (key == "stress"))
+                    raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}.{label}", text)])
+                result.loads.load(faces, on, acting, label, key == "traction", scene.value(value, "Pa"), lattice)
     return result

@@ -92,11 +92,11 @@ def parameters(material: Any) -> dict[str, str]:
 
 def _refuse_what_is_not_applied(material: Any, who: str) -> None:
     """A law's part that no formulation here applies would be dropped silently."""
-    for name in ("project", "energy", "objective"):
+    for name in ("project", "objective"):
         if hasattr(material, name):
             raise Refused(f"{who} declares {name!r}, which is not applied yet; give its whole law as `rate`")
-    if not hasattr(material, "rate"):
-        raise Refused(f"{who} has no `rate`; every formulation here needs one: {RATE_SIGNATURE}")
+    if not (hasattr(material, "rate") or hasattr(material, "stress")):
+        raise Refused(f"{who} has neither `rate` nor `stress`; every formulation needs one of them: {RATE_SIGNATURE}")
     reserved = {"velocity", "stress", "displacement", "density", "von_mises", "pressure", "dissipation", "id", "body"}
     taken = reserved.intersection(getattr(material, "internals", {}))
     if taken:
@@ -142,6 +142,8 @@ class Laws:
     linear_faces(p, stress, L, q, S, Q, mask, target) -> rates the same where bit k of `mask` says that the normal stress
                                                                rate kk is target[k] and the normal strain rate is free
     energy(p, stress) -> elastic energy density
+    total(p, H) -> (stress, first Piola stress dim x dim)      of a total law, static free normals at zero stress; None: a rate
+    total_energy(p, H) -> energy per reference volume          where a total law gives it
     """
 
     state: StressState
@@ -154,6 +156,8 @@ class Laws:
     linear_faces: wp.Function
     energy: wp.Function
     depends_on_stress: bool
+    total: wp.Function | None = None
+    total_energy: wp.Function | None = None
 
 
 @cache
@@ -187,6 +191,13 @@ def packing(space: Space, state: StressState) -> tuple[wp.Function, wp.Function]
 def user_law(space: Space, material: Any, Params: type, internal: type) -> wp.Function:
     """The plugin's law as (p, stress, L, q) -> (stress rate, q rate), whatever internals it has."""
     tensor = space.tensor
+    if not hasattr(material, "rate"):
+
+        @wp.func
+        def none(p: Params, stress: tensor, L: tensor, q: internal):
+            return tensor(), internal()
+
+        return none
     names = list(getattr(material, "internals", {}))
     law = material.rate(space, Params)
     if not isinstance(law, wp.Function):
@@ -221,6 +232,84 @@ def user_law(space: Space, material: Any, Params: type, internal: type) -> wp.Fu
         return rate, dq
 
     return with_internals
+
+
+TOTAL_SIGNATURE = "stress(self, space, Params) -> @wp.func (p: Params, H: space.tensor) -> Cauchy stress"
+SECANTS = 5
+"""Secant steps for the out-of-plane strain of a total law: the error squares, from the linear answer."""
+
+
+def _total(space: Space, material: Any, state: StressState, Params: type) -> tuple[wp.Function | None, wp.Function | None]:
+    """The total law for the displacement gradients of a stress state, and its energy; None where the material has none."""
+    if not hasattr(material, "stress"):
+        return None, None
+    law, stored = material.stress(space, Params), None
+    if not isinstance(law, wp.Function) or len(inspect.signature(law.func).parameters) != 2:
+        raise PluginError(f"{type(material).__name__}.stress gave no law of two arguments; expected {TOTAL_SIGNATURE}")
+    real, tensor, mat, dim = space.scalar, space.tensor, space.mat, space.dim
+    _, pack = packing(space, state)
+    unit = _unit(space)
+    free = len(state.free)
+    first = state.free[0] if free else 0
+
+    @wp.func
+    def widened(h: mat, x: real) -> tensor:
+        H = tensor()
+        for i in range(wp.static(dim)):
+            for j in range(wp.static(dim)):
+                H[i, j] = h[i, j]
+        # The free normals of an isotropic solid in one of these states strain alike.
+        if wp.static(free > 0):
+            H += x * unit(first)
+        if wp.static(free > 1):
+            H += x * unit(2)
+        return H
+
+    @wp.func
+    def whole(p: Params, h: mat) -> tensor:
+        if wp.static(free == 0):
+            return widened(h, real(0.0))
+        trace = real(0.0)
+        for i in range(wp.static(dim)):
+            trace += h[i, i]
+        lame = p.elastic_bulk - real(2.0) / real(3.0) * p.elastic_shear
+        stiffness = lame * real(free) + real(2.0) * p.elastic_shear
+        x = -lame * trace / stiffness
+        gap = law(p, widened(h, x))[first, first]
+        step = -gap / stiffness
+        for _ in range(SECANTS):
+            if step != real(0.0):
+                x += step
+                next_gap = law(p, widened(h, x))[first, first]
+                slope = (next_gap - gap) / step
+                gap = next_gap
+                if slope > real(0.0):
+                    step = -gap / slope
+                else:
+                    step = real(0.0)
+        return widened(h, x)
+
+    @wp.func
+    def total(p: Params, h: mat):
+        H = whole(p, h)
+        one = wp.identity(n=3, dtype=real)
+        cauchy = law(p, H)
+        piola = wp.determinant(one + H) * cauchy * wp.transpose(wp.inverse(one + H))
+        P = mat()
+        for i in range(wp.static(dim)):
+            for j in range(wp.static(dim)):
+                P[i, j] = piola[i, j]
+        return pack(cauchy), P
+
+    if hasattr(material, "energy"):
+        density = material.energy(space, Params)
+
+        @wp.func
+        def energy(p: Params, h: mat) -> real:
+            return density(p, whole(p, h))
+
+        stored = energy
+    return total, stored
 
 
 @cache
@@ -381,5 +470,6 @@ def _laws(space: Space, material: Any, state: StressState) -> Laws:
         return real(0.5) * mean * mean / p.elastic_bulk + real(0.25) * wp.ddot(deviator, deviator) / p.elastic_shear
 
     return Laws(
-        state, Params, stress, internal, at_rest if relaxing else None, respond, linear, linear_faces, energy, depends
+        state, Params, stress, internal, at_rest if relaxing else None, respond, linear, linear_faces, energy, depends,
+        *_total(space, material, state, Params),
     )

@@ -47,14 +47,17 @@ def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
             x = wp.normalize(square * x)
         return wp.sqrt(wp.dot(x, square * x))
 
+    total, total_energy = laws.total_energy is not None, laws.total_energy or energy
     dissipates, last = laws.source is not None, internals - 1
 
     @wp.kernel(module="unique", enable_backward=False)
     def ledger(
         n: int,
+        m: int,
         p: Params,
         density: real,
         volume: wp.array(dtype=real),
+        points: wp.array(dtype=real),
         fields: Fields,
         sums_out: wp.array2d(dtype=wp.float64),
     ):
@@ -66,26 +69,37 @@ def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
         first = wp.float64(-1.0)
         stretch = wp.float64(1.0)
         momentum = wp.vec3d()
+        # A body may have its velocities and its stresses at different places: nodes and points.
         for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, n)):
             v = fields.velocity[i]
-            s = fields.stress[i]
             mass = density * volume[i]
             square = wp.dot(v, v)
+            kinetic += wp.float64(real(0.5) * mass * square)
+            for a in range(wp.static(dim)):
+                momentum[a] = momentum[a] + wp.float64(mass * v[a])
+            if not wp.isfinite(square):
+                broken += wp.float64(1.0)
+                if first < wp.float64(0.0):
+                    first = wp.float64(i)
+        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, m)):
+            s = fields.stress[i]
             stored = energy(p, s)
-            current = volume[i]
+            current = points[i]
             if wp.static(deformed):
                 F = wp.identity(n=dim, dtype=real) + fields.deformation[i]
                 J = determinant(F)
-                current *= J
+                if wp.static(total):
+                    stored = total_energy(p, fields.deformation[i])
+                    if not (J > real(0.0)):
+                        current = -current
+                else:
+                    current *= J
                 stretch = wp.max(stretch, wp.float64(shortening(inverse(F)) * wp.sqrt(J)))
-            kinetic += wp.float64(real(0.5) * mass * square)
             strain += wp.float64(current * stored)
             if wp.static(dissipates):
                 dissipated += wp.float64(current * fields.internals[i][last])
-            for a in range(wp.static(dim)):
-                momentum[a] = momentum[a] + wp.float64(mass * v[a])
             # A maximum drops NaN; a sum keeps it, so the check is on the sum.
-            if not (wp.isfinite(square + stored) and current > real(0.0)):
+            if not (wp.isfinite(stored) and current > real(0.0)):
                 broken += wp.float64(1.0)
                 if first < wp.float64(0.0):
                     first = wp.float64(i)
@@ -104,11 +118,12 @@ def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
 class Diagnostics:
     """The ledger of one body. `measure(state)` is one launch and one small copy."""
 
-    def __init__(self, space: Space, constitutive: Constitutive, volume: np.ndarray, density: float, device: str):
+    def __init__(self, space: Space, constitutive: Constitutive, volume: np.ndarray, points: np.ndarray, density: float, device: str):
         self._space, self._constitutive, self._density, self._device = space, constitutive, density, device
         self._volume = wp.array(volume, dtype=space.scalar, device=device)
-        self._n = len(volume)
-        self._sums = wp.zeros((-(-self._n // BLOCK), 9), dtype=wp.float64, device=device)
+        self._points = self._volume if points is volume else wp.array(points, dtype=space.scalar, device=device)
+        self._n, self._m = len(volume), len(points)
+        self._sums = wp.zeros((-(-max(self._n, self._m) // BLOCK), 9), dtype=wp.float64, device=device)
 
     def kernel(self, state: State) -> wp.Kernel:
         """The kernel that sums up `state`."""
@@ -117,7 +132,7 @@ class Diagnostics:
     def measure(self, state: State) -> Ledger:
         """Sum up a state."""
         wp.launch(self.kernel(state), self._sums.shape[0], device=self._device,
-                  inputs=[self._n, self._constitutive.params, self._space.scalar(self._density), self._volume, state.struct],
+                  inputs=[self._n, self._m, self._constitutive.params, self._space.scalar(self._density), self._volume, self._points, state.struct],
                   outputs=[self._sums])  # fmt: skip
         sums = self._sums.numpy()
         total = sums.sum(0)

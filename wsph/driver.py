@@ -134,6 +134,8 @@ class Simulation:
 
     def _check(self, step: int) -> list[Ledger]:
         """The ledgers, after the finite check and the energy stop."""
+        if step > 0:
+            self.c.publish()
         ledgers = [run.diagnostics.measure(run.system.state) for run in self.c.bodies]
         for run, ledger in zip(self.c.bodies, ledgers, strict=True):
             if ledger.bad >= 0:
@@ -192,10 +194,14 @@ class Simulation:
         )
 
     def _dissipated(self, ledgers: list[Ledger]) -> float:
-        return sum(e.dissipated for e in ledgers) + sum(run.system.force.damped for run in self.c.bodies)
+        parts = (run.system.force.damped + getattr(run.system.work, "viscous", 0.0) for run in self.c.bodies)
+        return sum(e.dissipated for e in ledgers) + sum(parts)
+
+    def _hourglass(self) -> float:
+        return sum(run.system.hourglass_energy() for run in self.c.bodies if hasattr(run.system, "hourglass_energy"))
 
     def _total(self, ledgers: list[Ledger]) -> float:
-        return sum(e.kinetic + e.strain for e in ledgers) + self._dissipated(ledgers)
+        return sum(e.kinetic + e.strain for e in ledgers) + self._dissipated(ledgers) + self._hourglass()
 
     def _work(self) -> float:
         """Work done on the bodies, what they started with included."""
@@ -236,7 +242,7 @@ class Simulation:
         if self._rows and self._rows[-1][0] == step:
             return
         total, work = self._total(ledgers), self._work()
-        sums = [sum(e.kinetic for e in ledgers), sum(e.strain for e in ledgers), self._dissipated(ledgers)]
+        sums = [sum(e.kinetic for e in ledgers), sum(e.strain for e in ledgers), self._dissipated(ledgers), self._hourglass()]
         momentum = sum(e.momentum for e in ledgers)
         energies = [x * self._energy for x in (*sums, work, work - total)]
         self._rows.append([step, step * self.c.dt, self.c.dt, *energies, *(momentum * self._impulse)])
@@ -249,7 +255,7 @@ class Simulation:
                 self._writer.table(f"probes/{probe.probe.name}.csv", self._probe_columns(probe))
 
     def _history_columns(self) -> dict[str, np.ndarray]:
-        names = ["step", "time", "dt", "kinetic", "strain", "dissipated", "external_work", "residual"]
+        names = ["step", "time", "dt", "kinetic", "strain", "dissipated", "hourglass", "external_work", "residual"]
         names += [f"momentum_{axis}" for axis in "xyz"[: self.scene.dim]]
         table = np.array(self._rows).reshape(len(self._rows), len(names))
         return {name: table[:, k].astype(int) if name == "step" else table[:, k] for k, name in enumerate(names)}
@@ -309,8 +315,7 @@ class Simulation:
             "bytes_per_particle": sum(r.system.nbytes for r in self.c.bodies) / self.c.particles,
             # external_work includes what the bodies started with: the residual is it less all the others.
             "energy": {
-                **{name: last[name] for name in ("kinetic", "strain", "dissipated")},
-                "hourglass": 0.0,
+                **{name: last[name] for name in ("kinetic", "strain", "dissipated", "hourglass")},
                 "contact": 0.0,
                 "external_work": last["external_work"],
                 "residual": last["residual"],

@@ -178,7 +178,11 @@ def _boundary_faults(scene: "Scene", condition: "Boundary", key: str) -> Iterato
         yield Fault(0, f"{key}.face", f"{condition.face!r} does not exist in {scene.dim}D")
     if condition.where is not None:
         yield from _where_faults(scene, condition.where, f"{key}.where")
-    for table, allowed, unit in (("velocity", axes, "m/s"), ("stress", COMPONENTS[scene.dim], "Pa")):
+    for table, allowed, unit in (
+        ("velocity", axes, "m/s"),
+        ("stress", COMPONENTS[scene.dim], "Pa"),
+        ("traction", axes, "Pa"),
+    ):
         for component, value in getattr(condition, table).items():
             if component not in allowed:
                 yield Fault(0, f"{key}.{table}.{component}", f"is none of {', '.join(allowed)}")

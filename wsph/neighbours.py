@@ -28,6 +28,16 @@ class Pairs:
         """Number of directed pairs."""
         return self.indices.shape[0]
 
+    def transposed(self) -> tuple["Pairs", np.ndarray]:
+        """The same pairs by source, and where each stands in `indices`: targets of a row ascend."""
+        offsets, indices, device = self.offsets.numpy(), self.indices.numpy(), self.offsets.device
+        order = np.argsort(indices, kind="stable")
+        row = np.repeat(np.arange(self.targets, dtype=np.int32), np.diff(offsets))
+        starts = np.concatenate([[0], np.cumsum(np.bincount(indices, minlength=self.sources))])
+        reach = wp.zeros(self.sources, dtype=wp.float64, device=device)
+        back = wp.array(starts, dtype=wp.int32, device=device), wp.array(row[order], dtype=wp.int32, device=device)
+        return Pairs(*back, self.sources, self.targets, reach), order
+
     def where(self, kept: np.ndarray) -> "Pairs":
         """The pairs for which `kept` (count,) bool holds."""
         if kept.all():

@@ -19,7 +19,8 @@ from functools import cache
 import numpy as np
 import warp as wp
 
-from wsph.neighbours import Pairs
+from wsph.neighbours import Pairs, find_pairs
+from wsph.particles import Lattice
 from wsph.smoothing import SMOOTHING, SUPPORT
 from wsph.space import Space
 
@@ -201,6 +202,30 @@ def gradient_weights(space: Space, pairs: Pairs, targets: np.ndarray, sources: n
                       wp.array(volume, dtype=wp.float64, device=device)],
               outputs=[weight, rank])  # fmt: skip
     return Weights(pairs, wp.array(weight.numpy(), dtype=space.vec, device=device), rank.numpy())
+
+
+def average(weights: Weights, values: np.ndarray) -> np.ndarray:
+    """Interpolate `values` (sources, k) on the host, (targets, k)."""
+    offsets, indices, w = (a.numpy() for a in (weights.pairs.offsets, weights.pairs.indices, weights.values))
+    row = np.repeat(np.arange(weights.pairs.targets), np.diff(offsets))
+    return np.stack([np.bincount(row, w * values[indices, c], weights.pairs.targets) for c in range(values.shape[1])], 1)
+
+
+def outward_weights(lattice: Lattice, support: float) -> Weights:
+    """Interpolation from cells to nodes that extrapolates linearly to faces: for output. `support` in cells."""
+    nodes, cells = lattice.centred
+    sided_nodes, sided_cells = lattice.sided
+    reach = np.full(len(nodes), support)
+    dim = nodes.shape[1]
+    while True:
+        pairs = find_pairs(nodes, cells, reach, "cpu")
+        row = np.repeat(np.arange(len(nodes)), np.diff(pairs.offsets.numpy()))
+        pairs = pairs.where(~lattice.apart(sided_nodes[row], sided_cells[pairs.indices.numpy()]))
+        weights = interpolation_weights(Space(dim), pairs, nodes, cells, lattice.cell_volume)
+        narrow = weights.rank < dim
+        if not narrow.any() or reach.max() > 6.0:
+            return weights
+        reach[narrow] *= 1.5
 
 
 @cache

@@ -215,7 +215,7 @@ class BoundaryValues:
                     kept.append(value)
                 place.append(state.index(name, particle, component))
                 program.append(programs[id(value)])
-                scale.append(1.0 / units[name])
+                scale.append(conditions.scales.get((name, component), {}).get(particle, 1.0) / units[name])
                 points.append(position[particle])
                 owners.append(particle)
         self.count = len(place)

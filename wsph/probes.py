@@ -4,6 +4,7 @@ A record is a few weighted sums over the flat state, so one kernel serves every 
 indexed by the step number, and the host reads it between blocks of steps.
 """
 
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -17,6 +18,8 @@ from wsph.program import Clock
 from wsph.scene import Probe
 from wsph.space import Space
 
+Places = list[tuple[np.ndarray, np.ndarray]]
+"""Particles and weights, for each point of a probe."""
 RING = 1024
 """Steps between two reads of a probe that records every step."""
 
@@ -61,13 +64,14 @@ class Recorder:
         self._primitives = sorted({fields.primitive(name) for name in probe.fields} - {"density"})
         offsets, place, weight = [0], [], []
         self._internals = list(system.constitutive.internals)
-        for particles, weights in places:
+        for k in range(len(places("velocity"))):
             for name in self._primitives:
+                particles, weights = places("internals" if name in self._internals else name)[k]
                 for c in self._components(name):
                     place += system.state.index("internals" if name in self._internals else name, particles, c).tolist()
                     weight += weights.tolist()
                     offsets.append(len(place))
-        self.points = len(places)
+        self.points = len(places("velocity"))
         device = clock.device
         self._offsets = wp.array(offsets, dtype=wp.int32, device=device)
         self._place = wp.array(place, dtype=wp.int32, device=device)
@@ -86,7 +90,8 @@ class Recorder:
         return self._body.system
 
     @staticmethod
-    def _sample(probe: Probe, key: str, bodies: list[Any]) -> tuple[Any, list[tuple[np.ndarray, np.ndarray]]]:
+    def _sample(probe: Probe, key: str, bodies: list[Any]) -> tuple[Any, Callable[[str], Places]]:
+        """The body that a probe reads, and where and with which weights a field is read, for each point."""
         bodies = [b for b in bodies if probe.body in (None, b.body.name)]
         if probe.at is not None:
             points = np.array(probe.at)
@@ -96,7 +101,7 @@ class Recorder:
                 raise SceneError("scene", [Fault(0, f"{key}.at", text)])
             if len(inside) > 1:
                 raise _several(inside, f"{key}.at")
-            return inside[0], inside[0].system.sample(points)
+            return inside[0], cache(lambda name: inside[0].system.sample(points, name))
         chosen = [(b, np.flatnonzero(select(probe.where or "", b.system.position, b.system.spacing))) for b in bodies]
         chosen = [(b, particles) for b, particles in chosen if len(particles)]
         if not chosen:
@@ -104,8 +109,15 @@ class Recorder:
         if len(chosen) > 1:
             raise _several([b for b, _ in chosen], f"{key}.where")
         body, particles = chosen[0]
-        weight = 1.0 / len(particles) if probe.reduce == "mean" else 1.0
-        return body, [(particles, np.full(len(particles), weight))]
+
+        def read(name: str) -> Places:
+            # Where stresses have places of their own, those are selected.
+            there = particles
+            if body.system.state.counts.get(name, body.system.count) != body.system.count:
+                there = np.flatnonzero(select(probe.where or "", body.system.lattice.cells, body.system.spacing))
+            return [(there, np.full(len(there), 1.0 / max(len(there), 1) if probe.reduce == "mean" else 1.0))]
+
+        return body, read
 
     def record(self) -> None:
         """Store the current values in the ring (a launch)."""

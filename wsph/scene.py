@@ -119,7 +119,8 @@ class Run(Model):
     precision: Literal["f64", "f32"] = "f64"
     device: Annotated[str, Field(pattern=r"^(auto|cpu|cuda:\d+)$")] = "auto"
     threads: Annotated[int, Field(ge=0, le=1, description="0 or 1: launches are not yet split over cores")] = 0
-    formulation: Literal["small-strain", "total-lagrangian", "updated-lagrangian"] | None = None
+    formulation: Literal["small-strain", "total-lagrangian", "stress-points", "updated-lagrangian"] | None = None
+    correction: Literal["symmetric", "paper"] = "symmetric"
     kernel: Annotated[str, AfterValidator(_smoothing)] = "cubic-spline"
     support: _in("", gt=0) | None = None
     guard: Literal["refuse", "warn", "off"] = "refuse"
@@ -138,6 +139,28 @@ class Damping(Model):
     """Damping of every particle's motion: dv/dt = ... - rate v, rate in 1/s."""
 
     rate: _in("1/s", ge=0)
+
+
+class Viscosity(Model):
+    """Artificial viscosity between particles (He & Seaid 2016, eq 17): `alpha` linear, `beta` quadratic in the closing speed,
+    on approaching pairs; kind "pair" damps all pairs, linearly."""
+
+    alpha: _in("", ge=0)
+    beta: _in("", ge=0) = 0.0
+    kind: Literal["approach", "pair"] = "approach"
+
+
+class Residual(Model):
+    """Stiffness of what a linear field leaves of the displacement differences, in Young's moduli."""
+
+    coefficient: _in("", ge=0)
+
+
+def _switch(value: Any) -> Any:
+    """A part that is there by default: false takes it away."""
+    if value is True:
+        raise ValueError("true says nothing: leave the key out for the default, or give its coefficient")
+    return {"coefficient": 0.0} if value is False else value
 
 
 class CrackLine(Model):
@@ -168,6 +191,9 @@ class Body(Model):
     jitter: _in("", ge=0, le=0.5) = 0.0
     cracks: Annotated[tuple[CrackLine, ...], BeforeValidator(_tuple)] = ()
     damping: Damping | None = None
+    viscosity: Viscosity | None = None
+    residual: Annotated[Residual | None, BeforeValidator(_switch)] = None
+    placement: Literal["cells", "nodes"] = "cells"
     velocity: Annotated[tuple[Value, ...], BeforeValidator(_tuple)] | None = None
     material: MaterialSpec
 
@@ -202,13 +228,14 @@ class Boundary(Model):
     fixed: Strings = ()
     symmetry: Literal["x", "y", "z"] | None = None
     stress: dict[str, Value] = {}
+    traction: dict[str, Value] = {}
 
     @model_validator(mode="after")
     def _complete(self) -> "Boundary":
         if (self.where is None) == (self.face is None):
             raise ValueError("exactly one of where and face is needed")
-        if not (self.velocity or self.fixed or self.symmetry or self.stress):
-            raise ValueError("nothing is prescribed: give velocity, fixed, symmetry or stress")
+        if not (self.velocity or self.fixed or self.symmetry or self.stress or self.traction):
+            raise ValueError("nothing is prescribed: give velocity, fixed, symmetry, stress or traction")
         return self
 
 

@@ -43,7 +43,7 @@ def layout_of(
 
 
 class State:
-    """Fields of `n` points, nondimensional. A field that the scene does not ask for is not there.
+    """Fields of `n` points, or of as many as `counts` says for a field, nondimensional. What is not asked for is not there.
 
     velocity       # (n,), vec
     stress         # Cauchy, packed, (n,), vector(width)
@@ -53,11 +53,12 @@ class State:
     displacement   # (n,), vec, where a frame or a probe asks for it
     """
 
-    def __init__(self, space: Space, n: int, layout: Layout, device: str):
+    def __init__(self, space: Space, n: int, layout: Layout, device: str, counts: dict[str, int] | None = None):
         self.space, self.n, self.device, self.layout = space, n, device, layout
         self.widths = dict(self.layout)
+        self.counts = dict.fromkeys(self.widths, n) | (counts or {})
         self.source: State | None = None  # the law's rates at L = 0, where a system keeps them
-        self.buffer = wp.zeros(n * sum(self.widths.values()), dtype=space.scalar, device=device)
+        self.buffer = wp.zeros(sum(self.counts[k] * w for k, w in layout), dtype=space.scalar, device=device)
         self.type = fields_struct(space, self.layout)
         self.struct = self.type()
         self.start: dict[str, int] = {}
@@ -66,10 +67,10 @@ class State:
         for name, width in self.layout:
             self.start[name] = start
             view = wp.array(
-                ptr=address + start * size, dtype=_type(space, name, width), shape=n, device=device, copy=False
+                ptr=address + start * size, dtype=_type(space, name, width), shape=self.counts[name], device=device, copy=False
             )
             setattr(self.struct, name, view)
-            start += n * width
+            start += self.counts[name] * width
 
     def index(self, name: str, particle: np.ndarray | int, component: int) -> np.ndarray | int:
         """Where a component of a field of a particle stands in the buffer."""
@@ -77,14 +78,14 @@ class State:
 
     def read(self, name: str) -> np.ndarray:
         """A copy of a field, (n, width), nondimensional, in double precision."""
-        start, width = self.start[name], self.widths[name]
-        return self.buffer.numpy()[start : start + self.n * width].reshape(self.n, width).astype(np.float64)
+        start, width, n = self.start[name], self.widths[name], self.counts[name]
+        return self.buffer.numpy()[start : start + n * width].reshape(n, width).astype(np.float64)
 
     def write(self, name: str, values: np.ndarray) -> None:
         """Set a field from (n, width) nondimensional values."""
-        start, width = self.start[name], self.widths[name]
+        start, width, n = self.start[name], self.widths[name], self.counts[name]
         everything = self.buffer.numpy().copy()
-        everything[start : start + self.n * width] = np.asarray(values, self.space.numpy).reshape(-1)
+        everything[start : start + n * width] = np.asarray(values, self.space.numpy).reshape(-1)
         self.buffer.assign(everything)
 
     @property

@@ -51,11 +51,12 @@ class System:
         """Particles that carry the state."""
         return len(self.position)
 
-    def _make(self, n: int, layout: Layout) -> State:
+    def _make(self, n: int, layout: Layout, counts: dict[str, int] | None = None) -> State:
         """A state of `n` points, zero but for the internals' initial values."""
-        state = State(self.space, n, layout, self.device)
+        state = State(self.space, n, layout, self.device, counts)
         if self.constitutive.internals:
-            state.write("internals", np.tile(list(self.constitutive.internals.values()), (n, 1)))
+            values = list(self.constitutive.internals.values())
+            state.write("internals", np.tile(values, (state.counts["internals"], 1)))
         self._states.append(state)
         return state
 

@@ -18,7 +18,7 @@ from wsph.constitutive import Constitutive, Laws, blame, packing
 from wsph.errors import Refused
 from wsph.gather import divergence, gather, rows_struct
 from wsph.neighbours import Pairs, find_pairs
-from wsph.operators import Weights, gradient_weights, interpolation_weights
+from wsph.operators import Weights, average, gradient_weights, interpolation_weights, outward_weights
 from wsph.particles import Lattice
 from wsph.prescribed import BoundaryValues
 from wsph.program import Clock
@@ -390,35 +390,23 @@ class TwoSetSystem(System):
         """
         values = self.state.read(name)
         if name == "displacement":
-            back = self._average(self._outwards, self.at_virtual(name))
+            back = average(self._outwards, self.at_virtual(name))
             for (field, component), held in self.conditions.entries.items():
                 if field == "velocity":
                     back[list(held), component] = values[list(held), component]
             return back
-        back = self._average(self.to_real[0], self.at_virtual(name))
+        back = average(self.to_real[0], self.at_virtual(name))
         return np.where(~self.lattice.on_face[:, None], back, values)
 
     @cached_property
     def _outwards(self) -> Weights:
-        """Interpolation from the virtual to the real particles that extrapolates linearly to faces: for output."""
-        nodes, cells = self.lattice.centred
-        sided_nodes, sided_cells = self.lattice.sided
-        reach = np.full(len(nodes), max(self._support, 1.2))
-        while True:
-            pairs = find_pairs(nodes, cells, reach, "cpu")
-            row = np.repeat(np.arange(len(nodes)), np.diff(pairs.offsets.numpy()))
-            pairs = pairs.where(~self.lattice.apart(sided_nodes[row], sided_cells[pairs.indices.numpy()]))
-            weights = interpolation_weights(Space(self.space.dim), pairs, nodes, cells, self.lattice.cell_volume)
-            narrow = weights.rank < self.space.dim
-            if not narrow.any() or reach.max() > 6.0:
-                return weights
-            reach[narrow] *= 1.5
+        return outward_weights(self.lattice, max(self._support, 1.2))
 
     def at_virtual(self, name: str) -> np.ndarray:
         """A field interpolated to the virtual particles, (cells, width), nondimensional."""
-        return self._average(self.to_virtual[0], self.state.read(name))
+        return average(self.to_virtual[0], self.state.read(name))
 
-    def sample(self, points: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    def sample(self, points: np.ndarray, name: str = "velocity") -> list[tuple[np.ndarray, np.ndarray]]:
         """How to read the state at `points` (m, dim) [m]: particles and weights per point.
 
         A point that is a particle on a face reads that particle; elsewhere the virtual particles' field (real averaged to
@@ -451,14 +439,6 @@ class TwoSetSystem(System):
                     total[int(n)] = total.get(int(n), 0.0) + float(outer) * float(inner)
             rows.append((np.array(list(total), int), np.array(list(total.values()))))
         return rows
-
-    @staticmethod
-    def _average(weights: Weights, values: np.ndarray) -> np.ndarray:
-        offsets, indices, w = (a.numpy() for a in (weights.pairs.offsets, weights.pairs.indices, weights.values))
-        row = np.repeat(np.arange(weights.pairs.targets), np.diff(offsets))
-        return np.stack(
-            [np.bincount(row, w * values[indices, c], weights.pairs.targets) for c in range(values.shape[1])], 1
-        )
 
     @property
     def nbytes(self) -> int:

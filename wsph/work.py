@@ -144,3 +144,69 @@ class ConstraintWork:
     def total(self) -> float:
         """Work so far, nondimensional."""
         return float(self._work.numpy().sum()) if self.count else 0.0
+
+
+@cache
+def _load_kernel(space: Space, layout: Layout, viscous: bool) -> wp.Kernel:
+    dim, vec, Fields = space.dim, space.vec, fields_struct(space, layout)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def work(count: int, clock: wp.array(dtype=wp.float64), loads: wp.array(dtype=vec), drag: wp.array(dtype=vec),
+             mass: wp.array(dtype=space.scalar), fields: Fields, power_out: wp.array2d(dtype=wp.float64), work_out: wp.array2d(dtype=wp.float64)):  # fmt: skip
+        block = wp.tid()
+        loaded = wp.float64(0.0)
+        dragged = wp.float64(0.0)
+        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+            v = fields.velocity[i]
+            for a in range(wp.static(dim)):
+                loaded += wp.float64(wp.dot(loads[i * dim + a], v))
+            if wp.static(viscous):
+                dragged -= wp.float64(mass[i] * wp.dot(drag[i], v))
+        half = wp.float64(0.5) * clock[1]
+        work_out[block, 0] = work_out[block, 0] + half * (loaded + power_out[block, 0])
+        work_out[block, 1] = work_out[block, 1] + half * (dragged + power_out[block, 1])
+        power_out[block, 0] = loaded
+        power_out[block, 1] = dragged
+
+    return work
+
+
+class LoadWork:
+    """Work of loads on a Lagrangian body and of its viscosity, by the trapezoidal rule."""
+
+    def __init__(self, space: Space, loads: BoundaryValues, state: State, values: State, drag: wp.array | None,
+                 mass: np.ndarray, device: str):  # fmt: skip
+        self._acts, self._n = loads.count > 0 or drag is not None, state.n
+        self._kernel = _load_kernel(space, state.layout, drag is not None)
+        if self._acts:
+            blocks = -(-self._n // BLOCK)
+            self._loads = wp.array(ptr=values.buffer.ptr, dtype=space.vec, shape=self._n * space.dim, device=device, copy=False)
+            self._drag = drag if drag is not None else self._loads
+            self._mass = wp.array(mass, dtype=space.scalar, device=device)
+            self._power = wp.zeros((blocks, 2), dtype=wp.float64, device=device)
+            self._work = wp.zeros((blocks, 2), dtype=wp.float64, device=device)
+
+    def add(self, state: State, clock: Clock) -> None:
+        """Add the work of a step whose final values stand in `state` (a launch, where there is something)."""
+        if self._acts:
+            inputs = [self._n, clock.time, self._loads, self._drag, self._mass, state.struct]
+            clock.launch(self._kernel, self._work.shape[0], inputs, [self._power, self._work])
+
+    def start(self, state: State, clock: Clock) -> None:
+        """Take the power at the start of the run."""
+        if self._acts:
+            self.add(state, clock)
+            self._work.zero_()
+
+    def _total(self, column: int) -> float:
+        return float(self._work.numpy()[:, column].sum()) if self._acts else 0.0
+
+    @property
+    def total(self) -> float:
+        """Work of the loads so far, nondimensional."""
+        return self._total(0)
+
+    @property
+    def viscous(self) -> float:
+        """Energy that viscosity has taken so far, nondimensional."""
+        return self._total(1)

@@ -12,18 +12,14 @@ def lame(youngs_modulus: float, poisson_ratio: float) -> tuple[float, float]:
 
 
 @dataclass(frozen=True)
-class Elastic:
-    """stress rate = lambda tr(D) I + 2 mu D with D the symmetric part of L, without spin: for small rotations.
-
-    Fields: density [kg/m3], youngs_modulus [Pa], poisson_ratio in (-1, .5).
-    """
+class Isotropic:
+    """What every law here starts from: density [kg/m3], youngs_modulus [Pa], poisson_ratio in (-1, .5)."""
 
     density: float = field(metadata={"unit": "kg/m3", "above": 0.0})
     youngs_modulus: float = field(metadata={"unit": "Pa", "above": 0.0})
     poisson_ratio: float = field(metadata={"unit": "", "above": -1.0, "below": 0.5})
 
     derived = {"lame_first": "Pa", "lame_second": "Pa"}
-    depends_on_stress = False
 
     @property
     def lame_first(self) -> float:
@@ -39,6 +35,18 @@ class Elastic:
         """Bulk and shear modulus [Pa]."""
         return self.lame_first + 2.0 * self.lame_second / 3.0, self.lame_second
 
+
+@dataclass(frozen=True)
+class Elastic(Isotropic):
+    """stress rate = lambda tr(D) I + 2 mu D with D the symmetric part of L, without spin: for small rotations.
+
+    Total-Lagrangian forms take its total law instead, St Venant-Kirchhoff: S = lambda tr(E) I + 2 mu E with E the Green-
+    Lagrange strain, objective for any rotation, for moderate strains (it softens in compression).
+    Fields as in `Isotropic`.
+    """
+
+    depends_on_stress = False
+
     def rate(self, space, Params) -> wp.Function:
         """The law (p, stress, L) -> stress rate."""
         real, tensor = space.scalar, space.tensor
@@ -48,3 +56,29 @@ class Elastic:
             return p.lame_first * wp.trace(L) * wp.identity(n=3, dtype=real) + p.lame_second * (L + wp.transpose(L))
 
         return law
+
+    def stress(self, space, Params) -> wp.Function:
+        """The total law (p, H) -> Cauchy stress: F S F^T/J."""
+        real, tensor = space.scalar, space.tensor
+
+        @wp.func
+        def law(p: Params, H: tensor) -> tensor:
+            one = wp.identity(n=3, dtype=real)
+            # From H, not from F: a strain of 1e-5 in single precision keeps its digits.
+            E = real(0.5) * (H + wp.transpose(H) + wp.transpose(H) * H)
+            S = p.lame_first * wp.trace(E) * one + real(2.0) * p.lame_second * E
+            F = one + H
+            return F * S * wp.transpose(F) / wp.determinant(F)
+
+        return law
+
+    def energy(self, space, Params) -> wp.Function:
+        """The energy (p, H) -> lambda/2 tr(E)^2 + mu E:E per reference volume."""
+        real, tensor = space.scalar, space.tensor
+
+        @wp.func
+        def stored(p: Params, H: tensor) -> real:
+            E = real(0.5) * (H + wp.transpose(H) + wp.transpose(H) * H)
+            return real(0.5) * p.lame_first * wp.trace(E) * wp.trace(E) + p.lame_second * wp.ddot(E, E)
+
+        return stored

@@ -4,15 +4,15 @@ from dataclasses import dataclass
 
 import warp as wp
 
-from wsph_materials.elastic import Elastic
+from wsph_materials.elastic import Isotropic
 
 
 @dataclass(frozen=True)
-class Jaumann(Elastic):
+class Jaumann(Isotropic):
     """stress rate = lambda tr(D) I + 2 mu D + W stress - stress W, with D + W = L (Serroukh & Mabssout 2022, eqs 2-6).
 
     The spin's sign is that of eq 2; their eqs 21 and 22 print the other one, with which a block turned by 45 degrees under
-    uniaxial stress gets its shear stress with the wrong sign. Fields as in `Elastic`.
+    uniaxial stress gets its shear stress with the wrong sign. Fields as in `Isotropic`.
     """
 
     depends_on_stress = True

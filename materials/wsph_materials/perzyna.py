@@ -4,11 +4,11 @@ from dataclasses import dataclass, field
 
 import warp as wp
 
-from wsph_materials.elastic import Elastic
+from wsph_materials.elastic import Isotropic
 
 
 @dataclass(frozen=True)
-class Perzyna(Elastic):
+class Perzyna(Isotropic):
     """stress rate = C : (D - d), viscoplastic rate d = gamma <phi> (3/2) s/q, q = sqrt(3/2 s:s).
 
     Herreros & Mabssout 2011, eqs 2-7. phi = ((q - F0)/F0)^N above the yield stress
@@ -27,7 +27,7 @@ class Perzyna(Elastic):
     exponent: float = field(metadata={"unit": "", "min": 0.0, "max": 20.0})
     floor: float = field(default=0.1, metadata={"unit": "", "above": 0.0, "max": 1.0})
 
-    derived = {**Elastic.derived, "least_yield": "Pa"}
+    derived = {**Isotropic.derived, "least_yield": "Pa"}
     internals = {"plastic_strain": 0.0}
     depends_on_stress = True
 

@@ -1,0 +1,99 @@
+"""Runge-Kutta-Chebyshev on one set (He & Seaid 2016): second order, for bodies damped strongly in every mode.
+
+Its region lies along the negative real axis. On the imaginary axis |R(iy)|^2 = 1 + y^4 (1/4 - 2 a3 + 2 a4) > 1 for every number
+of stages, so undamped waves grow at every Courant number, and the paper's "not subjected to CFL" is its viscosity's doing.
+"""
+
+import math
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from wsph_integrators.runge_kutta import damped_limit
+
+DAMPING = 2.0 / 13.0
+MOST_STAGES = 200
+
+
+class Coefficients:
+    """The scheme's coefficients for s stages (He & Seaid 2016, after eq 25), gamma with the sign of the original scheme,
+    gamma_j = -(1 - b_(j-1) T_(j-1)(q0)) mu~_j: the paper prints a plus, with which the scheme is not consistent."""
+
+    def __init__(self, stages: int, epsilon: float = DAMPING):
+        s, q0 = stages, 1.0 + epsilon / stages**2
+        unit = [np.eye(s + 1)[j] for j in range(s + 1)]
+        T = [chebyshev.chebval(q0, u) for u in unit]
+        T1 = [chebyshev.chebval(q0, chebyshev.chebder(u)) if j else 0.0 for j, u in enumerate(unit)]
+        T2 = [chebyshev.chebval(q0, chebyshev.chebder(u, 2)) if j > 1 else 0.0 for j, u in enumerate(unit)]
+        q1 = T1[s] / T2[s]
+        b = [0.0, 0.0, *(T2[j] / T1[j] ** 2 for j in range(2, s + 1))]
+        b[0] = b[1] = b[2]
+        self.mu = [0.0, 0.0, *(2.0 * q0 * b[j] / b[j - 1] for j in range(2, s + 1))]
+        self.nu = [0.0, 0.0, *(-b[j] / b[j - 2] for j in range(2, s + 1))]
+        self.mu_tilde = [0.0, b[1] * q1, *(2.0 * q1 * b[j] / b[j - 1] for j in range(2, s + 1))]
+        self.gamma = [0.0, 0.0, *(-(1.0 - b[j - 1] * T[j - 1]) * self.mu_tilde[j] for j in range(2, s + 1))]
+        self.c = [0.0, 0.0, *(q1 * T2[j] / T1[j] for j in range(2, s + 1))]
+        self.c[1] = self.c[2] / T1[2]
+
+    def polynomial(self) -> np.ndarray:
+        """Coefficients of the stability polynomial, ascending."""
+        s = len(self.mu) - 1
+        one = np.eye(s + 1)[0]
+        z = lambda p: np.concatenate([[0.0], p[:-1]])  # noqa: E731
+        before, last = one, one + self.mu_tilde[1] * z(one)
+        for j in range(2, s + 1):
+            new = (1.0 - self.mu[j] - self.nu[j]) * one + self.mu[j] * last + self.nu[j] * before
+            new = new + self.mu_tilde[j] * z(last) + self.gamma[j] * z(one)
+            before, last = last, new
+        return last
+
+
+def stages_for(courant: float) -> int:
+    """Stages for a Courant number with c = sqrt(E/rho) (He & Seaid 2016, eq 28, with the floor of the root: it gives the five
+    stages that the text has at 2.5, and eleven of the twelve cells of table 1)."""
+    return 1 + math.floor(math.sqrt(1.0 + courant / 0.131))
+
+
+class RungeKuttaChebyshev:
+    """RKC of second order with `stages` evaluations a step, 2 or more, or "auto": by eq 28 from the Courant number.
+
+    For strong damping of every mode (a damping ratio above .9, where it holds more than leapfrog per evaluation). Without enough
+    viscosity it is refused: leapfrog is the alternative.
+    """
+
+    formulations = ("total-lagrangian", "stress-points")
+    order = 2
+
+    def __init__(self, system, stages: int | str = "auto"):
+        self.system, self.state = system, system.state
+        if stages == "auto":
+            stages = max(stages_for(system.clock.dt / system.bar_time), 2)
+        if not isinstance(stages, int) or isinstance(stages, bool) or not 2 <= stages <= MOST_STAGES:
+            raise ValueError(f'stages = {stages!r}: a whole number from 2 to {MOST_STAGES}, or "auto"')
+        self.evaluations = stages
+        self.coefficients = Coefficients(stages)
+        self.stages = [system.new() for _ in range(3)]
+        self.first, self.k = system.new(), system.new()
+
+    def limit(self) -> tuple[float, str]:
+        """Largest stable Courant number and where it comes from."""
+        if not self.system.viscous:
+            return 0.0, "RKC amplifies every undamped wave: give the body viscosity, or use leapfrog"
+        return damped_limit(self.system, self.coefficients.polynomial())
+
+    def step(self) -> None:
+        """One step, by launches alone."""
+        s, y, m = self.system, self.state, self.coefficients
+        s.rate(y, self.first)
+        before, last = y, self.stages[0]
+        s.combine(last, plain=[(1.0, y)], timed=[(m.mu_tilde[1], self.first)])
+        s.impose(last, m.c[1])
+        for j in range(2, self.evaluations + 1):
+            s.rate(last, self.k)
+            out = y if j == self.evaluations else next(x for x in self.stages if x is not before and x is not last)
+            plain = [(1.0 - m.mu[j] - m.nu[j], y), (m.mu[j], last), (m.nu[j], before)]
+            s.combine(out, plain=plain, timed=[(m.mu_tilde[j], self.k), (m.gamma[j], self.first)])
+            if out is not y:
+                s.impose(out, m.c[j])
+            before, last = last, out
+        s.accept(y)

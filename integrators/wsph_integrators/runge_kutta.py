@@ -1,0 +1,221 @@
+"""Runge-Kutta methods on one set: tableaus that check themselves, and low-storage chains.
+
+Below a damping ratio of .9 no explicit Runge-Kutta method beats leapfrog on stability per evaluation: an undamped wave of s
+evaluations is held up to omega dt = s - 1 at most, by leapfrog up to 2 a piece. Their limits here are where the amplification
+of an undamped wave leaves 1; methods that amplify every undamped wave (Euler, the two-stage ones) have the limit 0 and need
+damping on every mode: they are for comparisons.
+"""
+
+import numpy as np
+
+WAVES = np.linspace(1e-3, 12.0, 24001)
+
+
+def imaginary_limit(polynomial: np.ndarray) -> float:
+    """Largest y up to which |R(iz)| <= 1 for all z <= y, R the stability polynomial (ascending coefficients)."""
+    size = np.abs(np.polynomial.polynomial.polyval(1j * WAVES, polynomial))
+    beyond = np.flatnonzero(size > 1.0 + 1e-9)
+    return float(WAVES[beyond[0] - 1]) if len(beyond) and beyond[0] > 0 else 0.0 if len(beyond) else float(WAVES[-1])
+
+
+class Tableau:
+    """A method y_i = y + dt sum_j a_ij k_j, k_i = f(t + c_i dt, y_i), y += dt sum_i b_i k_i; each row of `a` with up to three
+    entries that are not zero."""
+
+    formulations = ("stress-points", "total-lagrangian")
+    order = 1
+    a: tuple[tuple[float, ...], ...] = ()
+    b: tuple[float, ...] = (1.0,)
+
+    def __init__(self, system):
+        self.system, self.state = system, system.state
+        self.stage = system.new() if self.a else None
+        self.k = [system.new() for _ in self.b]
+        self._check()
+
+    @property
+    def evaluations(self) -> int:
+        """Right-hand sides in a step."""
+        return len(self.b)
+
+    @classmethod
+    def conditions(cls) -> dict[int, float]:
+        """How far the tableau is from the order conditions of orders 1 to 4, the largest of each."""
+        a = np.zeros((len(cls.b), len(cls.b)))
+        for row, values in enumerate(cls.a, 1):
+            a[row, : len(values)] = values
+        b, c = np.array(cls.b), a.sum(1)
+        return {
+            1: abs(b.sum() - 1.0),
+            2: abs(b @ c - 1 / 2),
+            3: max(abs(b @ c**2 - 1 / 3), abs(b @ a @ c - 1 / 6)),
+            4: max(abs(b @ c**3 - 1 / 4), abs((b * c) @ a @ c - 1 / 8), abs(b @ a @ c**2 - 1 / 12), abs(b @ a @ a @ c - 1 / 24)),
+        }
+
+    def _check(self) -> None:
+        wrong = [order for order, gap in self.conditions().items() if order <= self.order and gap > 1e-14]
+        if wrong:
+            raise ValueError(f"{type(self).__name__}'s tableau misses the conditions of order {wrong[0]}")
+
+    @classmethod
+    def polynomial(cls) -> np.ndarray:
+        """Coefficients of the stability polynomial R(z), ascending."""
+        a = np.zeros((len(cls.b), len(cls.b)))
+        for row, values in enumerate(cls.a, 1):
+            a[row, : len(values)] = values
+        power, result = np.ones(len(cls.b)), [1.0]
+        for _ in cls.b:
+            result.append(float(np.array(cls.b) @ power))
+            power = a @ power
+        return np.array(result)
+
+    def limit(self) -> tuple[float, str]:
+        """Largest stable Courant number and where it comes from."""
+        return limit_of(self.system, self.polynomial())
+
+    def step(self) -> None:
+        """One step, by launches alone."""
+        s, y = self.system, self.state
+        for i, k in enumerate(self.k):
+            at = y
+            if i > 0:
+                row = self.a[i - 1]
+                s.combine(self.stage, plain=[(1.0, y)], timed=[(c, self.k[j]) for j, c in enumerate(row) if c])
+                s.impose(self.stage, sum(row))
+                at = self.stage
+            s.rate(at, k)
+        terms = [(c, k) for c, k in zip(self.b, self.k, strict=True) if c]
+        s.combine(y, plain=[(1.0, y)], timed=terms[:3])
+        if terms[3:]:
+            s.combine(y, plain=[(1.0, y)], timed=terms[3:])
+        s.accept(y)
+
+
+def limit_of(system, polynomial: np.ndarray) -> tuple[float, str]:
+    """The Courant number where the fastest wave of a body leaves a method's region; with viscosity, its damped modes too."""
+    reach = imaginary_limit(polynomial)
+    if reach == 0.0:
+        if system.viscous:
+            return damped_limit(system, polynomial)
+        return 0.0, "it amplifies every undamped wave: use leapfrog or rk4, or give the body viscosity"
+    courant = system.courant(reach)
+    if system.viscous:
+        damped, reason = damped_limit(system, polynomial)
+        if damped < courant:
+            return damped, reason
+    return courant, f"omega dt <= {reach:.3f} for its fastest wave"
+
+
+def damped_limit(system, polynomial: np.ndarray) -> tuple[float, str]:
+    """The same for lambda^2 + d lambda + k = 0 with damping d that grows as the stiffness k of a mode, up to the largest."""
+    omega, nu = system.frequency, system.damping
+    if nu <= 0.0:
+        return 0.0, "it amplifies undamped waves, and the viscosity damps none"
+    share = np.concatenate([np.geomspace(1e-6, 1e-2, 60), np.linspace(0.01, 1.0, 200)])
+    d, k = nu * share, omega**2 * share
+    root = np.sqrt((0.5 * d) ** 2 - k + 0j)
+    modes = np.concatenate([-0.5 * d + root, -0.5 * d - root])
+
+    def stable(dt: float) -> bool:
+        return bool(np.abs(np.polynomial.polynomial.polyval(dt * modes, polynomial)).max() <= 1.0 + 1e-9)
+
+    low, high = 0.0, 40.0 / omega
+    steps = np.geomspace(1e-3, 1.0, 200) * high
+    ok = np.array([stable(dt) for dt in steps])
+    first = np.flatnonzero(~ok)
+    low = steps[first[0] - 1] if len(first) and first[0] > 0 else steps[-1] if not len(first) else 0.0
+    return system.courant(omega * low), "its fastest wave and its viscosity, damping in proportion to stiffness"
+
+
+class Euler(Tableau):
+    """Euler's method, first order. Amplifies every undamped wave: for comparisons, and for strongly damped bodies."""
+
+
+class Midpoint(Tableau):
+    """The explicit midpoint rule (RK2), second order. Amplifies undamped waves by 1 + (omega dt)^4/8 a step."""
+
+    order = 2
+    a = ((0.5,),)
+    b = (0.0, 1.0)
+
+
+class PredictorCorrector(Midpoint):
+    """The predictor-corrector of He & Seaid 2016, eq 29 (PC2): half a step to predict, half a step from there to correct,
+    2 U - U^n; written out it is the midpoint rule."""
+
+
+class RungeKutta4(Tableau):
+    """The classical fourth-order method: for smooth problems whose phases have to hold, at omega dt <= 2.828."""
+
+    order = 4
+    a = ((0.5,), (0.0, 0.5), (0.0, 0.0, 1.0))
+    b = (1 / 6, 1 / 3, 1 / 3, 1 / 6)
+
+
+class Chain:
+    """Y = U; for a in `chain`: Y = U + a dt f(Y); with `tail` the last is U + dt/4 f(U) + 3 dt/4 f(Y) (order 3)."""
+
+    formulations = ("stress-points", "total-lagrangian")
+    order = 2
+    chain: tuple[float, ...] = ()
+    tail = False
+
+    def __init__(self, system):
+        self.system, self.state = system, system.state
+        self.stage, self.k = system.new(), system.new()
+        self.first = system.new() if self.tail else None
+
+    @property
+    def evaluations(self) -> int:
+        """Right-hand sides in a step."""
+        return len(self.chain) + self.tail
+
+    @classmethod
+    def polynomial(cls) -> np.ndarray:
+        """Coefficients of the stability polynomial R(z), ascending."""
+        inner = np.array([1.0])
+        for a in cls.chain:
+            inner = np.concatenate([[1.0], a * inner])
+        if not cls.tail:
+            return inner
+        whole = np.concatenate([[1.0], 0.75 * inner])
+        whole[1] += 0.25
+        return whole
+
+    def limit(self) -> tuple[float, str]:
+        """Largest stable Courant number and where it comes from."""
+        return limit_of(self.system, self.polynomial())
+
+    def step(self) -> None:
+        """One step, by launches alone."""
+        s, y, at, time = self.system, self.state, self.state, 0.0
+        for n, a in enumerate(self.chain):
+            k = self.first if self.tail and n == 0 else self.k
+            s.rate(at, k)
+            if n == len(self.chain) - 1 and not self.tail:
+                s.combine(y, plain=[(1.0, y)], timed=[(a, k)])
+                break
+            s.combine(self.stage, plain=[(1.0, y)], timed=[(a, k)])
+            at, time = self.stage, a
+            s.impose(self.stage, time)
+        if self.tail:
+            s.rate(self.stage, self.k)
+            s.combine(y, plain=[(1.0, y)], timed=[(0.25, self.first), (0.75, self.k)])
+        s.accept(y)
+
+
+class KinnmarkGray48(Chain):
+    """Kinnmark & Gray's eight-evaluation method (kg4-8), third order, fourth on linear problems, omega dt <= 6.928: where a
+    one-set Runge-Kutta method with a long step is needed."""
+
+    order = 3
+    chain = (1 / 8, 1 / 14, 1 / 6, 1 / 6, 1 / 4, 1 / 3, 2 / 3)
+    tail = True
+
+
+class Wedge28(Chain):
+    """An eight-evaluation second-order chain whose region holds a wedge about the imaginary axis (w20-2-8): waves with some
+    damping on every mode, omega dt <= 6.43."""
+
+    chain = (0.09966979814739331, 0.08021605019663398, 0.1556358290181721, 0.1716821628243327, 0.2496814365677456,
+             0.3358573441523998, 0.5, 1.0)  # fmt: skip

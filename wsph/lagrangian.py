@@ -1,0 +1,731 @@
+"""Total-Lagrangian systems: one displacement field, its gradient at the points where the stress lives, forces that are its transpose.
+
+Nodes carry velocity and displacement, points carry the stress. A point p sees nodes j with scalar weights w_pj, which hold no
+volumes, and with r_j = X_j - Xbar_p, y_j = u_j - ubar_p about the weighted means:
+
+    M_p = (sum w r (x) r)^-1,   H_p = (sum w y (x) r) M_p,   F = I + H,   P = J stress F^-T
+    f_j = -sum_p w_pj [V_p P_p M_p r + kappa_p (y_j - H_p r)]
+
+The force is minus the gradient of the energy sum V_p psi(F_p) + sum kappa_p/2 w |y - H r|^2: momentum is kept to rounding, and
+angular momentum and energy to the integrator. The second term, the residual, is what a linear field leaves of y; it holds the
+modes that a gradient alone does not see.
+
+Two forms of it:
+- `stress-points`: nodes on the lattice and on the faces, points at the cell centres, the two sets of Taylor-SPH. By far the
+  most accurate: a cantilever of twelve rows vibrates within .1 % where the usual form is 3-5 % slow.
+- `total-lagrangian`: one set, every particle is its own point (Xbar_p = X_p, w = |W'|/r), the form of total-Lagrangian SPH with
+  each side's own correction (sigma_i L_i^-1 + sigma_j L_j^-1). `run.correction = "paper"` puts L_i on both (He & Seaid 2016,
+  eq 13 with eq 3), which keeps no momentum at boundaries; it is there to compare with.
+
+H follows from the displacements in every evaluation: nothing drifts, and single precision keeps the digits of small strains.
+"""
+
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+import warp as wp
+
+from wsph.body_force import BodyForce, Parts, acceleration, inertia_struct
+from wsph.conditions import Conditions, layer_conditions, node_conditions, nonzero
+from wsph.constitutive import Constitutive, Laws, blame, packing
+from wsph.errors import Refused
+from wsph.neighbours import Pairs, find_pairs
+from wsph.operators import Weights, average, generalized_inverse, interpolation_weights, outward_weights
+from wsph.particles import Lattice
+from wsph.prescribed import BoundaryValues
+from wsph.program import Clock
+from wsph.scene import Body, Scene
+from wsph.smoothing import SMOOTHING, SUPPORT
+from wsph.space import Space, determinant_and_inverse
+from wsph.state import Layout, State, fields_struct, layout_of
+from wsph.system import System
+from wsph.units import Scales
+from wsph.work import ConstraintWork, LoadWork
+
+
+@dataclass(frozen=True)
+class Form:
+    """What the kernels of a composition are made for."""
+
+    points: bool
+    total: bool
+    residual: bool
+    loaded: bool
+    paper: bool
+    viscosity: str
+
+
+@cache
+def _set_up_kernels(space: Space, smoothing: str, points: bool) -> wp.Kernel:
+    real, vec, mat = space.scalar, space.vec, space.mat
+    value, slope = SMOOTHING[smoothing](space)
+    inverse = generalized_inverse(space)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def moments(h: real, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), cell: wp.array(dtype=vec),
+                node_cell: wp.array(dtype=vec), node: wp.array(dtype=vec), weight_out: wp.array(dtype=real),
+                centre_out: wp.array(dtype=vec), moment_out: wp.array(dtype=mat), spread_out: wp.array(dtype=real),
+                rank_out: wp.array(dtype=wp.int32)):  # fmt: skip
+        i = wp.tid()
+        total = real(0.0)
+        mean = vec()
+        for k in range(offsets[i], offsets[i + 1]):
+            # The kernel is one of grid coordinates: cells of any aspect have the same neighbours.
+            q = wp.length(node_cell[indices[k]] - cell[i]) / h
+            w = -slope(q)
+            if wp.static(points):
+                w = value(q)
+            weight_out[k] = w
+            total += w
+            mean += w * node[indices[k]]
+        if total <= real(0.0):
+            rank_out[i] = -1
+            return
+        centre = mean / total
+        if wp.static(not points):
+            centre = node[i]
+        moment = mat()
+        spread = real(0.0)
+        for k in range(offsets[i], offsets[i + 1]):
+            w = weight_out[k]
+            if wp.static(points):
+                w = w / total
+            r = node[indices[k]] - centre
+            weight_out[k] = w
+            moment += w * wp.outer(r, r)
+            spread += w * wp.dot(r, r)
+        b, rank = inverse(moment, real(0.0))
+        centre_out[i] = centre
+        moment_out[i] = b
+        spread_out[i] = spread
+        rank_out[i] = rank
+
+    return moments
+
+
+class Kernels:
+    """The kernels of a composition: one instance per (space, laws, which fields there are, form)."""
+
+    def __init__(self, space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form):
+        real, vec, mat, dim = space.scalar, space.vec, space.mat, space.dim
+        stress, internal, Params = laws.stress, laws.internal, laws.Params
+        Fields, respond, total = fields_struct(space, layout), laws.respond, laws.total or laws.respond
+        kept, residual, points = "internals" in dict(layout), form.residual, form.points
+        is_total, midpoint = form.total, laws.depends_on_stress
+        determinant, inverse = determinant_and_inverse(space)
+        unpack, _ = packing(space, laws.state)
+        accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
+        viscous, approach = bool(form.viscosity), form.viscosity == "approach"
+
+        @wp.kernel(module="unique", enable_backward=False)
+        def strain(p: Params, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
+                   node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat), volume: wp.array(dtype=real),
+                   fields: Fields, mean_out: wp.array(dtype=vec), corrected_out: wp.array(dtype=mat)):  # fmt: skip
+            i = wp.tid()
+            near = i
+            if wp.static(points):
+                near = indices[offsets[i]]
+            u0 = fields.displacement[near]
+            gradient = mat()
+            mean = vec()
+            for k in range(offsets[i], offsets[i + 1]):
+                j = indices[k]
+                du = fields.displacement[j] - u0
+                r = node[j] - centre[i]
+                gradient += wp.outer(weight[k] * du, r)
+                if wp.static(points and residual):
+                    mean += weight[k] * du
+            H = gradient * moment[i]
+            fields.deformation[i] = H
+            if wp.static(points and residual):
+                mean_out[i] = u0 + mean
+            P = mat()
+            if wp.static(is_total):
+                s, P = total(p, H)
+                fields.stress[i] = s
+            else:
+                F = wp.identity(n=dim, dtype=real) + H
+                full = unpack(fields.stress[i])
+                cauchy = mat()
+                for a in range(wp.static(dim)):
+                    for b in range(wp.static(dim)):
+                        cauchy[a, b] = full[a, b]
+                P = determinant(F) * cauchy * wp.transpose(inverse(F))
+            if wp.static(form.paper):
+                corrected_out[i] = volume[i] * P
+            else:
+                corrected_out[i] = volume[i] * P * moment[i]
+
+        self.strain = strain
+
+        if points:
+
+            @wp.kernel(module="unique", enable_backward=False)
+            def force(body: Inertia, stiffness: real, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
+                      weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), spread: wp.array(dtype=real),
+                      volume: wp.array(dtype=real), mean: wp.array(dtype=vec), corrected: wp.array(dtype=mat), loads: wp.array(dtype=vec),
+                      own: wp.array(dtype=real), fields: Fields, rate_out: Fields):  # fmt: skip
+                i = wp.tid()
+                f = vec()
+                u = fields.displacement[i]
+                for k in range(offsets[i], offsets[i + 1]):
+                    p = indices[k]
+                    r = node[i] - centre[p]
+                    w = weight[k]
+                    f -= w * (corrected[p] * r)
+                    if wp.static(residual):
+                        e = u - mean[p] - fields.deformation[p] * r
+                        f -= (stiffness * volume[p] / spread[p] * w) * e
+                if wp.static(form.loaded):
+                    for a in range(wp.static(dim)):
+                        f += loads[i * dim + a]
+                rate_out.velocity[i] = accelerated(body, f / own[i], fields.velocity[i])
+
+        else:
+
+            @wp.kernel(module="unique", enable_backward=False)
+            def force(body: Inertia, stiffness: real, speed: real, h: real, alpha: real, beta: real, offsets: wp.array(dtype=wp.int32),
+                      indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real), node: wp.array(dtype=vec), moment: wp.array(dtype=mat),
+                      spread: wp.array(dtype=real), volume: wp.array(dtype=real), corrected: wp.array(dtype=mat), loads: wp.array(dtype=vec),
+                      fields: Fields, viscous_out: wp.array(dtype=vec), rate_out: Fields):  # fmt: skip
+                i = wp.tid()
+                x = node[i]
+                u = fields.displacement[i]
+                v = fields.velocity[i]
+                A = corrected[i]
+                f = vec()
+                drag = vec()
+                for k in range(offsets[i], offsets[i + 1]):
+                    j = indices[k]
+                    r = node[j] - x
+                    w = weight[k]
+                    if wp.static(form.paper):
+                        f += w * ((A + corrected[j]) * (moment[i] * r))
+                    else:
+                        f += w * ((A + corrected[j]) * r)
+                    if wp.static(residual):
+                        du = fields.displacement[j] - u
+                        f += (stiffness * volume[i] / spread[i] * w) * (du - fields.deformation[i] * r)
+                        f += (stiffness * volume[j] / spread[j] * w) * (du - fields.deformation[j] * r)
+                    if wp.static(viscous):
+                        apart = -(r + fields.displacement[j] - u)
+                        dv = v - fields.velocity[j]
+                        closing = wp.dot(dv, apart)
+                        if wp.static(not approach) or closing < real(0.0):
+                            phi = h * closing / (wp.dot(apart, apart) + real(0.01) * h * h)
+                            push = alpha * speed * phi * body.density
+                            if wp.static(approach):
+                                push -= beta * phi * phi * body.density
+                            drag += real(0.5) * push * w * ((volume[i] * moment[i] + volume[j] * moment[j]) * r)
+                if wp.static(form.loaded):
+                    for a in range(wp.static(dim)):
+                        f += loads[i * dim + a]
+                if wp.static(viscous):
+                    viscous_out[i] = drag / (volume[i] * body.density)
+                    f += drag
+                rate_out.velocity[i] = accelerated(body, f / volume[i], v)
+
+        self.force = force
+
+        @wp.kernel(module="unique", enable_backward=False)
+        def drift(fields: Fields, rate_out: Fields):
+            i = wp.tid()
+            rate_out.displacement[i] = fields.velocity[i]
+
+        self.drift = drift
+        if is_total:
+            return
+
+        @wp.kernel(module="unique", enable_backward=False)
+        def flow(clock: wp.array(dtype=wp.float64), ahead: real, p: Params, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
+                 weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat),
+                 fields: Fields, rate_out: Fields):  # fmt: skip
+            i = wp.tid()
+            near = i
+            if wp.static(points):
+                near = indices[offsets[i]]
+            v0 = fields.velocity[near]
+            gradient = mat()
+            for k in range(offsets[i], offsets[i + 1]):
+                j = indices[k]
+                gradient += wp.outer(weight[k] * (fields.velocity[j] - v0), node[j] - centre[i])
+            change = gradient * moment[i]
+            dt = ahead * real(clock[1])
+            L = change * inverse(wp.identity(n=dim, dtype=real) + fields.deformation[i] + dt * change)
+            s = fields.stress[i]
+            q = internal()
+            if wp.static(kept):
+                q = fields.internals[i]
+            ds, dq = respond(p, s, L, q)
+            if wp.static(midpoint):
+                # A step that goes on from the start of its stress would be of first order where the law depends on it.
+                if dt > real(0.0):
+                    ds, dq = respond(p, s + dt * ds, L, q + dt * dq)
+            rate_out.stress[i] = ds
+            if wp.static(kept):
+                rate_out.internals[i] = dq
+
+        self.flow = flow
+
+
+@cache
+def _kernels(space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form) -> Kernels:
+    return Kernels(space, laws, layout, parts, form)
+
+
+@cache
+def _combine_kernel(space: Space, plain: int, timed: int, squared: int) -> wp.Kernel:
+    """out = sum of up to three states, up to three rates times dt, and one times dt^2, over a range of the flat buffer."""
+    real = space.scalar
+    coefficients = space.vector(7)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def combine(clock: wp.array(dtype=wp.float64), start: int, c: coefficients, x0: wp.array(dtype=real), x1: wp.array(dtype=real),
+                x2: wp.array(dtype=real), k0: wp.array(dtype=real), k1: wp.array(dtype=real), k2: wp.array(dtype=real),
+                out: wp.array(dtype=real)):  # fmt: skip
+        i = start + wp.tid()
+        total = c[0] * x0[i]
+        if wp.static(plain > 1):
+            total += c[1] * x1[i]
+        if wp.static(plain > 2):
+            total += c[2] * x2[i]
+        slope = real(0.0)
+        if wp.static(timed > 0):
+            slope += c[3] * k0[i]
+        if wp.static(timed > 1):
+            slope += c[4] * k1[i]
+        if wp.static(timed > 2):
+            slope += c[5] * k2[i]
+        dt = real(clock[1])
+        if wp.static(squared > 0):
+            slope += dt * c[6] * k2[i]
+        out[i] = total + dt * slope
+
+    return combine
+
+
+class LagrangianSystem(System):
+    """A body as one-set integrators see it: `rate`, `combine`, `impose`, `accept` over one flat state."""
+
+    points = False
+    default_support = 2.6
+    default_residual = 1.0
+
+    def __init__(self, scene: Scene, body: Body, lattice: Lattice, space: Space, constitutive: Constitutive,
+                 scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip
+        super().__init__(lattice, space, constitutive, scales, clock, device)
+        laws, material = constitutive.laws, constitutive.material
+        if laws.total is None and not hasattr(material, "rate"):
+            raise Refused(f"{constitutive.who} has no law that the {self.formulation} form can use")
+        unit = scales.length**space.dim
+        nodes, cells = lattice.centred
+        at_nodes = self.points or body.placement == "nodes"
+        places, self.position = (nodes, lattice.nodes) if at_nodes else (cells, lattice.cells)
+        self.volume = (lattice.node_volume if at_nodes else lattice.cell_volume) / unit
+        self.point_volume = lattice.cell_volume / unit if self.points else self.volume
+        points = cells if self.points else places
+        self._at_nodes = at_nodes
+        self._set_up(scene, body, places, points)
+        residual = self.default_residual if body.residual is None else body.residual
+        residual = getattr(residual, "coefficient", residual) or 0.0
+        bulk, shear = material.moduli()
+        youngs = 9.0 * bulk * shear / (3.0 * bulk + shear)
+        self._stiffness = space.scalar(residual * youngs / scales.stress)
+        viscosity = body.viscosity
+        if viscosity is not None and self.points:
+            raise Refused(f"body {body.name!r}: viscosity is a part of the total-lagrangian form, not of {self.formulation!r}")
+        # The paper's own c, not the one of the stress state: sqrt(E/rho).
+        self._speed = space.scalar(np.sqrt(youngs / material.density) / scales.velocity)
+        self._alpha, self._beta = (space.scalar(v) for v in ((viscosity.alpha, viscosity.beta) if viscosity else (0.0, 0.0)))
+        self.viscous = viscosity is not None
+        conditions = node_conditions if at_nodes else layer_conditions
+        self.conditions: Conditions = conditions(scene, body.name, lattice)
+        self.state = self.new()
+        self.boundary = BoundaryValues(
+            space, self.conditions, self.state, self.position, {"velocity": scales.velocity}, scales.time, device
+        )
+        self._loads = State(space, self.count, (("load", space.dim**2),), device)
+        unit_force = scales.stress * scales.length ** (space.dim - 1)
+        self.loads = BoundaryValues(
+            space, self.conditions.loads, self._loads, self.position, {"load": unit_force}, scales.time, device
+        )
+        self._load_vectors = wp.array(
+            ptr=self._loads.buffer.ptr, dtype=space.vec, shape=self.count * space.dim, device=device, copy=False
+        )
+        self.force = BodyForce(scene, body, space, scales, self.density, self.volume, device)
+        form = Form(self.points, laws.total is not None, residual > 0.0, self.loads.count > 0,
+                    scene.run.correction == "paper" and not self.points, viscosity.kind if viscosity else "")  # fmt: skip
+        self.form = form
+        with blame(constitutive.who):
+            self.kernels = _kernels(space, laws, self.state.layout, self.force.parts, form)
+        m = len(self.point_volume)
+        self._mean = wp.zeros(m if form.residual and form.points else 1, dtype=space.vec, device=device)
+        self._corrected = wp.zeros(m, dtype=space.mat, device=device)
+        self._drag = wp.zeros(self.count if self.viscous else 1, dtype=space.vec, device=device)
+        self._point_volume = wp.array(self.point_volume, dtype=space.scalar, device=device)
+        self._volume = wp.array(self.volume, dtype=space.scalar, device=device)
+        self.work = _Works(
+            ConstraintWork(space, self.boundary, self.density * self.volume, device),
+            LoadWork(space, self.loads, self.state, self._loads, self._drag if self.viscous else None,
+                     self.density * self.volume, device),
+        )  # fmt: skip
+
+    def _set_up(self, scene: Scene, body: Body, nodes: np.ndarray, points: np.ndarray) -> None:
+        """Pairs, weights, means and moments, in double precision whatever the run's."""
+        lattice, space, device = self.lattice, self.space, self.device
+        self._support = scene.run.support or self.default_support
+        reach = np.full(len(points), self._support)
+        frame = lattice.frame
+        factor = frame.step / self.scales.length
+        position = nodes * np.where(np.abs(factor - 1.0) < 1e-6, 1.0, factor) @ frame.axes.T
+        sided_nodes, sided_cells = lattice.sided if lattice.cracks else (nodes, points)
+        sided = (sided_cells if self.points or not self._at_nodes else sided_nodes, sided_nodes if self._at_nodes else sided_cells)
+        double = Space(space.dim)
+        for _ in range(3):
+            pairs = find_pairs(points, nodes, reach, device, same=not self.points)
+            if lattice.cracks:
+                row = np.repeat(np.arange(len(points)), np.diff(pairs.offsets.numpy()))
+                pairs = pairs.where(~lattice.apart(sided[0][row], sided[1][pairs.indices.numpy()]))
+            weight = wp.zeros(pairs.count, dtype=wp.float64, device=device)
+            centre = wp.zeros(len(points), dtype=double.vec, device=device)
+            moment = wp.zeros(len(points), dtype=double.mat, device=device)
+            spread = wp.zeros(len(points), dtype=wp.float64, device=device)
+            rank = wp.zeros(len(points), dtype=wp.int32, device=device)
+            inputs = [wp.float64(self._support / SUPPORT), pairs.offsets, pairs.indices]
+            inputs += [wp.array(a, dtype=double.vec, device=device) for a in (points, nodes, position)]
+            kernel = _set_up_kernels(double, scene.run.kernel, self.points)
+            wp.launch(kernel, len(points), device=device, inputs=inputs, outputs=[weight, centre, moment, spread, rank])
+            lonely = np.flatnonzero(rank.numpy() < space.dim)
+            if not len(lonely) or not self.points:
+                break
+            reach[lonely] *= 1.5
+        if len(lonely):
+            raise Refused(
+                f"{len(lonely)} particles of body {body.name!r}, the first at {self.position[lonely[0]].tolist()} m, see too few"
+                f" neighbours for a gradient: raise run.support (now {self._support:g} spacings)"
+            )
+        self._pairs = pairs
+        self._x = wp.array(position, dtype=space.vec, device=device)
+        self._centre = wp.array(centre.numpy(), dtype=space.vec, device=device)
+        self._weight = wp.array(weight.numpy(), dtype=space.scalar, device=device)
+        self._moment = wp.array(moment.numpy(), dtype=space.mat, device=device)
+        self._spread = wp.array(spread.numpy(), dtype=space.scalar, device=device)
+        self._h = space.scalar(0.5 * self._support * lattice.spacing / self.scales.length)
+        if self.points:
+            self._back, order = pairs.transposed()
+            self._back_weight = wp.array(weight.numpy()[order], dtype=space.scalar, device=device)
+
+    @property
+    def pairs(self) -> int:
+        """Directed pairs, from points to nodes and back."""
+        return self._pairs.count * (2 if self.points else 1)
+
+    def new(self) -> State:
+        """A state, zero but for the internals' initial values."""
+        m = len(self.point_volume)
+        layout = layout_of(self.space, self.constitutive, True, True)
+        counts = {name: m for name, _ in layout if name in ("stress", "internals", "deformation")}
+        return self._make(self.count, layout, counts)
+
+    def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None:
+        """`out` = the time derivative of `state`: of its velocity, of the rest, or of all.
+
+        The rate of the "rest" takes the deformation that the last rate of the velocity of the same `state` found. `ahead` = .5
+        evaluates a law that depends on stress half a step further (by its own rate), for methods that take the rest's rate at
+        the middle of the step once.
+        """
+        if part != "rest":
+            self._forces(state, out)
+        if part != "velocity":
+            self.clock.launch(self.kernels.drift, self.count, [state.struct], [out.struct])
+            if not self.form.total:
+                inputs = [self.clock.time, self.space.scalar(ahead), self.constitutive.params, *self._rows]
+                inputs += [self._x, self._centre, self._moment, state.struct]
+                self.clock.launch(self.kernels.flow, len(self.point_volume), inputs, [out.struct])
+
+    @property
+    def _rows(self) -> list[wp.array]:
+        return [self._pairs.offsets, self._pairs.indices, self._weight]
+
+    def _forces(self, state: State, out: State) -> None:
+        inputs = [self.constitutive.params, *self._rows, self._x, self._centre, self._moment, self._point_volume, state.struct]
+        self.clock.launch(self.kernels.strain, len(self.point_volume), inputs, [self._mean, self._corrected])
+        if self.points:
+            back = [self._back.offsets, self._back.indices, self._back_weight]
+            inputs = [self.force.struct, self._stiffness, *back, self._x, self._centre, self._spread, self._point_volume]
+            inputs += [self._mean, self._corrected, self._load_vectors, self._volume, state.struct]
+            self.clock.launch(self.kernels.force, self.count, inputs, [out.struct])
+            return
+        inputs = [self.force.struct, self._stiffness, self._speed, self._h, self._alpha, self._beta, *self._rows, self._x]
+        inputs += [self._moment, self._spread, self._volume, self._corrected, self._load_vectors, state.struct]
+        self.clock.launch(self.kernels.force, self.count, inputs, [self._drag, out.struct])
+
+    def combine(self, out: State, plain: list[tuple[float, State]], timed: list[tuple[float, State]] | None = None,
+                squared: list[tuple[float, State]] | None = None, part: str = "all") -> None:  # fmt: skip
+        """`out` = sum of c x over `plain` + dt times the sum of c k over `timed` + dt^2 c k of `squared`.
+
+        Up to three states and rates, with one `squared` up to two rates; `out` may be one of them. `part` leaves the velocity
+        ("rest") or all but it ("velocity") of `out` as it is.
+        """
+        timed, squared = timed or [], squared or []
+        if not 1 <= len(plain) <= 3 or len(timed) + len(squared) > 3 or len(squared) > 1:
+            counts = f"not {len(plain)}, {len(timed)} and {len(squared)}"
+            raise ValueError(f"combine takes one to three states and up to three rates, one of them squared, {counts}")
+        coefficients = [0.0] * 7
+        for k, (c, _) in enumerate(plain):
+            coefficients[k] = c
+        for k, (c, _) in enumerate(timed):
+            coefficients[3 + k] = c
+        states = [x.buffer for _, x in plain] + [plain[0][1].buffer] * (3 - len(plain))
+        rates = [x.buffer for _, x in timed] + [plain[0][1].buffer] * (3 - len(timed))
+        if squared:
+            coefficients[6], rates[2] = squared[0][0], squared[0][1].buffer
+        split = self.count * self.space.dim
+        start, end = {"all": (0, len(out.buffer)), "velocity": (0, split), "rest": (split, len(out.buffer))}[part]
+        kernel = _combine_kernel(self.space, len(plain), len(timed), len(squared))
+        inputs = [self.clock.time, start, self.space.vector(7)(*coefficients), *states, *rates]
+        self.clock.launch(kernel, end - start, inputs, [out.buffer])
+
+    def impose(self, state: State, c: float | tuple[float, float]) -> None:
+        """Set the prescribed velocities of a state, and the loads for the rates to come, at t + c dt."""
+        self.boundary.impose(state, self.clock, c)
+        self.loads.impose(self._loads, self.clock, c)
+
+    def accept(self, state: State) -> None:
+        """Close the step: the prescribed values at t + dt, the work of the constraints, loads, body forces and viscosity."""
+        self.work.before(state, self.clock)
+        self.impose(state, 1.0)
+        self.work.after(state, self.clock)
+        self.force.add(state, self.clock)
+
+    @cached_property
+    def frequency(self) -> float:
+        """The largest frequency omega of the undamped body about its current state, nondimensional; an upper estimate.
+
+        Lanczos on K w = -(a(u + eps w) - a(u))/eps, mass-weighted, prescribed components held: 12 products, the largest Ritz
+        value and its residual.
+        """
+        base, moved, change = self.state, self.new(), self.new()
+        mass = np.sqrt(np.repeat(self.volume, self.space.dim))
+        free = np.ones(self.count * self.space.dim)
+        for (_, component), values in self.conditions.entries.items():
+            free[[base.index("velocity", particle, component) for particle in values]] = 0.0
+        split, eps = len(free), 1e-6 if self.space.precision == "f64" else 1e-2
+        start = base.buffer.numpy().copy()
+        place = base.start["displacement"]
+
+        def accelerations(w: np.ndarray) -> np.ndarray:
+            """a(u + eps w) with the velocities at rest."""
+            shifted = start.astype(np.float64)
+            shifted[:split] = 0.0
+            shifted[place : place + split] += eps * w
+            moved.buffer.assign(shifted.astype(self.space.numpy))
+            if not self.form.total:
+                # A rate law's stress follows the strain that the shift makes.
+                moved.buffer.assign(np.concatenate([eps * w, start[split:]]).astype(self.space.numpy))
+                self.rate(base, change, "velocity")
+                wp.copy(moved.struct.deformation, base.struct.deformation)
+                self.rate(moved, change, "rest")
+                stress = start.astype(np.float64)
+                increment = change.buffer.numpy()
+                a = base.start["stress"]
+                b = a + base.counts["stress"] * base.widths["stress"]
+                stress[a:b] += increment[a:b] - resting[a:b]
+                stress[:split] = 0.0
+                stress[place : place + split] += eps * w
+                moved.buffer.assign(stress.astype(self.space.numpy))
+            self.rate(moved, change, "velocity")
+            return change.buffer.numpy()[:split].astype(np.float64)
+
+        resting = np.zeros(len(start))
+        if not self.form.total:
+            moved.buffer.assign(np.concatenate([np.zeros(split), start[split:]]).astype(self.space.numpy))
+            self.rate(moved, change, "velocity")
+            self.rate(moved, change, "rest")
+            resting = change.buffer.numpy().astype(np.float64)
+        rest = accelerations(np.zeros(split))
+        x = np.random.default_rng(0).standard_normal(split) * free
+        # The fastest modes alternate from particle to particle: a start that favours them needs fewer products.
+        basis, diagonal, beside = [x / np.linalg.norm(x)], [], []
+        for _ in range(LANCZOS):
+            w = -(accelerations(basis[-1] / mass) - rest) / eps * mass * free
+            diagonal.append(float(w @ basis[-1]))
+            for _ in range(2):
+                for b in basis:
+                    w -= (w @ b) * b
+            beside.append(float(np.linalg.norm(w)))
+            if not np.isfinite(beside[-1]):
+                return np.inf
+            if beside[-1] < 1e-12 * max(abs(diagonal[0]), 1e-300):
+                break
+            basis.append(w / beside[-1])
+        n = len(diagonal)
+        ritz = np.diag(diagonal) + np.diag(beside[: n - 1], 1) + np.diag(beside[: n - 1], -1)
+        values, vectors = np.linalg.eigh(ritz)
+        residual = beside[n - 1] * abs(vectors[-1, -1]) if n == LANCZOS else 0.0
+        base.buffer.assign(start)
+        return float(np.sqrt(max(values[-1] + residual, 0.0)))
+
+    @property
+    def moved(self) -> bool:
+        """Whether a velocity other than zero is prescribed anywhere."""
+        return any(nonzero(value) for values in self.conditions.entries.values() for value in values.values())
+
+    @property
+    def bar_time(self) -> float:
+        """The spacing over sqrt(E/rho), nondimensional: the time of the paper's Courant number."""
+        return self.spacing / self.scales.length / float(self._speed)
+
+    @cached_property
+    def damping(self) -> float:
+        """The largest damping rate nu of the viscosity about the current state, nondimensional, all pairs taken to approach.
+
+        Power iteration on the drag of small velocities: 10 products, and 2 % for what they miss.
+        """
+        if not self.viscous:
+            return 0.0
+        moved, change = self.new(), self.new()
+        start = self.state.buffer.numpy().copy()
+        free = np.ones(self.count * self.space.dim)
+        for (_, component), values in self.conditions.entries.items():
+            free[[self.state.index("velocity", particle, component) for particle in values]] = 0.0
+        split, growth = len(free), 0.0
+        # Alternating from particle to particle: the mode that pairs damp most; the switch passes half of its pairs.
+        index = np.rint(self.lattice.index[self.lattice.corners].mean(1) if not self._at_nodes else self.lattice.index).sum(1)
+        x = np.repeat((-1.0) ** index, self.space.dim) * free
+        for _ in range(10):
+            x /= np.linalg.norm(x)
+            total = np.zeros(split)
+            for sign in (1.0, -1.0):
+                # Both signs of the velocity: what approaches in one parts in the other.
+                state = start.astype(np.float64)
+                state[:split] = sign * 1e-9 * x
+                moved.buffer.assign(state.astype(self.space.numpy))
+                self.rate(moved, change, "velocity")
+                drag = self._drag.numpy().reshape(-1)[:split].astype(np.float64)
+                total += -sign * drag / 1e-9 * free
+            if not self.form.viscosity == "approach":
+                total *= 0.5
+            growth = float(np.linalg.norm(total))
+            x = total
+            if growth == 0.0:
+                return 0.0
+        self.state.buffer.assign(start)
+        return 1.02 * growth
+
+    def courant(self, product: float) -> float:
+        """The Courant number at which omega dt = `product` for the fastest mode."""
+        if self.frequency == 0.0:
+            return np.inf
+        dt = product / self.frequency
+        return dt * self.scales.time * self.constitutive.wave_speed / self.spacing
+
+    def spectral_radius(self) -> float:
+        """Largest frequency times the spacing over the wave speed: a Courant number C is omega dt = C times this."""
+        return self.frequency * self.spacing / (self.constitutive.wave_speed * self.scales.time)
+
+    def hourglass_energy(self) -> float:
+        """Energy of the residual, nondimensional."""
+        if not self.form.residual:
+            return 0.0
+        u, H = self.state.read("displacement"), self.state.read("deformation").reshape(-1, self.space.dim, self.space.dim)
+        offsets, j, w = (a.numpy() for a in (self._pairs.offsets, self._pairs.indices, self._weight))
+        row = np.repeat(np.arange(len(H)), np.diff(offsets))
+        r = self._x.numpy()[j] - self._centre.numpy()[row]
+        mean = self._mean.numpy()[row] if self.points else u[row]
+        e = u[j] - mean - np.einsum("nij,nj->ni", H[row], r)
+        kappa = float(self._stiffness) * self.point_volume / self._spread.numpy()
+        return float(0.5 * np.sum(kappa[row] * w * np.einsum("ni,ni->n", e, e)))
+
+    def filtered(self, name: str) -> np.ndarray:
+        """A field as frames carry it, at the nodes, (n, width), nondimensional."""
+        values = self.state.read(name)
+        return average(self._outwards, values) if self.points and self.state.counts[name] != self.count else values
+
+    def current_density(self) -> np.ndarray:
+        """rho_0/J of every particle, (n,), nondimensional."""
+        F = np.eye(self.space.dim) + self.filtered("deformation").reshape(-1, self.space.dim, self.space.dim)
+        return self.density / np.linalg.det(F)
+
+    @cached_property
+    def _outwards(self) -> Weights:
+        return outward_weights(self.lattice, 1.2)
+
+    def sample(self, points: np.ndarray, name: str = "velocity") -> list[tuple[np.ndarray, np.ndarray]]:
+        """How to read a field at `points` (m, dim) [m]: its places and weights per point, linear-exact."""
+        at_nodes = self._at_nodes and self.state.counts.get(name, self.count) == self.count
+        index = self.lattice.index
+        sources = index if at_nodes else index[self.lattice.corners].mean(1)
+        grid = self.lattice.frame.coordinates(points)
+        reach = np.full(len(grid), 1.6)
+        while True:
+            pairs = find_pairs(grid, sources, reach, "cpu")
+            row = np.repeat(np.arange(len(grid)), np.diff(pairs.offsets.numpy()))
+            pairs = pairs.where(~self.lattice.apart(grid[row], sources[pairs.indices.numpy()]))
+            weights = interpolation_weights(Space(self.space.dim), pairs, grid, sources, np.ones(len(sources)))
+            narrow = weights.rank < self.space.dim
+            if not narrow.any() or reach.max() > 6.0:
+                break
+            reach[narrow] *= 1.5
+        offsets, indices, values = pairs.offsets.numpy(), pairs.indices.numpy(), weights.values.numpy()
+        return [(indices[a:b], values[a:b]) for a, b in zip(offsets, offsets[1:], strict=False)]
+
+    @property
+    def nbytes(self) -> int:
+        """Device memory of the body [bytes]: pairs, weights and all states, the integrator's too."""
+        own = [self._weight, self._moment, self._spread, self._x, self._corrected, self._mean, self._volume, self._drag]
+        if self.points:
+            own += [self._centre, self._back.offsets, self._back.indices, self._back_weight, self._point_volume]
+        return self._pairs.nbytes + sum(a.capacity for a in own) + self.state_bytes
+
+
+LANCZOS = 20
+"""Products of Lanczos' method for the largest frequency."""
+
+
+class OneSetSystem(LagrangianSystem):
+    """Every particle its own stress point: total-Lagrangian SPH."""
+
+    formulation = "total-lagrangian"
+
+
+class StressPointSystem(LagrangianSystem):
+    """Nodes on the lattice and its faces, stresses at the cell centres."""
+
+    formulation = "stress-points"
+    points = True
+    splits = True
+    default_support = 1.8
+    default_residual = 0.6
+
+
+class _Works:
+    """External work of a Lagrangian body: constraints and loads; what viscosity took."""
+
+    def __init__(self, constraints: ConstraintWork, loads: LoadWork):
+        self._constraints, self._loads = constraints, loads
+
+    def before(self, state: State, clock: Clock) -> None:
+        """Before the prescribed velocities are set (launches)."""
+        self._constraints.before(state, clock)
+
+    def after(self, state: State, clock: Clock) -> None:
+        """After it (launches)."""
+        self._constraints.after(state, clock)
+        self._loads.add(state, clock)
+
+    def start(self, state: State, clock: Clock) -> None:
+        """Take what is there at the start of the run."""
+        self._constraints.start(state, clock)
+        self._loads.start(state, clock)
+
+    @property
+    def total(self) -> float:
+        """Work of constraints and loads so far, nondimensional."""
+        return self._constraints.total + self._loads.total
+
+    @property
+    def viscous(self) -> float:
+        """Energy that viscosity has taken so far, nondimensional."""
+        return self._loads.viscous
