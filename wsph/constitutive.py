@@ -235,7 +235,8 @@ def user_law(space: Space, material: Any, Params: type, internal: type) -> wp.Fu
 
 
 TOTAL_SIGNATURE = "stress(self, space, Params) -> @wp.func (p: Params, H: space.tensor) -> Cauchy stress"
-SECANTS = 5
+LEAST_SECANT = 1e-12
+SECANTS = 6
 """Secant steps for the out-of-plane strain of a total law: the error squares, from the linear answer."""
 
 
@@ -269,24 +270,27 @@ def _total(space: Space, material: Any, state: StressState, Params: type) -> tup
     def whole(p: Params, h: mat) -> tensor:
         if wp.static(free == 0):
             return widened(h, real(0.0))
-        trace = real(0.0)
+        # Start from St Venant-Kirchhoff's own answer, which no rotation changes; the secant then is of a law near it.
+        trace = real(0.5) * wp.ddot(h, h)
         for i in range(wp.static(dim)):
             trace += h[i, i]
         lame = p.elastic_bulk - real(2.0) / real(3.0) * p.elastic_shear
         stiffness = lame * real(free) + real(2.0) * p.elastic_shear
-        x = -lame * trace / stiffness
+        twice = wp.max(real(-2.0) * lame * trace / stiffness, real(-0.9375))
+        x = twice / (wp.sqrt(real(1.0) + twice) + real(1.0))
         gap = law(p, widened(h, x))[first, first]
         step = -gap / stiffness
+        slope = stiffness
         for _ in range(SECANTS):
-            if step != real(0.0):
+            # Where the last step was a rounding its secant is noise: the slope before it stays.
+            if wp.abs(step) > real(LEAST_SECANT) * (real(1.0) + wp.abs(x)):
                 x += step
                 next_gap = law(p, widened(h, x))[first, first]
-                slope = (next_gap - gap) / step
+                secant = (next_gap - gap) / step
+                if secant > real(0.05) * stiffness:
+                    slope = secant
                 gap = next_gap
-                if slope > real(0.0):
-                    step = -gap / slope
-                else:
-                    step = real(0.0)
+                step = -gap / slope
         return widened(h, x)
 
     @wp.func

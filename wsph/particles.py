@@ -192,13 +192,25 @@ def lattice(
         _face_nodes(corners[cell], offsets, axis, sign), cell, axis, sign, area, name, whole & ~shape.covers(beside)
     )
     nodes = grid.points(node_index)
+    cell_volume = np.full(len(index), float(np.prod(grid.step)))
     if jitter:
         nodes = nodes + (shift * grid.step) @ grid.axes.T
-    cell_volume = np.full(len(index), float(np.prod(grid.step)))
+        cell_volume = cell_volume * _volumes((node_index + shift)[corners], offsets)
     node_volume = np.bincount(corners.ravel(), np.repeat(cell_volume, 2**dim) / 2**dim, len(nodes))
     return Lattice(
         grid, node_index + shift, nodes, nodes[corners].mean(1), corners, node_volume, cell_volume, faces, cuts
     )
+
+
+def _volumes(cells: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Volumes of cells from their corners (c, 2^dim, dim), multilinear between them, exactly by Gauss points, (c,)."""
+    dim = cells.shape[2]
+    total = np.zeros(len(cells))
+    for point in product((0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5), repeat=dim):
+        weight = np.where(offsets == 1, point, 1.0 - np.array(point))
+        slope = np.stack([(2.0 * offsets[:, k] - 1.0) * np.delete(weight, k, 1).prod(1) for k in range(dim)], 1)
+        total += np.linalg.det(np.einsum("cka,kb->cab", cells, slope)) / 2**dim
+    return total
 
 
 def _faces(inside: np.ndarray, cut: np.ndarray, index: np.ndarray) -> tuple[np.ndarray, ...]:

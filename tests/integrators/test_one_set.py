@@ -1,0 +1,300 @@
+"""One-set integrators on the Lagrangian forms: orders, limits, conservation, the beam against finite elements."""
+
+import json
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from wsph_integrators.chebyshev import Coefficients, stages_for
+from wsph_integrators.runge_kutta import Chain, Tableau, imaginary_limit
+
+import wsph
+from wsph import registry
+from wsph.composition import Composition, compose
+from wsph.testing import temporal_order
+
+FORMS = ("stress-points", "total-lagrangian")
+REFERENCES = json.loads((Path(__file__).resolve().parents[1] / "references" / "beam_modes.json").read_text())
+NEO_HOOKEAN = {"model": "neo-hookean", "poisson_ratio": 0.3}
+PERZYNA = {"model": "perzyna", "poisson_ratio": 0.3, "yield_stress": 0.002, "hardening_modulus": 0.1, "fluidity": 0.05,
+           "exponent": 1.0}  # fmt: skip
+USUAL = (0.2, 0.1, 0.05, 0.025)
+
+
+class TestOrders:
+    """By regression over halved time steps at a fixed spacing; 20 % of the wave speed, so that the laws are not linear."""
+
+    @pytest.mark.parametrize("material", [None, NEO_HOOKEAN], ids=["svk", "neo-hookean"])
+    @pytest.mark.parametrize(
+        ("name", "order", "courant"),
+        [
+            ("euler", 1, (0.02, 0.01, 0.005, 0.0025)),
+            ("pc2", 2, USUAL),
+            ("rk2", 2, USUAL),
+            ("leapfrog", 2, USUAL),
+            ("w20-2-8", 2, USUAL),
+            ("kg4-8", 3, (0.4, 0.2, 0.1, 0.05)),
+            ("rk4", 4, USUAL),
+            ("lf4", 4, USUAL),
+            ("blanes-moan4", 4, USUAL),
+        ],
+    )
+    def test_elastic(self, name: str, order: int, courant: tuple[float, ...], material: dict | None) -> None:
+        assert temporal_order(name, courant, amplitude=0.2, material=material) == pytest.approx(order, abs=0.1)
+
+    def test_chebyshev_with_viscosity(self) -> None:
+        rkc = {"name": "rkc", "stages": 5}
+        damped = {"formulation": "total-lagrangian", "viscosity": {"alpha": 1.0, "kind": "pair"}}
+        assert temporal_order(rkc, amplitude=0.2, **damped) == pytest.approx(2.0, abs=0.1)
+
+    @pytest.mark.parametrize("formulation", FORMS)
+    @pytest.mark.parametrize("material", [{"model": "jaumann", "poisson_ratio": 0.3}, PERZYNA], ids=["jaumann", "perzyna"])
+    def test_leapfrog_is_of_second_order_where_the_law_depends_on_stress(self, material: dict, formulation: str) -> None:
+        assert temporal_order("leapfrog", material=material, formulation=formulation) == pytest.approx(2.0, abs=0.1)
+
+    @pytest.mark.parametrize("viscosity", [{"alpha": 0.5, "kind": "pair"}, {"alpha": 0.5, "beta": 0.5}], ids=["pair", "approach"])
+    def test_leapfrog_with_viscosity_and_what_lagging_it_costs(self, viscosity: dict) -> None:
+        courant = (0.1, 0.05, 0.025, 0.0125)
+        keys = {"formulation": "total-lagrangian", "amplitude": 0.1, "viscosity": viscosity}
+        assert temporal_order("leapfrog", courant, **keys) == pytest.approx(2.0, abs=0.1)
+        assert temporal_order({"name": "leapfrog", "lagged": True}, courant, **keys) == pytest.approx(1.1, abs=0.15)
+
+    def test_tableaus_check_themselves(self) -> None:
+        class Wrong(Tableau):
+            order = 2
+            a = ((0.5,),)
+            b = (0.1, 0.9)
+
+        assert max(v for k, v in registry.load("integrators", "rk4").conditions().items() if k <= 4) < 1e-15
+        assert Wrong.conditions()[2] > 0.01
+        with pytest.raises(ValueError, match="order 2"):
+            Wrong._check(Wrong)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("name", "reach"), [("rk4", 2.828), ("kg4-8", 6.928), ("w20-2-8", 6.427), ("rk2", 0.0), ("euler", 0.0)])
+def test_regions_on_the_imaginary_axis(name: str, reach: float) -> None:
+    method = registry.load("integrators", name)
+    assert issubclass(method, (Tableau, Chain))
+    assert imaginary_limit(method.polynomial()) == pytest.approx(reach, abs=2e-3)
+
+
+@pytest.mark.parametrize("stages", [2, 3, 5, 10])
+def test_chebyshev_is_consistent_and_amplifies_every_undamped_wave(stages: int) -> None:
+    """|R(iy)|^2 = 1 + y^4 (1/4 - 2 a3 + 2 a4) to leading order, above 1 for every number of stages."""
+    a = Coefficients(stages).polynomial()
+    np.testing.assert_allclose(a[:3], [1.0, 1.0, 0.5], atol=1e-12)
+    a3, a4 = (a[k] if k < len(a) else 0.0 for k in (3, 4))
+    assert 0.25 - 2.0 * a3 + 2.0 * a4 > 0.0
+    assert imaginary_limit(a) == 0.0
+    real = np.abs(np.polynomial.polynomial.polyval(-np.linspace(0.0, 0.65 * (stages**2 - 1), 2000), a))
+    assert real.max() <= 1.0 + 1e-9
+
+
+def test_the_stages_of_the_paper() -> None:
+    assert [stages_for(c) for c in (0.15, 0.6, 1.2, 2.5)] == [2, 3, 4, 5]
+
+
+def beam(material: dict, size: tuple[float, ...], rows: int, *, integrator: object = "leapfrog", formulation: str = "stress-points",
+         cfl: float = 0.85, periods: float = 1.1, omega: float = 1.0, guard: str = "refuse", **body: object) -> wsph.Scene:  # fmt: skip
+    """A beam clamped at x = 0, started in its first mode with a small velocity."""
+    dim, length, spacing = len(size), size[0], size[1] / rows
+    kl = 1.8751040687
+    k = kl / length
+    m, n = float(np.sin(kl) + np.sinh(kl)), float(np.cos(kl) + np.cosh(kl))
+    speed = 1e-5 * (material["youngs_modulus"] / material["density"]) ** 0.5
+    mode = f"{speed!r}*({n!r}*(sin({k!r}*x)-sinh({k!r}*x))-{m!r}*(cos({k!r}*x)-cosh({k!r}*x)))*(x>0)"
+    cells = round(length / spacing)
+    low = [0.0, *(-0.5 * edge for edge in size[1:])]
+    data = {
+        "name": "beam", "shape": {"type": "box", "min": low, "max": [length, *(0.5 * edge for edge in size[1:])]},
+        "spacing": [length / cells, *[spacing] * (dim - 1)], "velocity": ["0", mode, "0"][:dim],
+        "material": {"model": "elastic", **material}, **({"state": "stress"} if dim == 2 else {}), **body,
+    }  # fmt: skip
+    run = {"integrator": integrator, "formulation": formulation, "cfl": cfl, "end": periods * 2 * np.pi / omega, "guard": guard}
+    probe = {"name": "tip", "at": [[length, 0.0, 0.0][:dim]], "fields": ["displacement_y"], "every": 1}
+    hold = {"body": "beam", "face": "-x", "fixed": ["x", "y", "z"][:dim]}
+    return wsph.Scene(schema=1, dim=dim, run=run, bodies=[data], boundary=[hold], probes=[probe])
+
+
+def ratio(case: str, rows: int, **keys: object) -> tuple[float, wsph.Result]:
+    """Frequency over the finite-element one, from the first two returns of the tip through its rest, and the run."""
+    reference = REFERENCES[case]
+    material = {key: reference[key] for key in ("density", "youngs_modulus", "poisson_ratio")}
+    result = wsph.run(beam(material, tuple(reference["size"]), rows, omega=reference["omega"], **keys))
+    t, u = result.probes["tip"]["time"], result.probes["tip"]["displacement_y"]
+    k = np.flatnonzero(np.diff(np.sign(u[1:])))[:2] + 1
+    zero = t[k] - u[k] * (t[k + 1] - t[k]) / (u[k + 1] - u[k])
+    return float(np.pi / (zero[1] - zero[0]) / reference["omega"]), result
+
+
+class TestBeam:
+    """Clamped beams against biquadratic finite elements (tests/references/beam_modes.py)."""
+
+    @pytest.mark.parametrize("case", ["magnesium, L = .5, W = .1", "slender, L = 10, W = 1"])
+    def test_stress_points_within_a_thousandth_at_six_rows(self, case: str) -> None:
+        found, result = ratio(case, 6)
+        assert found == pytest.approx(1.0, abs=1.5e-3)
+        energy = result.history
+        assert (energy["hourglass"][1:] / energy["strain"].max()).max() < 0.05
+
+    @pytest.mark.slow
+    @pytest.mark.parametrize("case", ["magnesium, L = .5, W = .05", "magnesium, L = .5, W = .1"])
+    def test_fifteen_rows(self, case: str) -> None:
+        found, result = ratio(case, 15)
+        assert found == pytest.approx(1.0, abs=3e-4)
+        assert (result.history["hourglass"][1:] / result.history["strain"].max()).max() < 0.01
+
+    @pytest.mark.slow
+    @pytest.mark.parametrize("seed", [0, 1])
+    def test_jitter(self, seed: int) -> None:
+        reference = REFERENCES["slender, L = 10, W = 1"]
+        material = {key: reference[key] for key in ("density", "youngs_modulus", "poisson_ratio")}
+        scene = beam(material, (10.0, 1.0), 12, omega=reference["omega"], jitter=0.2).with_(seed=seed)
+        t, u = (wsph.run(scene).probes["tip"][key] for key in ("time", "displacement_y"))
+        k = np.flatnonzero(np.diff(np.sign(u[1:])))[:2] + 1
+        zero = t[k] - u[k] * (t[k + 1] - t[k]) / (u[k + 1] - u[k])
+        assert np.pi / (zero[1] - zero[0]) / reference["omega"] == pytest.approx(1.0, abs=5e-3)
+
+    @pytest.mark.slow
+    def test_three_dimensions(self) -> None:
+        assert ratio("block, 10 x 1 x 1", 6, cfl=0.8)[0] == pytest.approx(1.0, abs=0.01)
+
+    def test_the_usual_form_is_slow_and_nodes_on_the_boundary_mend_it(self) -> None:
+        case = "magnesium, L = .5, W = .1"
+        usual, _ = ratio(case, 8, formulation="total-lagrangian", residual=False, cfl=1.0)
+        mended, _ = ratio(case, 8, formulation="total-lagrangian", placement="nodes", residual={"coefficient": 0.3}, cfl=1.0)
+        assert usual < 0.985
+        assert mended == pytest.approx(1.0, abs=5e-3)
+
+
+class TestGuard:
+    """The limit from Lanczos' frequency beside where runs begin to grow."""
+
+    @pytest.mark.parametrize("formulation", FORMS)
+    @pytest.mark.parametrize("name", ["leapfrog", "rk4", "kg4-8", "lf4"])
+    def test_predicted_over_measured(self, name: str, formulation: str) -> None:
+        reference = REFERENCES["magnesium, L = .5, W = .1"]
+        material = {key: reference[key] for key in ("density", "youngs_modulus", "poisson_ratio")}
+        scene = beam(material, (0.5, 0.1), 6, integrator=name, formulation=formulation, omega=reference["omega"],
+                     periods=0.5, cfl=0.1, guard="off")  # fmt: skip
+        predicted = compose(scene).bodies[0].limit
+        assert predicted is not None
+
+        def grows(cfl: float) -> bool:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                result = wsph.run(scene.with_(cfl=cfl, stop={"energy": 1e6}), throw=False)
+            return result.status != "completed" or result.history["kinetic"].max() > 2.0 * result.history["kinetic"][0]
+
+        assert not grows(predicted)
+        assert grows(1.05 * predicted)
+
+    def test_beyond_it_is_refused_by_name(self) -> None:
+        reference = REFERENCES["magnesium, L = .5, W = .1"]
+        material = {key: reference[key] for key in ("density", "youngs_modulus", "poisson_ratio")}
+        with pytest.raises(wsph.Refused, match=r"leapfrog at Courant number 1.2 is beyond its stability limit 1\.03.*omega dt <= 2"):
+            compose(beam(material, (0.5, 0.1), 6, cfl=1.2))
+        with pytest.raises(wsph.Refused, match=r"limit 0.000 \(RKC amplifies every undamped wave: give the body viscosity, or use leapfrog"):
+            compose(beam(material, (0.5, 0.1), 6, cfl=0.1, integrator="rkc"))
+        with pytest.raises(wsph.Refused, match="rk2 .*limit 0.000 .*amplifies every undamped wave: use leapfrog or rk4"):
+            compose(beam(material, (0.5, 0.1), 6, cfl=0.1, integrator="rk2"))
+
+
+def block(formulation: str, dim: int = 2, *, precision: str = "f64", model: str = "elastic", **body: object) -> wsph.Scene:
+    """A free block that spins, stretches and shears."""
+    v = ["-0.1*y + 0.02*x", "0.1*x", "0.01*z"][:dim]
+    data = {"name": "b", "shape": {"type": "box", "min": [-0.5] * dim, "max": [0.5] * dim}, "spacing": 1 / (6 if dim == 2 else 4),
+            "velocity": v, "material": {"model": model, "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}, **body}  # fmt: skip
+    if dim == 2:
+        data.setdefault("state", "strain")
+    run = {"integrator": "leapfrog", "formulation": formulation, "end": 1.0, "cfl": 0.1, "precision": precision}
+    return wsph.Scene(schema=1, dim=dim, run=run, bodies=[data])
+
+
+def drift(composition: Composition, steps: int) -> tuple[float, float, float]:
+    """How far linear momentum, angular momentum and energy go in `steps` steps, relative."""
+    run = composition.bodies[0]
+    system, mass = run.system, run.system.volume * run.system.density
+
+    def sums() -> tuple[np.ndarray, np.ndarray, float]:
+        x = system.position / composition.scales.length + system.state.read("displacement")
+        v = system.state.read("velocity")
+        spin = [mass @ (x[:, i] * v[:, j] - x[:, j] * v[:, i]) for i, j in ((0, 1), (1, 2), (0, 2)) if j < x.shape[1]]
+        ledger = run.diagnostics.measure(system.state)
+        return ledger.momentum, np.array(spin), ledger.kinetic + ledger.strain + system.hourglass_energy()
+
+    p, L, e = sums()
+    size = np.sqrt(mass.sum() * (mass @ (system.state.read("velocity") ** 2).sum(1)))
+    worst = [0.0, 0.0, 0.0]
+    for _ in range(10):
+        composition.program.run(steps // 10)
+        now = sums()
+        gaps = (np.abs(now[0] - p).max() / size, np.abs(now[1] - L).max() / np.abs(L).max(), abs(now[2] / e - 1.0))
+        worst = [max(a, float(b)) for a, b in zip(worst, gaps, strict=True)]
+    return worst[0], worst[1], worst[2]
+
+
+class TestConservation:
+    """2000 steps of a free body that turns by a third and stretches."""
+
+    @pytest.mark.parametrize("dim", [2, 3])
+    @pytest.mark.parametrize(("formulation", "residual", "gates"), [
+        ("total-lagrangian", False, (1e-14, 1e-12, 1e-4)),
+        ("total-lagrangian", None, (1e-14, 1e-12, 1e-4)),
+        ("stress-points", None, (1e-11, 2e-12, 5e-4)),
+    ])  # fmt: skip
+    def test_momentum_angular_momentum_and_energy(self, formulation: str, residual: object, gates: tuple, dim: int) -> None:
+        body = {} if residual is None else {"residual": residual}
+        found = drift(compose(block(formulation, dim, **body)), 2000)
+        assert all(gap <= gate for gap, gate in zip(found, gates, strict=True)), found
+
+    @pytest.mark.parametrize("keys", [{"state": "stress"}, {"model": "neo-hookean"}, {"model": "jaumann"}, {"jitter": 0.2}], ids=str)
+    @pytest.mark.parametrize("formulation", FORMS)
+    def test_in_plane_stress_large_strain_rate_laws_and_on_jitter(self, formulation: str, keys: dict) -> None:
+        found = drift(compose(block(formulation, **keys)), 2000)
+        assert found[0] < 1e-11
+        assert found[1] < 2e-12
+        assert found[2] < 5e-4
+
+
+@pytest.mark.parametrize(("precision", "gate"), [("f64", 1e-12), ("f32", 2e-6)])
+@pytest.mark.parametrize("formulation", FORMS)
+def test_a_turn_of_a_thousand_degrees_is_free_of_stress(formulation: str, precision: str, gate: float) -> None:
+    composition = compose(block(formulation, precision=precision, state="stress"))
+    system = composition.bodies[0].system
+    c, s = np.cos(np.radians(1000.0)), np.sin(np.radians(1000.0))
+    turn = np.array([[c, -s], [s, c]]) - np.eye(2)
+    system.state.write("displacement", (system.position - 0.1) @ turn.T / composition.scales.length)
+    system.rate(system.state, system.new(), "velocity")
+    assert np.abs(system.state.read("stress")).max() < gate
+
+
+COMPOSED = [
+    (name, formulation, model)
+    for name in ("leapfrog", "rk4", "rkc", "euler", "pc2", "kg4-8", "w20-2-8", "lf4", "blanes-moan4")
+    for formulation in FORMS
+    for model in ("elastic", "neo-hookean", "jaumann", "perzyna")
+]
+
+
+@pytest.mark.parametrize(("name", "formulation", "model"), COMPOSED, ids=str)
+def test_every_composition_that_is_not_refused_runs(name: str, formulation: str, model: str) -> None:
+    scene = block(formulation, model="elastic")
+    data = scene.data()
+    if model == "perzyna":
+        data["bodies"][0]["material"] |= {k: v for k, v in PERZYNA.items() if k not in ("model", "poisson_ratio")}
+    data["bodies"][0]["material"]["model"] = model
+    if name == "rkc" and formulation == "total-lagrangian":
+        data["bodies"][0]["viscosity"] = {"alpha": 1.0, "kind": "pair"}
+    data["run"] |= {"integrator": name, "cfl": 0.1, "end": 1.0}
+    must = name in ("leapfrog", "rk4") or (name == "rkc" and formulation == "total-lagrangian")
+    try:
+        result = wsph.run(wsph.Scene(**data))
+    except wsph.WsphError as error:
+        assert not must, error
+        assert any(words in str(error) for words in ("limit 0.000", "takes total laws", "takes no damping")), error
+        return
+    assert result.summary["steps"] >= 50
+    energy = result.summary["energy"]
+    assert abs(energy["residual"]) < 1e-2 * energy["external_work"]

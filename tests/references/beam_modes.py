@@ -1,0 +1,65 @@
+"""First bending frequency of the clamped beams, by finite elements: biquadratic in 2D (plane stress), triquadratic in 3D.
+
+    pip install scikit-fem scipy; python tests/references/beam_modes.py
+
+Writes beam_modes.json: omega [rad/s], with the difference to the next coarser mesh. The vibration is the one of a beam that is
+started in its first mode, so the modal frequency of the linear problem is the reference for small amplitudes.
+"""
+
+import json
+from pathlib import Path
+
+import numpy as np
+from scipy.sparse.linalg import eigsh
+from skfem import Basis, BilinearForm, ElementHex2, ElementQuad2, ElementVector, MeshHex, MeshQuad, condense
+from skfem.helpers import ddot, dot, eye, sym_grad, trace
+
+MAGNESIUM = {"youngs_modulus": 45e9, "poisson_ratio": 0.35, "density": 1738.0}
+UNIT = {"youngs_modulus": 1.0, "poisson_ratio": 0.3, "density": 1.0}
+CASES = {
+    "magnesium, L = .5, W = .05": (MAGNESIUM, (0.5, 0.05)),
+    "magnesium, L = .5, W = .1": (MAGNESIUM, (0.5, 0.1)),
+    "slender, L = 10, W = 1": (UNIT, (10.0, 1.0)),
+    "block, 10 x 1 x 1": (UNIT, (10.0, 1.0, 1.0)),
+}
+
+
+def frequency(material: dict[str, float], size: tuple[float, ...], rows: int) -> float:
+    """First frequency in bending with `rows` elements across, clamped at x = 0 [rad/s]."""
+    E, nu, rho = material["youngs_modulus"], material["poisson_ratio"], material["density"]
+    shear = E / (2.0 * (1.0 + nu))
+    # Plane stress is plane strain with another lambda.
+    lame = E * nu / (1.0 - nu**2) if len(size) == 2 else E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
+    counts = [max(round(rows * edge / size[1]), 2) for edge in size]
+    lines = [np.linspace(0.0, edge, count + 1) for edge, count in zip(size, counts, strict=True)]
+    mesh = MeshQuad.init_tensor(*lines) if len(size) == 2 else MeshHex.init_tensor(*lines)
+    basis = Basis(mesh, ElementVector(ElementQuad2() if len(size) == 2 else ElementHex2()))
+
+    @BilinearForm
+    def stiffness(u, v, _):
+        e = sym_grad(u)
+        return ddot(2.0 * shear * e + lame * eye(trace(e), len(size)), sym_grad(v))
+
+    @BilinearForm
+    def mass(u, v, _):
+        return rho * dot(u, v)
+
+    K, M = stiffness.assemble(basis), mass.assemble(basis)
+    held = basis.get_dofs(lambda x: np.isclose(x[0], 0.0))
+    K, M, _, _ = condense(K, M, D=held)
+    return float(np.sqrt(eigsh(K, 1, M, sigma=0.0, which="LM")[0][0]))
+
+
+def main() -> None:
+    """Compute and write."""
+    found = {}
+    for name, (material, size) in CASES.items():
+        sizes = (4, 8, 16) if len(size) == 2 else (1, 2, 3)
+        values = [frequency(material, size, rows) for rows in sizes]
+        found[name] = {"omega": values[-1], "change": values[-1] - values[-2], "size": size, **material}
+        print(name, values)
+    Path(__file__).with_suffix(".json").write_text(json.dumps(found, indent=2) + "\n")
+
+
+if __name__ == "__main__":
+    main()
