@@ -27,6 +27,17 @@ PICTURES: dict[str, tuple[str, dict[str, object]]] = {
     "shear_band": ("plastic_strain", {}),
     "crack_dsif": ("stress_yy", {"end": "0.8 ms", "bodies.0.spacing": 0.05}),
     "cantilever": ("displacement_y", {}),
+    "magnesium_bar": ("stress_xx", {}),
+    "oscillating_beam": (
+        "stress_xx",
+        {
+            "end": "0.8 ms",
+            "bodies.0.velocity": [
+                "0",
+                "10*(4.138133775978785*(cosh(3.750208*x)-cos(3.750208*x))-3.03778544028026*(sinh(3.750208*x)-sin(3.750208*x)))*(x>0)",
+            ],
+        },
+    ),
 }
 """Example, field and changes of every picture."""
 

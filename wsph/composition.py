@@ -5,7 +5,6 @@ time step lies beyond what its integrator or its material can take.
 """
 
 import warnings
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,8 +18,8 @@ from wsph.diagnostics import Diagnostics
 from wsph.errors import Fault, PluginError, Refused, SceneError
 from wsph.expressions import Expression
 from wsph.growth import PRODUCTS, largest_growth
-from wsph.moving_set import MovingTwoSetSystem
 from wsph.lagrangian import OneSetSystem, StressPointSystem
+from wsph.moving_set import MovingTwoSetSystem
 from wsph.particles import Lattice, lattice
 from wsph.plugins import build
 from wsph.probes import Recorder
@@ -248,7 +247,7 @@ def _cadence_steps(every: float, dt: float) -> float:
     return every if isinstance(every, int) else every / dt
 
 
-def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: Any, plugin: Any, who: str, system_type: Callable[..., Any],
+def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: Any, plugin: Any, who: str, system_type: Any,
               space: Space, scales: Scales, clock: Clock, device: str) -> BodyRun:  # fmt: skip
     constitutive = Constitutive(space, material, state, scales, _material_name(body))
     _refuse_parts(body, material, system_type.formulation, constitutive.who)
@@ -287,7 +286,9 @@ def _refuse_parts(body: Body, material: Any, formulation: str, who: str) -> None
     if formulation in ("total-lagrangian", "stress-points"):
         return
     if not hasattr(material, "rate"):
-        raise Refused(f"{who} has a total law alone; the {formulation} form needs a rate: use run.formulation of one set")
+        raise Refused(
+            f"{who} has a total law alone; the {formulation} form needs a rate: use run.formulation of one set"
+        )
     for part in ("viscosity", "residual"):
         if getattr(body, part) is not None:
             raise Refused(f"body {body.name!r}: {part} is a part of one-set formulations, not of {formulation!r}")

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from wsph.errors import Fault, Refused, SceneError
+from wsph.errors import Fault, SceneError
 from wsph.expressions import Expression, compile_expression, constant_program
 from wsph.fields import AXES
 from wsph.particles import Faces, Lattice
@@ -43,7 +43,6 @@ class Conditions:
         """Prescribe a component; what was said later holds."""
         self.entries.setdefault((name, component), {}).update(dict.fromkeys(particles.tolist(), value))
 
-
     def load(self, faces: Faces, on: np.ndarray, acting: np.ndarray, label: str, traction: bool, value: Prescribed,
              lattice: Lattice) -> None:  # fmt: skip
         """A stress component, or a traction along a coordinate axis, on the faces `acting`, as forces on their particles."""
@@ -64,7 +63,9 @@ class Conditions:
                 area = np.bincount(on[rows].ravel(), np.repeat(share, on.shape[1]))
                 particles = np.flatnonzero(area)
                 self.put(*key, particles, value)
-                self.scales.setdefault(key, {}).update(dict(zip(particles.tolist(), (area[particles] * cosine).tolist(), strict=True)))
+                self.scales.setdefault(key, {}).update(
+                    dict(zip(particles.tolist(), (area[particles] * cosine).tolist(), strict=True))
+                )
 
 
 def select(text: str, position: np.ndarray, spacing: float) -> np.ndarray:
@@ -197,7 +198,9 @@ def _natural_conditions(scene: Scene, body: str, lattice: Lattice, position: np.
             raise _nothing_selected(k, condition)
         velocities = _velocities(scene, condition)
         if velocities and len(velocities) < dim and condition.symmetry and not lattice.frame.upright:
-            text = f"a turned body prescribes velocities along the coordinate axes; symmetry holds none of its {dim} alone"
+            text = (
+                f"a turned body prescribes velocities along the coordinate axes; symmetry holds none of its {dim} alone"
+            )
             raise SceneError("scene", [Fault(0, f"boundary.{k}.symmetry", text)])
         for axis, value in velocities.items():
             result.put("velocity", AXES.index(axis), particles, value)
@@ -205,7 +208,9 @@ def _natural_conditions(scene: Scene, body: str, lattice: Lattice, position: np.
             for label, value in given.items():
                 acting = rows & (np.isin(faces.axis, [AXES.index(a) for a in label]) if key == "stress" else True)
                 if not acting.any():
-                    text = "acts on no face selected here" + ("; it is a stress on a face across one of its axes" * (key == "stress"))
+                    text = "acts on no face selected here" + (
+                        "; it is a stress on a face across one of its axes" * (key == "stress")
+                    )
                     raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}.{label}", text)])
                 result.loads.load(faces, on, acting, label, key == "traction", scene.value(value, "Pa"), lattice)
     return result

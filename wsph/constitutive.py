@@ -142,8 +142,8 @@ class Laws:
     linear_faces(p, stress, L, q, S, Q, mask, target) -> rates the same where bit k of `mask` says that the normal stress
                                                                rate kk is target[k] and the normal strain rate is free
     energy(p, stress) -> elastic energy density
-    total(p, H) -> (stress, first Piola stress dim x dim)      of a total law, static free normals at zero stress; None: a rate
-    total_energy(p, H) -> energy per reference volume          where a total law gives it
+    total(p, H) -> (stress, first Piola stress dim x dim)      of a total law, static free normals at zero stress; None: a
+    rate total_energy(p, H) -> energy per reference volume          where a total law gives it
     """
 
     state: StressState
@@ -240,7 +240,9 @@ SECANTS = 6
 """Secant steps for the out-of-plane strain of a total law: the error squares, from the linear answer."""
 
 
-def _total(space: Space, material: Any, state: StressState, Params: type) -> tuple[wp.Function | None, wp.Function | None]:
+def _total(
+    space: Space, material: Any, state: StressState, Params: type
+) -> tuple[wp.Function | None, wp.Function | None]:
     """The total law for the displacement gradients of a stress state, and its energy; None where the material has none."""
     if not hasattr(material, "stress"):
         return None, None
@@ -474,6 +476,15 @@ def _laws(space: Space, material: Any, state: StressState) -> Laws:
         return real(0.5) * mean * mean / p.elastic_bulk + real(0.25) * wp.ddot(deviator, deviator) / p.elastic_shear
 
     return Laws(
-        state, Params, stress, internal, at_rest if relaxing else None, respond, linear, linear_faces, energy, depends,
+        state,
+        Params,
+        stress,
+        internal,
+        at_rest if relaxing else None,
+        respond,
+        linear,
+        linear_faces,
+        energy,
+        depends,
         *_total(space, material, state, Params),
     )

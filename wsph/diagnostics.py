@@ -90,7 +90,7 @@ def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
                 J = determinant(F)
                 if wp.static(total):
                     stored = total_energy(p, fields.deformation[i])
-                    if not (J > real(0.0)):
+                    if not (real(0.0) < J):
                         current = -current
                 else:
                     current *= J
@@ -118,7 +118,15 @@ def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
 class Diagnostics:
     """The ledger of one body. `measure(state)` is one launch and one small copy."""
 
-    def __init__(self, space: Space, constitutive: Constitutive, volume: np.ndarray, points: np.ndarray, density: float, device: str):
+    def __init__(
+        self,
+        space: Space,
+        constitutive: Constitutive,
+        volume: np.ndarray,
+        points: np.ndarray,
+        density: float,
+        device: str,
+    ):
         self._space, self._constitutive, self._density, self._device = space, constitutive, density, device
         self._volume = wp.array(volume, dtype=space.scalar, device=device)
         self._points = self._volume if points is volume else wp.array(points, dtype=space.scalar, device=device)

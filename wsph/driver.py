@@ -92,6 +92,7 @@ class Simulation:
         self._rows: list[list[float]] = []
         self._largest = 0.0
         self._warned = self._followed = False
+        self._stiffening = 0.0
         self._written = 0.0
         s = composition.scales
         self._energy = s.stress * s.length**self.scene.dim
@@ -137,6 +138,8 @@ class Simulation:
         if step > 0:
             self.c.publish()
         ledgers = [run.diagnostics.measure(run.system.state) for run in self.c.bodies]
+        systems = (run.system for run in self.c.bodies)
+        self._stiffening = sum(s.hourglass_energy() for s in systems if hasattr(s, "hourglass_energy"))
         for run, ledger in zip(self.c.bodies, ledgers, strict=True):
             if ledger.bad >= 0:
                 position = run.system.position[ledger.bad]
@@ -197,11 +200,8 @@ class Simulation:
         parts = (run.system.force.damped + getattr(run.system.work, "viscous", 0.0) for run in self.c.bodies)
         return sum(e.dissipated for e in ledgers) + sum(parts)
 
-    def _hourglass(self) -> float:
-        return sum(run.system.hourglass_energy() for run in self.c.bodies if hasattr(run.system, "hourglass_energy"))
-
     def _total(self, ledgers: list[Ledger]) -> float:
-        return sum(e.kinetic + e.strain for e in ledgers) + self._dissipated(ledgers) + self._hourglass()
+        return sum(e.kinetic + e.strain for e in ledgers) + self._dissipated(ledgers) + self._stiffening
 
     def _work(self) -> float:
         """Work done on the bodies, what they started with included."""
@@ -242,7 +242,12 @@ class Simulation:
         if self._rows and self._rows[-1][0] == step:
             return
         total, work = self._total(ledgers), self._work()
-        sums = [sum(e.kinetic for e in ledgers), sum(e.strain for e in ledgers), self._dissipated(ledgers), self._hourglass()]
+        sums = [
+            sum(e.kinetic for e in ledgers),
+            sum(e.strain for e in ledgers),
+            self._dissipated(ledgers),
+            self._stiffening,
+        ]
         momentum = sum(e.momentum for e in ledgers)
         energies = [x * self._energy for x in (*sums, work, work - total)]
         self._rows.append([step, step * self.c.dt, self.c.dt, *energies, *(momentum * self._impulse)])

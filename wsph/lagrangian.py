@@ -1,19 +1,21 @@
-"""Total-Lagrangian systems: one displacement field, its gradient at the points where the stress lives, forces that are its transpose.
+"""Total-Lagrangian systems: one displacement field, its gradient at the points where the stress lives, forces that are its
+transpose.
 
-Nodes carry velocity and displacement, points carry the stress. A point p sees nodes j with scalar weights w_pj, which hold no
-volumes, and with r_j = X_j - Xbar_p, y_j = u_j - ubar_p about the weighted means:
+Nodes carry velocity and displacement, points carry the stress. A point p sees nodes j with scalar weights w_pj, which hold
+no volumes, and with r_j = X_j - Xbar_p, y_j = u_j - ubar_p about the weighted means:
 
     M_p = (sum w r (x) r)^-1,   H_p = (sum w y (x) r) M_p,   F = I + H,   P = J stress F^-T
     f_j = -sum_p w_pj [V_p P_p M_p r + kappa_p (y_j - H_p r)]
 
-The force is minus the gradient of the energy sum V_p psi(F_p) + sum kappa_p/2 w |y - H r|^2: momentum is kept to rounding, and
-angular momentum and energy to the integrator. The second term, the residual, is what a linear field leaves of y; it holds the
-modes that a gradient alone does not see.
+The force is minus the gradient of the energy sum V_p psi(F_p) + sum kappa_p/2 w |y - H r|^2: momentum is kept to rounding,
+and angular momentum and energy to the integrator. The second term, the residual, is what a linear field leaves of y; it
+holds the modes that a gradient alone does not see.
 
 Two forms of it:
 - `stress-points`: nodes on the lattice and on the faces, points at the cell centres, the two sets of Taylor-SPH. By far the
   most accurate: a cantilever of twelve rows vibrates within .1 % where the usual form is 3-5 % slow.
-- `total-lagrangian`: one set, every particle is its own point (Xbar_p = X_p, w = |W'|/r), the form of total-Lagrangian SPH with
+- `total-lagrangian`: one set, every particle is its own point (Xbar_p = X_p, w = |W'|/r), the form of total-Lagrangian SPH
+with
   each side's own correction (sigma_i L_i^-1 + sigma_j L_j^-1). `run.correction = "paper"` puts L_i on both (He & Seaid 2016,
   eq 13 with eq 3), which keeps no momentum at boundaries; it is there to compare with.
 
@@ -22,6 +24,7 @@ H follows from the displacements in every evaluation: nothing drifts, and single
 
 from dataclasses import dataclass
 from functools import cache, cached_property
+from itertools import pairwise
 
 import numpy as np
 import warp as wp
@@ -30,7 +33,7 @@ from wsph.body_force import BodyForce, Parts, acceleration, inertia_struct
 from wsph.conditions import Conditions, layer_conditions, node_conditions, nonzero
 from wsph.constitutive import Constitutive, Laws, blame, packing
 from wsph.errors import Refused
-from wsph.neighbours import Pairs, find_pairs
+from wsph.neighbours import find_pairs
 from wsph.operators import Weights, average, generalized_inverse, interpolation_weights, outward_weights
 from wsph.particles import Lattice
 from wsph.prescribed import BoundaryValues
@@ -109,7 +112,7 @@ class Kernels:
 
     def __init__(self, space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form):
         real, vec, mat, dim = space.scalar, space.vec, space.mat, space.dim
-        stress, internal, Params = laws.stress, laws.internal, laws.Params
+        internal, Params = laws.internal, laws.Params
         Fields, respond, total = fields_struct(space, layout), laws.respond, laws.total or laws.respond
         kept, residual, points = "internals" in dict(layout), form.residual, form.points
         is_total, midpoint = form.total, laws.depends_on_stress
@@ -162,7 +165,7 @@ class Kernels:
         if points:
 
             @wp.kernel(module="unique", enable_backward=False)
-            def force(body: Inertia, stiffness: real, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
+            def force_from_points(body: Inertia, stiffness: real, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
                       weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), spread: wp.array(dtype=real),
                       volume: wp.array(dtype=real), mean: wp.array(dtype=vec), corrected: wp.array(dtype=mat), loads: wp.array(dtype=vec),
                       own: wp.array(dtype=real), fields: Fields, rate_out: Fields):  # fmt: skip
@@ -182,10 +185,12 @@ class Kernels:
                         f += loads[i * dim + a]
                 rate_out.velocity[i] = accelerated(body, f / own[i], fields.velocity[i])
 
+            self.force = force_from_points
+
         else:
 
             @wp.kernel(module="unique", enable_backward=False)
-            def force(body: Inertia, stiffness: real, speed: real, h: real, alpha: real, beta: real, offsets: wp.array(dtype=wp.int32),
+            def force_between(body: Inertia, stiffness: real, speed: real, h: real, alpha: real, beta: real, offsets: wp.array(dtype=wp.int32),
                       indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real), node: wp.array(dtype=vec), moment: wp.array(dtype=mat),
                       spread: wp.array(dtype=real), volume: wp.array(dtype=real), corrected: wp.array(dtype=mat), loads: wp.array(dtype=vec),
                       fields: Fields, viscous_out: wp.array(dtype=vec), rate_out: Fields):  # fmt: skip
@@ -226,7 +231,7 @@ class Kernels:
                     f += drag
                 rate_out.velocity[i] = accelerated(body, f / volume[i], v)
 
-        self.force = force
+            self.force = force_between
 
         @wp.kernel(module="unique", enable_backward=False)
         def drift(fields: Fields, rate_out: Fields):
@@ -234,6 +239,8 @@ class Kernels:
             rate_out.displacement[i] = fields.velocity[i]
 
         self.drift = drift
+        if residual:
+            self.residual = _residual_kernel(space, Fields, points)
         if is_total:
             return
 
@@ -258,15 +265,40 @@ class Kernels:
             if wp.static(kept):
                 q = fields.internals[i]
             ds, dq = respond(p, s, L, q)
-            if wp.static(midpoint):
-                # A step that goes on from the start of its stress would be of first order where the law depends on it.
-                if dt > real(0.0):
-                    ds, dq = respond(p, s + dt * ds, L, q + dt * dq)
+            # A step that goes on from the start of its stress would be of first order where the law depends on it.
+            if wp.static(midpoint) and dt > real(0.0):
+                ds, dq = respond(p, s + dt * ds, L, q + dt * dq)
             rate_out.stress[i] = ds
             if wp.static(kept):
                 rate_out.internals[i] = dq
 
         self.flow = flow
+
+
+def _residual_kernel(space: Space, Fields: type, points: bool) -> wp.Kernel:
+    real, vec = space.scalar, space.vec
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def residual(count: int, stiffness: real, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
+                 weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), spread: wp.array(dtype=real),
+                 volume: wp.array(dtype=real), mean: wp.array(dtype=vec), fields: Fields, energy_out: wp.array(dtype=wp.float64)):  # fmt: skip
+        block = wp.tid()
+        total = wp.float64(0.0)
+        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+            middle = vec()
+            if wp.static(points):
+                middle = mean[i]
+            else:
+                middle = fields.displacement[i]
+            square = real(0.0)
+            for k in range(offsets[i], offsets[i + 1]):
+                j = indices[k]
+                e = fields.displacement[j] - middle - fields.deformation[i] * (node[j] - centre[i])
+                square += weight[k] * wp.dot(e, e)
+            total += wp.float64(real(0.5) * stiffness * volume[i] / spread[i] * square)
+        energy_out[block] = total
+
+    return residual
 
 
 @cache
@@ -334,10 +366,14 @@ class LagrangianSystem(System):
         self._stiffness = space.scalar(residual * youngs / scales.stress)
         viscosity = body.viscosity
         if viscosity is not None and self.points:
-            raise Refused(f"body {body.name!r}: viscosity is a part of the total-lagrangian form, not of {self.formulation!r}")
+            raise Refused(
+                f"body {body.name!r}: viscosity is a part of the total-lagrangian form, not of {self.formulation!r}"
+            )
         # The paper's own c, not the one of the stress state: sqrt(E/rho).
         self._speed = space.scalar(np.sqrt(youngs / material.density) / scales.velocity)
-        self._alpha, self._beta = (space.scalar(v) for v in ((viscosity.alpha, viscosity.beta) if viscosity else (0.0, 0.0)))
+        self._alpha, self._beta = (
+            space.scalar(v) for v in ((viscosity.alpha, viscosity.beta) if viscosity else (0.0, 0.0))
+        )
         self.viscous = viscosity is not None
         conditions = node_conditions if at_nodes else layer_conditions
         self.conditions: Conditions = conditions(scene, body.name, lattice)
@@ -356,7 +392,7 @@ class LagrangianSystem(System):
         self.force = BodyForce(scene, body, space, scales, self.density, self.volume, device)
         if scene.run.correction == "paper" and self.loads.count:
             raise Refused(
-                f"body {body.name!r}: with run.correction = \"paper\" a face feels half of its load, because L_i on both sides keeps no"
+                f'body {body.name!r}: with run.correction = "paper" a face feels half of its load, because L_i on both sides keeps no'
                 " momentum at a boundary; use the symmetric correction"
             )
         form = Form(self.points, laws.total is not None, residual > 0.0, self.loads.count > 0,
@@ -385,9 +421,12 @@ class LagrangianSystem(System):
         factor = frame.step / self.scales.length
         position = nodes * np.where(np.abs(factor - 1.0) < 1e-6, 1.0, factor) @ frame.axes.T
         sided_nodes, sided_cells = lattice.sided if lattice.cracks else (nodes, points)
-        sided = (sided_cells if self.points or not self._at_nodes else sided_nodes, sided_nodes if self._at_nodes else sided_cells)
+        sided = (
+            sided_cells if self.points or not self._at_nodes else sided_nodes,
+            sided_nodes if self._at_nodes else sided_cells,
+        )
         double = Space(space.dim)
-        for _ in range(3):
+        while True:
             pairs = find_pairs(points, nodes, reach, device, same=not self.points)
             if lattice.cracks:
                 row = np.repeat(np.arange(len(points)), np.diff(pairs.offsets.numpy()))
@@ -402,7 +441,8 @@ class LagrangianSystem(System):
             kernel = _set_up_kernels(double, scene.run.kernel, self.points)
             wp.launch(kernel, len(points), device=device, inputs=inputs, outputs=[weight, centre, moment, spread, rank])
             lonely = np.flatnonzero(rank.numpy() < space.dim)
-            if not len(lonely) or not self.points:
+            # A point of a shape's odd corner may need to see further.
+            if not len(lonely) or not self.points or reach.max() > 2.0 * self._support:
                 break
             reach[lonely] *= 1.5
         if len(lonely):
@@ -436,9 +476,9 @@ class LagrangianSystem(System):
     def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None:
         """`out` = the time derivative of `state`: of its velocity, of the rest, or of all.
 
-        The rate of the "rest" takes the deformation that the last rate of the velocity of the same `state` found. `ahead` = .5
-        evaluates a law that depends on stress half a step further (by its own rate), for methods that take the rest's rate at
-        the middle of the step once.
+        The rate of the "rest" takes the deformation that the last rate of the velocity of the same `state` found. `ahead` =
+        .5 evaluates a law that depends on stress half a step further (by its own rate), for methods that take the rest's
+        rate at the middle of the step once.
         """
         if part != "rest":
             self._forces(state, out)
@@ -454,15 +494,40 @@ class LagrangianSystem(System):
         return [self._pairs.offsets, self._pairs.indices, self._weight]
 
     def _forces(self, state: State, out: State) -> None:
-        inputs = [self.constitutive.params, *self._rows, self._x, self._centre, self._moment, self._point_volume, state.struct]
+        inputs = [
+            self.constitutive.params,
+            *self._rows,
+            self._x,
+            self._centre,
+            self._moment,
+            self._point_volume,
+            state.struct,
+        ]
         self.clock.launch(self.kernels.strain, len(self.point_volume), inputs, [self._mean, self._corrected])
         if self.points:
             back = [self._back.offsets, self._back.indices, self._back_weight]
-            inputs = [self.force.struct, self._stiffness, *back, self._x, self._centre, self._spread, self._point_volume]
+            inputs = [
+                self.force.struct,
+                self._stiffness,
+                *back,
+                self._x,
+                self._centre,
+                self._spread,
+                self._point_volume,
+            ]
             inputs += [self._mean, self._corrected, self._load_vectors, self._volume, state.struct]
             self.clock.launch(self.kernels.force, self.count, inputs, [out.struct])
             return
-        inputs = [self.force.struct, self._stiffness, self._speed, self._h, self._alpha, self._beta, *self._rows, self._x]
+        inputs = [
+            self.force.struct,
+            self._stiffness,
+            self._speed,
+            self._h,
+            self._alpha,
+            self._beta,
+            *self._rows,
+            self._x,
+        ]
         inputs += [self._moment, self._spread, self._volume, self._corrected, self._load_vectors, state.struct]
         self.clock.launch(self.kernels.force, self.count, inputs, [self._drag, out.struct])
 
@@ -470,8 +535,8 @@ class LagrangianSystem(System):
                 squared: list[tuple[float, State]] | None = None, part: str = "all") -> None:  # fmt: skip
         """`out` = sum of c x over `plain` + dt times the sum of c k over `timed` + dt^2 c k of `squared`.
 
-        Up to three states and rates, with one `squared` up to two rates; `out` may be one of them. `part` leaves the velocity
-        ("rest") or all but it ("velocity") of `out` as it is.
+        Up to three states and rates, with one `squared` up to two rates; `out` may be one of them. `part` leaves the
+        velocity ("rest") or all but it ("velocity") of `out` as it is.
         """
         timed, squared = timed or [], squared or []
         if not 1 <= len(plain) <= 3 or len(timed) + len(squared) > 3 or len(squared) > 1:
@@ -625,17 +690,27 @@ class LagrangianSystem(System):
         return self.frequency * self.spacing / (self.constitutive.wave_speed * self.scales.time)
 
     def hourglass_energy(self) -> float:
-        """Energy of the residual, nondimensional."""
+        """Energy of the residual about the last evaluated deformation, nondimensional (a launch and a copy)."""
         if not self.form.residual:
             return 0.0
-        u, H = self.state.read("displacement"), self.state.read("deformation").reshape(-1, self.space.dim, self.space.dim)
-        offsets, j, w = (a.numpy() for a in (self._pairs.offsets, self._pairs.indices, self._weight))
-        row = np.repeat(np.arange(len(H)), np.diff(offsets))
-        r = self._x.numpy()[j] - self._centre.numpy()[row]
-        mean = self._mean.numpy()[row] if self.points else u[row]
-        e = u[j] - mean - np.einsum("nij,nj->ni", H[row], r)
-        kappa = float(self._stiffness) * self.point_volume / self._spread.numpy()
-        return float(0.5 * np.sum(kappa[row] * w * np.einsum("ni,ni->n", e, e)))
+        sums = wp.zeros(-(-len(self.point_volume) // BLOCK), dtype=wp.float64, device=self.device)
+        inputs = [
+            len(self.point_volume),
+            self._stiffness,
+            *self._rows,
+            self._x,
+            self._centre,
+            self._spread,
+            self._point_volume,
+        ]
+        wp.launch(
+            self.kernels.residual,
+            len(sums),
+            inputs=[*inputs, self._mean, self.state.struct],
+            outputs=[sums],
+            device=self.device,
+        )
+        return float(sums.numpy().sum())
 
     def filtered(self, name: str) -> np.ndarray:
         """A field as frames carry it, at the nodes, (n, width), nondimensional."""
@@ -668,7 +743,7 @@ class LagrangianSystem(System):
                 break
             reach[narrow] *= 1.5
         offsets, indices, values = pairs.offsets.numpy(), pairs.indices.numpy(), weights.values.numpy()
-        return [(indices[a:b], values[a:b]) for a, b in zip(offsets, offsets[1:], strict=False)]
+        return [(indices[a:b], values[a:b]) for a, b in pairwise(offsets)]
 
     @property
     def nbytes(self) -> int:
@@ -679,6 +754,8 @@ class LagrangianSystem(System):
         return self._pairs.nbytes + sum(a.capacity for a in own) + self.state_bytes
 
 
+BLOCK = 1024
+"""Points in one partial sum: the same for any number of threads."""
 LANCZOS = 20
 """Products of Lanczos' method for the largest frequency."""
 

@@ -208,7 +208,9 @@ def average(weights: Weights, values: np.ndarray) -> np.ndarray:
     """Interpolate `values` (sources, k) on the host, (targets, k)."""
     offsets, indices, w = (a.numpy() for a in (weights.pairs.offsets, weights.pairs.indices, weights.values))
     row = np.repeat(np.arange(weights.pairs.targets), np.diff(offsets))
-    return np.stack([np.bincount(row, w * values[indices, c], weights.pairs.targets) for c in range(values.shape[1])], 1)
+    return np.stack(
+        [np.bincount(row, w * values[indices, c], weights.pairs.targets) for c in range(values.shape[1])], 1
+    )
 
 
 def outward_weights(lattice: Lattice, support: float) -> Weights:

@@ -72,7 +72,9 @@ def _checked(value: object, field: dataclasses.Field[Any]) -> object:
 
 def relaxes(material: Any) -> bool:
     """Whether the stress rate at L = 0 can differ from zero: by default, wherever the law depends on stress."""
-    return hasattr(material, "rate") and bool(getattr(material, "relaxes", getattr(material, "depends_on_stress", True)))
+    return hasattr(material, "rate") and bool(
+        getattr(material, "relaxes", getattr(material, "depends_on_stress", True))
+    )
 
 
 def internal_units(material: Any) -> dict[str, str]:

@@ -142,8 +142,8 @@ class Damping(Model):
 
 
 class Viscosity(Model):
-    """Artificial viscosity between particles (He & Seaid 2016, eq 17): `alpha` linear, `beta` quadratic in the closing speed,
-    on approaching pairs; kind "pair" damps all pairs, linearly."""
+    """Artificial viscosity between particles (He & Seaid 2016, eq 17): `alpha` linear, `beta` quadratic in the closing
+    speed, on approaching pairs; kind "pair" damps all pairs, linearly."""
 
     alpha: _in("", ge=0)
     beta: _in("", ge=0) = 0.0

@@ -67,7 +67,11 @@ class State:
         for name, width in self.layout:
             self.start[name] = start
             view = wp.array(
-                ptr=address + start * size, dtype=_type(space, name, width), shape=self.counts[name], device=device, copy=False
+                ptr=address + start * size,
+                dtype=_type(space, name, width),
+                shape=self.counts[name],
+                device=device,
+                copy=False,
             )
             setattr(self.struct, name, view)
             start += self.counts[name] * width

@@ -185,8 +185,8 @@ def vibrating_bar(
     """A bar of length 1 m held at both ends, started in its first mode, for `periods` of it: smooth, with a closed form.
 
     v = a sin(pi x) cos(pi c t), stress = rho c a cos(pi x) sin(pi c t), a = `amplitude` [m/s] (.01 is a strain that large-
-    deformation methods take for small, and no shock forms), c = 1 m/s, rho = 1 kg/m3, E = 1 Pa. `material` are keys of another
-    material of that E and rho, `body` further keys of the body.
+    deformation methods take for small, and no shock forms), c = 1 m/s, rho = 1 kg/m3, E = 1 Pa. `material` are keys of
+    another material of that E and rho, `body` further keys of the body.
     """
     return Scene(
         schema=1, dim=1, title="vibrating bar",
@@ -214,10 +214,14 @@ def temporal_order(
 
 
 def check_integrator(
-    integrator: str | dict[str, Any], *, order: float, tolerance: float = 0.1, courant: tuple[float, ...] = (0.2, 0.1, 0.05, 0.025)
+    integrator: str | dict[str, Any],
+    *,
+    order: float,
+    tolerance: float = 0.1,
+    courant: tuple[float, ...] = (0.2, 0.1, 0.05, 0.025),
 ) -> None:
-    """Run what a registered integrator must do: its order in time over the Courant numbers `courant`, the same bits again, both
-    precisions agree."""
+    """Run what a registered integrator must do: its order in time over the Courant numbers `courant`, the same bits again,
+    both precisions agree."""
     measured = temporal_order(integrator, courant)
     assert abs(measured - order) <= tolerance, f"{integrator}: order {measured:.3f} in time, not {order}"
     runs = [run(vibrating_bar(integrator, courant=courant[0])) for _ in range(2)]

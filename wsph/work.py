@@ -180,7 +180,9 @@ class LoadWork:
         self._kernel = _load_kernel(space, state.layout, drag is not None)
         if self._acts:
             blocks = -(-self._n // BLOCK)
-            self._loads = wp.array(ptr=values.buffer.ptr, dtype=space.vec, shape=self._n * space.dim, device=device, copy=False)
+            self._loads = wp.array(
+                ptr=values.buffer.ptr, dtype=space.vec, shape=self._n * space.dim, device=device, copy=False
+            )
             self._drag = drag if drag is not None else self._loads
             self._mass = wp.array(mass, dtype=space.scalar, device=device)
             self._power = wp.zeros((blocks, 2), dtype=wp.float64, device=device)

@@ -1,7 +1,8 @@
 """Runge-Kutta-Chebyshev on one set (He & Seaid 2016): second order, for bodies damped strongly in every mode.
 
-Its region lies along the negative real axis. On the imaginary axis |R(iy)|^2 = 1 + y^4 (1/4 - 2 a3 + 2 a4) > 1 for every number
-of stages, so undamped waves grow at every Courant number, and the paper's "not subjected to CFL" is its viscosity's doing.
+Its region lies along the negative real axis. On the imaginary axis |R(iy)|^2 = 1 + y^4 (1/4 - 2 a3 + 2 a4) > 1 for every
+number of stages, so undamped waves grow at every Courant number, and the paper's "not subjected to CFL" is its viscosity's
+doing.
 """
 
 import math
@@ -49,16 +50,16 @@ class Coefficients:
 
 
 def stages_for(courant: float) -> int:
-    """Stages for a Courant number with c = sqrt(E/rho) (He & Seaid 2016, eq 28, with the floor of the root: it gives the five
-    stages that the text has at 2.5, and eleven of the twelve cells of table 1)."""
+    """Stages for a Courant number with c = sqrt(E/rho) (He & Seaid 2016, eq 28, with the floor of the root: it gives the
+    five stages that the text has at 2.5, and eleven of the twelve cells of table 1)."""
     return 1 + math.floor(math.sqrt(1.0 + courant / 0.131))
 
 
 class RungeKuttaChebyshev:
     """RKC of second order with `stages` evaluations a step, 2 or more, or "auto": by eq 28 from the Courant number.
 
-    For strong damping of every mode (a damping ratio above .9, where it holds more than leapfrog per evaluation). Without enough
-    viscosity it is refused: leapfrog is the alternative.
+    For strong damping of every mode (a damping ratio above .9, where it holds more than leapfrog per evaluation). Without
+    enough viscosity it is refused: leapfrog is the alternative.
     """
 
     formulations = ("total-lagrangian", "stress-points")

@@ -1,9 +1,9 @@
 """Runge-Kutta methods on one set: tableaus that check themselves, and low-storage chains.
 
 Below a damping ratio of .9 no explicit Runge-Kutta method beats leapfrog on stability per evaluation: an undamped wave of s
-evaluations is held up to omega dt = s - 1 at most, by leapfrog up to 2 a piece. Their limits here are where the amplification
-of an undamped wave leaves 1; methods that amplify every undamped wave (Euler, the two-stage ones) have the limit 0 and need
-damping on every mode: they are for comparisons.
+evaluations is held up to omega dt = s - 1 at most, by leapfrog up to 2 a piece. Their limits here are where the
+amplification of an undamped wave leaves 1; methods that amplify every undamped wave (Euler, the two-stage ones) have the
+limit 0 and need damping on every mode: they are for comparisons.
 """
 
 import numpy as np
@@ -21,8 +21,8 @@ def imaginary_limit(polynomial: np.ndarray) -> float:
 
 
 class Tableau:
-    """A method y_i = y + dt sum_j a_ij k_j, k_i = f(t + c_i dt, y_i), y += dt sum_i b_i k_i; each row of `a` with up to three
-    entries that are not zero."""
+    """A method y_i = y + dt sum_j a_ij k_j, k_i = f(t + c_i dt, y_i), y += dt sum_i b_i k_i; each row of `a` with up to
+    three entries that are not zero."""
 
     formulations = ("stress-points", "total-lagrangian")
     order = 1
@@ -51,7 +51,12 @@ class Tableau:
             1: abs(b.sum() - 1.0),
             2: abs(b @ c - 1 / 2),
             3: max(abs(b @ c**2 - 1 / 3), abs(b @ a @ c - 1 / 6)),
-            4: max(abs(b @ c**3 - 1 / 4), abs((b * c) @ a @ c - 1 / 8), abs(b @ a @ c**2 - 1 / 12), abs(b @ a @ a @ c - 1 / 24)),
+            4: max(
+                abs(b @ c**3 - 1 / 4),
+                abs((b * c) @ a @ c - 1 / 8),
+                abs(b @ a @ c**2 - 1 / 12),
+                abs(b @ a @ a @ c - 1 / 24),
+            ),
         }
 
     def _check(self) -> None:

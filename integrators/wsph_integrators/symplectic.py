@@ -4,7 +4,8 @@ import numpy as np
 
 
 def splitting_limit(kicks: tuple[float, ...], drifts: tuple[float, ...]) -> float:
-    """Largest omega dt up to which a splitting of kicks and drifts holds a wave: |trace|/2 of its step's matrix at most 1."""
+    """Largest omega dt up to which a splitting of kicks and drifts holds a wave: |trace|/2 of its step's matrix at most
+    1."""
     y = np.linspace(1e-3, 12.0, 24001)
     a, b, c, d = np.ones_like(y), np.zeros_like(y), np.zeros_like(y), np.ones_like(y)
     for k, kick in enumerate(kicks):
@@ -18,9 +19,10 @@ def splitting_limit(kicks: tuple[float, ...], drifts: tuple[float, ...]) -> floa
 class Leapfrog:
     """Kick, drift, kick (velocity Verlet), second order, one evaluation a step, omega dt <= 2: the default.
 
-    Nothing explicit holds waves longer per evaluation. Laws that depend on stress are taken at the middle of the step (without
-    it Perzyna is first order and Jaumann 1.86), viscosity at the predicted velocity v + dt/2 a. With `lagged` viscosity is taken at
-    the middle of the step instead: first order, but it holds almost twice the step where viscosity sets the limit, as in shocks.
+    Nothing explicit holds waves longer per evaluation. Laws that depend on stress are taken at the middle of the step
+    (without it Perzyna is first order and Jaumann 1.86), viscosity at the predicted velocity v + dt/2 a. With `lagged`
+    viscosity is taken at the middle of the step instead: first order, but it holds almost twice the step where viscosity
+    sets the limit, as in shocks.
     """
 
     formulations = ("stress-points", "total-lagrangian")
@@ -42,8 +44,8 @@ class Leapfrog:
         s = self.system
         if not s.viscous:
             return s.courant(1.96), "omega dt <= 2 for its fastest wave, times .98"
-        # omega dt = 2 (sqrt(1 + xi^2) - xi), xi = nu/(2 omega), bounds every mode with k <= omega^2, d <= nu where viscosity is
-        # lagged; predicted, the bound is that of twice the damping.
+        # omega dt = 2 (sqrt(1 + xi^2) - xi), xi = nu/(2 omega), bounds every mode with k <= omega^2, d <= nu where
+        # viscosity is lagged; predicted, the bound is that of twice the damping.
         xi = s.damping / (2.0 * s.frequency)
         ratio = xi if self.lagged else 2.0 * xi
         bound = 1.96 * ((1.0 + ratio**2) ** 0.5 - ratio)
@@ -60,7 +62,8 @@ class Leapfrog:
             s.rate(y, k, "velocity")
             s.combine(y, plain=[(1.0, y)], timed=[(0.5, k)], part="velocity")
         else:
-            # The velocity at the end, predicted with the old acceleration, for what depends on it; then with the mean of both.
+            # The velocity at the end, predicted with the old acceleration, for what depends on it; then with the mean of
+            # both.
             s.combine(y, plain=[(1.0, y)], timed=[(0.5, old)], part="velocity")
             s.impose(y, 1.0)
             s.rate(y, k, "velocity")
@@ -116,11 +119,11 @@ class BlanesMoan4:
 
 
 class ProcessedLeapfrog:
-    """Leapfrog with the modified force a(u + dt^2/12 a(u)) between a start and an output transformation (lf4): fourth order in
-    the processed variables, two evaluations, omega dt <= 3.46, 1.73 per evaluation.
+    """Leapfrog with the modified force a(u + dt^2/12 a(u)) between a start and an output transformation (lf4): fourth order
+    in the processed variables, two evaluations, omega dt <= 3.46, 1.73 per evaluation.
 
-    For smooth, undamped, long runs of total laws; at finite amplitude use at most .6 of the limit. `state` is made from the inner
-    variables when it is to be read, by `publish`: feeding it back would make the energy drift.
+    For smooth, undamped, long runs of total laws; at finite amplitude use at most .6 of the limit. `state` is made from the
+    inner variables when it is to be read, by `publish`: feeding it back would make the energy drift.
     """
 
     formulations = ("stress-points", "total-lagrangian")

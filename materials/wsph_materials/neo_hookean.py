@@ -55,7 +55,14 @@ def log_of_volume(space) -> wp.Function:
             # ln(1 + x) = 2 artanh(x/(2 + x)): the series in z^2 < 2.4e-4 has all digits after five terms.
             z = x / (real(2.0) + x)
             z2 = z * z
-            return real(2.0) * z * (real(1.0) + z2 * (real(1.0) / real(3.0) + z2 * (real(0.2) + z2 * (real(1.0) / real(7.0) + z2 / real(9.0)))))
+            return (
+                real(2.0)
+                * z
+                * (
+                    real(1.0)
+                    + z2 * (real(1.0) / real(3.0) + z2 * (real(0.2) + z2 * (real(1.0) / real(7.0) + z2 / real(9.0))))
+                )
+            )
         return wp.log(real(1.0) + x)
 
     return logarithm

@@ -13,6 +13,7 @@ import wsph
 from wsph import registry
 from wsph.composition import Composition, compose
 from wsph.testing import temporal_order
+from wsph.validation.oracles import BEAM_FREQUENCY
 
 FORMS = ("stress-points", "total-lagrangian")
 REFERENCES = json.loads((Path(__file__).resolve().parents[1] / "references" / "beam_modes.json").read_text())
@@ -49,11 +50,17 @@ class TestOrders:
         assert temporal_order(rkc, amplitude=0.2, **damped) == pytest.approx(2.0, abs=0.1)
 
     @pytest.mark.parametrize("formulation", FORMS)
-    @pytest.mark.parametrize("material", [{"model": "jaumann", "poisson_ratio": 0.3}, PERZYNA], ids=["jaumann", "perzyna"])
-    def test_leapfrog_is_of_second_order_where_the_law_depends_on_stress(self, material: dict, formulation: str) -> None:
+    @pytest.mark.parametrize(
+        "material", [{"model": "jaumann", "poisson_ratio": 0.3}, PERZYNA], ids=["jaumann", "perzyna"]
+    )
+    def test_leapfrog_is_of_second_order_where_the_law_depends_on_stress(
+        self, material: dict, formulation: str
+    ) -> None:
         assert temporal_order("leapfrog", material=material, formulation=formulation) == pytest.approx(2.0, abs=0.1)
 
-    @pytest.mark.parametrize("viscosity", [{"alpha": 0.5, "kind": "pair"}, {"alpha": 0.5, "beta": 0.5}], ids=["pair", "approach"])
+    @pytest.mark.parametrize(
+        "viscosity", [{"alpha": 0.5, "kind": "pair"}, {"alpha": 0.5, "beta": 0.5}], ids=["pair", "approach"]
+    )
     def test_leapfrog_with_viscosity_and_what_lagging_it_costs(self, viscosity: dict) -> None:
         courant = (0.1, 0.05, 0.025, 0.0125)
         keys = {"formulation": "total-lagrangian", "amplitude": 0.1, "viscosity": viscosity}
@@ -72,7 +79,9 @@ class TestOrders:
             Wrong._check(Wrong)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(("name", "reach"), [("rk4", 2.828), ("kg4-8", 6.928), ("w20-2-8", 6.427), ("rk2", 0.0), ("euler", 0.0)])
+@pytest.mark.parametrize(
+    ("name", "reach"), [("rk4", 2.828), ("kg4-8", 6.928), ("w20-2-8", 6.427), ("rk2", 0.0), ("euler", 0.0)]
+)
 def test_regions_on_the_imaginary_axis(name: str, reach: float) -> None:
     method = registry.load("integrators", name)
     assert issubclass(method, (Tableau, Chain))
@@ -111,7 +120,13 @@ def beam(material: dict, size: tuple[float, ...], rows: int, *, integrator: obje
         "spacing": [length / cells, *[spacing] * (dim - 1)], "velocity": ["0", mode, "0"][:dim],
         "material": {"model": "elastic", **material}, **({"state": "stress"} if dim == 2 else {}), **body,
     }  # fmt: skip
-    run = {"integrator": integrator, "formulation": formulation, "cfl": cfl, "end": periods * 2 * np.pi / omega, "guard": guard}
+    run = {
+        "integrator": integrator,
+        "formulation": formulation,
+        "cfl": cfl,
+        "end": periods * 2 * np.pi / omega,
+        "guard": guard,
+    }
     probe = {"name": "tip", "at": [[length, 0.0, 0.0][:dim]], "fields": ["displacement_y"], "every": 1}
     hold = {"body": "beam", "face": "-x", "fixed": ["x", "y", "z"][:dim]}
     return wsph.Scene(schema=1, dim=dim, run=run, bodies=[data], boundary=[hold], probes=[probe])
@@ -126,6 +141,13 @@ def ratio(case: str, rows: int, **keys: object) -> tuple[float, wsph.Result]:
     k = np.flatnonzero(np.diff(np.sign(u[1:])))[:2] + 1
     zero = t[k] - u[k] * (t[k + 1] - t[k]) / (u[k + 1] - u[k])
     return float(np.pi / (zero[1] - zero[0]) / reference["omega"]), result
+
+
+def test_the_published_cases_have_the_same_references() -> None:
+    for height, omega in BEAM_FREQUENCY.items():
+        assert REFERENCES[f"magnesium, L = .5, W = {height:g}".replace("0.", ".")]["omega"] == pytest.approx(
+            omega, rel=1e-5
+        )
 
 
 class TestBeam:
@@ -163,7 +185,9 @@ class TestBeam:
     def test_the_usual_form_is_slow_and_nodes_on_the_boundary_mend_it(self) -> None:
         case = "magnesium, L = .5, W = .1"
         usual, _ = ratio(case, 8, formulation="total-lagrangian", residual=False, cfl=1.0)
-        mended, _ = ratio(case, 8, formulation="total-lagrangian", placement="nodes", residual={"coefficient": 0.3}, cfl=1.0)
+        mended, _ = ratio(
+            case, 8, formulation="total-lagrangian", placement="nodes", residual={"coefficient": 0.3}, cfl=1.0
+        )
         assert usual < 0.985
         assert mended == pytest.approx(1.0, abs=5e-3)
 
@@ -193,15 +217,24 @@ class TestGuard:
     def test_beyond_it_is_refused_by_name(self) -> None:
         reference = REFERENCES["magnesium, L = .5, W = .1"]
         material = {key: reference[key] for key in ("density", "youngs_modulus", "poisson_ratio")}
-        with pytest.raises(wsph.Refused, match=r"leapfrog at Courant number 1.2 is beyond its stability limit 1\.03.*omega dt <= 2"):
+        with pytest.raises(
+            wsph.Refused, match=r"leapfrog at Courant number 1.2 is beyond its stability limit 1\.03.*omega dt <= 2"
+        ):
             compose(beam(material, (0.5, 0.1), 6, cfl=1.2))
-        with pytest.raises(wsph.Refused, match=r"limit 0.000 \(RKC amplifies every undamped wave: give the body viscosity, or use leapfrog"):
+        with pytest.raises(
+            wsph.Refused,
+            match=r"limit 0.000 \(RKC amplifies every undamped wave: give the body viscosity, or use leapfrog",
+        ):
             compose(beam(material, (0.5, 0.1), 6, cfl=0.1, integrator="rkc"))
-        with pytest.raises(wsph.Refused, match="rk2 .*limit 0.000 .*amplifies every undamped wave: use leapfrog or rk4"):
+        with pytest.raises(
+            wsph.Refused, match="rk2 .*limit 0.000 .*amplifies every undamped wave: use leapfrog or rk4"
+        ):
             compose(beam(material, (0.5, 0.1), 6, cfl=0.1, integrator="rk2"))
 
 
-def block(formulation: str, dim: int = 2, *, precision: str = "f64", model: str = "elastic", **body: object) -> wsph.Scene:
+def block(
+    formulation: str, dim: int = 2, *, precision: str = "f64", model: str = "elastic", **body: object
+) -> wsph.Scene:
     """A free block that spins, stretches and shears."""
     v = ["-0.1*y + 0.02*x", "0.1*x", "0.01*z"][:dim]
     data = {"name": "b", "shape": {"type": "box", "min": [-0.5] * dim, "max": [0.5] * dim}, "spacing": 1 / (6 if dim == 2 else 4),
@@ -244,12 +277,16 @@ class TestConservation:
         ("total-lagrangian", None, (1e-14, 1e-12, 1e-4)),
         ("stress-points", None, (1e-11, 2e-12, 5e-4)),
     ])  # fmt: skip
-    def test_momentum_angular_momentum_and_energy(self, formulation: str, residual: object, gates: tuple, dim: int) -> None:
+    def test_momentum_angular_momentum_and_energy(
+        self, formulation: str, residual: object, gates: tuple, dim: int
+    ) -> None:
         body = {} if residual is None else {"residual": residual}
         found = drift(compose(block(formulation, dim, **body)), 2000)
         assert all(gap <= gate for gap, gate in zip(found, gates, strict=True)), found
 
-    @pytest.mark.parametrize("keys", [{"state": "stress"}, {"model": "neo-hookean"}, {"model": "jaumann"}, {"jitter": 0.2}], ids=str)
+    @pytest.mark.parametrize(
+        "keys", [{"state": "stress"}, {"model": "neo-hookean"}, {"model": "jaumann"}, {"jitter": 0.2}], ids=str
+    )
     @pytest.mark.parametrize("formulation", FORMS)
     def test_in_plane_stress_large_strain_rate_laws_and_on_jitter(self, formulation: str, keys: dict) -> None:
         found = drift(compose(block(formulation, **keys)), 2000)
@@ -289,12 +326,11 @@ def test_every_composition_that_is_not_refused_runs(name: str, formulation: str,
         data["bodies"][0]["viscosity"] = {"alpha": 1.0, "kind": "pair"}
     data["run"] |= {"integrator": name, "cfl": 0.1, "end": 1.0}
     must = name in ("leapfrog", "rk4") or (name == "rkc" and formulation == "total-lagrangian")
-    try:
-        result = wsph.run(wsph.Scene(**data))
-    except wsph.WsphError as error:
-        assert not must, error
-        assert any(words in str(error) for words in ("limit 0.000", "takes total laws", "takes no damping")), error
+    if not must and (name in ("euler", "pc2", "rkc") or (name == "lf4" and model in ("jaumann", "perzyna"))):
+        with pytest.raises(wsph.WsphError, match=r"limit 0\.000|takes total laws"):
+            wsph.run(wsph.Scene(**data))
         return
+    result = wsph.run(wsph.Scene(**data))
     assert result.summary["steps"] >= 50
     energy = result.summary["energy"]
     assert abs(energy["residual"]) < 1e-2 * energy["external_work"]

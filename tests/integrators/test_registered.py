@@ -18,4 +18,6 @@ def test_conformance(name: str) -> None:
 
 
 def test_ours_are_registered() -> None:
-    assert {"tsph", "ul-tsph", "leapfrog", "rk4", "rkc"} <= {entry.name for entry in ENTRIES if entry.distribution == "wsph"}
+    assert {"tsph", "ul-tsph", "leapfrog", "rk4", "rkc"} <= {
+        entry.name for entry in ENTRIES if entry.distribution == "wsph"
+    }

@@ -41,7 +41,9 @@ TOTAL = {"elastic": Elastic(2000.0, 8e7, 0.3), "neo-hookean": NeoHookean(2000.0,
 
 
 def test_every_material_of_ours_is_tried() -> None:
-    assert set(OURS) | set(TOTAL) == {entry.name for entry in registry.entries("materials") if entry.distribution == "wsph"}
+    assert set(OURS) | set(TOTAL) == {
+        entry.name for entry in registry.entries("materials") if entry.distribution == "wsph"
+    }
 
 
 @dataclass(frozen=True)
@@ -116,14 +118,19 @@ def test_the_kit_finds_a_material_that_lies_about_stress() -> None:
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("name", list(TOTAL))
 def test_total_laws_are_objective_and_their_energy_is_their_stress(name: str, dim: int) -> None:
-    """P is the derivative of the energy by F, a rotation before or after changes nothing else, the answer is linear elasticity
-    at small strain; in plane stress too."""
+    """P is the derivative of the energy by F, a rotation before or after changes nothing else, the answer is linear
+    elasticity at small strain; in plane stress too."""
     space = Space(dim)
     state = STRESS_STATES[dim, "stress" if dim == 2 else None]
     law = Constitutive(space, TOTAL[name], state, Scales(1.0, 1.0 / 200.0, 2000.0), name)
 
     @wp.kernel
-    def sample(p: law.laws.Params, H: wp.array(dtype=space.mat), P_out: wp.array(dtype=space.mat), energy_out: wp.array(dtype=wp.float64)):
+    def sample(
+        p: law.laws.Params,
+        H: wp.array(dtype=space.mat),
+        P_out: wp.array(dtype=space.mat),
+        energy_out: wp.array(dtype=wp.float64),
+    ):
         i = wp.tid()
         _, P = law.laws.total(p, H[i])
         P_out[i] = P
@@ -151,7 +158,11 @@ def test_total_laws_are_objective_and_their_energy_is_their_stress(name: str, di
     np.testing.assert_allclose(same, energy, atol=1e-14)
     np.testing.assert_allclose(turned, Q @ P, atol=1e-13)
     tiny = 1e-9 * (H + np.swapaxes(H, 1, 2))
-    bulk, shear = (m / law.state.wave_speed(1.0, 0.0, 1.0) / 8e7 for m in TOTAL[name].moduli()) if dim == 3 else (0.0, 0.0)
+    bulk, shear = (
+        (m / law.state.wave_speed(1.0, 0.0, 1.0) / 8e7 for m in TOTAL[name].moduli()) if dim == 3 else (0.0, 0.0)
+    )
     if dim == 3:
         trace = np.einsum("nii->n", tiny)[:, None, None] * one / 3.0
-        np.testing.assert_allclose(at(tiny)[0], 3.0 * bulk * trace + 2.0 * shear * (tiny - trace), rtol=1e-6, atol=1e-16)
+        np.testing.assert_allclose(
+            at(tiny)[0], 3.0 * bulk * trace + 2.0 * shear * (tiny - trace), rtol=1e-6, atol=1e-16
+        )

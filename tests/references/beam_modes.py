@@ -2,8 +2,8 @@
 
     pip install scikit-fem scipy; python tests/references/beam_modes.py
 
-Writes beam_modes.json: omega [rad/s], with the difference to the next coarser mesh. The vibration is the one of a beam that is
-started in its first mode, so the modal frequency of the linear problem is the reference for small amplitudes.
+Writes beam_modes.json: omega [rad/s], with the difference to the next coarser mesh. The vibration is the one of a beam that
+is started in its first mode, so the modal frequency of the linear problem is the reference for small amplitudes.
 """
 
 import json

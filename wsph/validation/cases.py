@@ -3,6 +3,7 @@
 `full` runs every published size; the short form runs what a test can afford.
 """
 
+import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +14,7 @@ import numpy as np
 import wsph
 from wsph.scene import Scene
 from wsph.validation import oracles
-from wsph.validation.measures import band, compression, finished, stress_intensity
+from wsph.validation.measures import band, compression, finished, frequency, stress_intensity
 
 _HERE = Path(__file__).resolve()
 EXAMPLES = next(p for p in (_HERE.parents[1] / "examples", _HERE.parents[2] / "examples") if p.is_dir())
@@ -239,3 +240,78 @@ def _crack_dsif(full: bool) -> Iterator[Row]:
             error = 100 * np.linalg.norm(factor - exact) / np.linalg.norm(exact)
             columns = f"{cells + 1} columns"
             yield _at_most(f"{words}, {columns}: L2 of the stress intensity factor", '"converges"', error, high)
+
+
+TABLE_1 = {250: (0.0889, 0.1613), 500: (0.0625, 0.1353), 750: (0.0511, 0.1222), 1000: (0.0441, 0.1136)}
+"""Published L1 and L2 errors of the velocity with RKC, by particles; another implementation of the same reading has
+.0872/.0621/.0507/.0439 and .1594/.1344/.1214/.1130."""
+TABLE_1_READING = {250: (0.0872, 0.1594), 500: (0.0621, 0.1344), 750: (0.0507, 0.1214), 1000: (0.0439, 0.1130)}
+UNSTABLE = {("euler", 1.2), ("pc2", 1.2), ("euler", 0.9), ("pc2", 0.9), ("euler", 1.8), ("pc2", 1.8), ("rk4", 1.8),
+            ("euler", 2.4), ("pc2", 2.4), ("rk4", 2.4)}  # fmt: skip
+"""The cells of table 1 with a dash, by integrator and Courant number."""
+
+
+def _magnesium_bar_run(particles: int, dt: float, integrator: str) -> tuple[bool, float, float]:
+    """Whether it stays below 2.3 v0, and the L1 and L2 errors of the velocity at the end."""
+    scene = example("magnesium_bar").with_(
+        integrator=integrator, dt=dt, guard="off", stop={"energy": 1e9}, **{"bodies.0.spacing": 1.0 / particles}
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the energy that an unstable cell creates
+        result = wsph.run(scene, throw=False)
+    x, v = result.particles["position"][:, 0], result.particles["velocity"][:, 0]
+    exact = (x < oracles.MAGNESIUM_SPEED * result.time).astype(float)
+    error = v - exact
+    stable = result.status == "completed" and bool(np.abs(v).max() < 2.3)
+    return stable, float(np.abs(error).sum() / exact.sum()), float(np.sqrt((error**2).sum() / (exact**2).sum()))
+
+
+@_case("magnesium-bar", "He & Seaid 2016, 4.1", "closed form; the published pattern of stability")
+def _magnesium_bar(full: bool) -> Iterator[Row]:
+    agree = cells = 0
+    for particles in (250, 500, 750, 1000) if full else (250, 500):
+        for dt in (0.118e-6, 0.236e-6, 0.472e-6):
+            courant = round(oracles.MAGNESIUM_SPEED * dt * particles, 2)
+            for integrator in ("euler", "pc2", "rk4", "rkc"):
+                stable, first, second = _magnesium_bar_run(particles, dt, integrator)
+                cells += 1
+                agree += stable != ((integrator, courant) in UNSTABLE)
+                if integrator == "rkc" and dt == 0.472e-6:
+                    published, reading = TABLE_1[particles], TABLE_1_READING[particles]
+                    for name, value, there, here in zip(("L1", "L2"), (first, second), published, reading, strict=True):
+                        words = (
+                            f"table 1, RKC, {particles} particles, Courant number {courant:g}: {name} of the velocity"
+                        )
+                        yield _between(words, f"{there}", value, 0.97 * here, 1.03 * here, "")
+    yield _between("table 1: cells that are stable or unstable as published", f"{cells}", agree, cells, cells, "cells")
+
+
+@_case("oscillating-beam", "He & Seaid 2016, 4.2", "biquadratic finite elements")
+def _oscillating_beam(full: bool) -> Iterator[Row]:
+    beam = example("oscillating_beam")
+    for height, published in ((0.1, "1943"), (0.05, "1007")):
+        omega = oracles.BEAM_FREQUENCY[height]
+        shape = {"type": "box", "min": [0.0, -0.5 * height], "max": [0.5, 0.5 * height]}
+        usual = {"run.formulation": "total-lagrangian", "bodies.0.residual": False}
+        nodes = {
+            "run.formulation": "total-lagrangian",
+            "bodies.0.residual.coefficient": 0.3,
+            "bodies.0.placement": "nodes",
+        }
+        forms = (
+            ("stress points", {}, 3e-3),
+            ("one set, nodes on the faces, residual .3", nodes, 5e-3),
+            ("one set, usual form", usual, None),
+        )
+        for rows in (8, 15) if full else (6,):
+            columns = round(0.5 / (height / rows))
+            for words, changes, gate in forms:
+                size = {"bodies.0.shape": shape, "bodies.0.spacing": [0.5 / columns, height / rows]}
+                probe = wsph.run(beam.with_(end=1.1 * 2 * np.pi / omega, **size, **changes)).probes["tip"]
+                found = frequency(probe["time"], probe["displacement_y"])
+                figure = f"height {height:g} m, {rows} rows, {words}: frequency against {omega:g} rad/s"
+                error = 100 * (found / omega - 1.0)
+                if gate is None:
+                    yield _reported(figure, published, error)
+                else:
+                    yield _between(figure, published, error, -100 * gate, 100 * gate)

@@ -89,3 +89,10 @@ def stress_intensity(
         times.append(step * composition.dt)
         factors.append(float(fit @ (stress * np.sqrt(r))))
     return np.array(times), np.array(factors)
+
+
+def frequency(time: np.ndarray, displacement: np.ndarray) -> float:
+    """Circular frequency [rad/s] of a vibration from rest, from the first two returns through zero."""
+    k = np.flatnonzero(np.diff(np.sign(displacement[1:])))[:2] + 1
+    zero = time[k] - displacement[k] * (time[k + 1] - time[k]) / (displacement[k + 1] - displacement[k])
+    return float(np.pi / (zero[1] - zero[0]))

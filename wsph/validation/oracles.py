@@ -60,3 +60,10 @@ def beam_deflection(
 ) -> float:
     """Tip deflection of a cantilever with mean shear stress `shear` at its end [m] (Herreros & Mabssout 2011, 4.2)."""
     return 4.0 * length**3 * shear / (youngs_modulus * height**2)
+
+
+BEAM_FREQUENCY = {0.05: 1026.18, 0.1: 2008.23}
+"""First frequency of the magnesium beams [rad/s], L = .5 m, by height [m]: tests/references/beam_modes.py."""
+
+MAGNESIUM_SPEED = float(np.sqrt(45e9 / 1738.0))
+"""sqrt(E/rho) of magnesium [m/s]: the speed in He & Seaid's Courant number."""
