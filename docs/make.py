@@ -140,6 +140,19 @@ def pictures() -> None:
             subprocess.run(command, check=True)
 
 
+def fronts() -> None:
+    """docs/front_*.png from the shipped studies."""
+    for name in ("shock_bar", "beam"):
+        with tempfile.TemporaryDirectory() as folder:
+            path = ROOT / "examples" / "fronts" / f"{name}.toml"
+            subprocess.run(
+                [sys.executable, "-m", "wsph.cli", "study", str(path), "-o", folder],
+                check=True,
+                stdout=subprocess.DEVNULL,
+            )
+            (ROOT / "docs" / f"front_{name}.png").write_bytes((Path(folder) / "front.png").read_bytes())
+
+
 def main() -> None:
     """Fill the README."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -159,6 +172,7 @@ def main() -> None:
         readme = f"{before}<!-- {name} -->\n" + "\n".join(rows) + f"\n<!-- /{name} -->{after}"
     (ROOT / "README.md").write_text(readme)
     pictures()
+    fronts()
 
 
 if __name__ == "__main__":

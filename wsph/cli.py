@@ -1,4 +1,4 @@
-"""The command line: run, check, list, validate, view.
+"""The command line: run, check, list, study, validate, view.
 
 Exit codes: 0 completed; 1 a published case that does not come out as it should; 2 bad input (a faulty scene, a refused
 composition, an unusable folder); 3 unstable;
@@ -72,6 +72,12 @@ def _parser() -> argparse.ArgumentParser:
     validation.add_argument("--full", action="store_true", help="all published sizes, not only the short ones")
     validation.add_argument("--json", action="store_true", help="print JSON")
     validation.set_defaults(command=_validate)
+    study = commands.add_parser("study", help="run a grid of overrides over a scene: cost and error of each")
+    study.add_argument("study", type=Path)
+    study.add_argument(
+        "-o", "--out", type=Path, metavar="DIR", help="output folder (default: the study's name with -out)"
+    )
+    study.set_defaults(command=_study)
     view = commands.add_parser("view", help="show or save a picture of a run")
     view.add_argument("folder", type=Path, metavar="DIR")
     view.add_argument("--field", default="velocity", help="field to draw, e.g. stress_xx (default: velocity)")
@@ -206,6 +212,27 @@ def _list(options: argparse.Namespace) -> int:
         print(
             f"{entry.group[:-1]:<11} {entry.name:<14} {entry.distribution} {entry.version:<8} {entry.status:<4} {entry.description}"
         )
+    return 0
+
+
+def _study(options: argparse.Namespace) -> int:
+    from wsph.study import load_study, run_study, write_study
+
+    study, scene = load_study(options.study)
+    folder = options.out if options.out is not None else Path(f"{options.study.stem}-out")
+    warnings.simplefilter("ignore")  # of energy that some of the rows create or lose: the table says it
+    rows = run_study(
+        study,
+        scene,
+        options.study.parent,
+        lambda done, of: print(f"{done} of {of}", file=sys.stderr) if sys.stderr.isatty() else None,
+    )
+    write_study(rows, study, folder)
+    for row in rows:
+        place = ", ".join(f"{key} = {row[key]}" for key in study.grid)
+        figures = f"{row.get('right_hand_sides', '-')} right-hand sides, error {row.get('error', float('nan')):.3g}"
+        print(f"{row['variant']}: {place}: {row['status']}, {figures}")
+    print(f"{len(rows)} runs; study.csv, study.json in {folder}")
     return 0
 
 

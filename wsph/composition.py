@@ -85,10 +85,8 @@ class Composition:
         return sum(b.system.pairs for b in self.bodies)
 
     def publish(self) -> None:
-        """Have integrators that keep variables of their own make the states that are read."""
-        for run in self.bodies:
-            if hasattr(run.integrator, "publish"):
-                run.integrator.publish()
+        """Have the states that are read made up to date (launches)."""
+        _publish(self.bodies)
 
     def launches(self) -> list[wp.Kernel]:
         """The kernels that a step launches, in order."""
@@ -99,6 +97,16 @@ class Composition:
         measured = [run.diagnostics.kernel(run.system.state) for run in self.bodies]
         with blame(" and ".join(dict.fromkeys(run.constitutive.who for run in self.bodies))):
             self.program.compile([*self.launches(), *measured])
+
+
+def _publish(bodies: list[BodyRun]) -> None:
+    """Integrators that keep variables of their own make the state; what a system derives from it follows, unless the last
+    evaluation of the step was of the state at its end (`fresh`)."""
+    for run in bodies:
+        if hasattr(run.integrator, "publish"):
+            run.integrator.publish()
+        if hasattr(run.system, "refresh") and not getattr(run.integrator, "fresh", False):
+            run.system.refresh(run.system.state)
 
 
 def step_count(end: float, dt: float) -> int:
@@ -173,15 +181,12 @@ def _compose(scene: Scene) -> Composition:
     ]
     every_step = [p for p in probes if p.every_step]
 
-    published = [run.integrator.publish for run in bodies if hasattr(run.integrator, "publish")]
-
     def step() -> None:
         for run in bodies:
             run.integrator.step()
         clock.advance()
         if every_step:
-            for publish in published:
-                publish()
+            _publish(bodies)
         for probe in every_step:
             probe.record()
 

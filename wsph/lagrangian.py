@@ -493,7 +493,8 @@ class LagrangianSystem(System):
     def _rows(self) -> list[wp.array]:
         return [self._pairs.offsets, self._pairs.indices, self._weight]
 
-    def _forces(self, state: State, out: State) -> None:
+    def refresh(self, state: State) -> None:
+        """Deformation and, of a total law, stress of a state from its displacement (a launch)."""
         inputs = [
             self.constitutive.params,
             *self._rows,
@@ -504,6 +505,9 @@ class LagrangianSystem(System):
             state.struct,
         ]
         self.clock.launch(self.kernels.strain, len(self.point_volume), inputs, [self._mean, self._corrected])
+
+    def _forces(self, state: State, out: State) -> None:
+        self.refresh(state)
         if self.points:
             back = [self._back.offsets, self._back.indices, self._back_weight]
             inputs = [
@@ -562,11 +566,16 @@ class LagrangianSystem(System):
         self.boundary.impose(state, self.clock, c)
         self.loads.impose(self._loads, self.clock, c)
 
+    def constrain(self, state: State, c: float) -> None:
+        """`impose` on the state that goes on from there, in the middle of a step: the work of it is counted too."""
+        self.work.constraints.before(state, self.clock)
+        self.impose(state, c)
+        self.work.constraints.after(state, self.clock)
+
     def accept(self, state: State) -> None:
         """Close the step: the prescribed values at t + dt, the work of the constraints, loads, body forces and viscosity."""
-        self.work.before(state, self.clock)
-        self.impose(state, 1.0)
-        self.work.after(state, self.clock)
+        self.constrain(state, 1.0)
+        self.work.loads.add(state, self.clock)
         self.force.add(state, self.clock)
 
     @cached_property
@@ -780,28 +789,19 @@ class _Works:
     """External work of a Lagrangian body: constraints and loads; what viscosity took."""
 
     def __init__(self, constraints: ConstraintWork, loads: LoadWork):
-        self._constraints, self._loads = constraints, loads
-
-    def before(self, state: State, clock: Clock) -> None:
-        """Before the prescribed velocities are set (launches)."""
-        self._constraints.before(state, clock)
-
-    def after(self, state: State, clock: Clock) -> None:
-        """After it (launches)."""
-        self._constraints.after(state, clock)
-        self._loads.add(state, clock)
+        self.constraints, self.loads = constraints, loads
 
     def start(self, state: State, clock: Clock) -> None:
         """Take what is there at the start of the run."""
-        self._constraints.start(state, clock)
-        self._loads.start(state, clock)
+        self.constraints.start(state, clock)
+        self.loads.start(state, clock)
 
     @property
     def total(self) -> float:
         """Work of constraints and loads so far, nondimensional."""
-        return self._constraints.total + self._loads.total
+        return self.constraints.total + self.loads.total
 
     @property
     def viscous(self) -> float:
         """Energy that viscosity has taken so far, nondimensional."""
-        return self._loads.viscous
+        return self.loads.viscous

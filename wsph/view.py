@@ -176,3 +176,23 @@ def _animate(found: list[tuple[float, Path]], name: str, save: Path) -> None:
             pages[0].save(save, save_all=True, append_images=pages[1:], duration=100, loop=0)
         except OSError as error:
             raise OutputError(f"{save}: cannot be written: {error.strerror or error}") from error
+
+
+def front(rows: list[dict[str, Any]], title: str, save: str | Path) -> None:
+    """Error against right-hand sides of a study's rows, a line for each variant, both axes logarithmic."""
+    pv = _pyvista()
+    plotter = pv.Plotter(off_screen=True, window_size=[900, 650])
+    chart = pv.Chart2D(x_label="right-hand sides", y_label="relative error")
+    colors = ("black", "blue", "red", "green", "orange", "purple", "brown", "cyan", "magenta", "gray")
+    for k, name in enumerate(dict.fromkeys(row["variant"] for row in rows)):
+        found = sorted((r["right_hand_sides"], r["error"]) for r in rows if r["variant"] == name and r.get("error"))
+        if found:
+            x, y = np.array(found, float).T
+            color = colors[k % len(colors)]
+            chart.line(x, y, color=color, width=2.0, label=name)
+            chart.scatter(x, y, color=color, size=8, style="o")
+    chart.x_axis.log_scale = chart.y_axis.log_scale = True
+    chart.title = title
+    plotter.add_chart(chart)
+    plotter.screenshot(str(save))
+    plotter.close()

@@ -36,6 +36,20 @@ class Coefficients:
         self.c = [0.0, 0.0, *(q1 * T2[j] / T1[j] for j in range(2, s + 1))]
         self.c[1] = self.c[2] / T1[2]
 
+    def weights(self) -> np.ndarray:
+        """Weights w of the stages' rates in a step written out, U + dt sum_j w_j F_j, (s,)."""
+        s = len(self.mu) - 1
+        before, last = np.zeros(s), self.mu_tilde[1] * np.eye(s)[0]
+        for j in range(2, s + 1):
+            new = (
+                self.mu[j] * last
+                + self.nu[j] * before
+                + self.mu_tilde[j] * np.eye(s)[j - 1]
+                + self.gamma[j] * np.eye(s)[0]
+            )
+            before, last = last, new
+        return last
+
     def polynomial(self) -> np.ndarray:
         """Coefficients of the stability polynomial, ascending."""
         s = len(self.mu) - 1
@@ -75,6 +89,10 @@ class RungeKuttaChebyshev:
         self.coefficients = Coefficients(stages)
         self.stages = [system.new() for _ in range(3)]
         self.first, self.k = system.new(), system.new()
+        # Where velocities are prescribed stages hold prescribed values, and the recursion would carry them into the impulse
+        # that the constraints' work is measured by: the velocity is then summed up from the rates.
+        self.sum = system.new() if system.moved else None
+        self.weights = self.coefficients.weights()
 
     def limit(self) -> tuple[float, str]:
         """Largest stable Courant number and where it comes from."""
@@ -86,15 +104,21 @@ class RungeKuttaChebyshev:
         """One step, by launches alone."""
         s, y, m = self.system, self.state, self.coefficients
         s.rate(y, self.first)
+        if self.sum is not None:
+            s.combine(self.sum, plain=[(1.0, y)], timed=[(self.weights[0], self.first)], part="velocity")
         before, last = y, self.stages[0]
         s.combine(last, plain=[(1.0, y)], timed=[(m.mu_tilde[1], self.first)])
         s.impose(last, m.c[1])
         for j in range(2, self.evaluations + 1):
             s.rate(last, self.k)
+            if self.sum is not None:
+                s.combine(self.sum, plain=[(1.0, self.sum)], timed=[(self.weights[j - 1], self.k)], part="velocity")
             out = y if j == self.evaluations else next(x for x in self.stages if x is not before and x is not last)
             plain = [(1.0 - m.mu[j] - m.nu[j], y), (m.mu[j], last), (m.nu[j], before)]
             s.combine(out, plain=plain, timed=[(m.mu_tilde[j], self.k), (m.gamma[j], self.first)])
             if out is not y:
                 s.impose(out, m.c[j])
             before, last = last, out
+        if self.sum is not None:
+            s.combine(y, plain=[(1.0, self.sum)], part="velocity")
         s.accept(y)

@@ -28,6 +28,7 @@ class Leapfrog:
     formulations = ("stress-points", "total-lagrangian")
     order = 2
     evaluations = 1
+    fresh = True
 
     def __init__(self, system, lagged: bool = False):
         if not isinstance(lagged, bool):
@@ -55,7 +56,7 @@ class Leapfrog:
         """One step, by launches alone."""
         s, y, k, old = self.system, self.state, self.k, self.old
         s.combine(y, plain=[(1.0, y)], timed=[(0.5, old)], part="velocity")
-        s.impose(y, 0.5)
+        s.constrain(y, 0.5)
         s.rate(y, k, "rest", ahead=0.5)
         s.combine(y, plain=[(1.0, y)], timed=[(1.0, k)], part="rest")
         if self.lagged:
@@ -65,7 +66,7 @@ class Leapfrog:
             # The velocity at the end, predicted with the old acceleration, for what depends on it; then with the mean of
             # both.
             s.combine(y, plain=[(1.0, y)], timed=[(0.5, old)], part="velocity")
-            s.impose(y, 1.0)
+            s.constrain(y, 1.0)
             s.rate(y, k, "velocity")
             s.combine(y, plain=[(1.0, y)], timed=[(0.5, k), (-0.5, old)], part="velocity")
         s.combine(old, plain=[(1.0, k)], part="velocity")
@@ -81,6 +82,7 @@ class BlanesMoan4:
     formulations = ("stress-points", "total-lagrangian")
     order = 4
     evaluations = 6
+    fresh = True
     kicks = (0.0829844064174052, 0.396309801498368, -0.0390563049223486)
     drifts = (0.245298957184271, 0.604872665711080)
 
@@ -108,11 +110,11 @@ class BlanesMoan4:
         s, y, k, time = self.system, self.state, self.k, 0.0
         for kick, drift in zip(self._kicks, self._drifts, strict=False):
             s.combine(y, plain=[(1.0, y)], timed=[(kick, k)], part="velocity")
-            s.impose(y, time + 0.5 * drift)
+            s.constrain(y, time + 0.5 * drift)
             s.rate(y, k, "rest", ahead=0.5 * drift)
             s.combine(y, plain=[(1.0, y)], timed=[(drift, k)], part="rest")
             time += drift
-            s.impose(y, time)
+            s.constrain(y, time)
             s.rate(y, k, "velocity")
         s.combine(y, plain=[(1.0, y)], timed=[(self._kicks[-1], k)], part="velocity")
         s.accept(y)

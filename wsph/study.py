@@ -1,0 +1,201 @@
+"""Studies: a scene under a grid of overrides, one row of cost and error each, and the front that they make.
+
+schema = 1
+scene = "../shock_bar.toml"
+[[variants]]                      # what is compared; every one with every combination of the grid
+name = "tsph"
+set = { "run.support" = 1.2 }
+[grid]
+"run.cfl" = [0.5, 0.9]
+[oracle]                          # the exact answer, an expression of x, y, z, t
+probe = "fixed-end"               # or field = "velocity_x" at the end of the run
+column = "stress_xx"
+exact = "-8e5*(t > 5e-3 and t <= 7.5e-3)"   # or reference = "file.csv": a time and a value a row
+norm = 1
+"""
+
+import itertools
+import json
+import tomllib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, model_validator
+
+from wsph.driver import run
+from wsph.errors import Fault, Refused, SceneError
+from wsph.expressions import compile_expression
+from wsph.faults import of_validation
+from wsph.lines import line_of, lines
+from wsph.output import write_atomically
+from wsph.result import Result
+from wsph.scene import Model, Scene, load
+
+
+def _tuple(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _expression(text: str) -> str:
+    compile_expression(text)
+    return text
+
+
+class Variant(Model):
+    """One of the things compared: a name, and the dotted overrides that make it."""
+
+    name: Annotated[str, Field(min_length=1)]
+    set: dict[str, Any] = {}
+
+
+class Oracle(Model):
+    """The answer to compare with: of a probe's column over the whole run, or of a field's component at its end."""
+
+    probe: str | None = None
+    column: str | None = None
+    field: str | None = None
+    exact: Annotated[str, AfterValidator(_expression)] | None = None
+    reference: str | None = None
+    norm: Literal[1, 2] = 2
+
+    @model_validator(mode="after")
+    def _one(self) -> "Oracle":
+        if (self.field is None) == (self.probe is None) or (self.probe is None) != (self.column is None):
+            raise ValueError("give either field, or probe and column")
+        if (self.exact is None) == (self.reference is None) or (self.reference and self.probe is None):
+            raise ValueError("give either exact, or with a probe the file of a reference")
+        return self
+
+    def error(self, result: Result, folder: Path) -> float:
+        """Relative error of a run; `folder` holds the reference's file, a time and a value a row. Raises SceneError for a
+        probe, a column or a field that the run does not have, and for a file that cannot be read."""
+        exact = compile_expression(self.exact or "0")
+        if self.field is not None:
+            try:
+                position = result.particles["position"]
+                return result.error(exact(position, result.time), self.field, self.norm)
+            except KeyError as error:
+                raise SceneError("study", [Fault(0, "oracle.field", str(error.args[0]))]) from None
+        probe = result.probes.get(self.probe or "")
+        if probe is None or self.column not in probe:
+            there = ", ".join(probe or result.probes) or "no probe"
+            raise SceneError(
+                "study", [Fault(0, "oracle", f"no column {self.column!r} of probe {self.probe!r}; there is {there}")]
+            )
+        if self.reference is not None:
+            try:
+                times, values = np.loadtxt(folder / self.reference, delimiter=",", skiprows=1, unpack=True, ndmin=2)
+            except (OSError, ValueError) as error:
+                raise SceneError(
+                    "study", [Fault(0, "oracle.reference", f"{self.reference}: cannot be read: {error}")]
+                ) from None
+            wanted = np.interp(probe["time"], times, values)
+            return self._norm(probe[self.column] - wanted, wanted)
+        at = result.scene.probes[[p.name for p in result.scene.probes].index(self.probe or "")].at or ((0.0,),)
+        points = np.tile(np.array(at[0]), (len(probe["time"]), 1))
+        wanted = np.array([float(exact(p[None, :], float(t))[0]) for p, t in zip(points, probe["time"], strict=True)])
+        return self._norm(probe[self.column] - wanted, wanted)
+
+    def _norm(self, gap: np.ndarray, wanted: np.ndarray) -> float:
+        power = float(self.norm)
+        return float((np.sum(np.abs(gap) ** power) / np.sum(np.abs(wanted) ** power)) ** (1.0 / power))
+
+
+class Study(Model):
+    """A study file."""
+
+    schema_: Literal[1] = Field(alias="schema")
+    title: str = ""
+    scene: str
+    variants: Annotated[tuple[Variant, ...], BeforeValidator(_tuple), Field(min_length=1)] = (Variant(name="scene"),)
+    grid: dict[str, Annotated[tuple[Any, ...], BeforeValidator(_tuple), Field(min_length=1)]] = {}
+    oracle: Oracle | None = None
+
+
+def load_study(path: Path) -> tuple[Study, Scene]:
+    """Read a study and its scene. Raises SceneError with every fault of the study, then of the scene."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+        data = tomllib.loads(text)
+    except (OSError, UnicodeDecodeError) as error:
+        raise SceneError(str(path), [Fault(0, "", f"cannot be read: {error}")]) from None
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError(str(path), [Fault(0, "", f"is not TOML: {error}")]) from None
+    try:
+        study = Study(**data)
+    except ValidationError as error:
+        where = lines(text)
+        faults = [of_validation(e, Study) for e in error.errors(include_url=False)]
+        raise SceneError(str(path), [Fault(line_of(where, f.key), f.key, f.message) for f in faults]) from None
+    return study, load(path.parent / study.scene)
+
+
+def scenes(study: Study, scene: Scene) -> Iterator[tuple[str, dict[str, Any], Scene]]:
+    """Every variant at every place of the grid. Raises SceneError for an override that the scene cannot take."""
+    for variant in study.variants:
+        for values in itertools.product(*study.grid.values()):
+            place = dict(zip(study.grid, values, strict=True))
+            yield variant.name, place, scene.with_(**variant.set, **place)
+
+
+def run_study(
+    study: Study, scene: Scene, folder: Path, progress: Callable[[int, int], None] | None = None
+) -> list[dict[str, Any]]:
+    """Run a study whose files are in `folder`: one row of plain data a run. What is refused or unstable is a row that says
+    so."""
+    planned = list(scenes(study, scene))
+    rows = []
+    for done, (name, place, changed) in enumerate(planned, 1):
+        row: dict[str, Any] = {
+            "variant": name,
+            **{k: v if isinstance(v, (int, float, str)) else json.dumps(v) for k, v in place.items()},
+        }
+        try:
+            result = run(changed, throw=False)
+        except Refused as error:
+            row |= {"status": "refused", "reason": str(error).splitlines()[0]}
+        else:
+            s = result.summary
+            rate, energy = s["particle_steps_per_second"], s["energy"]
+            row |= {
+                "status": result.status,
+                "reason": result.reason.split(":")[0],
+                "particles": s["particles"],
+                "steps": s["steps"],
+                "right_hand_sides": s["right_hand_sides"],
+                "pair_visits": s["pairs"] * s["right_hand_sides"],
+                "seconds": s["particles"] * s["steps"] / rate if rate > 0.0 else 0.0,
+                "energy_residual": energy["residual"] / energy["external_work"] if energy["external_work"] else 0.0,
+            }
+            if study.oracle is not None and result.status == "completed":
+                row["error"] = study.oracle.error(result, folder)
+        rows.append(row)
+        if progress is not None:
+            progress(done, len(planned))
+    return rows
+
+
+def write_study(rows: list[dict[str, Any]], study: Study, folder: Path) -> None:
+    """study.csv, study.json and, where there are errors and pyvista, front.png."""
+    folder.mkdir(parents=True, exist_ok=True)
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    cell: Callable[[Any], str] = lambda v: '"' + str(v).replace('"', '""') + '"' if isinstance(v, str) else f"{v}"  # noqa: E731
+    table = "\n".join([",".join(columns), *(",".join(cell(row.get(c, "")) for c in columns) for row in rows)]) + "\n"
+    write_atomically(folder / "study.csv", lambda p: _put(p, table))
+    write_atomically(
+        folder / "study.json", lambda p: _put(p, json.dumps({"title": study.title, "rows": rows}, indent=2) + "\n")
+    )
+    if any("error" in row for row in rows):
+        try:
+            import pyvista  # noqa: F401
+        except ImportError:
+            return
+        from wsph.view import front
+
+        front(rows, study.title, folder / "front.png")
+
+
+def _put(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8", newline="\n")
