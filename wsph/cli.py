@@ -171,7 +171,10 @@ def _check(options: argparse.Namespace) -> int:
             (f"body {run.body.name}", f"{material}, {run.constitutive.state.name}, {run.system.formulation}"),
             ("  particles", f"{run.system.count}, {run.system.pairs} pairs, {bytes_each:.0f} bytes per particle"),
             ("  stability", f"Courant number {run.courant:.6g}, {limit}"),
-            ("  material", f"time step at most {run.longest_step:.4g} s"),
+            (
+                "  material",
+                f"time step at most {run.longest_step:.4g} s" if run.longest_step < 1e300 else "no limit of its own",
+            ),
         ]
     name = scene.run.integrator.name
     kernels = [kernel.func.__name__ for kernel in composition.launches()]

@@ -267,7 +267,10 @@ def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: An
     system.work.start(system.state, clock)
     system.force.start(system.state, clock)
     with blame(who, INTEGRATOR_SIGNATURE):
-        integrator = plugin(system, **scene.run.integrator.options())
+        try:
+            integrator = plugin(system, **scene.run.integrator.options())
+        except ValueError as error:  # an option or a composition that the integrator does not take
+            raise SceneError("scene", [Fault(0, "run.integrator", f"{scene.run.integrator.name}: {error}")]) from None
         if hasattr(integrator, "begin"):
             integrator.begin()
         limit, reason = integrator.limit() if hasattr(integrator, "limit") else (None, "the integrator declares none")
@@ -281,8 +284,12 @@ def _growth(run: BodyRun, steps: int) -> float:
     """What the step itself makes of the body's state: growth per step, found with about as many steps as the run has."""
     system = run.system
     found = largest_growth(run.integrator.step, system.state, block=int(np.clip(steps // PRODUCTS, 10, 100)))
+    # What the trial leaves behind, up to infinities, must not reach the run.
+    system.clear_scratch()
     system.work.start(system.state, system.clock)
     system.force.start(system.state, system.clock)
+    if hasattr(run.integrator, "begin"):
+        run.integrator.begin()
     return found
 
 
@@ -313,7 +320,8 @@ def _guard(scene: Scene, run: BodyRun, dt: float, steps: int) -> None:
         grows = ""
         if scene.dim > 1 and run.system.count * PRODUCTS * 25 < MOST_TRIED:
             found = _growth(run, 25 * PRODUCTS)
-            grows = f"; a mode of its step grows by {found:.2g} a step" if found > 0.0 else ""
+            pace = f"by {found:.2g} a step" if np.isfinite(found) else "faster than can be measured"
+            grows = f"; a mode of its step grows {pace}" if found > 0.0 else ""
         way_out = f"; use run.cfl <= {np.floor(run.limit * 1e6 * (1.0 + 1e-12)) / 1e6:g}" if run.limit > 0.0 else ""
         faults.append(
             f"body {run.body.name!r}: {scene.run.integrator.name} at Courant number {run.courant:.6g} is beyond its stability"

@@ -204,6 +204,12 @@ def _natural_conditions(scene: Scene, body: str, lattice: Lattice, position: np.
             raise SceneError("scene", [Fault(0, f"boundary.{k}.symmetry", text)])
         for axis, value in velocities.items():
             result.put("velocity", AXES.index(axis), particles, value)
+            if axis in condition.traction:
+                text = f"the velocity {axis} is prescribed too: a load there moves nothing"
+                raise SceneError("scene", [Fault(0, f"boundary.{k}.traction.{axis}", text)])
+        if condition.stress and len(velocities) == dim:
+            text = "all velocities are prescribed too: a load there moves nothing"
+            raise SceneError("scene", [Fault(0, f"boundary.{k}.stress", text)])
         for key, given in (("stress", condition.stress), ("traction", condition.traction)):
             for label, value in given.items():
                 acting = rows & (np.isin(faces.axis, [AXES.index(a) for a in label]) if key == "stress" else True)

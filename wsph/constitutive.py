@@ -21,7 +21,7 @@ from typing import Any
 
 import warp as wp
 
-from wsph.errors import PluginError, Refused
+from wsph.errors import PluginError, Refused, WsphError
 from wsph.plugins import internal_units, internal_values, relaxes
 from wsph.space import Space
 from wsph.units import Scales
@@ -67,7 +67,7 @@ def blame(who: str, signature: str = RATE_SIGNATURE) -> Iterator[None]:
     """Turn what Warp says of a plugin's code into an error that names the plugin and what was expected of it."""
     try:
         yield
-    except (PluginError, Refused):
+    except WsphError:
         raise
     except Exception as error:
         if type(error).__module__.split(".")[0] != "warp" and not isinstance(

@@ -72,6 +72,8 @@ def scene_path(path: tuple[str | int, ...]) -> list[str | int]:
     for k, name in enumerate(names):
         # What follows `shape`, or a number in `shapes`, is the type that the shape names itself.
         tag = k > 0 and (names[k - 1] == "shape" or (k > 1 and names[k - 2] == "shapes"))
+        if name == "[key]":
+            continue
         if not tag and name not in ("float", "int", "str", "Function") and "function-" not in name:
             kept.append(path[k])
     return kept

@@ -359,7 +359,8 @@ class LagrangianSystem(System):
         points = cells if self.points else places
         self._at_nodes = at_nodes
         self._set_up(scene, body, places, points)
-        residual = self.default_residual if body.residual is None else body.residual
+        usual = self.default_residual if self.points or not at_nodes else 0.3
+        residual = usual if body.residual is None else body.residual
         residual = getattr(residual, "coefficient", residual) or 0.0
         bulk, shear = material.moduli()
         youngs = 9.0 * bulk * shear / (3.0 * bulk + shear)
@@ -699,9 +700,10 @@ class LagrangianSystem(System):
         return self.frequency * self.spacing / (self.constitutive.wave_speed * self.scales.time)
 
     def hourglass_energy(self) -> float:
-        """Energy of the residual about the last evaluated deformation, nondimensional (a launch and a copy)."""
+        """Energy of the residual, nondimensional (two launches and a copy)."""
         if not self.form.residual:
             return 0.0
+        self.refresh(self.state)
         sums = wp.zeros(-(-len(self.point_volume) // BLOCK), dtype=wp.float64, device=self.device)
         inputs = [
             len(self.point_volume),
@@ -752,7 +754,13 @@ class LagrangianSystem(System):
                 break
             reach[narrow] *= 1.5
         offsets, indices, values = pairs.offsets.numpy(), pairs.indices.numpy(), weights.values.numpy()
-        return [(indices[a:b], values[a:b]) for a, b in pairwise(offsets)]
+        rows = [(indices[a:b], values[a:b]) for a, b in pairwise(offsets)]
+        # A point that is a particle reads that particle.
+        for n, (there, _) in enumerate(rows):
+            on = there[np.linalg.norm(sources[there] - grid[n], axis=1) < 1e-6]
+            if len(on):
+                rows[n] = (on[:1], np.ones(1))
+        return rows
 
     @property
     def nbytes(self) -> int:

@@ -14,6 +14,9 @@ import numpy as np
 from wsph.grid import FIT, Grid, plan
 from wsph.shapes import Rotation, Shape
 
+TRIFLE = 1e-7 * np.array([1.0, 2.3, 3.7])
+"""Added to the centres of cells, in cells, where sides of a crack are told."""
+
 
 @dataclass(frozen=True)
 class Faces:
@@ -119,14 +122,16 @@ class Lattice:
 
     @property
     def sided(self) -> tuple[np.ndarray, np.ndarray]:
-        """Nodes and cells in grid coordinates, nodes moved a trifle into their own cells: each on its side of a crack."""
+        """Nodes and cells in grid coordinates, nodes moved a trifle into their own cells, and cells off any line through
+        their centres: each on its side of a crack."""
         cells = self.index[self.corners].mean(1)
         own = np.repeat(np.arange(len(cells)), self.corners.shape[1])
         share = np.bincount(self.corners.ravel(), minlength=len(self.nodes))
         mean = [
             np.bincount(self.corners.ravel(), cells[own, k], len(self.nodes)) / share for k in range(cells.shape[1])
         ]
-        return self.index + 1e-3 * (np.stack(mean, 1) - self.index), cells
+        # A crack's tip is in the middle of its own cells, and stays on the crack's line: it sees both sides.
+        return self.index + 1e-3 * (np.stack(mean, 1) - self.index), cells + TRIFLE[: self.index.shape[1]]
 
     def apart(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
         """Which pairs of points, (n, dim) in grid coordinates, a crack parts, (n,) bool."""
@@ -169,9 +174,14 @@ def lattice(
     node_index = (used[:, None] // strides) % (count + 1)
     cuts = tuple(Crack(*grid.coordinates(np.array(ends, float))) for ends in cracks)
     cut = np.zeros((dim, *count), bool)
-    if split:
-        for crack in cuts:
+    for crack in cuts:
+        if split:
             _cut_faces(crack, cut, shape, grid)
+        if not _parts_cells(crack, inside, index):
+            ends = ", ".join(
+                str([round(float(x), 12) for x in end]) for end in grid.points(np.stack([crack.start, crack.end]))
+            )
+            raise ValueError(f"from and to {ends} part no cells of the body")
     cell, axis, sign, whole = _faces(inside, cut, index)
     sides = (corners[cell], offsets, axis, sign)
     shift = np.zeros((len(used), dim))
@@ -237,13 +247,25 @@ def _face_nodes(corners: np.ndarray, offsets: np.ndarray, axis: np.ndarray, sign
     return corners[on].reshape(len(corners), -1)
 
 
+def _parts_cells(crack: Crack, inside: np.ndarray, index: np.ndarray) -> bool:
+    """Whether a crack passes between two neighbouring cells of the body."""
+    padded = np.pad(inside, 1)
+    for axis in range(inside.ndim):
+        step = np.eye(inside.ndim, dtype=int)[axis]
+        both = index[padded[tuple((index + 1 + step).T)]]
+        centres = both + 0.5 + TRIFLE[: inside.ndim]
+        if len(both) and crack.crosses(centres, centres + step).any():
+            return True
+    return False
+
+
 def _cut_faces(crack: Crack, cut: np.ndarray, shape: Shape, grid: Grid) -> None:
     """Mark in `cut` [axis, lower cell] the faces that a crack runs along. Raises ValueError off the grid's lines."""
     dim, ends = len(cut), np.stack([crack.start, crack.end])
     flat = np.flatnonzero(np.abs(ends[0] - ends[1]) < FIT)
     if len(flat) != 1:
         across = "a side of the cells" if dim == 2 else "one plane of the cells, its corners `from` and `to`"
-        raise ValueError(f"a crack in a two-set body runs along {across}")
+        raise ValueError(f"a crack in a body with particles on its faces runs along {across}")
     axis = int(flat[0])
     line = np.rint(ends[0, axis])
     if abs(ends[0, axis] - line) > FIT:

@@ -54,11 +54,23 @@ class System:
     def _make(self, n: int, layout: Layout, counts: dict[str, int] | None = None) -> State:
         """A state of `n` points, zero but for the internals' initial values."""
         state = State(self.space, n, layout, self.device, counts)
+        self._initial_internals(state)
+        self._states.append(state)
+        return state
+
+    def clear_scratch(self) -> None:
+        """Every state but the body's own as it was made."""
+        for state in self._states:
+            for buffer in (state.buffer, *([state.source.buffer] if state.source is not None else [])):
+                if state is not self.state:
+                    buffer.zero_()
+            if state is not self.state:
+                self._initial_internals(state)
+
+    def _initial_internals(self, state: State) -> None:
         if self.constitutive.internals:
             values = list(self.constitutive.internals.values())
             state.write("internals", np.tile(values, (state.counts["internals"], 1)))
-        self._states.append(state)
-        return state
 
     def impose(self, state: State, c: float | tuple[float, float]) -> None:
         """Set the prescribed values in a state at t + c dt; c = (0., 1.) means the mean of both ends of the step."""

@@ -154,10 +154,15 @@ class TestCracks:
         [
             (((0.0, 1.9), (2.0, 1.9)), "lies at y = 1.9 m between the cells' sides at 1.5 m and 2 m"),
             (((0.0, 2.0), (1.7, 2.0)), "ends at x = 1.7 m between the particles at 1.5 m and 2 m"),
-            (((0.0, 0.0), (2.0, 2.0)), "runs along a side of the cells"),
+            (((0.0, 0.0), (2.0, 2.0)), "a crack in a body with particles on its faces runs along a side of the cells"),
         ],
     )
     def test_off_the_lines_it_is_refused_unless_nothing_is_split(self, ends: tuple, message: str) -> None:
         with pytest.raises(ValueError, match=message):
             lattice(shape(**SQUARE), 0.5, cracks=(ends,))
         assert len(lattice(shape(**SQUARE), 0.5, cracks=(ends,), split=False).nodes) == 81
+
+    def test_one_that_parts_nothing_is_refused(self) -> None:
+        for split in (True, False):
+            with pytest.raises(ValueError, match=r"from and to \[5.0, 2.0\], \[6.0, 2.0\] part no cells of the body"):
+                lattice(shape(**SQUARE), 0.5, cracks=(((5.0, 2.0), (6.0, 2.0)),), split=split)

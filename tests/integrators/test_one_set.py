@@ -334,3 +334,76 @@ def test_every_composition_that_is_not_refused_runs(name: str, formulation: str,
     assert result.summary["steps"] >= 50
     energy = result.summary["energy"]
     assert abs(energy["residual"]) < 1e-2 * energy["external_work"]
+
+
+def pulled(**overrides: object) -> wsph.Scene:
+    """A square block in plane stress."""
+    body = {"name": "b", "shape": {"type": "box", "min": [0.0, 0.0], "max": [1.0, 1.0]}, "spacing": 0.1, "state": "stress",
+            "material": {"model": "elastic", "density": 1000.0, "youngs_modulus": 1e6, "poisson_ratio": 0.0}}  # fmt: skip
+    scene = wsph.Scene(schema=1, dim=2, run={"integrator": "leapfrog", "end": 0.05, "cfl": 0.5}, bodies=[body])
+    return scene.with_(**overrides)
+
+
+@pytest.mark.parametrize("formulation", FORMS)
+@pytest.mark.parametrize("velocity", ["0.1", "t"])
+@pytest.mark.parametrize("name", ["leapfrog", "rk4", "blanes-moan4", "kg4-8"])
+def test_the_work_of_a_moving_boundary_is_the_energy_it_gives(name: str, velocity: str, formulation: str) -> None:
+    push = [{"body": "b", "face": "+x", "velocity": {"x": velocity}}, {"body": "b", "face": "-x", "fixed": ["x"]}]
+    result = wsph.run(pulled(boundary=push, **{"run.integrator": name, "run.formulation": formulation}))
+    energy = result.summary["energy"]
+    assert energy["external_work"] > 0.01
+    assert abs(energy["residual"]) < 0.02 * energy["external_work"]
+
+
+def test_rkc_with_viscosity_and_a_moving_boundary_closes_its_ledger() -> None:
+    push = [{"body": "b", "face": "+x", "velocity": {"x": "t"}}, {"body": "b", "face": "-x", "fixed": ["x"]}]
+    rkc = {"name": "rkc", "stages": 4}
+    changes = {"run.formulation": "total-lagrangian", "bodies.0.viscosity": {"alpha": 1.0, "kind": "pair"}}
+    energy = wsph.run(pulled(boundary=push, **{"run.integrator": rkc, **changes})).summary["energy"]
+    assert abs(energy["residual"]) < 0.02 * energy["external_work"]
+
+
+@pytest.mark.parametrize("name", ["leapfrog", "rk4", "kg4-8", "w20-2-8", "lf4"])
+def test_stresses_are_of_the_instant_they_are_read_at(name: str) -> None:
+    """A wave's standing mode in a free bar: the stress in the middle at every step."""
+    body = {"name": "b", "shape": {"type": "box", "min": [0.0], "max": [1.0]}, "spacing": 0.02, "state": "stress",
+            "velocity": ["1e-3*cos(pi*x)"], "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.0}}  # fmt: skip
+    probe = {"name": "middle", "at": [[0.5]], "fields": ["stress_xx"], "every": 1}
+    scene = wsph.Scene(schema=1, dim=1, run={"integrator": name, "end": 0.5, "cfl": 0.9}, bodies=[body], probes=[probe])
+    record = wsph.run(scene).probes["middle"]
+    np.testing.assert_allclose(record["stress_xx"], -1e-3 * np.sin(np.pi * record["time"]), atol=5e-6)
+
+
+def test_a_body_at_rest_has_no_energy_in_single_precision() -> None:
+    energy = wsph.run(pulled(**{"run.precision": "f32"})).summary["energy"]
+    assert energy["external_work"] == energy["hourglass"] == 0.0
+
+
+def test_the_trial_of_a_warned_run_leaves_nothing_behind() -> None:
+    mode = {"bodies.0.velocity": ["0.01*sin(pi*x)", "0"], "cfl": 1.06, "end": 0.02}
+    with pytest.warns(RuntimeWarning, match="beyond its stability limit"):
+        warned = wsph.run(pulled(guard="warn", **mode))
+    off = wsph.run(pulled(guard="off", **mode))
+    assert np.array_equal(warned.particles["velocity"], off.particles["velocity"])
+    assert warned.summary["energy"] == off.summary["energy"]
+
+
+def test_a_probe_at_a_particle_reads_it_and_a_load_on_what_is_held_is_refused() -> None:
+    load = [{"body": "b", "face": "-x", "fixed": ["x", "y"]}, {"body": "b", "face": "+x", "traction": {"x": 1e3}}]
+    probe = {"name": "end", "at": [[1.0, 0.5]], "fields": ["displacement_x"], "every": 1}
+    result = wsph.run(pulled(boundary=load, probes=[probe], output={"fields": ["displacement"]}))
+    at = np.flatnonzero((np.abs(result.particles["position"] - [1.0, 0.5]) < 1e-9).all(1))
+    assert result.probes["end"]["displacement_x"][-1] == result.particles["displacement"][at[0], 0]
+    with pytest.raises(wsph.SceneError, match=r"boundary.0.traction.x: the velocity x is prescribed too"):
+        wsph.run(pulled(boundary=[{"body": "b", "face": "+x", "fixed": ["x"], "traction": {"x": 1e3}}]))
+    with pytest.raises(wsph.SceneError, match=r"run.integrator: rkc: stages = 1: a whole number from 2"):
+        wsph.run(pulled(integrator={"name": "rkc", "stages": 1}))
+
+
+def test_a_static_bar_stretches_by_its_load() -> None:
+    load = [{"body": "b", "face": "-x", "fixed": ["x"]}, {"body": "b", "face": "+x", "stress": {"xx": 1e3}}]
+    still = {"bodies.0.damping": {"rate": 60.0}, "end": 0.5, "output": {"fields": ["displacement"]}}
+    result = wsph.run(pulled(boundary=load, **still))
+    end = result.particles["position"][:, 0] == 1.0
+    assert result.particles["displacement"][end, 0] == pytest.approx(1e-3, rel=5e-3)
+    assert result.particles["stress"][:, 0] == pytest.approx(1e3, rel=5e-3)
