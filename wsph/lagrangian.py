@@ -22,319 +22,29 @@ with
 H follows from the displacements in every evaluation: nothing drifts, and single precision keeps the digits of small strains.
 """
 
-from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 import warp as wp
 
-from wsph.body_force import BodyForce, Parts, acceleration, inertia_struct
+from wsph.body_force import BodyForce
 from wsph.conditions import Conditions, layer_conditions, node_conditions, nonzero
-from wsph.constitutive import Constitutive, Laws, blame, packing
+from wsph.constitutive import Constitutive, blame
 from wsph.errors import Refused
+from wsph.lagrangian_kernels import BLOCK, Form, combine_kernel, kernels, set_up_kernel
 from wsph.neighbours import find_pairs
-from wsph.operators import Weights, average, generalized_inverse, interpolation_weights, outward_weights
+from wsph.operators import Weights, average, interpolation_weights, outward_weights
 from wsph.particles import Lattice
 from wsph.prescribed import BoundaryValues
 from wsph.program import Clock
 from wsph.scene import Body, Scene
-from wsph.smoothing import SMOOTHING, SUPPORT
-from wsph.space import Space, determinant_and_inverse
-from wsph.state import Layout, State, fields_struct, layout_of
+from wsph.smoothing import SUPPORT
+from wsph.space import Space
+from wsph.state import State, layout_of
 from wsph.system import System
 from wsph.units import Scales
 from wsph.work import ConstraintWork, LoadWork
-
-
-@dataclass(frozen=True)
-class Form:
-    """What the kernels of a composition are made for."""
-
-    points: bool
-    total: bool
-    residual: bool
-    loaded: bool
-    paper: bool
-    viscosity: str
-
-
-@cache
-def _set_up_kernels(space: Space, smoothing: str, points: bool) -> wp.Kernel:
-    real, vec, mat = space.scalar, space.vec, space.mat
-    value, slope = SMOOTHING[smoothing](space)
-    inverse = generalized_inverse(space)
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def moments(h: real, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), cell: wp.array(dtype=vec),
-                node_cell: wp.array(dtype=vec), node: wp.array(dtype=vec), weight_out: wp.array(dtype=real),
-                centre_out: wp.array(dtype=vec), moment_out: wp.array(dtype=mat), spread_out: wp.array(dtype=real),
-                rank_out: wp.array(dtype=wp.int32)):  # fmt: skip
-        i = wp.tid()
-        total = real(0.0)
-        mean = vec()
-        for k in range(offsets[i], offsets[i + 1]):
-            # The kernel is one of grid coordinates: cells of any aspect have the same neighbours.
-            q = wp.length(node_cell[indices[k]] - cell[i]) / h
-            w = -slope(q)
-            if wp.static(points):
-                w = value(q)
-            weight_out[k] = w
-            total += w
-            mean += w * node[indices[k]]
-        if total <= real(0.0):
-            rank_out[i] = -1
-            return
-        centre = mean / total
-        if wp.static(not points):
-            centre = node[i]
-        moment = mat()
-        spread = real(0.0)
-        for k in range(offsets[i], offsets[i + 1]):
-            w = weight_out[k]
-            if wp.static(points):
-                w = w / total
-            r = node[indices[k]] - centre
-            weight_out[k] = w
-            moment += w * wp.outer(r, r)
-            spread += w * wp.dot(r, r)
-        b, rank = inverse(moment, real(0.0))
-        centre_out[i] = centre
-        moment_out[i] = b
-        spread_out[i] = spread
-        rank_out[i] = rank
-
-    return moments
-
-
-class Kernels:
-    """The kernels of a composition: one instance per (space, laws, which fields there are, form)."""
-
-    def __init__(self, space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form):
-        real, vec, mat, dim = space.scalar, space.vec, space.mat, space.dim
-        internal, Params = laws.internal, laws.Params
-        Fields, respond, total = fields_struct(space, layout), laws.respond, laws.total or laws.respond
-        kept, residual, points = "internals" in dict(layout), form.residual, form.points
-        is_total, midpoint = form.total, laws.depends_on_stress
-        determinant, inverse = determinant_and_inverse(space)
-        unpack, _ = packing(space, laws.state)
-        accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
-        viscous, approach = bool(form.viscosity), form.viscosity == "approach"
-
-        @wp.kernel(module="unique", enable_backward=False)
-        def strain(p: Params, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
-                   node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat), volume: wp.array(dtype=real),
-                   fields: Fields, mean_out: wp.array(dtype=vec), corrected_out: wp.array(dtype=mat)):  # fmt: skip
-            i = wp.tid()
-            near = i
-            if wp.static(points):
-                near = indices[offsets[i]]
-            u0 = fields.displacement[near]
-            gradient = mat()
-            mean = vec()
-            for k in range(offsets[i], offsets[i + 1]):
-                j = indices[k]
-                du = fields.displacement[j] - u0
-                r = node[j] - centre[i]
-                gradient += wp.outer(weight[k] * du, r)
-                if wp.static(points and residual):
-                    mean += weight[k] * du
-            H = gradient * moment[i]
-            fields.deformation[i] = H
-            if wp.static(points and residual):
-                mean_out[i] = u0 + mean
-            P = mat()
-            if wp.static(is_total):
-                s, P = total(p, H)
-                fields.stress[i] = s
-            else:
-                F = wp.identity(n=dim, dtype=real) + H
-                full = unpack(fields.stress[i])
-                cauchy = mat()
-                for a in range(wp.static(dim)):
-                    for b in range(wp.static(dim)):
-                        cauchy[a, b] = full[a, b]
-                P = determinant(F) * cauchy * wp.transpose(inverse(F))
-            if wp.static(form.paper):
-                corrected_out[i] = volume[i] * P
-            else:
-                corrected_out[i] = volume[i] * P * moment[i]
-
-        self.strain = strain
-
-        if points:
-
-            @wp.kernel(module="unique", enable_backward=False)
-            def force_from_points(body: Inertia, stiffness: real, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
-                      weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), spread: wp.array(dtype=real),
-                      volume: wp.array(dtype=real), mean: wp.array(dtype=vec), corrected: wp.array(dtype=mat), loads: wp.array(dtype=vec),
-                      own: wp.array(dtype=real), fields: Fields, rate_out: Fields):  # fmt: skip
-                i = wp.tid()
-                f = vec()
-                u = fields.displacement[i]
-                for k in range(offsets[i], offsets[i + 1]):
-                    p = indices[k]
-                    r = node[i] - centre[p]
-                    w = weight[k]
-                    f -= w * (corrected[p] * r)
-                    if wp.static(residual):
-                        e = u - mean[p] - fields.deformation[p] * r
-                        f -= (stiffness * volume[p] / spread[p] * w) * e
-                if wp.static(form.loaded):
-                    for a in range(wp.static(dim)):
-                        f += loads[i * dim + a]
-                rate_out.velocity[i] = accelerated(body, f / own[i], fields.velocity[i])
-
-            self.force = force_from_points
-
-        else:
-
-            @wp.kernel(module="unique", enable_backward=False)
-            def force_between(body: Inertia, stiffness: real, speed: real, h: real, alpha: real, beta: real, offsets: wp.array(dtype=wp.int32),
-                      indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real), node: wp.array(dtype=vec), moment: wp.array(dtype=mat),
-                      spread: wp.array(dtype=real), volume: wp.array(dtype=real), corrected: wp.array(dtype=mat), loads: wp.array(dtype=vec),
-                      fields: Fields, viscous_out: wp.array(dtype=vec), rate_out: Fields):  # fmt: skip
-                i = wp.tid()
-                x = node[i]
-                u = fields.displacement[i]
-                v = fields.velocity[i]
-                A = corrected[i]
-                f = vec()
-                drag = vec()
-                for k in range(offsets[i], offsets[i + 1]):
-                    j = indices[k]
-                    r = node[j] - x
-                    w = weight[k]
-                    if wp.static(form.paper):
-                        f += w * ((A + corrected[j]) * (moment[i] * r))
-                    else:
-                        f += w * ((A + corrected[j]) * r)
-                    if wp.static(residual):
-                        du = fields.displacement[j] - u
-                        f += (stiffness * volume[i] / spread[i] * w) * (du - fields.deformation[i] * r)
-                        f += (stiffness * volume[j] / spread[j] * w) * (du - fields.deformation[j] * r)
-                    if wp.static(viscous):
-                        apart = -(r + fields.displacement[j] - u)
-                        dv = v - fields.velocity[j]
-                        closing = wp.dot(dv, apart)
-                        if wp.static(not approach) or closing < real(0.0):
-                            phi = h * closing / (wp.dot(apart, apart) + real(0.01) * h * h)
-                            push = alpha * speed * phi * body.density
-                            if wp.static(approach):
-                                push -= beta * phi * phi * body.density
-                            drag += real(0.5) * push * w * ((volume[i] * moment[i] + volume[j] * moment[j]) * r)
-                if wp.static(form.loaded):
-                    for a in range(wp.static(dim)):
-                        f += loads[i * dim + a]
-                if wp.static(viscous):
-                    viscous_out[i] = drag / (volume[i] * body.density)
-                    f += drag
-                rate_out.velocity[i] = accelerated(body, f / volume[i], v)
-
-            self.force = force_between
-
-        @wp.kernel(module="unique", enable_backward=False)
-        def drift(fields: Fields, rate_out: Fields):
-            i = wp.tid()
-            rate_out.displacement[i] = fields.velocity[i]
-
-        self.drift = drift
-        if residual:
-            self.residual = _residual_kernel(space, Fields, points)
-        if is_total:
-            return
-
-        @wp.kernel(module="unique", enable_backward=False)
-        def flow(clock: wp.array(dtype=wp.float64), ahead: real, p: Params, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
-                 weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat),
-                 fields: Fields, rate_out: Fields):  # fmt: skip
-            i = wp.tid()
-            near = i
-            if wp.static(points):
-                near = indices[offsets[i]]
-            v0 = fields.velocity[near]
-            gradient = mat()
-            for k in range(offsets[i], offsets[i + 1]):
-                j = indices[k]
-                gradient += wp.outer(weight[k] * (fields.velocity[j] - v0), node[j] - centre[i])
-            change = gradient * moment[i]
-            dt = ahead * real(clock[1])
-            L = change * inverse(wp.identity(n=dim, dtype=real) + fields.deformation[i] + dt * change)
-            s = fields.stress[i]
-            q = internal()
-            if wp.static(kept):
-                q = fields.internals[i]
-            ds, dq = respond(p, s, L, q)
-            # A step that goes on from the start of its stress would be of first order where the law depends on it.
-            if wp.static(midpoint) and dt > real(0.0):
-                ds, dq = respond(p, s + dt * ds, L, q + dt * dq)
-            rate_out.stress[i] = ds
-            if wp.static(kept):
-                rate_out.internals[i] = dq
-
-        self.flow = flow
-
-
-def _residual_kernel(space: Space, Fields: type, points: bool) -> wp.Kernel:
-    real, vec = space.scalar, space.vec
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def residual(count: int, stiffness: real, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
-                 weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), spread: wp.array(dtype=real),
-                 volume: wp.array(dtype=real), mean: wp.array(dtype=vec), fields: Fields, energy_out: wp.array(dtype=wp.float64)):  # fmt: skip
-        block = wp.tid()
-        total = wp.float64(0.0)
-        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
-            middle = vec()
-            if wp.static(points):
-                middle = mean[i]
-            else:
-                middle = fields.displacement[i]
-            square = real(0.0)
-            for k in range(offsets[i], offsets[i + 1]):
-                j = indices[k]
-                e = fields.displacement[j] - middle - fields.deformation[i] * (node[j] - centre[i])
-                square += weight[k] * wp.dot(e, e)
-            total += wp.float64(real(0.5) * stiffness * volume[i] / spread[i] * square)
-        energy_out[block] = total
-
-    return residual
-
-
-@cache
-def _kernels(space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form) -> Kernels:
-    return Kernels(space, laws, layout, parts, form)
-
-
-@cache
-def _combine_kernel(space: Space, plain: int, timed: int, squared: int) -> wp.Kernel:
-    """out = sum of up to three states, up to three rates times dt, and one times dt^2, over a range of the flat buffer."""
-    real = space.scalar
-    coefficients = space.vector(7)
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def combine(clock: wp.array(dtype=wp.float64), start: int, c: coefficients, x0: wp.array(dtype=real), x1: wp.array(dtype=real),
-                x2: wp.array(dtype=real), k0: wp.array(dtype=real), k1: wp.array(dtype=real), k2: wp.array(dtype=real),
-                out: wp.array(dtype=real)):  # fmt: skip
-        i = start + wp.tid()
-        total = c[0] * x0[i]
-        if wp.static(plain > 1):
-            total += c[1] * x1[i]
-        if wp.static(plain > 2):
-            total += c[2] * x2[i]
-        slope = real(0.0)
-        if wp.static(timed > 0):
-            slope += c[3] * k0[i]
-        if wp.static(timed > 1):
-            slope += c[4] * k1[i]
-        if wp.static(timed > 2):
-            slope += c[5] * k2[i]
-        dt = real(clock[1])
-        if wp.static(squared > 0):
-            slope += dt * c[6] * k2[i]
-        out[i] = total + dt * slope
-
-    return combine
 
 
 class LagrangianSystem(System):
@@ -400,7 +110,7 @@ class LagrangianSystem(System):
                     scene.run.correction == "paper" and not self.points, viscosity.kind if viscosity else "")  # fmt: skip
         self.form = form
         with blame(constitutive.who):
-            self.kernels = _kernels(space, laws, self.state.layout, self.force.parts, form)
+            self.kernels = kernels(space, laws, self.state.layout, self.force.parts, form)
         m = len(self.point_volume)
         self._mean = wp.zeros(m if form.residual and form.points else 1, dtype=space.vec, device=device)
         self._corrected = wp.zeros(m, dtype=space.mat, device=device)
@@ -439,7 +149,7 @@ class LagrangianSystem(System):
             rank = wp.zeros(len(points), dtype=wp.int32, device=device)
             inputs = [wp.float64(self._support / SUPPORT), pairs.offsets, pairs.indices]
             inputs += [wp.array(a, dtype=double.vec, device=device) for a in (points, nodes, position)]
-            kernel = _set_up_kernels(double, scene.run.kernel, self.points)
+            kernel = set_up_kernel(double, scene.run.kernel, self.points)
             wp.launch(kernel, len(points), device=device, inputs=inputs, outputs=[weight, centre, moment, spread, rank])
             lonely = np.flatnonzero(rank.numpy() < space.dim)
             # A point of a shape's odd corner may need to see further.
@@ -558,7 +268,7 @@ class LagrangianSystem(System):
             coefficients[6], rates[2] = squared[0][0], squared[0][1].buffer
         split = self.count * self.space.dim
         start, end = {"all": (0, len(out.buffer)), "velocity": (0, split), "rest": (split, len(out.buffer))}[part]
-        kernel = _combine_kernel(self.space, len(plain), len(timed), len(squared))
+        kernel = combine_kernel(self.space, len(plain), len(timed), len(squared))
         inputs = [self.clock.time, start, self.space.vector(7)(*coefficients), *states, *rates]
         self.clock.launch(kernel, end - start, inputs, [out.buffer])
 
@@ -771,8 +481,6 @@ class LagrangianSystem(System):
         return self._pairs.nbytes + sum(a.capacity for a in own) + self.state_bytes
 
 
-BLOCK = 1024
-"""Points in one partial sum: the same for any number of threads."""
 LANCZOS = 20
 """Products of Lanczos' method for the largest frequency."""
 
