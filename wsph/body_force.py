@@ -5,6 +5,7 @@ dv/dt = (div stress)/rho + g - rate v
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -74,35 +75,23 @@ def _work_kernel(space: Space, layout: Layout) -> wp.Kernel:
     return work
 
 
-class BodyForce:
-    """Gravity and damping of one body, and their work by the trapezoidal rule. `struct` goes to the kernels."""
+class TwoWorks:
+    """Two works by the trapezoidal rule, summed in blocks of 1024 particles: `_launch` gives the kernel that adds half a
+    step of the power now and the power before, and its inputs."""
 
-    def __init__(
-        self, scene: Scene, body: Body, space: Space, scales: Scales, density: float, volume: np.ndarray, device: str
-    ):
-        gravity = np.array([scene.gravity.get(axis, 0.0) for axis in "xyz"[: space.dim]])
-        rate = body.damping.rate if body.damping is not None else 0.0
-        self.parts = Parts(damped=rate > 0.0, heavy=bool(gravity.any()))
-        self._space, self._n = space, len(volume)
-        self.struct = inertia_struct(space)()
-        self.struct.density = space.scalar(density)
-        self.struct.damping = space.scalar(rate * scales.time)
-        self.struct.gravity = space.vec(*(gravity * scales.time / scales.velocity))
-        if self._acts:
-            blocks = -(-self._n // BLOCK)
-            self._volume = wp.array(volume, dtype=space.scalar, device=device)
-            self._power = wp.zeros((blocks, 2), dtype=wp.float64, device=device)
-            self._work = wp.zeros((blocks, 2), dtype=wp.float64, device=device)
+    def __init__(self, n: int, acts: bool, device: str):
+        self._n, self._acts = n, acts
+        if acts:
+            self._power = wp.zeros((-(-n // BLOCK), 2), dtype=wp.float64, device=device)
+            self._work = wp.zeros_like(self._power)
 
-    @property
-    def _acts(self) -> bool:
-        return self.parts.damped or self.parts.heavy
+    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[Any]]:
+        raise NotImplementedError
 
     def add(self, state: State, clock: Clock) -> None:
-        """Add the work of a step whose final values stand in `state` (a launch, where there is a body force)."""
+        """Add the work of a step whose final values stand in `state` (a launch, where there is something)."""
         if self._acts:
-            inputs = [self._n, clock.time, self.struct, self._volume, state.struct]
-            kernel = _work_kernel(self._space, state.layout)
+            kernel, inputs = self._launch(state, clock)
             clock.launch(kernel, self._work.shape[0], inputs, [self._power, self._work])
 
     def start(self, state: State, clock: Clock) -> None:
@@ -113,6 +102,29 @@ class BodyForce:
 
     def _total(self, column: int) -> float:
         return float(self._work.numpy()[:, column].sum()) if self._acts else 0.0
+
+
+class BodyForce(TwoWorks):
+    """Gravity and damping of one body, and their work. `struct` goes to the kernels."""
+
+    def __init__(
+        self, scene: Scene, body: Body, space: Space, scales: Scales, density: float, volume: np.ndarray, device: str
+    ):
+        gravity = np.array([scene.gravity.get(axis, 0.0) for axis in "xyz"[: space.dim]])
+        rate = body.damping.rate if body.damping is not None else 0.0
+        self.parts = Parts(damped=rate > 0.0, heavy=bool(gravity.any()))
+        super().__init__(len(volume), self.parts.damped or self.parts.heavy, device)
+        self._space = space
+        self.struct = inertia_struct(space)()
+        self.struct.density = space.scalar(density)
+        self.struct.damping = space.scalar(rate * scales.time)
+        self.struct.gravity = space.vec(*(gravity * scales.time / scales.velocity))
+        if self._acts:
+            self._volume = wp.array(volume, dtype=space.scalar, device=device)
+
+    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[Any]]:
+        kernel = _work_kernel(self._space, state.layout)
+        return kernel, [self._n, clock.time, self.struct, self._volume, state.struct]
 
     @property
     def gravity_work(self) -> float:

@@ -1,17 +1,17 @@
 """External work: what the prescribed motion and the loads do on a body, in blocks of fixed size."""
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 import warp as wp
 
+from wsph.body_force import BLOCK, TwoWorks
 from wsph.conditions import Conditions
 from wsph.prescribed import BoundaryValues
 from wsph.program import Clock
 from wsph.space import Space, determinant_and_inverse
 from wsph.state import Layout, State, fields_struct
-
-BLOCK = 1024
 
 
 @cache
@@ -171,37 +171,21 @@ def _load_kernel(space: Space, layout: Layout, viscous: bool) -> wp.Kernel:
     return work
 
 
-class LoadWork:
-    """Work of loads on a Lagrangian body and of its viscosity, by the trapezoidal rule."""
+class LoadWork(TwoWorks):
+    """Work of loads on a Lagrangian body and of its viscosity."""
 
     def __init__(self, space: Space, loads: BoundaryValues, state: State, values: State, drag: wp.array | None,
                  mass: np.ndarray, device: str):  # fmt: skip
-        self._acts, self._n = loads.count > 0 or drag is not None, state.n
+        super().__init__(state.n, loads.count > 0 or drag is not None, device)
         self._kernel = _load_kernel(space, state.layout, drag is not None)
         if self._acts:
-            blocks = -(-self._n // BLOCK)
-            self._loads = wp.array(
-                ptr=values.buffer.ptr, dtype=space.vec, shape=self._n * space.dim, device=device, copy=False
-            )
+            forces, count = values.buffer.ptr, self._n * space.dim
+            self._loads = wp.array(ptr=forces, dtype=space.vec, shape=count, device=device, copy=False)
             self._drag = drag if drag is not None else self._loads
             self._mass = wp.array(mass, dtype=space.scalar, device=device)
-            self._power = wp.zeros((blocks, 2), dtype=wp.float64, device=device)
-            self._work = wp.zeros((blocks, 2), dtype=wp.float64, device=device)
 
-    def add(self, state: State, clock: Clock) -> None:
-        """Add the work of a step whose final values stand in `state` (a launch, where there is something)."""
-        if self._acts:
-            inputs = [self._n, clock.time, self._loads, self._drag, self._mass, state.struct]
-            clock.launch(self._kernel, self._work.shape[0], inputs, [self._power, self._work])
-
-    def start(self, state: State, clock: Clock) -> None:
-        """Take the power at the start of the run."""
-        if self._acts:
-            self.add(state, clock)
-            self._work.zero_()
-
-    def _total(self, column: int) -> float:
-        return float(self._work.numpy()[:, column].sum()) if self._acts else 0.0
+    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[Any]]:
+        return self._kernel, [self._n, clock.time, self._loads, self._drag, self._mass, state.struct]
 
     @property
     def total(self) -> float:
