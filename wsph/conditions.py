@@ -28,7 +28,8 @@ class Conditions:
     """Prescribed components of one body and the faces that do work.
 
     entries: (field, component) -> {particle: value}; free_normals: bit k of (n,) where sigma_kk is prescribed; work_*: rows
-    of (particle, axis, signed area [m^(dim-1)]) on faces that move or carry stress.
+    of (particle, axis, signed area [m^(dim-1)]) on faces that move or carry stress. mirrored (n,): how often a particle is
+    there with its images across planes of symmetry, 1, 2, 4 or 8: its volume times that is a whole particle's.
     """
 
     entries: dict[tuple[str, int], dict[int, Prescribed]] = field(default_factory=dict)
@@ -37,6 +38,7 @@ class Conditions:
     work_axis: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     work_area: np.ndarray = field(default_factory=lambda: np.zeros(0))
     loads: "Conditions | None" = None
+    mirrored: np.ndarray = field(default_factory=lambda: np.ones(0))
     scales: dict[tuple[str, int], dict[int, float]] = field(default_factory=dict)
 
     def put(self, name: str, component: int, particles: np.ndarray, value: Prescribed) -> None:
@@ -98,7 +100,7 @@ def _nothing_selected(k: int, condition: Boundary) -> SceneError:
 def face_conditions(scene: Scene, body: str, lattice: Lattice, labels: tuple[str, ...]) -> Conditions:
     """Conditions of a two-set body. `labels` are the kept stress components. Raises SceneError where one selects nothing."""
     faces, dim, n = lattice.faces, scene.dim, len(lattice.nodes)
-    result = Conditions()
+    result = Conditions(mirrored=np.ones(n))
     moved = np.zeros((len(faces.area), dim), bool)
     loaded = np.zeros(faces.nodes.shape, bool)
     loads: list[tuple[str, np.ndarray, np.ndarray, Prescribed, str]] = []
@@ -115,6 +117,8 @@ def face_conditions(scene: Scene, body: str, lattice: Lattice, labels: tuple[str
         if not len(nodes):
             raise _nothing_selected(k, condition)
         velocities = _velocities(scene, condition)
+        if condition.symmetry:
+            result.mirrored[nodes] *= 2.0
         if velocities and len(velocities) < dim and not lattice.frame.upright:
             text = f"a turned body prescribes all {dim} components of the velocity, or stresses along the axes of its shape"
             raise SceneError("scene", [Fault(0, f"boundary.{k}", text)])

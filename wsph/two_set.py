@@ -207,10 +207,11 @@ class TwoSetSystem(System):
         self._support = scene.run.support or DEFAULT_SUPPORT
         nodes, cells = lattice.centred
         sided_nodes, sided_cells = lattice.sided if lattice.cracks else (nodes, cells)
-        cell = lattice.cell_volume[0]
-        self.to_virtual = self._operator(
-            (cells, nodes), (sided_cells, sided_nodes), lattice.node_volume / cell, scene.run.kernel, "virtual"
-        )
+        self.conditions: Conditions = face_conditions(scene, body.name, lattice, constitutive.state.labels)
+        cell = float(np.prod(lattice.frame.step))
+        # With its images: the half of a body that symmetry stands for has the operators of the whole, at a crack's tip too.
+        whole = self.conditions.mirrored * lattice.node_volume / cell
+        self.to_virtual = self._operator((cells, nodes), (sided_cells, sided_nodes), whole, scene.run.kernel, "virtual")
         self.to_real = self._operator(
             (nodes, cells), (sided_nodes, sided_cells), lattice.cell_volume / cell, scene.run.kernel, "real"
         )
@@ -218,7 +219,6 @@ class TwoSetSystem(System):
         self._virtual_rows, self._real_rows = self._rows(*self.to_virtual), self._rows(*self.to_real)
 
         self.state = self.new("real")
-        self.conditions: Conditions = face_conditions(scene, body.name, lattice, constitutive.state.labels)
         self._axes = space.mat(*lattice.frame.axes.T.ravel())
         self._rotated = not lattice.frame.upright
         self._framed = wp.array(np.flatnonzero(lattice.on_face), dtype=wp.int32, device=device)
