@@ -105,7 +105,7 @@ def _publish(bodies: list[BodyRun]) -> None:
     for run in bodies:
         if hasattr(run.integrator, "publish"):
             run.integrator.publish()
-        if hasattr(run.system, "refresh") and not getattr(run.integrator, "fresh", False):
+        if not getattr(run.integrator, "fresh", False):
             run.system.refresh(run.system.state)
 
 
@@ -274,8 +274,7 @@ def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: An
         if hasattr(integrator, "begin"):
             integrator.begin()
         limit, reason = integrator.limit() if hasattr(integrator, "limit") else (None, "the integrator declares none")
-    points = getattr(system, "point_volume", system.volume)
-    diagnostics = Diagnostics(space, constitutive, system.volume, points, system.density, device)
+    diagnostics = Diagnostics(space, constitutive, system.volume, system.point_volume, system.density, device)
     courant = clock.dt * scales.time * constitutive.wave_speed / cells.spacing
     return BodyRun(body, constitutive, system, integrator, diagnostics, courant, limit, reason)
 

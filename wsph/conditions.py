@@ -8,6 +8,7 @@ prescribed the normal strain rate follows from its rate: also at a corner whose 
 cantilever's root grows by 2e-4 a step at nu = .499, C <= .5).
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -97,6 +98,25 @@ def _nothing_selected(k: int, condition: Boundary) -> SceneError:
     return SceneError("scene", [Fault(0, f"boundary.{k}.{key}", f"{text!r} selects no particle of {condition.body!r}")])
 
 
+def _selected(
+    scene: Scene, body: str, lattice: Lattice, position: np.ndarray, on: np.ndarray
+) -> Iterator[tuple[int, Boundary, np.ndarray, np.ndarray]]:
+    """The conditions of a body: number, condition, the particles that it selects and the rows of the faces (m,) bool. `on`
+    (m, k) are the particles of each face. Raises SceneError where one selects nothing."""
+    for k, condition in enumerate(scene.boundary):
+        if condition.body != body:
+            continue
+        if condition.face:
+            rows = lattice.faces.named(condition.face)
+            particles = np.unique(on[rows])
+        else:
+            chosen = select(condition.where or "", position, lattice.spacing)
+            particles, rows = np.flatnonzero(chosen), chosen[on].all(1)
+        if not len(particles):
+            raise _nothing_selected(k, condition)
+        yield k, condition, particles, rows
+
+
 def face_conditions(scene: Scene, body: str, lattice: Lattice, labels: tuple[str, ...]) -> Conditions:
     """Conditions of a two-set body. `labels` are the kept stress components. Raises SceneError where one selects nothing."""
     faces, dim, n = lattice.faces, scene.dim, len(lattice.nodes)
@@ -105,17 +125,7 @@ def face_conditions(scene: Scene, body: str, lattice: Lattice, labels: tuple[str
     loaded = np.zeros(faces.nodes.shape, bool)
     loads: list[tuple[str, np.ndarray, np.ndarray, Prescribed, str]] = []
     zero = constant_program(0.0)
-    for k, condition in enumerate(scene.boundary):
-        if condition.body != body:
-            continue
-        if condition.face:
-            rows = faces.named(condition.face)
-            nodes = np.unique(faces.nodes[rows])
-        else:
-            chosen = select(condition.where or "", lattice.nodes, lattice.spacing)
-            nodes, rows = np.flatnonzero(chosen), chosen[faces.nodes].all(1)
-        if not len(nodes):
-            raise _nothing_selected(k, condition)
+    for k, condition, nodes, rows in _selected(scene, body, lattice, lattice.nodes, faces.nodes):
         velocities = _velocities(scene, condition)
         if condition.symmetry:
             result.mirrored[nodes] *= 2.0
@@ -189,17 +199,7 @@ def _natural_conditions(scene: Scene, body: str, lattice: Lattice, position: np.
     faces, dim = lattice.faces, scene.dim
     result = Conditions()
     result.loads = Conditions()
-    for k, condition in enumerate(scene.boundary):
-        if condition.body != body:
-            continue
-        if condition.face:
-            rows = faces.named(condition.face)
-            particles = np.unique(on[rows])
-        else:
-            chosen = select(condition.where or "", position, lattice.spacing)
-            particles, rows = np.flatnonzero(chosen), chosen[on].all(1)
-        if not len(particles):
-            raise _nothing_selected(k, condition)
+    for k, condition, particles, rows in _selected(scene, body, lattice, position, on):
         velocities = _velocities(scene, condition)
         if velocities and len(velocities) < dim and condition.symmetry and not lattice.frame.upright:
             text = (

@@ -138,8 +138,7 @@ class Simulation:
         if step > 0:
             self.c.publish()
         ledgers = [run.diagnostics.measure(run.system.state) for run in self.c.bodies]
-        systems = (run.system for run in self.c.bodies)
-        self._stiffening = sum(s.hourglass_energy() for s in systems if hasattr(s, "hourglass_energy"))
+        self._stiffening = sum(run.system.hourglass_energy() for run in self.c.bodies)
         for run, ledger in zip(self.c.bodies, ledgers, strict=True):
             if ledger.bad >= 0:
                 position = run.system.position[ledger.bad]
@@ -197,7 +196,7 @@ class Simulation:
         )
 
     def _dissipated(self, ledgers: list[Ledger]) -> float:
-        parts = (run.system.force.damped + getattr(run.system.work, "viscous", 0.0) for run in self.c.bodies)
+        parts = (run.system.force.damped + run.system.drag_energy for run in self.c.bodies)
         return sum(e.dissipated for e in ledgers) + sum(parts)
 
     def _total(self, ledgers: list[Ledger]) -> float:

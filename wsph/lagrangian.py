@@ -15,9 +15,8 @@ Two forms of it:
 - `stress-points`: nodes on the lattice and on the faces, points at the cell centres, the two sets of Taylor-SPH. By far the
   most accurate: a cantilever of twelve rows vibrates within .1 % where the usual form is 3-5 % slow.
 - `total-lagrangian`: one set, every particle is its own point (Xbar_p = X_p, w = |W'|/r), the form of total-Lagrangian SPH
-with
-  each side's own correction (sigma_i L_i^-1 + sigma_j L_j^-1). `run.correction = "paper"` puts L_i on both (He & Seaid 2016,
-  eq 13 with eq 3), which keeps no momentum at boundaries; it is there to compare with.
+  with each side's own correction (sigma_i L_i^-1 + sigma_j L_j^-1). `run.correction = "paper"` puts L_i on both (He & Seaid
+  2016, eq 13 with eq 3), which keeps no momentum at boundaries; it is there to compare with.
 
 H follows from the displacements in every evaluation: nothing drifts, and single precision keeps the digits of small strains.
 """
@@ -34,7 +33,7 @@ from wsph.constitutive import Constitutive, blame
 from wsph.errors import Refused
 from wsph.lagrangian_kernels import BLOCK, Form, combine_kernel, kernels, set_up_kernel
 from wsph.neighbours import find_pairs
-from wsph.operators import Weights, average, interpolation_weights, outward_weights
+from wsph.operators import Weights, average, outward_weights, spanning_weights, unparted
 from wsph.particles import Lattice
 from wsph.prescribed import BoundaryValues
 from wsph.program import Clock
@@ -65,7 +64,7 @@ class LagrangianSystem(System):
         at_nodes = self.points or body.placement == "nodes"
         places, self.position = (nodes, lattice.nodes) if at_nodes else (cells, lattice.cells)
         self.volume = (lattice.node_volume if at_nodes else lattice.cell_volume) / unit
-        self.point_volume = lattice.cell_volume / unit if self.points else self.volume
+        self._cells = lattice.cell_volume / unit
         points = cells if self.points else places
         self._at_nodes = at_nodes
         self._set_up(scene, body, places, points)
@@ -138,10 +137,7 @@ class LagrangianSystem(System):
         )
         double = Space(space.dim)
         while True:
-            pairs = find_pairs(points, nodes, reach, device, same=not self.points)
-            if lattice.cracks:
-                row = np.repeat(np.arange(len(points)), np.diff(pairs.offsets.numpy()))
-                pairs = pairs.where(~lattice.apart(sided[0][row], sided[1][pairs.indices.numpy()]))
+            pairs = unparted(find_pairs(points, nodes, reach, device, same=not self.points), lattice, *sided)
             weight = wp.zeros(pairs.count, dtype=wp.float64, device=device)
             centre = wp.zeros(len(points), dtype=double.vec, device=device)
             moment = wp.zeros(len(points), dtype=double.mat, device=device)
@@ -176,6 +172,14 @@ class LagrangianSystem(System):
     def pairs(self) -> int:
         """Directed pairs, from points to nodes and back."""
         return self._pairs.count * (2 if self.points else 1)
+
+    @property
+    def point_volume(self) -> np.ndarray:
+        return self._cells if self.points else self.volume
+
+    @property
+    def drag_energy(self) -> float:
+        return self.work.loads.viscous
 
     def new(self) -> State:
         """A state, zero but for the internals' initial values."""
@@ -289,18 +293,24 @@ class LagrangianSystem(System):
         self.work.loads.add(state, self.clock)
         self.force.add(state, self.clock)
 
+    @property
+    def _free(self) -> np.ndarray:
+        """1 where a component of the velocity is free, 0 where it is prescribed, (n dim,)."""
+        free = np.ones(self.count * self.space.dim)
+        for (_, component), values in self.conditions.entries.items():
+            free[[self.state.index("velocity", particle, component) for particle in values]] = 0.0
+        return free
+
     @cached_property
     def frequency(self) -> float:
         """The largest frequency omega of the undamped body about its current state, nondimensional; an upper estimate.
 
-        Lanczos on K w = -(a(u + eps w) - a(u))/eps, mass-weighted, prescribed components held: 12 products, the largest Ritz
-        value and its residual.
+        Lanczos on K w = -(a(u + eps w) - a(u))/eps, mass-weighted, prescribed components held: LANCZOS products, the
+        largest Ritz value and its residual.
         """
         base, moved, change = self.state, self.new(), self.new()
         mass = np.sqrt(np.repeat(self.volume, self.space.dim))
-        free = np.ones(self.count * self.space.dim)
-        for (_, component), values in self.conditions.entries.items():
-            free[[base.index("velocity", particle, component) for particle in values]] = 0.0
+        free = self._free
         split, eps = len(free), 1e-6 if self.space.precision == "f64" else 1e-2
         start = base.buffer.numpy().copy()
         place = base.start["displacement"]
@@ -308,23 +318,19 @@ class LagrangianSystem(System):
         def accelerations(w: np.ndarray) -> np.ndarray:
             """a(u + eps w) with the velocities at rest."""
             shifted = start.astype(np.float64)
-            shifted[:split] = 0.0
-            shifted[place : place + split] += eps * w
-            moved.buffer.assign(shifted.astype(self.space.numpy))
             if not self.form.total:
                 # A rate law's stress follows the strain that the shift makes.
                 moved.buffer.assign(np.concatenate([eps * w, start[split:]]).astype(self.space.numpy))
                 self.rate(base, change, "velocity")
                 wp.copy(moved.struct.deformation, base.struct.deformation)
                 self.rate(moved, change, "rest")
-                stress = start.astype(np.float64)
                 increment = change.buffer.numpy()
                 a = base.start["stress"]
                 b = a + base.counts["stress"] * base.widths["stress"]
-                stress[a:b] += increment[a:b] - resting[a:b]
-                stress[:split] = 0.0
-                stress[place : place + split] += eps * w
-                moved.buffer.assign(stress.astype(self.space.numpy))
+                shifted[a:b] += increment[a:b] - resting[a:b]
+            shifted[:split] = 0.0
+            shifted[place : place + split] += eps * w
+            moved.buffer.assign(shifted.astype(self.space.numpy))
             self.rate(moved, change, "velocity")
             return change.buffer.numpy()[:split].astype(np.float64)
 
@@ -336,7 +342,6 @@ class LagrangianSystem(System):
             resting = change.buffer.numpy().astype(np.float64)
         rest = accelerations(np.zeros(split))
         x = np.random.default_rng(0).standard_normal(split) * free
-        # The fastest modes alternate from particle to particle: a start that favours them needs fewer products.
         basis, diagonal, beside = [x / np.linalg.norm(x)], [], []
         for _ in range(LANCZOS):
             w = -(accelerations(basis[-1] / mass) - rest) / eps * mass * free
@@ -377,9 +382,7 @@ class LagrangianSystem(System):
             return 0.0
         moved, change = self.new(), self.new()
         start = self.state.buffer.numpy().copy()
-        free = np.ones(self.count * self.space.dim)
-        for (_, component), values in self.conditions.entries.items():
-            free[[self.state.index("velocity", particle, component) for particle in values]] = 0.0
+        free = self._free
         split, growth = len(free), 0.0
         # Alternating from particle to particle: the mode that pairs damp most; the switch passes half of its pairs.
         at = self.lattice.index if self._at_nodes else self.lattice.index[self.lattice.corners].mean(1) - 0.5
@@ -453,17 +456,8 @@ class LagrangianSystem(System):
         index = self.lattice.index
         sources = index if at_nodes else index[self.lattice.corners].mean(1)
         grid = self.lattice.frame.coordinates(points)
-        reach = np.full(len(grid), 1.6)
-        while True:
-            pairs = find_pairs(grid, sources, reach, "cpu")
-            row = np.repeat(np.arange(len(grid)), np.diff(pairs.offsets.numpy()))
-            pairs = pairs.where(~self.lattice.apart(grid[row], sources[pairs.indices.numpy()]))
-            weights = interpolation_weights(Space(self.space.dim), pairs, grid, sources, np.ones(len(sources)))
-            narrow = weights.rank < self.space.dim
-            if not narrow.any() or reach.max() > 6.0:
-                break
-            reach[narrow] *= 1.5
-        offsets, indices, values = pairs.offsets.numpy(), pairs.indices.numpy(), weights.values.numpy()
+        weights = spanning_weights(self.lattice, 1.6, (grid, sources), (grid, sources), np.ones(len(sources)))
+        offsets, indices, values = (a.numpy() for a in (weights.pairs.offsets, weights.pairs.indices, weights.values))
         rows = [(indices[a:b], values[a:b]) for a, b in pairwise(offsets)]
         # A point that is a particle reads that particle.
         for n, (there, _) in enumerate(rows):
@@ -502,7 +496,7 @@ class StressPointSystem(LagrangianSystem):
 
 
 class _Works:
-    """External work of a Lagrangian body: constraints and loads; what viscosity took."""
+    """External work of a Lagrangian body: constraints and loads."""
 
     def __init__(self, constraints: ConstraintWork, loads: LoadWork):
         self.constraints, self.loads = constraints, loads
@@ -516,8 +510,3 @@ class _Works:
     def total(self) -> float:
         """Work of constraints and loads so far, nondimensional."""
         return self.constraints.total + self.loads.total
-
-    @property
-    def viscous(self) -> float:
-        """Energy that viscosity has taken so far, nondimensional."""
-        return self.loads.viscous

@@ -213,21 +213,33 @@ def average(weights: Weights, values: np.ndarray) -> np.ndarray:
     )
 
 
-def outward_weights(lattice: Lattice, support: float) -> Weights:
-    """Interpolation from cells to nodes that extrapolates linearly to faces: for output. `support` in cells."""
-    nodes, cells = lattice.centred
-    sided_nodes, sided_cells = lattice.sided
-    reach = np.full(len(nodes), support)
-    dim = nodes.shape[1]
+def unparted(pairs: Pairs, lattice: Lattice, targets: np.ndarray, sources: np.ndarray) -> Pairs:
+    """The pairs that no crack parts. `targets` (n, dim) and `sources` (m, dim) in grid coordinates, each on its side."""
+    if not lattice.cracks:
+        return pairs
+    row = np.repeat(np.arange(len(targets)), np.diff(pairs.offsets.numpy()))
+    return pairs.where(~lattice.apart(targets[row], sources[pairs.indices.numpy()]))
+
+
+def spanning_weights(lattice: Lattice, support: float, points: tuple[np.ndarray, np.ndarray],
+                     sided: tuple[np.ndarray, np.ndarray], volume: np.ndarray) -> Weights:  # fmt: skip
+    """Linear-exact interpolation for output, `points` = (targets, sources) in cells: a target looks further than `support`
+    until its sources span every direction. `sided`: the same in grid coordinates, each on its side of a crack."""
+    targets, sources = points
+    reach = np.full(len(targets), support)
+    dim = sources.shape[1]
     while True:
-        pairs = find_pairs(nodes, cells, reach, "cpu")
-        row = np.repeat(np.arange(len(nodes)), np.diff(pairs.offsets.numpy()))
-        pairs = pairs.where(~lattice.apart(sided_nodes[row], sided_cells[pairs.indices.numpy()]))
-        weights = interpolation_weights(Space(dim), pairs, nodes, cells, lattice.cell_volume)
+        pairs = unparted(find_pairs(targets, sources, reach, "cpu"), lattice, *sided)
+        weights = interpolation_weights(Space(dim), pairs, targets, sources, volume)
         narrow = weights.rank < dim
         if not narrow.any() or reach.max() > 6.0:
             return weights
         reach[narrow] *= 1.5
+
+
+def outward_weights(lattice: Lattice, support: float) -> Weights:
+    """Interpolation from cells to nodes that extrapolates linearly to faces: for output. `support` in cells."""
+    return spanning_weights(lattice, support, lattice.centred, lattice.sided, lattice.cell_volume)
 
 
 @cache

@@ -34,7 +34,8 @@ def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
         raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
 
 
-def _text(path: Path, content: str) -> None:
+def write_text(path: Path, content: str) -> None:
+    """Write a text file whole or not at all. Raises OutputError."""
     write_atomically(path, lambda temporary: _put(temporary, content))
 
 
@@ -128,7 +129,7 @@ class OutputFolder:
             ElementTree.SubElement(
                 collection, "DataSet", timestep=repr(time), part="0", file=f"frames/frame_{number:06d}.vtu"
             )
-        _text(self.folder / "frames.pvd", _xml(root))
+        write_text(self.folder / "frames.pvd", _xml(root))
 
     def _write_xdmf(self) -> None:
         root = ElementTree.Element("Xdmf", Version="3.0")
@@ -150,7 +151,7 @@ class OutputFolder:
                 kind = {"1": "Scalar", "3": "Vector", "6": "Tensor"}.get(width, "Matrix")
                 attribute = ElementTree.SubElement(grid, "Attribute", Name=name, AttributeType=kind, Center="Node")
                 _data_item(attribute, {"1": f"{n}", "6": f"{n} 9"}.get(width, f"{n} {width}"), f"{source}:/{name}")
-        _text(self.folder / "frames.xdmf", _xml(root))
+        write_text(self.folder / "frames.xdmf", _xml(root))
 
     def table(self, name: str, columns: dict[str, Any]) -> None:
         """Write `name` (a path in the folder) as CSV, a column an entry, in the shortest digits that read back the same."""
@@ -158,11 +159,11 @@ class OutputFolder:
         writer = csv.writer(buffer, lineterminator="\n")
         writer.writerow(columns)
         writer.writerows(zip(*[np.asarray(v).tolist() for v in columns.values()], strict=True))
-        _text(self.folder / name, buffer.getvalue())
+        write_text(self.folder / name, buffer.getvalue())
 
     def summary(self, content: dict[str, Any]) -> None:
         """Write summary.json."""
-        _text(
+        write_text(
             self.folder / "summary.json",
             json.dumps(_json(content), indent=2, ensure_ascii=False, allow_nan=False) + "\n",
         )

@@ -27,7 +27,7 @@ from wsph.errors import Fault, SceneError
 from wsph.expressions import Expression, compile_expression, constant_program
 from wsph.faults import between_tables, of_plugins, of_validation, scene_path
 from wsph.lines import line_of, lines
-from wsph.shapes import Rotation, Shape
+from wsph.shapes import Rotation, Shape, as_tuple
 from wsph.smoothing import SMOOTHING
 from wsph.units import looks_like_quantity, quantity
 
@@ -55,10 +55,6 @@ def _face(value: str) -> str:
     return value
 
 
-def _tuple(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
-
-
 def _cadence(value: object) -> int | float:
     if isinstance(value, int) and not isinstance(value, bool):
         if not 1 <= value < 2**53:
@@ -84,7 +80,7 @@ Cadence = Annotated[int | float, BeforeValidator(_cadence)]
 """An integer counts steps, a float or a unit string is seconds."""
 Value = Annotated[float | str, BeforeValidator(_plain)]
 """A number, a quantity with its unit, an expression of x, y, z, t, or the name of a function."""
-Strings = Annotated[tuple[str, ...], BeforeValidator(_tuple)]
+Strings = Annotated[tuple[str, ...], BeforeValidator(as_tuple)]
 
 
 class IntegratorSpec(Model):
@@ -166,8 +162,8 @@ def _switch(value: Any) -> Any:
 class CrackLine(Model):
     """A cut from the start: in 2D a segment, in 3D a rectangle with these two corners. Reference coordinates."""
 
-    start: Annotated[tuple[_in("m"), ...], BeforeValidator(_tuple)] = Field(alias="from")
-    end: Annotated[tuple[_in("m"), ...], BeforeValidator(_tuple)] = Field(alias="to")
+    start: Annotated[tuple[_in("m"), ...], BeforeValidator(as_tuple)] = Field(alias="from")
+    end: Annotated[tuple[_in("m"), ...], BeforeValidator(as_tuple)] = Field(alias="to")
 
 
 def _spacing(value: Any) -> Any:
@@ -189,20 +185,20 @@ class Body(Model):
     lattice_rotate: Rotation = 0.0
     state: Literal["stress", "strain"] | None = None
     jitter: _in("", ge=0, le=0.5) = 0.0
-    cracks: Annotated[tuple[CrackLine, ...], BeforeValidator(_tuple)] = ()
+    cracks: Annotated[tuple[CrackLine, ...], BeforeValidator(as_tuple)] = ()
     damping: Damping | None = None
     viscosity: Viscosity | None = None
     residual: Annotated[Residual | None, BeforeValidator(_switch)] = None
     placement: Literal["cells", "nodes"] = "cells"
-    velocity: Annotated[tuple[Value, ...], BeforeValidator(_tuple)] | None = None
+    velocity: Annotated[tuple[Value, ...], BeforeValidator(as_tuple)] | None = None
     material: MaterialSpec
 
 
 class Function(Model):
     """A function of time: a table (t, value, interp) or an expression of x, y, z, t."""
 
-    t: Annotated[tuple[_in("s"), ...], BeforeValidator(_tuple)] | None = None
-    value: Annotated[tuple[_in(""), ...], BeforeValidator(_tuple)] | None = None
+    t: Annotated[tuple[_in("s"), ...], BeforeValidator(as_tuple)] | None = None
+    value: Annotated[tuple[_in(""), ...], BeforeValidator(as_tuple)] | None = None
     interp: Literal["linear", "step"] = "linear"
     expression: str | None = None
 
@@ -245,7 +241,8 @@ class Probe(Model):
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$", max_length=100)]
     body: str | None = None
     at: (
-        Annotated[tuple[Annotated[tuple[_in("m"), ...], BeforeValidator(_tuple)], ...], BeforeValidator(_tuple)] | None
+        Annotated[tuple[Annotated[tuple[_in("m"), ...], BeforeValidator(as_tuple)], ...], BeforeValidator(as_tuple)]
+        | None
     ) = None
     where: str | None = None
     reduce: Literal["mean", "sum", "max"] | None = None
@@ -267,7 +264,7 @@ class Output(Model):
     """What is written, and when."""
 
     every: Cadence | None = None
-    formats: Annotated[tuple[Literal["vtu", "xdmf", "npz"], ...], BeforeValidator(_tuple)] = ("vtu",)
+    formats: Annotated[tuple[Literal["vtu", "xdmf", "npz"], ...], BeforeValidator(as_tuple)] = ("vtu",)
     fields: Strings = ("velocity", "stress")
     history: Cadence | None = None
 
@@ -287,10 +284,10 @@ class Scene(Model):
     title: str = ""
     dim: Annotated[Literal[1, 2, 3], BeforeValidator(_whole)]
     run: Run
-    bodies: Annotated[tuple[Body, ...], BeforeValidator(_tuple), Field(min_length=1)]
+    bodies: Annotated[tuple[Body, ...], BeforeValidator(as_tuple), Field(min_length=1)]
     functions: dict[str, Function] = {}
-    boundary: Annotated[tuple[Boundary, ...], BeforeValidator(_tuple)] = ()
-    probes: Annotated[tuple[Probe, ...], BeforeValidator(_tuple)] = ()
+    boundary: Annotated[tuple[Boundary, ...], BeforeValidator(as_tuple)] = ()
+    probes: Annotated[tuple[Probe, ...], BeforeValidator(as_tuple)] = ()
     gravity: dict[Literal["x", "y", "z"], _in("m/s2")] = {}
     output: Output = Output()
     stop: Stop = Stop()

@@ -17,13 +17,14 @@ def _length(value: object) -> float:
     return quantity(value, "m")
 
 
-def _tuple(value: Any) -> Any:
+def as_tuple(value: Any) -> Any:
+    """A list of a scene as the tuple that its model holds."""
     return tuple(value) if isinstance(value, list) else value
 
 
 Length = Annotated[float, BeforeValidator(_length)]
 Positive = Annotated[float, BeforeValidator(_length), Field(gt=0)]
-Point = Annotated[tuple[Length, ...], BeforeValidator(_tuple), Field(min_length=1, max_length=3)]
+Point = Annotated[tuple[Length, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=3)]
 Edges = list[np.ndarray]
 """Per axis, the coordinates of planes that the lattice has to meet [m]."""
 
@@ -258,7 +259,7 @@ class Polygon(_Shape):
     """The inside of a closed line through `points` in order, the last joined to the first (2D)."""
 
     type: Literal["polygon"]
-    points: Annotated[tuple[Point, ...], BeforeValidator(_tuple), Field(min_length=3)]
+    points: Annotated[tuple[Point, ...], BeforeValidator(as_tuple), Field(min_length=3)]
 
     @model_validator(mode="after")
     def _of_its_dimension(self) -> "Polygon":
@@ -299,7 +300,7 @@ class Combined(_Shape):
     """`difference`: the first of `shapes` without the others; `union`: all of them together."""
 
     type: Literal["difference", "union"]
-    shapes: Annotated[tuple["Shape", ...], BeforeValidator(_tuple), Field(min_length=2)]
+    shapes: Annotated[tuple["Shape", ...], BeforeValidator(as_tuple), Field(min_length=2)]
 
     @model_validator(mode="after")
     def _of_one_dimension(self) -> "Combined":

@@ -29,13 +29,10 @@ from wsph.errors import Fault, Refused, SceneError
 from wsph.expressions import compile_expression
 from wsph.faults import of_validation
 from wsph.lines import line_of, lines
-from wsph.output import write_atomically
+from wsph.output import write_text
 from wsph.result import Result
 from wsph.scene import Model, Scene, load
-
-
-def _tuple(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
+from wsph.shapes import as_tuple
 
 
 def _expression(text: str) -> str:
@@ -109,8 +106,8 @@ class Study(Model):
     schema_: Literal[1] = Field(alias="schema")
     title: str = ""
     scene: str
-    variants: Annotated[tuple[Variant, ...], BeforeValidator(_tuple), Field(min_length=1)] = (Variant(name="scene"),)
-    grid: dict[str, Annotated[tuple[Any, ...], BeforeValidator(_tuple), Field(min_length=1)]] = {}
+    variants: Annotated[tuple[Variant, ...], BeforeValidator(as_tuple), Field(min_length=1)] = (Variant(name="scene"),)
+    grid: dict[str, Annotated[tuple[Any, ...], BeforeValidator(as_tuple), Field(min_length=1)]] = {}
     oracle: Oracle | None = None
 
 
@@ -183,10 +180,8 @@ def write_study(rows: list[dict[str, Any]], study: Study, folder: Path) -> None:
     columns = list(dict.fromkeys(key for row in rows for key in row))
     cell: Callable[[Any], str] = lambda v: '"' + str(v).replace('"', '""') + '"' if isinstance(v, str) else f"{v}"  # noqa: E731
     table = "\n".join([",".join(columns), *(",".join(cell(row.get(c, "")) for c in columns) for row in rows)]) + "\n"
-    write_atomically(folder / "study.csv", lambda p: _put(p, table))
-    write_atomically(
-        folder / "study.json", lambda p: _put(p, json.dumps({"title": study.title, "rows": rows}, indent=2) + "\n")
-    )
+    write_text(folder / "study.csv", table)
+    write_text(folder / "study.json", json.dumps({"title": study.title, "rows": rows}, indent=2) + "\n")
     if any("error" in row for row in rows):
         try:
             import pyvista  # noqa: F401
@@ -195,7 +190,3 @@ def write_study(rows: list[dict[str, Any]], study: Study, folder: Path) -> None:
         from wsph.view import front
 
         front(rows, study.title, folder / "front.png")
-
-
-def _put(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8", newline="\n")

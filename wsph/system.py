@@ -47,6 +47,24 @@ class System:
         self.impose(state, c)
 
     @property
+    def point_volume(self) -> np.ndarray:
+        """Volumes of the points that carry the stress, (m,), nondimensional: the particles, unless it has places of its
+        own."""
+        return self.volume
+
+    def refresh(self, state: State) -> None:
+        """Make up to date what is derived from a state, where anything is (launches)."""
+
+    def hourglass_energy(self) -> float:
+        """Energy of what holds spurious modes, nondimensional."""
+        return 0.0
+
+    @property
+    def drag_energy(self) -> float:
+        """Energy that viscosity has taken so far, nondimensional."""
+        return 0.0
+
+    @property
     def count(self) -> int:
         """Particles that carry the state."""
         return len(self.position)

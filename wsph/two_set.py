@@ -18,7 +18,7 @@ from wsph.constitutive import Constitutive, Laws, blame, packing
 from wsph.errors import Refused
 from wsph.gather import divergence, gather, rows_struct
 from wsph.neighbours import Pairs, find_pairs
-from wsph.operators import Weights, average, gradient_weights, interpolation_weights, outward_weights
+from wsph.operators import Weights, average, gradient_weights, interpolation_weights, outward_weights, unparted
 from wsph.particles import Lattice
 from wsph.prescribed import BoundaryValues
 from wsph.program import Clock
@@ -258,11 +258,7 @@ class TwoSetSystem(System):
         reach = np.full(len(targets), self._support)
 
         def visible() -> Pairs:
-            pairs = find_pairs(targets, sources, reach, self.device)
-            if not self.lattice.cracks:
-                return pairs
-            row = np.repeat(np.arange(len(targets)), np.diff(pairs.offsets.numpy()))
-            return pairs.where(~self.lattice.apart(sided[0][row], sided[1][pairs.indices.numpy()]))
+            return unparted(find_pairs(targets, sources, reach, self.device), self.lattice, *sided)
 
         pairs = visible()
         gradient = gradient_weights(self.space, pairs, targets, sources, volume, smoothing)
@@ -416,9 +412,7 @@ class TwoSetSystem(System):
         points = self.lattice.frame.coordinates(points)
         face = np.flatnonzero(self.lattice.on_face)
         # Two virtual particles along every axis even next to a face: 1.5 spacings and a little.
-        pairs = find_pairs(points, cells, max(self._support, 1.6), "cpu")
-        row = np.repeat(np.arange(len(points)), np.diff(pairs.offsets.numpy()))
-        pairs = pairs.where(~self.lattice.apart(points[row], cells[pairs.indices.numpy()]))
+        pairs = unparted(find_pairs(points, cells, max(self._support, 1.6), "cpu"), self.lattice, points, cells)
         between = interpolation_weights(Space(self.space.dim), pairs, points, cells, self.lattice.cell_volume)
         offsets, indices, weights = pairs.offsets.numpy(), pairs.indices.numpy(), between.values.numpy()
         first, second, w = (

@@ -41,11 +41,17 @@ class Tableau:
         return len(self.b)
 
     @classmethod
-    def conditions(cls) -> dict[int, float]:
-        """How far the tableau is from the order conditions of orders 1 to 4, the largest of each."""
+    def _matrix(cls) -> np.ndarray:
+        """`a` as a lower triangular matrix, (evaluations, evaluations)."""
         a = np.zeros((len(cls.b), len(cls.b)))
         for row, values in enumerate(cls.a, 1):
             a[row, : len(values)] = values
+        return a
+
+    @classmethod
+    def conditions(cls) -> dict[int, float]:
+        """How far the tableau is from the order conditions of orders 1 to 4, the largest of each."""
+        a = cls._matrix()
         b, c = np.array(cls.b), a.sum(1)
         return {
             1: abs(b.sum() - 1.0),
@@ -67,9 +73,7 @@ class Tableau:
     @classmethod
     def polynomial(cls) -> np.ndarray:
         """Coefficients of the stability polynomial R(z), ascending."""
-        a = np.zeros((len(cls.b), len(cls.b)))
-        for row, values in enumerate(cls.a, 1):
-            a[row, : len(values)] = values
+        a = cls._matrix()
         power, result = np.ones(len(cls.b)), [1.0]
         for _ in cls.b:
             result.append(float(np.array(cls.b) @ power))
@@ -126,8 +130,7 @@ def damped_limit(system, polynomial: np.ndarray) -> tuple[float, str]:
     def stable(dt: float) -> bool:
         return bool(np.abs(np.polynomial.polynomial.polyval(dt * modes, polynomial)).max() <= 1.0 + 1e-9)
 
-    low, high = 0.0, 40.0 / omega
-    steps = np.geomspace(1e-3, 1.0, 200) * high
+    steps = np.geomspace(1e-3, 1.0, 200) * 40.0 / omega
     ok = np.array([stable(dt) for dt in steps])
     first = np.flatnonzero(~ok)
     low = steps[first[0] - 1] if len(first) and first[0] > 0 else steps[-1] if not len(first) else 0.0
