@@ -75,14 +75,16 @@ def _work_kernel(space: Space, layout: Layout) -> wp.Kernel:
     return work
 
 
-class TwoWorks:
-    """Two works by the trapezoidal rule, summed in blocks of 1024 particles: `_launch` gives the kernel that adds half a
-    step of the power now and the power before, and its inputs."""
+class Works:
+    """Works by the trapezoidal rule, one a column, summed in blocks of 1024 particles: `_launch` gives the kernel that adds
+    half a step of the power now and the power before, and its inputs."""
+
+    columns = 2
 
     def __init__(self, n: int, acts: bool, device: str):
         self._n, self._acts = n, acts
         if acts:
-            self._power = wp.zeros((-(-n // BLOCK), 2), dtype=wp.float64, device=device)
+            self._power = wp.zeros((-(-n // BLOCK), self.columns), dtype=wp.float64, device=device)
             self._work = wp.zeros_like(self._power)
 
     def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[Any]]:
@@ -104,7 +106,7 @@ class TwoWorks:
         return float(self._work.numpy()[:, column].sum()) if self._acts else 0.0
 
 
-class BodyForce(TwoWorks):
+class BodyForce(Works):
     """Gravity and damping of one body, and their work. `struct` goes to the kernels."""
 
     def __init__(

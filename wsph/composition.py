@@ -18,8 +18,9 @@ from wsph.diagnostics import Diagnostics
 from wsph.errors import Fault, PluginError, Refused, SceneError
 from wsph.expressions import Expression
 from wsph.growth import PRODUCTS, largest_growth
-from wsph.lagrangian import OneSetSystem, StressPointSystem
+from wsph.lagrangian import StressPointSystem, TotalLagrangianSystem
 from wsph.moving_set import MovingTwoSetSystem
+from wsph.one_set import OneSetSystem
 from wsph.particles import Lattice, lattice
 from wsph.plugins import build
 from wsph.probes import Recorder
@@ -28,9 +29,15 @@ from wsph.scene import Body, Scene
 from wsph.space import Space
 from wsph.two_set import TwoSetSystem
 from wsph.units import Scales
+from wsph.updated import UpdatedLagrangianSystem
 
 SLACK = 1e-6
-SYSTEMS = {system.formulation: system for system in (TwoSetSystem, MovingTwoSetSystem, OneSetSystem, StressPointSystem)}
+SYSTEMS: dict[int, dict[str, Any]] = {
+    1: {s.formulation: s for s in (TotalLagrangianSystem, StressPointSystem, UpdatedLagrangianSystem)},
+    2: {s.formulation: s for s in (TwoSetSystem, MovingTwoSetSystem)},
+}
+"""By the number of particle sets that an integrator works on, and by formulation."""
+PAIR_PARTS = ("viscosity", "residual", "hourglass", "artificial_stress")
 MOST_STEPS = 1e12
 GROWN = 10.0
 """A mode that a run amplifies by more than this is refused or warned of."""
@@ -147,17 +154,16 @@ def _compose(scene: Scene) -> Composition:
     materials = _materials(scene)
     plugin = registry.load("integrators", scene.run.integrator.name)
     who = f"integrator {scene.run.integrator.name!r} ({registry.origin('integrators', scene.run.integrator.name)})"
-    offered = getattr(
-        plugin, "formulations", ("small-strain",) if getattr(plugin, "sets", 1) == 2 else ("total-lagrangian",)
-    )
-    if not callable(getattr(plugin, "step", None)) or not all(name in SYSTEMS for name in offered) or not offered:
+    systems = SYSTEMS.get(getattr(plugin, "sets", 1), {})
+    offered = getattr(plugin, "formulations", tuple(systems)[:1])
+    if not callable(getattr(plugin, "step", None)) or not all(name in systems for name in offered) or not offered:
         raise PluginError(f"{who} is no integrator; expected {INTEGRATOR_SIGNATURE}")
     formulation = scene.run.formulation or offered[0]
     if formulation not in offered:
         raise Refused(
             f"run.formulation: {scene.run.integrator.name} works in {', '.join(map(repr, offered))}, not in {formulation!r}"
         )
-    system_type = SYSTEMS[formulation]
+    system_type = systems[formulation]
     device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
     states = [STRESS_STATES[scene.dim, body.state] for body in scene.bodies]
     lattices = [_lattice(k, body, scene.run.seed, system_type.splits) for k, body in enumerate(scene.bodies)]
@@ -181,7 +187,11 @@ def _compose(scene: Scene) -> Composition:
     ]
     every_step = [p for p in probes if p.every_step]
 
+    following = [run.system for run in bodies if run.system.follows]
+
     def step() -> None:
+        for system in following:
+            system.follow()
         for run in bodies:
             run.integrator.step()
         clock.advance()
@@ -201,7 +211,7 @@ def _compose(scene: Scene) -> Composition:
         steps,
         bodies,
         probes,
-        Program(step, particles, device),
+        Program(step, particles, device, hosted=bool(following)),
     )
 
 
@@ -255,7 +265,7 @@ def _cadence_steps(every: float, dt: float) -> float:
 def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: Any, plugin: Any, who: str, system_type: Any,
               space: Space, scales: Scales, clock: Clock, device: str) -> BodyRun:  # fmt: skip
     constitutive = Constitutive(space, material, state, scales, _material_name(body))
-    _refuse_parts(body, material, system_type.formulation, constitutive.who)
+    _refuse_parts(body, material, system_type, constitutive.who)
     system = system_type(scene, body, cells, space, constitutive, scales, clock, device, wants_displacement(scene))
     if body.velocity is not None:
         values = [scene.value(v, "m/s") for v in body.velocity]
@@ -292,17 +302,19 @@ def _growth(run: BodyRun, steps: int) -> float:
     return found
 
 
-def _refuse_parts(body: Body, material: Any, formulation: str, who: str) -> None:
-    """What a formulation of two sets cannot do is refused by name."""
-    if formulation in ("total-lagrangian", "stress-points"):
-        return
-    if not hasattr(material, "rate"):
+def _refuse_parts(body: Body, material: Any, system_type: Any, who: str) -> None:
+    """What a formulation cannot do is refused by name."""
+    formulation = system_type.formulation
+    if not hasattr(material, "rate") and not issubclass(system_type, OneSetSystem):
         raise Refused(
             f"{who} has a total law alone; the {formulation} form needs a rate: use run.formulation of one set"
         )
-    for part in ("viscosity", "residual"):
-        if getattr(body, part) is not None:
-            raise Refused(f"body {body.name!r}: {part} is a part of one-set formulations, not of {formulation!r}")
+    for part in PAIR_PARTS:
+        if getattr(body, part) is not None and part not in system_type.parts_taken:
+            takers = [s.formulation for s in SYSTEMS[1].values() if part in s.parts_taken]
+            raise Refused(
+                f"body {body.name!r}: {part} is a part of the one-set form {' and '.join(takers)}, not of {formulation!r}"
+            )
 
 
 def _guard(scene: Scene, run: BodyRun, dt: float, steps: int) -> None:

@@ -9,6 +9,7 @@ import warp as wp
 from wsph.body_force import Parts, acceleration, inertia_struct
 from wsph.constitutive import Laws, packing
 from wsph.operators import generalized_inverse
+from wsph.pair_forces import PairParts, opposing_stress, pair_struct, viscous_push
 from wsph.smoothing import SMOOTHING
 from wsph.space import Space, determinant_and_inverse
 from wsph.state import Layout, fields_struct
@@ -19,14 +20,15 @@ BLOCK = 1024
 
 @dataclass(frozen=True)
 class Form:
-    """What the kernels of a composition are made for."""
+    """What the kernels of a composition are made for. `moving`: pairs are seen in the current configuration."""
 
     points: bool
     total: bool
     residual: bool
     loaded: bool
     paper: bool
-    viscosity: str
+    parts: PairParts
+    moving: bool = False
 
 
 @cache
@@ -77,10 +79,52 @@ def set_up_kernel(space: Space, smoothing: str, points: bool) -> wp.Kernel:
     return moments
 
 
+@cache
+def in_plane(space: Space) -> wp.Function:
+    """Warp function: the dim x dim block of a 3x3 tensor."""
+    mat, tensor, dim = space.mat, space.tensor, space.dim
+
+    @wp.func
+    def block(full: tensor) -> mat:
+        result = mat()
+        for a in range(wp.static(dim)):
+            for b in range(wp.static(dim)):
+                result[a, b] = full[a, b]
+        return result
+
+    return block
+
+
+@cache
+def _seen(space: Space, layout: Layout, form: Form, smoothing: str) -> wp.Function:
+    """Warp function (pair, weight, node, fields, i, j, k) -> (r, w) of pair k, from i to j: from the reference configuration
+    as stored, or from the current one."""
+    real, vec, Fields, Pair = space.scalar, space.vec, fields_struct(space, layout), pair_struct(space)
+    slope = SMOOTHING[smoothing](space)[1]
+    if form.moving:
+
+        @wp.func
+        def now(
+            pair: Pair, weight: wp.array(dtype=real), node: wp.array(dtype=vec), fields: Fields, i: int, j: int, k: int
+        ):
+            r = (node[j] - node[i]) + (fields.displacement[j] - fields.displacement[i])
+            return r, -slope(wp.length(r) / pair.h)
+
+        return now
+
+    @wp.func
+    def at_start(
+        pair: Pair, weight: wp.array(dtype=real), node: wp.array(dtype=vec), fields: Fields, i: int, j: int, k: int
+    ):
+        return node[j] - node[i], weight[k]
+
+    return at_start
+
+
 class Kernels:
     """The kernels of a composition: one instance per (space, laws, which fields there are, form)."""
 
-    def __init__(self, space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form):
+    def __init__(self, space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form, smoothing: str):
         real, vec, mat, dim = space.scalar, space.vec, space.mat, space.dim
         internal, Params = laws.internal, laws.Params
         Fields, respond, total = fields_struct(space, layout), laws.respond, laws.total or laws.respond
@@ -89,12 +133,22 @@ class Kernels:
         determinant, inverse = determinant_and_inverse(space)
         unpack, _ = packing(space, laws.state)
         accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
-        viscous, approach = bool(form.viscosity), form.viscosity == "approach"
+        Pair, value = pair_struct(space), SMOOTHING[smoothing](space)[0]
+        viscous, approach = bool(form.parts.viscosity), form.parts.viscosity == "approach"
+        hourglass, artificial, holding = form.parts.hourglass, form.parts.artificial, form.parts.holding
+        push, opposing, seen = (
+            viscous_push(space, form.parts.viscosity),
+            opposing_stress(space),
+            _seen(space, layout, form, smoothing),
+        )
+
+        plane = in_plane(space)
 
         @wp.kernel(module="unique", enable_backward=False)
         def strain(p: Params, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
                    node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat), volume: wp.array(dtype=real),
-                   fields: Fields, mean_out: wp.array(dtype=vec), corrected_out: wp.array(dtype=mat)):  # fmt: skip
+                   pair: Pair, fields: Fields, mean_out: wp.array(dtype=vec), corrected_out: wp.array(dtype=mat),
+                   opposing_out: wp.array(dtype=mat)):  # fmt: skip
             i = wp.tid()
             near = i
             if wp.static(points):
@@ -117,20 +171,22 @@ class Kernels:
             if wp.static(is_total):
                 s, P = total(p, H)
                 fields.stress[i] = s
-            else:
+            if wp.static(artificial or not is_total):
                 F = wp.identity(n=dim, dtype=real) + H
-                full = unpack(fields.stress[i])
-                cauchy = mat()
-                for a in range(wp.static(dim)):
-                    for b in range(wp.static(dim)):
-                        cauchy[a, b] = full[a, b]
-                P = determinant(F) * cauchy * wp.transpose(inverse(F))
+                cauchy = plane(unpack(fields.stress[i]))
+                back = determinant(F) * wp.transpose(inverse(F))
+                if wp.static(not is_total):
+                    P = cauchy * back
+                if wp.static(artificial):
+                    opposing_out[i] = volume[i] * (opposing(pair.epsilon, cauchy) * back) * moment[i]
             if wp.static(form.paper):
                 corrected_out[i] = volume[i] * P
             else:
                 corrected_out[i] = volume[i] * P * moment[i]
 
         self.strain = strain
+        if form.moving:
+            self.moments = _moments_kernel(space, laws, layout, form, smoothing)
 
         if points:
 
@@ -160,21 +216,20 @@ class Kernels:
         else:
 
             @wp.kernel(module="unique", enable_backward=False)
-            def force_between(body: Inertia, stiffness: real, speed: real, h: real, alpha: real, beta: real, offsets: wp.array(dtype=wp.int32),
-                      indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real), node: wp.array(dtype=vec), moment: wp.array(dtype=mat),
-                      spread: wp.array(dtype=real), volume: wp.array(dtype=real), corrected: wp.array(dtype=mat), loads: wp.array(dtype=vec),
-                      fields: Fields, viscous_out: wp.array(dtype=vec), rate_out: Fields):  # fmt: skip
+            def force_between(body: Inertia, stiffness: real, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real), node: wp.array(dtype=vec), moment: wp.array(dtype=mat),
+                      spread: wp.array(dtype=real), volume: wp.array(dtype=real), corrected: wp.array(dtype=mat),
+                      opposing_stress: wp.array(dtype=mat), loads: wp.array(dtype=vec), fields: Fields, viscous_out: wp.array(dtype=vec),
+                      holding_out: wp.array(dtype=vec), rate_out: Fields):  # fmt: skip
                 i = wp.tid()
-                x = node[i]
                 u = fields.displacement[i]
                 v = fields.velocity[i]
                 A = corrected[i]
                 f = vec()
                 drag = vec()
+                hold = vec()
                 for k in range(offsets[i], offsets[i + 1]):
                     j = indices[k]
-                    r = node[j] - x
-                    w = weight[k]
+                    r, w = seen(pair, weight, node, fields, i, j, k)
                     if wp.static(form.paper):
                         f += w * ((A + corrected[j]) * (moment[i] * r))
                     else:
@@ -183,22 +238,34 @@ class Kernels:
                         du = fields.displacement[j] - u
                         f += (stiffness * volume[i] / spread[i] * w) * (du - fields.deformation[i] * r)
                         f += (stiffness * volume[j] / spread[j] * w) * (du - fields.deformation[j] * r)
-                    if wp.static(viscous):
-                        apart = -(r + fields.displacement[j] - u)
-                        dv = v - fields.velocity[j]
-                        closing = wp.dot(dv, apart)
-                        if wp.static(not approach) or closing < real(0.0):
-                            phi = h * closing / (wp.dot(apart, apart) + real(0.01) * h * h)
-                            push = alpha * speed * phi * body.density
-                            if wp.static(approach):
-                                push -= beta * phi * phi * body.density
-                            drag += real(0.5) * push * w * ((volume[i] * moment[i] + volume[j] * moment[j]) * r)
+                    if wp.static(viscous or holding):
+                        apart = r
+                        if wp.static(not form.moving):
+                            apart = r + fields.displacement[j] - u
+                        square = wp.dot(apart, apart)
+                        if wp.static(viscous):
+                            closing = wp.dot(fields.velocity[j] - v, apart)
+                            if wp.static(not approach) or closing < real(0.0):
+                                pressure = push(pair, body.density, closing, square)
+                                drag += real(0.5) * pressure * w * ((volume[i] * moment[i] + volume[j] * moment[j]) * r)
+                        distance = wp.sqrt(square)
+                        if wp.static(hourglass):
+                            along = apart / distance
+                            said = real(2.0) * r + fields.deformation[i] * r + fields.deformation[j] * r
+                            spring = pair.spring * real(0.5) * (volume[i] / spread[i] + volume[j] / spread[j]) * w
+                            hold += spring * (real(2.0) * distance - wp.dot(said, along)) * along
+                        if wp.static(artificial):
+                            near = wp.pow(value(distance / pair.h) / pair.at_spacing, pair.exponent)
+                            hold += near * w * ((opposing_stress[i] + opposing_stress[j]) * r)
                 if wp.static(form.loaded):
                     for a in range(wp.static(dim)):
                         f += loads[i * dim + a]
                 if wp.static(viscous):
                     viscous_out[i] = drag / (volume[i] * body.density)
                     f += drag
+                if wp.static(holding):
+                    holding_out[i] = hold / (volume[i] * body.density)
+                    f += hold
                 rate_out.velocity[i] = accelerated(body, f / volume[i], v)
 
             self.force = force_between
@@ -211,11 +278,11 @@ class Kernels:
         self.drift = drift
         if residual:
             self.residual = _residual_kernel(space, Fields, points)
-        if is_total:
+        if is_total and not form.moving:
             return
 
         @wp.kernel(module="unique", enable_backward=False)
-        def flow(clock: wp.array(dtype=wp.float64), ahead: real, p: Params, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
+        def flow(clock: wp.array(dtype=wp.float64), ahead: real, p: Params, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
                  weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat),
                  fields: Fields, rate_out: Fields):  # fmt: skip
             i = wp.tid()
@@ -226,10 +293,21 @@ class Kernels:
             gradient = mat()
             for k in range(offsets[i], offsets[i + 1]):
                 j = indices[k]
-                gradient += wp.outer(weight[k] * (fields.velocity[j] - v0), node[j] - centre[i])
+                if wp.static(points):
+                    gradient += wp.outer(weight[k] * (fields.velocity[j] - v0), node[j] - centre[i])
+                else:
+                    r, w = seen(pair, weight, node, fields, i, j, k)
+                    gradient += wp.outer(w * (fields.velocity[j] - v0), r)
             change = gradient * moment[i]
             dt = ahead * real(clock[1])
-            L = change * inverse(wp.identity(n=dim, dtype=real) + fields.deformation[i] + dt * change)
+            F = wp.identity(n=dim, dtype=real)
+            if wp.static(form.moving):
+                rate_out.deformation[i] = change * (F + fields.deformation[i])
+            else:
+                F += fields.deformation[i]
+            if wp.static(is_total):
+                return
+            L = change * inverse(F + dt * change)
             s = fields.stress[i]
             q = internal()
             if wp.static(kept):
@@ -243,6 +321,41 @@ class Kernels:
                 rate_out.internals[i] = dq
 
         self.flow = flow
+
+
+def _moments_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothing: str) -> wp.Kernel:
+    """What `strain` is in the current configuration: moments of the pairs as they are, stress of a total law from F."""
+    real, mat, dim, vec = space.scalar, space.mat, space.dim, space.vec
+    Params, Fields, Pair = laws.Params, fields_struct(space, layout), pair_struct(space)
+    total, artificial = laws.total or laws.respond, form.parts.artificial
+    determinant, _ = determinant_and_inverse(space)
+    seen, opposing, plane = _seen(space, layout, form, smoothing), opposing_stress(space), in_plane(space)
+    (unpack, _), inverse = packing(space, laws.state), generalized_inverse(space)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def moments(p: Params, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
+                node: wp.array(dtype=vec), volume: wp.array(dtype=real), fields: Fields, moment_out: wp.array(dtype=mat),
+                volume_out: wp.array(dtype=real), corrected_out: wp.array(dtype=mat), opposing_out: wp.array(dtype=mat),
+                rank_out: wp.array(dtype=wp.int32)):  # fmt: skip
+        i = wp.tid()
+        moment = mat()
+        for k in range(offsets[i], offsets[i + 1]):
+            r, w = seen(pair, weight, node, fields, i, indices[k], k)
+            moment += w * wp.outer(r, r)
+        b, rank = inverse(moment, real(0.0))
+        moment_out[i] = b
+        rank_out[i] = rank
+        if wp.static(form.total):
+            s, _P = total(p, fields.deformation[i])
+            fields.stress[i] = s
+        current = volume[i] * determinant(wp.identity(n=dim, dtype=real) + fields.deformation[i])
+        volume_out[i] = current
+        cauchy = plane(unpack(fields.stress[i]))
+        corrected_out[i] = current * cauchy * b
+        if wp.static(artificial):
+            opposing_out[i] = current * opposing(pair.epsilon, cauchy) * b
+
+    return moments
 
 
 def _residual_kernel(space: Space, Fields: type, points: bool) -> wp.Kernel:
@@ -272,8 +385,8 @@ def _residual_kernel(space: Space, Fields: type, points: bool) -> wp.Kernel:
 
 
 @cache
-def kernels(space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form) -> Kernels:
-    return Kernels(space, laws, layout, parts, form)
+def kernels(space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form, smoothing: str) -> Kernels:
+    return Kernels(space, laws, layout, parts, form, smoothing)
 
 
 @cache

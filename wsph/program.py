@@ -66,10 +66,11 @@ class Clock:
 class Program:
     """A step as a list of launches. `run(n)` runs it n times."""
 
-    def __init__(self, step: Callable[[], None], particles: int, device: str):
+    def __init__(self, step: Callable[[], None], particles: int, device: str, hosted: bool = False):
+        """`hosted`: the step does something on the host, so it cannot be captured."""
         self.step, self._device = step, device
         self._graphs: dict[int, wp.Graph] = {}
-        self.captured = particles <= GRAPH_PARTICLES or wp.get_device(device).is_cuda
+        self.captured = not hosted and (particles <= GRAPH_PARTICLES or wp.get_device(device).is_cuda)
 
     def prepare(self, steps: int) -> None:
         """Capture what `run(steps)` replays: about 1 ms per captured step, once."""

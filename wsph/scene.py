@@ -152,6 +152,19 @@ class Residual(Model):
     coefficient: _in("", ge=0)
 
 
+class Hourglass(Model):
+    """Hourglass control (Ganzenmueller 2015), in Young's moduli: in place of the residual, unless that is named too."""
+
+    coefficient: _in("", ge=0)
+
+
+class ArtificialStress(Model):
+    """Artificial stress (He & Seaid 2016, eqs 19-23): tension is opposed by `epsilon` of it where particles are near."""
+
+    epsilon: _in("", ge=0, le=1) = 0.3
+    exponent: _in("", ge=0) = 4.0
+
+
 def _switch(value: Any) -> Any:
     """A part that is there by default: false takes it away."""
     if value is True:
@@ -189,6 +202,8 @@ class Body(Model):
     damping: Damping | None = None
     viscosity: Viscosity | None = None
     residual: Annotated[Residual | None, BeforeValidator(_switch)] = None
+    hourglass: Annotated[Hourglass | None, BeforeValidator(_switch)] = None
+    artificial_stress: ArtificialStress | None = None
     placement: Literal["cells", "nodes"] = "cells"
     velocity: Annotated[tuple[Value, ...], BeforeValidator(as_tuple)] | None = None
     material: MaterialSpec

@@ -25,6 +25,10 @@ class System:
     follows_courant = False
     tried = False
     """Whether the guard tries the step of a jittered body for modes that grow: collocation can have some."""
+    follows = False
+    """Whether something of it, such as pairs, follows the motion on the host: `follow` before every step."""
+    parts_taken: tuple[str, ...] = ()
+    """Parts of a body, of those between pairs, that the formulation takes."""
     splits = False
     """Whether cracks part the particles on them (and so have to run along lines of the grid)."""
     position: np.ndarray
@@ -41,6 +45,9 @@ class System:
         self.scales, self.clock, self.device = scales, clock, device
         self.spacing, self.density = lattice.spacing, constitutive.density
         self._states: list[State] = []
+
+    def follow(self) -> None:
+        """Before a step: bring up to date what follows the motion."""
 
     def hold(self, state: State, c: float | tuple[float, float]) -> None:
         """The same in a state that is to go on from there: where faces have axes of their own, in those."""

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from wsph.body_force import BLOCK, TwoWorks
+from wsph.body_force import BLOCK, Works
 from wsph.conditions import Conditions
 from wsph.prescribed import BoundaryValues
 from wsph.program import Clock
@@ -147,45 +147,54 @@ class ConstraintWork:
 
 
 @cache
-def _load_kernel(space: Space, layout: Layout, viscous: bool) -> wp.Kernel:
+def _load_kernel(space: Space, layout: Layout, viscous: bool, holding: bool) -> wp.Kernel:
     dim, vec, Fields = space.dim, space.vec, fields_struct(space, layout)
 
     @wp.kernel(module="unique", enable_backward=False)
     def work(count: int, clock: wp.array(dtype=wp.float64), loads: wp.array(dtype=vec), drag: wp.array(dtype=vec),
-             mass: wp.array(dtype=space.scalar), fields: Fields, power_out: wp.array2d(dtype=wp.float64), work_out: wp.array2d(dtype=wp.float64)):  # fmt: skip
+             hold: wp.array(dtype=vec), mass: wp.array(dtype=space.scalar), fields: Fields, power_out: wp.array2d(dtype=wp.float64), work_out: wp.array2d(dtype=wp.float64)):  # fmt: skip
         block = wp.tid()
         loaded = wp.float64(0.0)
         dragged = wp.float64(0.0)
+        held = wp.float64(0.0)
         for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
             v = fields.velocity[i]
             for a in range(wp.static(dim)):
                 loaded += wp.float64(wp.dot(loads[i * dim + a], v))
             if wp.static(viscous):
                 dragged -= wp.float64(mass[i] * wp.dot(drag[i], v))
+            if wp.static(holding):
+                held -= wp.float64(mass[i] * wp.dot(hold[i], v))
         half = wp.float64(0.5) * clock[1]
         work_out[block, 0] = work_out[block, 0] + half * (loaded + power_out[block, 0])
         work_out[block, 1] = work_out[block, 1] + half * (dragged + power_out[block, 1])
         power_out[block, 0] = loaded
         power_out[block, 1] = dragged
+        if wp.static(holding):
+            work_out[block, 2] = work_out[block, 2] + half * (held + power_out[block, 2])
+            power_out[block, 2] = held
 
     return work
 
 
-class LoadWork(TwoWorks):
-    """Work of loads on a Lagrangian body and of its viscosity."""
+class LoadWork(Works):
+    """Work of loads on a one-set body, of its viscosity and of the forces that hold spurious modes (both per mass)."""
+
+    columns = 3
 
     def __init__(self, space: Space, loads: BoundaryValues, state: State, values: State, drag: wp.array | None,
-                 mass: np.ndarray, device: str):  # fmt: skip
-        super().__init__(state.n, loads.count > 0 or drag is not None, device)
-        self._kernel = _load_kernel(space, state.layout, drag is not None)
+                 hold: wp.array | None, mass: np.ndarray, device: str):  # fmt: skip
+        super().__init__(state.n, loads.count > 0 or drag is not None or hold is not None, device)
+        self._kernel = _load_kernel(space, state.layout, drag is not None, hold is not None)
         if self._acts:
             forces, count = values.buffer.ptr, self._n * space.dim
             self._loads = wp.array(ptr=forces, dtype=space.vec, shape=count, device=device, copy=False)
             self._drag = drag if drag is not None else self._loads
+            self._hold = hold if hold is not None else self._loads
             self._mass = wp.array(mass, dtype=space.scalar, device=device)
 
     def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[Any]]:
-        return self._kernel, [self._n, clock.time, self._loads, self._drag, self._mass, state.struct]
+        return self._kernel, [self._n, clock.time, self._loads, self._drag, self._hold, self._mass, state.struct]
 
     @property
     def total(self) -> float:
@@ -196,3 +205,8 @@ class LoadWork(TwoWorks):
     def viscous(self) -> float:
         """Energy that viscosity has taken so far, nondimensional."""
         return self._total(1)
+
+    @property
+    def held(self) -> float:
+        """Work done against the holding forces so far, nondimensional."""
+        return self._total(2)

@@ -76,7 +76,7 @@ class RungeKuttaChebyshev:
     enough viscosity it is refused: leapfrog is the alternative.
     """
 
-    formulations = ("total-lagrangian", "stress-points")
+    formulations = ("total-lagrangian", "stress-points", "updated-lagrangian")
     order = 2
 
     def __init__(self, system, stages: int | str = "auto"):

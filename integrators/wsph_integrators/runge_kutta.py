@@ -24,7 +24,7 @@ class Tableau:
     """A method y_i = y + dt sum_j a_ij k_j, k_i = f(t + c_i dt, y_i), y += dt sum_i b_i k_i; each row of `a` with up to
     three entries that are not zero."""
 
-    formulations = ("stress-points", "total-lagrangian")
+    formulations = ("stress-points", "total-lagrangian", "updated-lagrangian")
     order = 1
     a: tuple[tuple[float, ...], ...] = ()
     b: tuple[float, ...] = (1.0,)
@@ -165,7 +165,7 @@ class RungeKutta4(Tableau):
 class Chain:
     """Y = U; for a in `chain`: Y = U + a dt f(Y); with `tail` the last is U + dt/4 f(U) + 3 dt/4 f(Y) (order 3)."""
 
-    formulations = ("stress-points", "total-lagrangian")
+    formulations = ("stress-points", "total-lagrangian", "updated-lagrangian")
     order = 2
     chain: tuple[float, ...] = ()
     tail = False

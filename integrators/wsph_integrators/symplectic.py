@@ -25,7 +25,7 @@ class Leapfrog:
     sets the limit, as in shocks.
     """
 
-    formulations = ("stress-points", "total-lagrangian")
+    formulations = ("stress-points", "total-lagrangian", "updated-lagrangian")
     order = 2
     evaluations = 1
     fresh = True

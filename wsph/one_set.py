@@ -1,0 +1,277 @@
+"""What one-set integrators see of a body: `rate`, `combine`, `impose`, `accept` over one flat state.
+
+The forms that give the rates are in `wsph.lagrangian` and `wsph.updated`. Time steps are limited by what
+`wsph.spectrum` finds of the right-hand sides.
+"""
+
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+import warp as wp
+
+from wsph.body_force import BodyForce
+from wsph.conditions import Conditions, layer_conditions, node_conditions, nonzero
+from wsph.constitutive import Constitutive
+from wsph.errors import Refused
+from wsph.lagrangian_kernels import Form, combine_kernel
+from wsph.operators import spanning_weights
+from wsph.pair_forces import pair_struct, parts_of
+from wsph.particles import Lattice
+from wsph.prescribed import BoundaryValues
+from wsph.program import Clock
+from wsph.scene import Body, Scene
+from wsph.smoothing import SMOOTHING, SUPPORT
+from wsph.space import Space
+from wsph.spectrum import largest_damping, largest_frequency
+from wsph.state import State, layout_of
+from wsph.system import System
+from wsph.units import Scales
+from wsph.work import ConstraintWork, LoadWork
+
+
+class OneSetSystem(System):
+    """A body as one-set integrators see it. A formulation sets up its pairs and gives `rate` and `refresh`."""
+
+    points = False
+    """Whether stresses live at places of their own, apart from the particles."""
+    default_support = 2.6
+    default_residual = 1.0
+    form: Form
+
+    def __init__(self, scene: Scene, body: Body, lattice: Lattice, space: Space, constitutive: Constitutive,
+                 scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip
+        super().__init__(lattice, space, constitutive, scales, clock, device)
+        self.name = body.name
+        unit = scales.length**space.dim
+        self.at_nodes = self.points or body.placement == "nodes"
+        self.position = lattice.nodes if self.at_nodes else lattice.cells
+        self.volume = (lattice.node_volume if self.at_nodes else lattice.cell_volume) / unit
+        self._cells = lattice.cell_volume / unit
+        self._support = scene.run.support or self.default_support
+        self._coefficients(body, scene.run.kernel)
+        conditions = node_conditions if self.at_nodes else layer_conditions
+        self.conditions: Conditions = conditions(scene, body.name, lattice)
+        self.state = self.new()
+        units = {"velocity": scales.velocity}
+        self.boundary = BoundaryValues(space, self.conditions, self.state, self.position, units, scales.time, device)
+        self._loads = State(space, self.count, (("load", space.dim**2),), device)
+        unit_force = scales.stress * scales.length ** (space.dim - 1)
+        self.loads = BoundaryValues(
+            space, self.conditions.loads, self._loads, self.position, {"load": unit_force}, scales.time, device
+        )
+        self._load_vectors = wp.array(
+            ptr=self._loads.buffer.ptr, dtype=space.vec, shape=self.count * space.dim, device=device, copy=False
+        )
+        self.force = BodyForce(scene, body, space, scales, self.density, self.volume, device)
+        self.drag = self._vectors(self.viscous)
+        self._hold = self._vectors(self.parts.holding)
+        mass = self.density * self.volume
+        self.work = _Works(
+            ConstraintWork(space, self.boundary, mass, device),
+            LoadWork(space, self.loads, self.state, self._loads, self.drag if self.viscous else None,
+                     self._hold if self.parts.holding else None, mass, device),
+        )  # fmt: skip
+
+    def _vectors(self, used: bool) -> wp.array:
+        return wp.zeros(self.count if used else 1, dtype=self.space.vec, device=self.device)
+
+    def _coefficients(self, body: Body, smoothing: str) -> None:
+        """What acts between pairs, and the stiffness of the residual, nondimensional."""
+        real, scales, material = self.space.scalar, self.scales, self.constitutive.material
+        bulk, shear = material.moduli()
+        youngs = 9.0 * bulk * shear / (3.0 * bulk + shear)
+        self.parts = parts_of(body)
+        self.viscous = bool(self.parts.viscosity)
+        self.pair = pair_struct(self.space)()
+        # The paper's own c, not the one of the stress state: sqrt(E/rho).
+        self.pair.speed = real(np.sqrt(youngs / material.density) / scales.velocity)
+        self.pair.h = real(self._support / SUPPORT * self.spacing / scales.length)
+        if body.viscosity is not None:
+            self.pair.alpha, self.pair.beta = real(body.viscosity.alpha), real(body.viscosity.beta)
+        if body.hourglass is not None:
+            self.pair.spring = real(0.5 * body.hourglass.coefficient * youngs / scales.stress)
+        if body.artificial_stress is not None:
+            self.pair.epsilon = real(body.artificial_stress.epsilon)
+            self.pair.exponent = real(body.artificial_stress.exponent)
+            value = SMOOTHING[smoothing](self.space)[0]
+            self.pair.at_spacing = real(value(real(SUPPORT / self._support)))
+        usual = self.default_residual if body.hourglass is None else 0.0
+        residual = usual if body.residual is None else body.residual.coefficient
+        self.residual = residual * youngs / scales.stress
+
+    def new(self) -> State:
+        """A state, zero but for the internals' initial values."""
+        state = self.temporary()
+        self._states.append(state)
+        return state
+
+    def temporary(self) -> State:
+        """A state that lives as long as who asks for it, not as long as the body."""
+        m = len(self.point_volume)
+        layout = layout_of(self.space, self.constitutive, True, True)
+        counts = {name: m for name, _ in layout if name in ("stress", "internals", "deformation")}
+        state = State(self.space, self.count, layout, self.device, counts)
+        self._initial_internals(state)
+        return state
+
+    def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None:
+        """`out` = the time derivative of `state`: of its velocity, of the rest, or of all.
+
+        The rate of the "rest" takes what the last rate of the velocity of the same `state` found. `ahead` = .5 evaluates a
+        law that depends on stress half a step further (by its own rate), for methods that take the rest's rate at the
+        middle of the step once.
+        """
+        raise NotImplementedError
+
+    def combine(self, out: State, plain: list[tuple[float, State]], timed: list[tuple[float, State]] | None = None,
+                squared: list[tuple[float, State]] | None = None, part: str = "all") -> None:  # fmt: skip
+        """`out` = sum of c x over `plain` + dt times the sum of c k over `timed` + dt^2 c k of `squared`.
+
+        Up to three states and rates, with one `squared` up to two rates; `out` may be one of them. `part` leaves the
+        velocity ("rest") or all but it ("velocity") of `out` as it is.
+        """
+        timed, squared = timed or [], squared or []
+        if not 1 <= len(plain) <= 3 or len(timed) + len(squared) > 3 or len(squared) > 1:
+            counts = f"not {len(plain)}, {len(timed)} and {len(squared)}"
+            raise ValueError(f"combine takes one to three states and up to three rates, one of them squared, {counts}")
+        coefficients = [0.0] * 7
+        for k, (c, _) in enumerate(plain):
+            coefficients[k] = c
+        for k, (c, _) in enumerate(timed):
+            coefficients[3 + k] = c
+        states = [x.buffer for _, x in plain] + [plain[0][1].buffer] * (3 - len(plain))
+        rates = [x.buffer for _, x in timed] + [plain[0][1].buffer] * (3 - len(timed))
+        if squared:
+            coefficients[6], rates[2] = squared[0][0], squared[0][1].buffer
+        split = self.count * self.space.dim
+        start, end = {"all": (0, len(out.buffer)), "velocity": (0, split), "rest": (split, len(out.buffer))}[part]
+        kernel = combine_kernel(self.space, len(plain), len(timed), len(squared))
+        inputs = [self.clock.time, start, self.space.vector(7)(*coefficients), *states, *rates]
+        self.clock.launch(kernel, end - start, inputs, [out.buffer])
+
+    def impose(self, state: State, c: float | tuple[float, float]) -> None:
+        """Set the prescribed velocities of a state, and the loads for the rates to come, at t + c dt."""
+        self.boundary.impose(state, self.clock, c)
+        self.loads.impose(self._loads, self.clock, c)
+
+    def constrain(self, state: State, c: float) -> None:
+        """`impose` on the state that goes on from there, in the middle of a step: the work of it is counted too."""
+        self.work.constraints.before(state, self.clock)
+        self.impose(state, c)
+        self.work.constraints.after(state, self.clock)
+
+    def accept(self, state: State) -> None:
+        """Close the step: the prescribed values at t + dt, the work of the constraints, loads, body forces and viscosity."""
+        self.constrain(state, 1.0)
+        self.work.loads.add(state, self.clock)
+        self.force.add(state, self.clock)
+
+    @property
+    def point_volume(self) -> np.ndarray:
+        return self._cells if self.points else self.volume
+
+    @property
+    def drag_energy(self) -> float:
+        return self.work.loads.viscous
+
+    def hourglass_energy(self) -> float:
+        """Work done against hourglass control and artificial stress so far, nondimensional."""
+        return self.work.loads.held
+
+    @property
+    def free_components(self) -> np.ndarray:
+        """1 where a component of the velocity is free, 0 where it is prescribed, (n dim,)."""
+        free = np.ones(self.count * self.space.dim)
+        for (_, component), values in self.conditions.entries.items():
+            free[[self.state.index("velocity", particle, component) for particle in values]] = 0.0
+        return free
+
+    @property
+    def grid_index(self) -> np.ndarray:
+        """Where the particles stand in the grid, in cells, (n, dim)."""
+        index = self.lattice.index
+        return index if self.at_nodes else index[self.lattice.corners].mean(1) - 0.5
+
+    @property
+    def moved(self) -> bool:
+        """Whether a velocity other than zero is prescribed anywhere."""
+        return any(nonzero(value) for values in self.conditions.entries.values() for value in values.values())
+
+    @property
+    def bar_time(self) -> float:
+        """The spacing over sqrt(E/rho), nondimensional: the time of the paper's Courant number."""
+        return self.spacing / self.scales.length / float(self.pair.speed)
+
+    @cached_property
+    def frequency(self) -> float:
+        """The largest frequency about the state in which it was last `measure`d, nondimensional."""
+        return largest_frequency(self)
+
+    @cached_property
+    def damping(self) -> float:
+        """The largest damping rate of the viscosity about the same state, nondimensional."""
+        return largest_damping(self)
+
+    def measure_anew(self) -> None:
+        """Forget frequency and damping: the next question finds those of the current state."""
+        self.__dict__.pop("frequency", None)
+        self.__dict__.pop("damping", None)
+
+    def courant(self, product: float) -> float:
+        """The Courant number at which omega dt = `product` for the fastest mode."""
+        if self.frequency == 0.0:
+            return np.inf
+        dt = product / self.frequency
+        return dt * self.scales.time * self.constitutive.wave_speed / self.spacing
+
+    def spectral_radius(self) -> float:
+        """Largest frequency times the spacing over the wave speed: a Courant number C is omega dt = C times this."""
+        return self.frequency * self.spacing / (self.constitutive.wave_speed * self.scales.time)
+
+    def current_density(self) -> np.ndarray:
+        """rho_0/J of every particle, (n,), nondimensional."""
+        F = np.eye(self.space.dim) + self.filtered("deformation").reshape(-1, self.space.dim, self.space.dim)
+        return self.density / np.linalg.det(F)
+
+    def sample(self, points: np.ndarray, name: str = "velocity") -> list[tuple[np.ndarray, np.ndarray]]:
+        """How to read a field at `points` (m, dim) [m]: its places and weights per point, linear-exact."""
+        at_nodes = self.at_nodes and self.state.counts.get(name, self.count) == self.count
+        index = self.lattice.index
+        sources = index if at_nodes else index[self.lattice.corners].mean(1)
+        grid = self.lattice.frame.coordinates(points)
+        weights = spanning_weights(self.lattice, 1.6, (grid, sources), (grid, sources), np.ones(len(sources)))
+        offsets, indices, values = (a.numpy() for a in (weights.pairs.offsets, weights.pairs.indices, weights.values))
+        rows = [(indices[a:b], values[a:b]) for a, b in pairwise(offsets)]
+        # A point that is a particle reads that particle.
+        for n, (there, _) in enumerate(rows):
+            on = there[np.linalg.norm(sources[there] - grid[n], axis=1) < 1e-6]
+            if len(on):
+                rows[n] = (on[:1], np.ones(1))
+        return rows
+
+    def refuse_lonely(self, rank: np.ndarray) -> None:
+        """Refuse particles whose neighbours, spanning `rank` (m,) directions, give no gradient."""
+        lonely = np.flatnonzero(rank < self.space.dim)
+        if len(lonely):
+            raise Refused(
+                f"{len(lonely)} particles of body {self.name!r}, the first at {self.position[lonely[0]].tolist()} m, see too few"
+                f" neighbours for a gradient: raise run.support (now {self._support:g} spacings)"
+            )
+
+
+class _Works:
+    """External work of a one-set body: constraints and loads."""
+
+    def __init__(self, constraints: ConstraintWork, loads: LoadWork):
+        self.constraints, self.loads = constraints, loads
+
+    def start(self, state: State, clock: Clock) -> None:
+        """Take what is there at the start of the run."""
+        self.constraints.start(state, clock)
+        self.loads.start(state, clock)
+
+    @property
+    def total(self) -> float:
+        """Work of constraints and loads so far, nondimensional."""
+        return self.constraints.total + self.loads.total

@@ -1,0 +1,87 @@
+"""What acts between two particles of one set beside the stress: viscosity, hourglass control, artificial stress. Each is
+there only where a scene names it, and its work is on the ledger.
+
+- viscosity (He & Seaid 2016, eq 17): h v.x/(x^2 + .01 h^2), linear and quadratic, on approaching pairs or, linear, on all;
+- hourglass control (Ganzenmueller 2015): a spring along the current line of two particles against what their deformation
+  gradients say of their distance. The weights |W'|/r, which sum with r^2 to one, stand for his V_j W_ij/X^2, which do too;
+- artificial stress (He & Seaid 2016, eqs 19-23; principal stresses by eigenvectors in any dimension): tension is opposed
+  by -epsilon of it times (W(r)/W(spacing))^n, so that particles do not clump.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import warp as wp
+
+from wsph.scene import Body
+from wsph.space import Space
+
+
+@dataclass(frozen=True)
+class PairParts:
+    """Which of them a composition has: part of what its kernels are made for. `viscosity` is its kind, "" for none."""
+
+    viscosity: str = ""
+    hourglass: bool = False
+    artificial: bool = False
+
+    @property
+    def holding(self) -> bool:
+        """Whether there are forces that hold spurious modes and do work of their own."""
+        return self.hourglass or self.artificial
+
+
+def parts_of(body: Body) -> PairParts:
+    """The pair forces that a body of a scene names."""
+    hourglass = body.hourglass.coefficient if body.hourglass is not None else 0.0
+    return PairParts(
+        body.viscosity.kind if body.viscosity is not None else "", hourglass > 0.0, body.artificial_stress is not None
+    )
+
+
+@cache
+def pair_struct(space: Space) -> type:
+    """Struct of their nondimensional coefficients: speed sqrt(E/rho), smoothing length h, alpha, beta; half the hourglass
+    stiffness; epsilon, exponent and W at the spacing."""
+    names = ("speed", "h", "alpha", "beta", "spring", "epsilon", "exponent", "at_spacing")
+    annotations = dict.fromkeys(names, space.scalar)
+    return wp.struct(type("PairCoefficients", (), {"__annotations__": annotations, "__module__": __name__}))
+
+
+@cache
+def viscous_push(space: Space, kind: str) -> wp.Function:
+    """Warp function (pair, density, dv.x, x^2) -> the viscous pressure of two particles at x, dv their relative velocity."""
+    real, Pair, approach = space.scalar, pair_struct(space), kind == "approach"
+
+    @wp.func
+    def push(pair: Pair, density: real, closing: real, square: real) -> real:
+        phi = pair.h * closing / (square + real(0.01) * pair.h * pair.h)
+        pressure = pair.alpha * pair.speed * phi
+        if wp.static(approach):
+            pressure -= pair.beta * phi * phi
+        return density * pressure
+
+    return push
+
+
+@cache
+def opposing_stress(space: Space) -> wp.Function:
+    """Warp function (epsilon, in-plane stress) -> -epsilon times its tensile part, by principal stresses."""
+    real, mat, dim, tensor = space.scalar, space.mat, space.dim, space.tensor
+
+    @wp.func
+    def opposing(epsilon: real, stress: mat) -> mat:
+        full = tensor()
+        for a in range(wp.static(dim)):
+            for b in range(wp.static(dim)):
+                full[a, b] = stress[a, b]
+        axes, principal = wp.eig3(full)
+        result = mat()
+        for k in range(3):
+            tension = wp.max(principal[k], real(0.0))
+            for a in range(wp.static(dim)):
+                for b in range(wp.static(dim)):
+                    result[a, b] = result[a, b] - epsilon * tension * axes[a, k] * axes[b, k]
+        return result
+
+    return opposing

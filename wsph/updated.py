@@ -1,0 +1,159 @@
+"""The updated-Lagrangian system of one set: pairs, weights and gradients of where the particles are.
+
+A particle i sees j with r = x_j - x_i and w = |W'(r)|/r, h as at the start:
+
+    M_i = (sum w r (x) r)^-1,   L_i = sum w (v_j - v_i) (x) r M_i,   dF/dt = L F,   rho = rho_0/J
+    f_i = sum_j w (V_i sigma_i M_i + V_j sigma_j M_j) r,   V = J V_0
+
+The force is the dual of the gradient: linear momentum is kept to rounding, and the forces do the work of the stresses.
+Angular momentum is kept as far as sigma M is symmetric. J from F is the equation of continuity. Under tension such a kernel
+clumps (tensile instability, from a stretch of about 1.2), which artificial stress delays; the Lagrangian kernels
+(`wsph.lagrangian`) do not. Use it for what has no reference configuration any more; for solids that hold together the
+Lagrangian forms are more accurate, faster and stable.
+
+Pairs are kept with a skin and found anew when a particle has moved, or can have moved by the end of the step, half of it:
+found on the host before a step, so that steps are not captured. Pairs in the skin have the weight zero and rows ascend, so
+that when they are found changes no bit of the sums.
+"""
+
+from functools import cache
+
+import numpy as np
+import warp as wp
+
+from wsph.body_force import BLOCK
+from wsph.constitutive import Constitutive, blame
+from wsph.errors import Refused
+from wsph.lagrangian_kernels import Form, Kernels, kernels
+from wsph.neighbours import Pairs, find_pairs
+from wsph.one_set import OneSetSystem
+from wsph.operators import unparted
+from wsph.particles import Lattice
+from wsph.program import Clock
+from wsph.scene import Body, Scene
+from wsph.space import Space
+from wsph.state import Layout, State, fields_struct
+from wsph.units import Scales
+
+SKIN = 0.3
+"""Thickness of the skin around a support, in spacings."""
+
+
+class UpdatedLagrangianSystem(OneSetSystem):
+    """Every particle its own stress point, seen where it is."""
+
+    formulation = "updated-lagrangian"
+    parts_taken = ("viscosity", "artificial_stress")
+    follows = True
+
+    def __init__(self, scene: Scene, body: Body, lattice: Lattice, space: Space, constitutive: Constitutive,
+                 scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip
+        super().__init__(scene, body, lattice, space, constitutive, scales, clock, device, displacement)
+        if scene.run.correction == "paper":
+            raise Refused('run.correction = "paper" is of the total-lagrangian form')
+        step = lattice.frame.step
+        if step.max() > 1.001 * step.min():
+            text = "an updated kernel is as wide in every direction: give one spacing"
+            raise Refused(f"body {body.name!r}: {text}, not {step.tolist()}")
+        laws = constitutive.laws
+        self._moment = wp.zeros(self.count, dtype=space.mat, device=device)
+        self._corrected = wp.zeros_like(self._moment)
+        self._opposing = wp.zeros(self.count if self.parts.artificial else 1, dtype=space.mat, device=device)
+        self._x = wp.array(self.position / scales.length, dtype=space.vec, device=device)
+        self._volume = wp.array(self.volume, dtype=space.scalar, device=device)
+        self._current = wp.zeros_like(self._volume)
+        self._rank = wp.zeros(self.count, dtype=wp.int32, device=device)
+        self._unused = wp.zeros(1, dtype=space.scalar, device=device)
+        self.form = Form(False, laws.total is not None, False, self.loads.count > 0, False, self.parts, moving=True)
+        with blame(constitutive.who):
+            self.kernels: Kernels = kernels(
+                space, laws, self.state.layout, self.force.parts, self.form, scene.run.kernel
+            )
+        self._travel, self._blocks = _travel(space, self.state.layout), -(-self.count // BLOCK)
+        self._furthest = wp.zeros(self._blocks, dtype=wp.float64, device=device)
+        self._find()
+        self.refresh(self.state)
+        self.refuse_lonely(self._rank.numpy())
+
+    def _find(self) -> None:
+        """Pairs of where the particles are, the skin included."""
+        place = self.position / self.scales.length + self.state.read("displacement")
+        reach = 2.0 * float(self.pair.h) + SKIN * self.spacing / self.scales.length
+        lattice = self.lattice
+        pairs = find_pairs(place, place, reach, self.device, same=True)
+        if lattice.cracks:
+            nodes, cells = lattice.sided
+            sided = nodes if self.at_nodes else cells
+            pairs = unparted(pairs, lattice, sided, sided)
+        self._pairs: Pairs = pairs
+        self._found = wp.clone(self.state.struct.displacement)
+
+    def follow(self) -> None:
+        """Before a step: find the pairs anew where a particle may leave its skin by the step's end."""
+        inputs = [self.count, self.clock.time, self._found, self.state.struct]
+        wp.launch(self._travel, self._blocks, inputs=inputs, outputs=[self._furthest], device=self.device)
+        furthest = self._furthest.numpy().max()
+        # A state that is not finite is left to the finite check.
+        if 0.5 * SKIN * self.spacing / self.scales.length < furthest < np.inf:
+            self._find()
+
+    @property
+    def pairs(self) -> int:
+        """Directed pairs, those in the skin included."""
+        return self._pairs.count
+
+    @property
+    def _rows(self) -> list[wp.array]:
+        return [self._pairs.offsets, self._pairs.indices, self._unused]
+
+    def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None:
+        """`OneSetSystem.rate`; the rest takes the moments."""
+        if part != "rest":
+            self.refresh(state)
+            inputs = [
+                self.force.struct,
+                self.space.scalar(0.0),
+                self.pair,
+                *self._rows,
+                self._x,
+                self._moment,
+                self._unused,
+            ]
+            inputs += [self._current, self._corrected, self._opposing, self._load_vectors, state.struct]
+            self.clock.launch(self.kernels.force, self.count, inputs, [self.drag, self._hold, out.struct])
+        if part != "velocity":
+            self.clock.launch(self.kernels.drift, self.count, [state.struct], [out.struct])
+            inputs = [self.clock.time, self.space.scalar(ahead), self.constitutive.params, self.pair, *self._rows]
+            inputs += [self._x, self._x, self._moment, state.struct]
+            self.clock.launch(self.kernels.flow, self.count, inputs, [out.struct])
+
+    def refresh(self, state: State) -> None:
+        """Moments, current volumes and, of a total law, stress of a state (a launch)."""
+        inputs = [self.constitutive.params, self.pair, *self._rows, self._x, self._volume, state.struct]
+        outputs = [self._moment, self._current, self._corrected, self._opposing, self._rank]
+        self.clock.launch(self.kernels.moments, self.count, inputs, outputs)
+
+    @property
+    def nbytes(self) -> int:
+        """Device memory of the body [bytes]: pairs and all states, the integrator's too."""
+        own = [self._moment, self._corrected, self._opposing, self._x, self._volume, self._current, self._rank]
+        own += [self.drag, self._hold, self._found]
+        return self._pairs.nbytes + sum(a.capacity for a in own) + self.state_bytes
+
+
+@cache
+def _travel(space: Space, layout: Layout) -> wp.Kernel:
+    Fields = fields_struct(space, layout)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def travel(count: int, clock: wp.array(dtype=wp.float64), found: wp.array(dtype=space.vec), fields: Fields,
+               furthest_out: wp.array(dtype=wp.float64)):  # fmt: skip
+        block = wp.tid()
+        furthest = wp.float64(0.0)
+        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+            moved = wp.float64(wp.length(fields.displacement[i] - found[i]))
+            # Half as fast again: stages and accelerations within a step.
+            furthest = wp.max(furthest, moved + wp.float64(1.5) * clock[1] * wp.float64(wp.length(fields.velocity[i])))
+        furthest_out[block] = furthest
+
+    return travel
