@@ -16,7 +16,7 @@ from wsph.constitutive import STRESS_STATES, Constitutive, StressState, blame
 from wsph.device import pick_device
 from wsph.diagnostics import Diagnostics
 from wsph.errors import Fault, PluginError, Refused, SceneError
-from wsph.expressions import Expression
+from wsph.expressions import Expression, compile_expression
 from wsph.growth import PRODUCTS, largest_growth
 from wsph.lagrangian import StressPointSystem, TotalLagrangianSystem
 from wsph.moving_set import MovingTwoSetSystem
@@ -39,6 +39,8 @@ SYSTEMS: dict[int, dict[str, Any]] = {
 """By the number of particle sets that an integrator works on, and by formulation."""
 PAIR_PARTS = ("viscosity", "residual", "hourglass", "artificial_stress")
 MOST_STEPS = 1e12
+ANEW = 0.05
+"""Logarithm of the distortion after which the limit of a one-set body is found anew."""
 GROWN = 10.0
 """A mode that a run amplifies by more than this is refused or warned of."""
 MOST_TRIED = 2e9
@@ -58,6 +60,15 @@ class BodyRun:
     courant: float
     limit: float | None
     limit_reason: str
+    distortion: float = 1.0
+    """Of the state whose limit this is."""
+
+    def follow(self, distortion: float) -> None:
+        """Find the limit anew where a body has deformed by ANEW since: its stiffness has changed, or its pairs."""
+        if self.limit is not None and self.system.measures and abs(np.log(distortion / self.distortion)) > ANEW:
+            self.distortion = distortion
+            self.system.measure_anew()
+            self.limit, self.limit_reason = self.integrator.limit()
 
     @property
     def longest_step(self) -> float:
@@ -217,11 +228,16 @@ def _compose(scene: Scene) -> Composition:
 
 def _lattice(number: int, body: Body, seed: int, split: bool) -> Lattice:
     cracks = tuple((crack.start, crack.end) for crack in body.cracks)
+    expressions = [compile_expression(text) for text in body.map or ()]
+
+    def mapped(points: np.ndarray) -> np.ndarray:
+        return np.stack([expression(points) for expression in expressions], 1)
+
     try:
-        return lattice(body.shape, body.spacing, body.jitter, seed,
-                       lattice_rotate=body.lattice_rotate, cracks=cracks, split=split)  # fmt: skip
+        return lattice(body.shape, body.spacing, body.jitter, seed, lattice_rotate=body.lattice_rotate, cracks=cracks,
+                       split=split, map=mapped if expressions else None)  # fmt: skip
     except ValueError as error:
-        key = "spacing" if "no cell" in str(error) else "cracks"
+        key = "spacing" if "no cell" in str(error) else "map" if "the map" in str(error) else "cracks"
         raise SceneError("scene", [Fault(0, f"bodies.{number}.{key}", str(error))]) from None
 
 
@@ -308,6 +324,10 @@ def _refuse_parts(body: Body, material: Any, system_type: Any, who: str) -> None
     if not hasattr(material, "rate") and not issubclass(system_type, OneSetSystem):
         raise Refused(
             f"{who} has a total law alone; the {formulation} form needs a rate: use run.formulation of one set"
+        )
+    if body.map is not None and not system_type.takes_maps:
+        raise Refused(
+            f"body {body.name!r}: the {formulation} form needs a regular lattice: use a Lagrangian form for `map`"
         )
     for part in PAIR_PARTS:
         if getattr(body, part) is not None and part not in system_type.parts_taken:

@@ -211,6 +211,9 @@ def _natural_conditions(scene: Scene, body: str, lattice: Lattice, position: np.
             if axis in condition.traction:
                 text = f"the velocity {axis} is prescribed too: a load there moves nothing"
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.traction.{axis}", text)])
+        if condition.stress and lattice.mapped:
+            text = "faces of a mapped body turn from place to place: write traction = { x = ... }"
+            raise SceneError("scene", [Fault(0, f"boundary.{k}.stress", text)])
         if condition.stress and len(velocities) == dim:
             text = "all velocities are prescribed too: a load there moves nothing"
             raise SceneError("scene", [Fault(0, f"boundary.{k}.stress", text)])

@@ -7,7 +7,9 @@ set those rates to zero.
 
 Where a law relaxes (its rate at L = 0 is not zero), one internal more is kept: the dissipated energy density, whose rate is
 -sigma : C^-1 : (stress rate at L = 0), with C the elastic moduli. Every integrator then integrates the dissipation as it
-integrates the rest.
+integrates the rest. A law that is brought back to a yield surface (`project`) keeps it too: each return dissipates the
+elastic energy that it takes, which is the plastic work at the mean stress. In plane and uniaxial stress the free normals
+strain by what keeps their stress zero after the return, found by a secant.
 """
 
 import dataclasses
@@ -22,7 +24,7 @@ from typing import Any
 import warp as wp
 
 from wsph.errors import PluginError, Refused, WsphError
-from wsph.plugins import internal_units, internal_values, relaxes
+from wsph.plugins import dissipates, internal_units, internal_values, relaxes
 from wsph.space import Space
 from wsph.units import Scales
 
@@ -92,9 +94,10 @@ def parameters(material: Any) -> dict[str, str]:
 
 def _refuse_what_is_not_applied(material: Any, who: str) -> None:
     """A law's part that no formulation here applies would be dropped silently."""
-    for name in ("project", "objective"):
-        if hasattr(material, name):
-            raise Refused(f"{who} declares {name!r}, which is not applied yet; give its whole law as `rate`")
+    if hasattr(material, "objective"):
+        raise Refused(f"{who} declares 'objective', which is not applied yet; give its whole law as `rate`")
+    if hasattr(material, "project") and not hasattr(material, "rate"):
+        raise Refused(f"{who} has `project` without `rate`: what is brought back is the stress that a rate gave")
     if not (hasattr(material, "rate") or hasattr(material, "stress")):
         raise Refused(f"{who} has neither `rate` nor `stress`; every formulation needs one of them: {RATE_SIGNATURE}")
     reserved = {"velocity", "stress", "displacement", "density", "von_mises", "pressure", "dissipation", "id", "body"}
@@ -142,6 +145,7 @@ class Laws:
     linear_faces(p, stress, L, q, S, Q, mask, target) -> rates the same where bit k of `mask` says that the normal stress
                                                                rate kk is target[k] and the normal strain rate is free
     energy(p, stress) -> elastic energy density
+    project(p, stress, q) -> (stress, q)                       brought back to where the law allows it; None: anywhere
     total(p, H) -> (stress, first Piola stress dim x dim)      of a total law, static free normals at zero stress; None: a
     rate total_energy(p, H) -> energy per reference volume          where a total law gives it
     """
@@ -156,6 +160,8 @@ class Laws:
     linear_faces: wp.Function
     energy: wp.Function
     depends_on_stress: bool
+    dissipates: bool
+    project: wp.Function | None = None
     total: wp.Function | None = None
     total_energy: wp.Function | None = None
 
@@ -232,6 +238,95 @@ def user_law(space: Space, material: Any, Params: type, internal: type) -> wp.Fu
         return rate, dq
 
     return with_internals
+
+
+PROJECT_SIGNATURE = "project(self, space, Params) -> @wp.func (p: Params, stress: space.tensor[, q]) -> stress[, q]"
+
+
+def _projection(
+    space: Space, material: Any, state: StressState, Params: type, internal: type, energy: wp.Function
+) -> wp.Function | None:
+    """The plugin's return mapping for packed stresses and all internals, the dissipation among them; None without one."""
+    if not hasattr(material, "project"):
+        return None
+    law, count = material.project(space, Params), len(getattr(material, "internals", {}))
+    if not isinstance(law, wp.Function) or len(inspect.signature(law.func).parameters) != (3 if count else 2):
+        wanted = f"{3 if count else 2} arguments"
+        raise PluginError(f"{type(material).__name__}.project gave no law of {wanted}; expected {PROJECT_SIGNATURE}")
+    real, tensor, stress, own = (
+        space.scalar,
+        space.tensor,
+        space.vector(len(state.components)),
+        space.vector(max(count, 1)),
+    )
+    (unpack, pack), unit, free = packing(space, state), _unit(space), len(state.free)
+    first = state.free[0] if free else 0
+
+    @wp.func
+    def returned(p: Params, s: tensor, mine: own):
+        if wp.static(count == 0):
+            return law(p, s), mine
+        else:
+            t, changed = law(p, s, mine)
+            return t, changed
+
+    @wp.func
+    def strained(p: Params, s: tensor, x: real) -> tensor:
+        # The elastic stress of a strain x along each free normal.
+        strain = x * unit(first)
+        if wp.static(free > 1):
+            strain += x * unit(2)
+        lame = p.elastic_bulk - real(2.0) / real(3.0) * p.elastic_shear
+        return s + lame * wp.trace(strain) * wp.identity(n=3, dtype=real) + real(2.0) * p.elastic_shear * strain
+
+    @wp.func
+    def project(p: Params, packed: stress, q: internal):
+        s = unpack(packed)
+        mine = own()
+        for k in range(wp.static(count)):
+            mine[k] = q[k]
+        before = energy(p, packed)
+        t, changed = returned(p, s, mine)
+        if wp.static(free > 0):
+            stiffness = (p.elastic_bulk - real(2.0) / real(3.0) * p.elastic_shear) * real(free) + real(
+                2.0
+            ) * p.elastic_shear
+            gap = t[first, first]
+            step = -gap / stiffness
+            slope = stiffness
+            x = real(0.0)
+            for _ in range(SECANTS):
+                if wp.abs(step) > real(LEAST_SECANT):
+                    x += step
+                    t, changed = returned(p, strained(p, s, x), mine)
+                    secant = (t[first, first] - gap) / step
+                    if secant > real(0.05) * stiffness:
+                        slope = secant
+                    gap = t[first, first]
+                    step = -gap / slope
+        result = pack(t)
+        kept = q
+        for k in range(wp.static(count)):
+            kept[k] = changed[k]
+        kept[count] = q[count] + (before - energy(p, result))
+        return result, kept
+
+    return project
+
+
+@cache
+def project_kernel(space: Space, laws: Laws, fields: type) -> wp.Kernel:
+    """Bring the stresses of a state back, over its points."""
+    Params, project = laws.Params, laws.project or laws.respond
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def bring_back(p: Params, fields_out: fields):
+        i = wp.tid()
+        stress, q = project(p, fields_out.stress[i], fields_out.internals[i])
+        fields_out.stress[i] = stress
+        fields_out.internals[i] = q
+
+    return bring_back
 
 
 TOTAL_SIGNATURE = "stress(self, space, Params) -> @wp.func (p: Params, H: space.tensor) -> Cauchy stress"
@@ -373,12 +468,13 @@ def _laws(space: Space, material: Any, state: StressState) -> Laws:
     Another value gives another Laws but the same kernel source, so it is loaded from the kernel cache, not compiled.
     """
     relaxing, depends = relaxes(material), bool(getattr(material, "depends_on_stress", True))
+    dissipating = dissipates(material)
     real, tensor, mat, point = space.scalar, space.tensor, space.mat, space.point
     dim = space.dim
     width = len(state.components)
     stress = space.vector(width)
     count = len(getattr(material, "internals", {}))
-    internal = space.vector(max(count + relaxing, 1))
+    internal = space.vector(max(count + dissipating, 1))
     # Not id-based: the same fields give the same struct, and so the same compiled kernel, in every process.
     Params = wp.struct(
         type(
@@ -486,5 +582,7 @@ def _laws(space: Space, material: Any, state: StressState) -> Laws:
         linear_faces,
         energy,
         depends,
+        dissipating,
+        _projection(space, material, state, Params, internal, energy),
         *_total(space, material, state, Params),
     )

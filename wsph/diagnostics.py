@@ -11,14 +11,14 @@ from wsph.space import Space, determinant_and_inverse
 from wsph.state import Layout, State, fields_struct
 
 BLOCK = 1024
-_KINETIC, _STRAIN, _DISSIPATED, _NOT_FINITE, _FIRST, _STRETCH, _MOMENTUM = range(7)
+_KINETIC, _STRAIN, _DISSIPATED, _NOT_FINITE, _FIRST, _STRETCH, _DISTORTION, _MOMENTUM = range(8)
 
 
 @dataclass
 class Ledger:
     """Sums over a body, nondimensional: energies, momentum (dim,), `bad` (first particle that is not finite or is turned
-    inside out, or -1) and
-    `stretch`, the largest factor by which deformation has raised a particle's Courant number."""
+    inside out, or -1), `stretch`, the largest factor by which deformation has raised a particle's Courant number, and
+    `distortion`, the largest factor by which it has lengthened or shortened a line."""
 
     kinetic: float
     strain: float
@@ -26,6 +26,7 @@ class Ledger:
     momentum: np.ndarray
     bad: int
     stretch: float
+    distortion: float
 
 
 @cache
@@ -38,7 +39,7 @@ def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
 
     @wp.func
     def shortening(back: mat) -> real:
-        # The largest singular value of F^-1, by power iteration from a fixed start.
+        # The largest singular value of a matrix, by power iteration from a fixed start.
         square = back * wp.transpose(back)
         x = vec()
         for a in range(wp.static(dim)):
@@ -48,7 +49,7 @@ def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
         return wp.sqrt(wp.dot(x, square * x))
 
     total, total_energy = laws.total_energy is not None, laws.total_energy or energy
-    dissipates, last = laws.source is not None, internals - 1
+    dissipates, last = laws.dissipates, internals - 1
 
     @wp.kernel(module="unique", enable_backward=False)
     def ledger(
@@ -68,6 +69,7 @@ def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
         broken = wp.float64(0.0)
         first = wp.float64(-1.0)
         stretch = wp.float64(1.0)
+        distortion = wp.float64(1.0)
         momentum = wp.vec3d()
         # A body may have its velocities and its stresses at different places: nodes and points.
         for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, n)):
@@ -94,7 +96,9 @@ def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
                         current = -current
                 else:
                     current *= J
-                stretch = wp.max(stretch, wp.float64(shortening(inverse(F)) * wp.sqrt(J)))
+                shortest = shortening(inverse(F))
+                stretch = wp.max(stretch, wp.float64(shortest * wp.sqrt(J)))
+                distortion = wp.max(distortion, wp.float64(wp.max(shortest, shortening(F))))
             strain += wp.float64(current * stored)
             if wp.static(dissipates):
                 dissipated += wp.float64(current * fields.internals[i][last])
@@ -109,8 +113,9 @@ def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
         sums_out[block, 3] = broken
         sums_out[block, 4] = first
         sums_out[block, 5] = stretch
+        sums_out[block, 6] = distortion
         for a in range(3):
-            sums_out[block, 6 + a] = momentum[a]
+            sums_out[block, 7 + a] = momentum[a]
 
     return ledger
 
@@ -131,7 +136,7 @@ class Diagnostics:
         self._volume = wp.array(volume, dtype=space.scalar, device=device)
         self._points = self._volume if points is volume else wp.array(points, dtype=space.scalar, device=device)
         self._n, self._m = len(volume), len(points)
-        self._sums = wp.zeros((-(-max(self._n, self._m) // BLOCK), 9), dtype=wp.float64, device=device)
+        self._sums = wp.zeros((-(-max(self._n, self._m) // BLOCK), 10), dtype=wp.float64, device=device)
 
     def kernel(self, state: State) -> wp.Kernel:
         """The kernel that sums up `state`."""
@@ -150,4 +155,5 @@ class Diagnostics:
             total[_MOMENTUM : _MOMENTUM + self._space.dim].copy(),
             int(first[0]) if len(first) else -1,
             float(sums[:, _STRETCH].max()),
+            float(sums[:, _DISTORTION].max()),
         )  # fmt: skip

@@ -169,13 +169,18 @@ class Simulation:
         return "velocity or stress", particle, "is not finite" if not finite else "is too large to square"
 
     def _follow(self, step: int, run: Any, ledger: Ledger) -> None:
-        """Where operators follow the deformation, so does the Courant number."""
-        if not run.system.follows_courant or run.limit is None or self.scene.run.guard == "off":
+        """Where operators follow the deformation, so does the Courant number; where the stiffness does, so does its
+        limit."""
+        if run.limit is None or self.scene.run.guard == "off":
             return
-        local = run.courant * ledger.stretch
-        if local <= run.limit * (1.0 + SLACK):
+        run.follow(ledger.distortion)
+        local = run.courant * (ledger.stretch if run.system.follows_courant else 1.0)
+        if local <= run.limit * (1.0 + SLACK) or not (run.system.follows_courant or run.distortion != 1.0):
             return
-        what = f"a particle's own Courant number has become {local:.6g} by deformation; use a smaller run.cfl"
+        if run.system.follows_courant:
+            what = f"a particle's own Courant number has become {local:.6g} by deformation; use a smaller run.cfl"
+        else:
+            what = "its stability limit has fallen below its Courant number by deformation; use a smaller run.cfl"
         if self.scene.run.guard == "refuse":
             raise self._unstable(step, run, "time step", -1, what)
         if not self._followed:

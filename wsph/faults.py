@@ -151,6 +151,7 @@ def _body_faults(scene: "Scene", body: "Body", key: str) -> Iterator[Fault]:
             yield Fault(0, f"{key}.cracks.{k}", text)
         elif crack.start == crack.end:
             yield Fault(0, f"{key}.cracks.{k}", "from and to are the same point")
+    yield from _map_faults(scene, body, f"{key}.map")
     if (body.state is None) != (scene.dim == 3):
         wanted = "is for 1D and 2D" if scene.dim == 3 else '"stress" or "strain" is needed in 1D and 2D'
         yield Fault(0, f"{key}.state", wanted)
@@ -165,6 +166,24 @@ def _body_faults(scene: "Scene", body: "Body", key: str) -> Iterator[Fault]:
             )
         else:
             yield from _value_faults(scene, lambda c=component: _no_time(scene, c), component, f"{key}.velocity", "m/s")
+
+
+def _map_faults(scene: "Scene", body: "Body", key: str) -> Iterator[Fault]:
+    if body.map is None:
+        return
+    if len(body.map) != scene.dim:
+        yield Fault(0, key, f"has {len(body.map)} expressions in a scene of dim = {scene.dim}")
+    if body.cracks:
+        yield Fault(0, key, "a mapped body cannot be cracked")
+    for text in body.map:
+        try:
+            expression = compile_expression(text)
+        except ValueError as error:
+            yield Fault(0, key, str(error))
+            continue
+        if expression.uses("t"):
+            yield Fault(0, key, f"{text!r} uses t; a map is of the reference position alone")
+        yield from _axis_faults(scene, expression, key)
 
 
 def _no_time(scene: "Scene", component: "Value") -> Any:

@@ -32,7 +32,7 @@ def gather(space: Space, laws: Laws, layout: Layout) -> wp.Function:
     v0 and s0 are values nearby: sums of differences lose no digits to a velocity that all particles have in common.
     """
     vec, mat = space.vec, space.mat
-    stress, internal, sourced = laws.stress, laws.internal, laws.source is not None
+    stress, internal, sourced, kept = laws.stress, laws.internal, laws.source is not None, "internals" in dict(layout)
     slopes = space.matrix(len(laws.state.components), space.dim)
     Rows, Fields = rows_struct(space), fields_struct(space, layout)
 
@@ -57,8 +57,9 @@ def gather(space: Space, laws: Laws, layout: Layout) -> wp.Function:
             L += wp.outer(dv, g)
             slope += wp.outer(ds, g)
             G += g
-            if wp.static(sourced):
+            if wp.static(kept):
                 q += w * fields.internals[j]
+            if wp.static(sourced):
                 S += w * sources.stress[j]
                 Q += w * sources.internals[j]
         return v, s, q, S, Q, L, slope, G

@@ -16,7 +16,7 @@ Two forms of it:
   most accurate: a cantilever of twelve rows vibrates within .1 % where the usual form is 3-5 % slow.
 - `total-lagrangian`: one set, every particle is its own point (Xbar_p = X_p, w = |W'|/r), the form of total-Lagrangian SPH
   with each side's own correction (sigma_i L_i^-1 + sigma_j L_j^-1). `run.correction = "paper"` puts L_i on both (He & Seaid
-  2016, eq 13 with eq 3), which keeps no momentum at boundaries; it is there to compare with.
+  2016, eq 13 with eq 3) and surrounds a bar with ghosts (`wsph.ghosts`), as the paper does; it is there to compare with.
 
 H follows from the displacements in every evaluation: nothing drifts, and single precision keeps the digits of small strains.
 Forces between pairs beside the stress (`wsph.pair_forces`) are parts of the one-set form; hourglass control takes the
@@ -24,12 +24,14 @@ residual's place there unless both are named.
 """
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import warp as wp
 
 from wsph.constitutive import Constitutive, blame
 from wsph.errors import Refused
+from wsph.ghosts import Ghosts, ghost_kernels, ghosts
 from wsph.lagrangian_kernels import BLOCK, Form, kernels, set_up_kernel
 from wsph.neighbours import find_pairs
 from wsph.one_set import OneSetSystem
@@ -46,6 +48,8 @@ from wsph.units import Scales
 class LagrangianSystem(OneSetSystem):
     """A body whose pairs and weights are those of the reference configuration."""
 
+    takes_maps = True
+
     def __init__(self, scene: Scene, body: Body, lattice: Lattice, space: Space, constitutive: Constitutive,
                  scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip
         super().__init__(scene, body, lattice, space, constitutive, scales, clock, device, displacement)
@@ -54,36 +58,42 @@ class LagrangianSystem(OneSetSystem):
         places = nodes if self.at_nodes else cells
         self._set_up(scene, places, cells if self.points else places)
         self._stiffness = space.scalar(self.residual)
-        paper = scene.run.correction == "paper" and not self.points
-        if paper and self.loads.count:
-            raise Refused(
-                f'body {body.name!r}: with run.correction = "paper" a face feels half of its load, because L_i on both sides keeps no'
-                " momentum at a boundary; use the symmetric correction"
-            )
-        self.form = Form(
-            self.points, laws.total is not None, self.residual > 0.0, self.loads.count > 0, paper, self.parts
-        )
+        # Ghosts hand a load on.
+        loaded = self.loads.count > 0 and self._ghosts is None
+        paper = scene.run.correction == "paper"
+        self.form = Form(self.points, laws.total is not None, self.residual > 0.0, loaded, paper, self.parts)
         with blame(constitutive.who):
             self.kernels = kernels(space, laws, self.state.layout, self.force.parts, self.form, scene.run.kernel)
         m = len(self.point_volume)
         self._mean = wp.zeros(m if self.form.residual and self.points else 1, dtype=space.vec, device=device)
-        self._corrected = wp.zeros(m, dtype=space.mat, device=device)
+        seen = len(self._x)  # particles, and ghosts
+        self._corrected = wp.zeros(m if self._ghosts is None else seen, dtype=space.mat, device=device)
         self._opposing = wp.zeros(m if self.parts.artificial else 1, dtype=space.mat, device=device)
         self._point_volume = wp.array(self.point_volume, dtype=space.scalar, device=device)
         self._volume = wp.array(self.volume, dtype=space.scalar, device=device)
+        if self._ghosts is not None:
+            self._set_up_ghosts(self._ghosts)
 
-    def _coefficients(self, body: Body, smoothing: str) -> None:
+    def _coefficients(self, scene: Scene, body: Body) -> None:
         if not self.points and self.at_nodes:
             self.default_residual = 0.3
-        super()._coefficients(body, smoothing)
+        super()._coefficients(scene, body)
 
     def _set_up(self, scene: Scene, nodes: np.ndarray, points: np.ndarray) -> None:
         """Pairs, weights, means and moments, in double precision whatever the run's."""
         lattice, space, device = self.lattice, self.space, self.device
         reach = np.full(len(points), self._support)
+        self._ghosts: Ghosts | None = None
+        if scene.run.correction == "paper":
+            self._refuse_for_paper()
+            if space.dim == 1:
+                self._ghosts = ghosts(lattice, self.conditions, self._support)
+                nodes = np.concatenate([nodes, self._ghosts.place])
         frame = lattice.frame
         factor = frame.step / self.scales.length
         position = nodes * np.where(np.abs(factor - 1.0) < 1e-6, 1.0, factor) @ frame.axes.T
+        if lattice.mapped:
+            position = (self.position - self.position.mean(0)) / self.scales.length
         sided_nodes, sided_cells = lattice.sided if lattice.cracks else (nodes, points)
         sided = (
             sided_cells if self.points or not self.at_nodes else sided_nodes,
@@ -117,6 +127,44 @@ class LagrangianSystem(OneSetSystem):
             self._back, order = pairs.transposed()
             self._back_weight = wp.array(weight.numpy()[order], dtype=space.scalar, device=device)
 
+    def _refuse_for_paper(self) -> None:
+        """What the paper's form is not made for."""
+        residual = self.residual > 0.0 or self.parts.hourglass or self.parts.artificial
+        if self.points or self.at_nodes or residual:
+            text = 'run.correction = "paper" is of the total-lagrangian form with particles in the cells, without residual,'
+            raise Refused(f"body {self.name!r}: {text} hourglass and artificial_stress")
+        if self.space.dim > 1 and self.loads.count:
+            raise Refused(
+                f'body {self.name!r}: with run.correction = "paper" a face feels half of its load, because L_i on both sides keeps no'
+                " momentum at a boundary, and only bars have ghosts that hand it on; use the symmetric correction"
+            )
+        if self.lattice.cracks and self.space.dim == 1:
+            raise Refused(
+                f'body {self.name!r}: run.correction = "paper" surrounds a bar with ghosts; it cannot be cracked'
+            )
+
+    def _set_up_ghosts(self, g: Ghosts) -> None:
+        """What ghosts have of their sources: moments, spreads, volumes; and the kernels that move them."""
+        space, device = self.space, self.device
+        everyone = np.concatenate([np.arange(self.count), g.source])
+        for name in ("_moment", "_spread", "_volume"):
+            array = getattr(self, name)
+            setattr(self, name, wp.array(array.numpy()[everyone], dtype=array.dtype, device=device))
+        self._images = [wp.array(a, dtype=wp.int32, device=device) for a in (g.source, g.face, g.held)]
+        self._sign = wp.array(g.sign, dtype=wp.int32, device=device)
+        self._step = space.scalar(self.spacing / self.scales.length)
+        counts = {name: 1 for name in self.state.widths if name not in ("velocity", "displacement")}
+        self._everyone = State(space, len(everyone), self.state.layout, device, counts)
+        self._move, self._mirror = ghost_kernels(space, self.state.layout)
+
+    def _others(self, state: State) -> Any:
+        """What particles see of each other: the state, or that of particles and ghosts (a launch)."""
+        if self._ghosts is None:
+            return state.struct
+        inputs = [self.count, *self._images, state.struct]
+        self.clock.launch(self._move, self._everyone.n, inputs, [self._everyone.struct])
+        return self._everyone.struct
+
     @property
     def pairs(self) -> int:
         """Directed pairs, from points to nodes and back."""
@@ -130,7 +178,7 @@ class LagrangianSystem(OneSetSystem):
             self.clock.launch(self.kernels.drift, self.count, [state.struct], [out.struct])
             if not self.form.total:
                 inputs = [self.clock.time, self.space.scalar(ahead), self.constitutive.params, self.pair, *self._rows]
-                inputs += [self._x, self._centre, self._moment, state.struct]
+                inputs += [self._x, self._centre, self._moment, state.struct, self._others(state)]
                 self.clock.launch(self.kernels.flow, len(self.point_volume), inputs, [out.struct])
 
     @property
@@ -148,9 +196,13 @@ class LagrangianSystem(OneSetSystem):
             self._point_volume,
             self.pair,
             state.struct,
+            self._others(state),
         ]
         outputs = [self._mean, self._corrected, self._opposing]
         self.clock.launch(self.kernels.strain, len(self.point_volume), inputs, outputs)
+        if self._ghosts is not None:
+            inputs = [self.count, *self._images, self._sign, self._step, self._load_vectors]
+            self.clock.launch(self._mirror, len(self._ghosts.source), inputs, [self._corrected])
 
     def _forces(self, state: State, out: State) -> None:
         self.refresh(state)
@@ -176,7 +228,9 @@ class LagrangianSystem(OneSetSystem):
             self._x,
         ]
         inputs += [self._moment, self._spread, self._volume, self._corrected, self._opposing, self._load_vectors]
-        self.clock.launch(self.kernels.force, self.count, [*inputs, state.struct], [self.drag, self._hold, out.struct])
+        others = state.struct if self._ghosts is None else self._everyone.struct
+        inputs += [state.struct, others]
+        self.clock.launch(self.kernels.force, self.count, inputs, [self.drag, self._hold, out.struct])
 
     def hourglass_energy(self) -> float:
         """Energy of the residual and work against the other holding forces, nondimensional (two launches and a copy)."""

@@ -147,18 +147,18 @@ class Kernels:
         @wp.kernel(module="unique", enable_backward=False)
         def strain(p: Params, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
                    node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat), volume: wp.array(dtype=real),
-                   pair: Pair, fields: Fields, mean_out: wp.array(dtype=vec), corrected_out: wp.array(dtype=mat),
+                   pair: Pair, fields: Fields, others: Fields, mean_out: wp.array(dtype=vec), corrected_out: wp.array(dtype=mat),
                    opposing_out: wp.array(dtype=mat)):  # fmt: skip
             i = wp.tid()
             near = i
             if wp.static(points):
                 near = indices[offsets[i]]
-            u0 = fields.displacement[near]
+            u0 = others.displacement[near]
             gradient = mat()
             mean = vec()
             for k in range(offsets[i], offsets[i + 1]):
                 j = indices[k]
-                du = fields.displacement[j] - u0
+                du = others.displacement[j] - u0
                 r = node[j] - centre[i]
                 gradient += wp.outer(weight[k] * du, r)
                 if wp.static(points and residual):
@@ -218,7 +218,8 @@ class Kernels:
             @wp.kernel(module="unique", enable_backward=False)
             def force_between(body: Inertia, stiffness: real, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real), node: wp.array(dtype=vec), moment: wp.array(dtype=mat),
                       spread: wp.array(dtype=real), volume: wp.array(dtype=real), corrected: wp.array(dtype=mat),
-                      opposing_stress: wp.array(dtype=mat), loads: wp.array(dtype=vec), fields: Fields, viscous_out: wp.array(dtype=vec),
+                      opposing_stress: wp.array(dtype=mat), loads: wp.array(dtype=vec), fields: Fields, others: Fields,
+                      viscous_out: wp.array(dtype=vec),
                       holding_out: wp.array(dtype=vec), rate_out: Fields):  # fmt: skip
                 i = wp.tid()
                 u = fields.displacement[i]
@@ -229,22 +230,22 @@ class Kernels:
                 hold = vec()
                 for k in range(offsets[i], offsets[i + 1]):
                     j = indices[k]
-                    r, w = seen(pair, weight, node, fields, i, j, k)
+                    r, w = seen(pair, weight, node, others, i, j, k)
                     if wp.static(form.paper):
                         f += w * ((A + corrected[j]) * (moment[i] * r))
                     else:
                         f += w * ((A + corrected[j]) * r)
                     if wp.static(residual):
-                        du = fields.displacement[j] - u
+                        du = others.displacement[j] - u
                         f += (stiffness * volume[i] / spread[i] * w) * (du - fields.deformation[i] * r)
                         f += (stiffness * volume[j] / spread[j] * w) * (du - fields.deformation[j] * r)
                     if wp.static(viscous or holding):
                         apart = r
                         if wp.static(not form.moving):
-                            apart = r + fields.displacement[j] - u
+                            apart = r + others.displacement[j] - u
                         square = wp.dot(apart, apart)
                         if wp.static(viscous):
-                            closing = wp.dot(fields.velocity[j] - v, apart)
+                            closing = wp.dot(others.velocity[j] - v, apart)
                             if wp.static(not approach) or closing < real(0.0):
                                 pressure = push(pair, body.density, closing, square)
                                 drag += real(0.5) * pressure * w * ((volume[i] * moment[i] + volume[j] * moment[j]) * r)
@@ -284,20 +285,20 @@ class Kernels:
         @wp.kernel(module="unique", enable_backward=False)
         def flow(clock: wp.array(dtype=wp.float64), ahead: real, p: Params, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
                  weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat),
-                 fields: Fields, rate_out: Fields):  # fmt: skip
+                 fields: Fields, others: Fields, rate_out: Fields):  # fmt: skip
             i = wp.tid()
             near = i
             if wp.static(points):
                 near = indices[offsets[i]]
-            v0 = fields.velocity[near]
+            v0 = others.velocity[near]
             gradient = mat()
             for k in range(offsets[i], offsets[i + 1]):
                 j = indices[k]
                 if wp.static(points):
-                    gradient += wp.outer(weight[k] * (fields.velocity[j] - v0), node[j] - centre[i])
+                    gradient += wp.outer(weight[k] * (others.velocity[j] - v0), node[j] - centre[i])
                 else:
-                    r, w = seen(pair, weight, node, fields, i, j, k)
-                    gradient += wp.outer(w * (fields.velocity[j] - v0), r)
+                    r, w = seen(pair, weight, node, others, i, j, k)
+                    gradient += wp.outer(w * (others.velocity[j] - v0), r)
             change = gradient * moment[i]
             dt = ahead * real(clock[1])
             F = wp.identity(n=dim, dtype=real)

@@ -146,7 +146,7 @@ class Kernels(SourceKernels):
         Rows, Real, Virtual = rows_struct(space), fields_struct(space, real_layout), fields_struct(space, virtual)
         from_real, from_virtual = gather(space, laws, real_layout), gather(space, laws, virtual)
         linear, linear_faces, force_of = laws.linear, laws.linear_faces, divergence(space, laws)
-        dim, width, sourced = space.dim, len(laws.state.components), laws.source is not None
+        dim, width, kept = space.dim, len(laws.state.components), "internals" in dict(virtual)
         turns = laws.depends_on_stress
         unpack, pack = packing(space, laws.state)
         determinant, inverse = determinant_and_inverse(space)
@@ -185,7 +185,7 @@ class Kernels(SourceKernels):
             fields_out.velocity[i] = v + dt * accelerated(body, determinant(F) * force_of(slope * back), v)
             fields_out.stress[i] = s + dt * change
             fields_out.deformation[i] = H + dt * Ldot
-            if wp.static(sourced):
+            if wp.static(kept):
                 fields_out.internals[i] = q + dt * dq
 
         @wp.kernel(module="unique", enable_backward=False)
@@ -261,7 +261,7 @@ class Kernels(SourceKernels):
             fields_out.stress[i] = s0 + dt * change
             fields_out.deformation[i] = H + real(0.5) * dt * (L * F)
             fields_out.displacement[i] = fields_out.displacement[i] + real(0.5) * dt * v0
-            if wp.static(sourced):
+            if wp.static(kept):
                 fields_out.internals[i] = fields_out.internals[i] + dt * dq
 
         @wp.kernel(module="unique", enable_backward=False)
@@ -386,6 +386,7 @@ class MovingTwoSetSystem(TwoSetSystem):
 
     def accept(self, state: State) -> None:
         """Close the step: the prescribed values at t + dt, and the work of the faces and of the body forces."""
+        self.project(state)
         # The displacement has had the first half of its step; the second half is with the velocity at the end.
         self._turn_faces(state, 0.5)
         self._hold(state, 1.0)

@@ -33,6 +33,7 @@ from wsph.work import ConstraintWork, LoadWork
 class OneSetSystem(System):
     """A body as one-set integrators see it. A formulation sets up its pairs and gives `rate` and `refresh`."""
 
+    measures = True
     points = False
     """Whether stresses live at places of their own, apart from the particles."""
     default_support = 2.6
@@ -49,7 +50,7 @@ class OneSetSystem(System):
         self.volume = (lattice.node_volume if self.at_nodes else lattice.cell_volume) / unit
         self._cells = lattice.cell_volume / unit
         self._support = scene.run.support or self.default_support
-        self._coefficients(body, scene.run.kernel)
+        self._coefficients(scene, body)
         conditions = node_conditions if self.at_nodes else layer_conditions
         self.conditions: Conditions = conditions(scene, body.name, lattice)
         self.state = self.new()
@@ -76,7 +77,7 @@ class OneSetSystem(System):
     def _vectors(self, used: bool) -> wp.array:
         return wp.zeros(self.count if used else 1, dtype=self.space.vec, device=self.device)
 
-    def _coefficients(self, body: Body, smoothing: str) -> None:
+    def _coefficients(self, scene: Scene, body: Body) -> None:
         """What acts between pairs, and the stiffness of the residual, nondimensional."""
         real, scales, material = self.space.scalar, self.scales, self.constitutive.material
         bulk, shear = material.moduli()
@@ -94,9 +95,10 @@ class OneSetSystem(System):
         if body.artificial_stress is not None:
             self.pair.epsilon = real(body.artificial_stress.epsilon)
             self.pair.exponent = real(body.artificial_stress.exponent)
-            value = SMOOTHING[smoothing](self.space)[0]
+            value = SMOOTHING[scene.run.kernel](self.space)[0]
             self.pair.at_spacing = real(value(real(SUPPORT / self._support)))
-        usual = self.default_residual if body.hourglass is None else 0.0
+        bare = body.hourglass is not None or scene.run.correction == "paper"
+        usual = 0.0 if bare else self.default_residual
         residual = usual if body.residual is None else body.residual.coefficient
         self.residual = residual * youngs / scales.stress
 
@@ -162,7 +164,9 @@ class OneSetSystem(System):
         self.work.constraints.after(state, self.clock)
 
     def accept(self, state: State) -> None:
-        """Close the step: the prescribed values at t + dt, the work of the constraints, loads, body forces and viscosity."""
+        """Close the step: the stresses that the law allows, the prescribed values at t + dt, the work of the constraints,
+        loads, body forces and viscosity."""
+        self.project(state)
         self.constrain(state, 1.0)
         self.work.loads.add(state, self.clock)
         self.force.add(state, self.clock)
@@ -205,7 +209,7 @@ class OneSetSystem(System):
 
     @cached_property
     def frequency(self) -> float:
-        """The largest frequency about the state in which it was last `measure`d, nondimensional."""
+        """The largest frequency about the state in which it was first asked for since `measure_anew`, nondimensional."""
         return largest_frequency(self)
 
     @cached_property
@@ -237,9 +241,8 @@ class OneSetSystem(System):
     def sample(self, points: np.ndarray, name: str = "velocity") -> list[tuple[np.ndarray, np.ndarray]]:
         """How to read a field at `points` (m, dim) [m]: its places and weights per point, linear-exact."""
         at_nodes = self.at_nodes and self.state.counts.get(name, self.count) == self.count
-        index = self.lattice.index
-        sources = index if at_nodes else index[self.lattice.corners].mean(1)
-        grid = self.lattice.frame.coordinates(points)
+        lattice = self.lattice
+        grid, sources = lattice.comparable(points, lattice.nodes if at_nodes else lattice.cells)
         weights = spanning_weights(self.lattice, 1.6, (grid, sources), (grid, sources), np.ones(len(sources)))
         offsets, indices, values = (a.numpy() for a in (weights.pairs.offsets, weights.pairs.indices, weights.values))
         rows = [(indices[a:b], values[a:b]) for a, b in pairwise(offsets)]

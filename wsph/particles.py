@@ -6,7 +6,8 @@ is a face of the body, whatever the shape. A crack cuts the faces that it runs a
 side. Everything here is numpy, in metres; grid coordinates are in cells along the grid's own axes.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -70,7 +71,8 @@ class Crack:
 class Lattice:
     """A body cut into cells: `nodes` (n, dim), `cells` (c, dim) [m], `corners` (c, 2^dim) node ids, volumes [m^dim].
 
-    `index` (n, dim) the nodes in grid coordinates, jitter included; `cracks` in grid coordinates; `frame` the grid.
+    `index` (n, dim) the nodes in grid coordinates, jitter included; `cracks` in grid coordinates; `frame` the grid before
+    any map; `edges` the shortest and the longest edge of a cell [m].
     """
 
     frame: Grid
@@ -82,11 +84,23 @@ class Lattice:
     cell_volume: np.ndarray
     faces: Faces
     cracks: tuple[Crack, ...]
+    edges: tuple[float, float]
 
     @property
     def spacing(self) -> float:
         """The shortest edge of a cell [m]."""
-        return float(self.frame.step.min())
+        return self.edges[0]
+
+    @property
+    def mapped(self) -> bool:
+        """Whether cells differ in size: a map has moved the nodes."""
+        return self.edges[0] != float(self.frame.step.min())
+
+    def comparable(self, points: np.ndarray, sources: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Points (n, dim) [m] and nodes or cells (m, dim) [m] in units of cells, to find who is near whom."""
+        if self.mapped:
+            return points / self.edges[1], sources / self.edges[1]
+        return self.frame.coordinates(points), self.frame.coordinates(sources)
 
     @property
     def centred(self) -> tuple[np.ndarray, np.ndarray]:
@@ -150,12 +164,14 @@ def lattice(
     lattice_rotate: Rotation = 0.0,
     cracks: tuple[tuple[tuple[float, ...], tuple[float, ...]], ...] = (),
     split: bool = True,
+    map: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> Lattice:
     """Cut `shape` into cells of edge `spacing` [m], one number or one for each axis.
 
     `jitter` moves every node by up to that fraction of the spacing along each axis, those on a face within their face;
     cells follow as the centroids of their corners. `cracks` are (from, to) [m]; with `split` they have to run along lines
-    of the grid, and part the nodes on them. Raises ValueError where spacing or cracks do not fit.
+    of the grid, and part the nodes on them. `map` takes positions (n, dim) [m] to where the nodes are to be. Raises
+    ValueError where spacing or cracks do not fit, or the map turns a cell inside out.
     """
     dim, grid = shape.dim, plan(shape, spacing, lattice_rotate)
     count = grid.count
@@ -206,10 +222,43 @@ def lattice(
     if jitter:
         nodes = nodes + (shift * grid.step) @ grid.axes.T
         cell_volume = cell_volume * _volumes((node_index + shift)[corners], offsets)
+    edges = (float(grid.step.min()), float(grid.step.max()))
+    if map is not None:
+        nodes = map(nodes)
+        cell_volume, edges = _mapped_cells(nodes[corners], offsets)
+        faces = replace(faces, area=_mapped_areas(nodes[faces.nodes]))
     node_volume = np.bincount(corners.ravel(), np.repeat(cell_volume, 2**dim) / 2**dim, len(nodes))
     return Lattice(
-        grid, node_index + shift, nodes, nodes[corners].mean(1), corners, node_volume, cell_volume, faces, cuts
+        grid, node_index + shift, nodes, nodes[corners].mean(1), corners, node_volume, cell_volume, faces, cuts, edges
     )
+
+
+def _mapped_cells(cells: np.ndarray, offsets: np.ndarray) -> tuple[np.ndarray, tuple[float, float]]:
+    """Volumes [m^dim] of mapped cells (c, 2^dim, dim) and their shortest and longest edge [m]."""
+    if not np.isfinite(cells).all():
+        raise ValueError("the map gives positions that are not finite")
+    volume = _volumes(cells, offsets)
+    if not (volume > 0.0).all():
+        where = cells[np.flatnonzero(~(volume > 0.0))[0]].mean(0)
+        raise ValueError(f"the map turns the cell at {[float(f'{x:.6g}') for x in where]} m inside out")
+    lengths = []
+    for axis in range(cells.shape[2]):
+        low = np.flatnonzero(offsets[:, axis] == 0)
+        high = [
+            int(np.flatnonzero((offsets == offsets[o] + np.eye(cells.shape[2], dtype=int)[axis]).all(1))[0])
+            for o in low
+        ]
+        lengths.append(np.linalg.norm(cells[:, high] - cells[:, low], axis=2))
+    return volume, (float(np.min(lengths)), float(np.max(lengths)))
+
+
+def _mapped_areas(faces: np.ndarray) -> np.ndarray:
+    """Areas [m^(dim-1)] of faces from their corners (m, 2^(dim-1), dim), those of a quadrilateral by its diagonals."""
+    if faces.shape[2] == 1:
+        return np.ones(len(faces))
+    if faces.shape[2] == 2:
+        return np.linalg.norm(faces[:, 1] - faces[:, 0], axis=1)
+    return 0.5 * np.linalg.norm(np.cross(faces[:, 3] - faces[:, 0], faces[:, 2] - faces[:, 1]), axis=1)
 
 
 def _volumes(cells: np.ndarray, offsets: np.ndarray) -> np.ndarray:

@@ -77,19 +77,25 @@ def relaxes(material: Any) -> bool:
     )
 
 
+def dissipates(material: Any) -> bool:
+    """Whether a law can take energy: it relaxes, or its stress is brought back to a yield surface."""
+    return relaxes(material) or hasattr(material, "project")
+
+
 def internal_units(material: Any) -> dict[str, str]:
-    """Name and unit of a body's internals: the material's own, and the dissipated energy density where its law relaxes.
+    """Name and unit of a body's internals: the material's own, and the dissipated energy density where its law can
+    take energy.
 
     A material declares `internals = {"name": initial}` for plain numbers, `{"name": (initial, "Pa")}` otherwise.
     """
     units = {
         name: value[1] if isinstance(value, tuple) else "" for name, value in getattr(material, "internals", {}).items()
     }
-    return {**units, **({"dissipation": "Pa"} if relaxes(material) else {})}
+    return {**units, **({"dissipation": "Pa"} if dissipates(material) else {})}
 
 
 def internal_values(material: Any) -> dict[str, float]:
     """Name and initial value, in SI, of a body's internals."""
     own = getattr(material, "internals", {}).items()
     values = {name: float(value[0] if isinstance(value, tuple) else value) for name, value in own}
-    return {**values, **({"dissipation": 0.0} if relaxes(material) else {})}
+    return {**values, **({"dissipation": 0.0} if dissipates(material) else {})}

@@ -51,6 +51,17 @@ def _several(bodies: list[Any], key: str) -> SceneError:
     return SceneError("scene", [Fault(0, key, f"lies in {names}: name one with `body`")])
 
 
+def _holds(run: Any, points: np.ndarray) -> bool:
+    """Whether all of the points (n, dim) [m] lie in a body."""
+    lattice = run.system.lattice
+    if not lattice.mapped:
+        return bool(run.body.shape.contains(points).all())
+    # In a mapped body: as near to the centre of a cell as its corners are.
+    reach = np.linalg.norm(lattice.nodes[lattice.corners] - lattice.cells[:, None], axis=2).max(1)
+    gaps = np.linalg.norm(points[:, None] - lattice.cells, axis=2)
+    return bool((gaps <= 1.001 * reach).any(1).all())
+
+
 class Recorder:
     """One probe on the device. `record()` is a launch; `flush(steps)` appends the rows of those steps."""
 
@@ -95,7 +106,7 @@ class Recorder:
         bodies = [b for b in bodies if probe.body in (None, b.body.name)]
         if probe.at is not None:
             points = np.array(probe.at)
-            inside = [b for b in bodies if b.body.shape.contains(points).all()]
+            inside = [b for b in bodies if _holds(b, points)]
             if not inside:
                 text = f"{[list(p) for p in probe.at]} does not lie in one body"
                 raise SceneError("scene", [Fault(0, f"{key}.at", text)])

@@ -196,6 +196,7 @@ class Body(Model):
     shape: Shape
     spacing: Annotated[float | tuple[float, ...], BeforeValidator(_spacing)]
     lattice_rotate: Rotation = 0.0
+    map: Annotated[tuple[str, ...], BeforeValidator(as_tuple)] | None = None
     state: Literal["stress", "strain"] | None = None
     jitter: _in("", ge=0, le=0.5) = 0.0
     cracks: Annotated[tuple[CrackLine, ...], BeforeValidator(as_tuple)] = ()

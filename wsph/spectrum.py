@@ -18,6 +18,8 @@ def largest_frequency(system: Any) -> float:
     base, moved, change = system.state, system.temporary(), system.temporary()
     mass = np.sqrt(np.repeat(system.volume, system.space.dim))
     free = system.free_components
+    if not free.any():
+        return 0.0
     split, eps = len(free), 1e-6 if system.space.precision == "f64" else 1e-2
     start = base.buffer.numpy().copy()
     place = base.start["displacement"]
@@ -78,11 +80,11 @@ def largest_damping(system: Any) -> float:
 
     Power iteration on the drag of small velocities, switched as it is: 10 products, and 2 % for what they miss.
     """
-    if not system.viscous:
+    free = system.free_components
+    if not system.viscous or not free.any():
         return 0.0
     moved, change = system.temporary(), system.temporary()
     start = system.state.buffer.numpy().copy()
-    free = system.free_components
     split, growth = len(free), 0.0
     # Alternating from particle to particle: the mode that pairs damp most; the switch passes half of its pairs.
     index = np.rint(system.grid_index).sum(1)

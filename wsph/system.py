@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from wsph.body_force import BodyForce
-from wsph.constitutive import Constitutive
+from wsph.constitutive import Constitutive, project_kernel
 from wsph.particles import Lattice
 from wsph.prescribed import BoundaryValues
 from wsph.program import Clock
@@ -25,10 +25,14 @@ class System:
     follows_courant = False
     tried = False
     """Whether the guard tries the step of a jittered body for modes that grow: collocation can have some."""
+    measures = False
+    """Whether the limit is found by the right-hand sides themselves, and can be found anew: `measure_anew`."""
     follows = False
     """Whether something of it, such as pairs, follows the motion on the host: `follow` before every step."""
     parts_taken: tuple[str, ...] = ()
     """Parts of a body, of those between pairs, that the formulation takes."""
+    takes_maps = False
+    """Whether cells may differ in size and direction."""
     splits = False
     """Whether cracks part the particles on them (and so have to run along lines of the grid)."""
     position: np.ndarray
@@ -100,6 +104,13 @@ class System:
     def impose(self, state: State, c: float | tuple[float, float]) -> None:
         """Set the prescribed values in a state at t + c dt; c = (0., 1.) means the mean of both ends of the step."""
         self.boundary.impose(state, self.clock, c)
+
+    def project(self, state: State) -> None:
+        """Bring the stresses of a state back to where the law allows them (a launch, where the law has a yield surface)."""
+        laws = self.constitutive.laws
+        if laws.project is not None:
+            kernel = project_kernel(self.space, laws, state.type)
+            self.clock.launch(kernel, state.counts["stress"], [self.constitutive.params], [state.struct])
 
     def current_position(self) -> np.ndarray:
         """Where the particles are, (n, dim) [m]: the reference configuration where nothing follows their displacement."""

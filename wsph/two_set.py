@@ -65,7 +65,7 @@ class Kernels(SourceKernels):
         Rows, Real, Virtual = rows_struct(space), fields_struct(space, real_layout), fields_struct(space, virtual)
         from_real, from_virtual = gather(space, laws, real_layout), gather(space, laws, virtual)
         linear, linear_faces, force_of = laws.linear, laws.linear_faces, divergence(space, laws)
-        dim, width, sourced = space.dim, len(laws.state.components), laws.source is not None
+        dim, width, kept = space.dim, len(laws.state.components), "internals" in dict(virtual)
         displacement = "displacement" in dict(real_layout)
         unpack, pack = packing(space, laws.state)
         turned, accelerated, Inertia = turning(space), acceleration(space, parts), inertia_struct(space)
@@ -85,7 +85,7 @@ class Kernels(SourceKernels):
             change, dq = linear(p, s + s0, L, q, S, Q)
             fields_out.velocity[i] = v + v0 + dt * accelerated(body, force_of(slope), v + v0)
             fields_out.stress[i] = s + s0 + dt * change
-            if wp.static(sourced):
+            if wp.static(kept):
                 fields_out.internals[i] = q + dt * dq
 
         @wp.kernel(module="unique", enable_backward=False)
@@ -135,7 +135,7 @@ class Kernels(SourceKernels):
                     change, dq = linear_faces(p, s + s0, L, q, S, Q, free[i], target)
             fields_out.velocity[i] = v0 + dt * accelerated(body, force_of(slope), v + v0)
             fields_out.stress[i] = s0 + dt * change
-            if wp.static(sourced):
+            if wp.static(kept):
                 fields_out.internals[i] = fields_out.internals[i] + dt * dq
             if wp.static(displacement):
                 fields_out.displacement[i] = fields_out.displacement[i] + real(0.5) * dt * v0
@@ -372,6 +372,7 @@ class TwoSetSystem(System):
 
     def accept(self, state: State) -> None:
         """Close the step: the prescribed values at t + dt, and the work of the faces and of the body forces."""
+        self.project(state)
         self.hold(state, 1.0)
         self.work.add(state, self.clock)
         self.force.add(state, self.clock)

@@ -78,6 +78,8 @@ class UpdatedLagrangianSystem(OneSetSystem):
     def _find(self) -> None:
         """Pairs of where the particles are, the skin included."""
         place = self.position / self.scales.length + self.state.read("displacement")
+        if not np.isfinite(place).all():
+            return  # the finite check says so
         reach = 2.0 * float(self.pair.h) + SKIN * self.spacing / self.scales.length
         lattice = self.lattice
         pairs = find_pairs(place, place, reach, self.device, same=True)
@@ -92,9 +94,7 @@ class UpdatedLagrangianSystem(OneSetSystem):
         """Before a step: find the pairs anew where a particle may leave its skin by the step's end."""
         inputs = [self.count, self.clock.time, self._found, self.state.struct]
         wp.launch(self._travel, self._blocks, inputs=inputs, outputs=[self._furthest], device=self.device)
-        furthest = self._furthest.numpy().max()
-        # A state that is not finite is left to the finite check.
-        if 0.5 * SKIN * self.spacing / self.scales.length < furthest < np.inf:
+        if self._furthest.numpy().max() > 0.5 * SKIN * self.spacing / self.scales.length:
             self._find()
 
     @property
@@ -119,12 +119,13 @@ class UpdatedLagrangianSystem(OneSetSystem):
                 self._moment,
                 self._unused,
             ]
-            inputs += [self._current, self._corrected, self._opposing, self._load_vectors, state.struct]
+            inputs += [self._current, self._corrected, self._opposing, self._load_vectors]
+            inputs += [state.struct, state.struct]
             self.clock.launch(self.kernels.force, self.count, inputs, [self.drag, self._hold, out.struct])
         if part != "velocity":
             self.clock.launch(self.kernels.drift, self.count, [state.struct], [out.struct])
             inputs = [self.clock.time, self.space.scalar(ahead), self.constitutive.params, self.pair, *self._rows]
-            inputs += [self._x, self._x, self._moment, state.struct]
+            inputs += [self._x, self._x, self._moment, state.struct, state.struct]
             self.clock.launch(self.kernels.flow, self.count, inputs, [out.struct])
 
     def refresh(self, state: State) -> None:

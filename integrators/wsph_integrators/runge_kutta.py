@@ -93,6 +93,7 @@ class Tableau:
                 row = self.a[i - 1]
                 s.combine(self.stage, plain=[(1.0, y)], timed=[(c, self.k[j]) for j, c in enumerate(row) if c])
                 s.impose(self.stage, sum(row))
+                s.project(self.stage)
                 at = self.stage
             s.rate(at, k)
         terms = [(c, k) for c, k in zip(self.b, self.k, strict=True) if c]
@@ -208,6 +209,7 @@ class Chain:
             s.combine(self.stage, plain=[(1.0, y)], timed=[(a, k)])
             at, time = self.stage, a
             s.impose(self.stage, time)
+            s.project(self.stage)
         if self.tail:
             s.rate(self.stage, self.k)
             s.combine(y, plain=[(1.0, y)], timed=[(0.25, self.first), (0.75, self.k)])

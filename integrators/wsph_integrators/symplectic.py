@@ -59,6 +59,7 @@ class Leapfrog:
         s.constrain(y, 0.5)
         s.rate(y, k, "rest", ahead=0.5)
         s.combine(y, plain=[(1.0, y)], timed=[(1.0, k)], part="rest")
+        s.project(y)
         if self.lagged:
             s.rate(y, k, "velocity")
             s.combine(y, plain=[(1.0, y)], timed=[(0.5, k)], part="velocity")
@@ -113,6 +114,7 @@ class BlanesMoan4:
             s.constrain(y, time + 0.5 * drift)
             s.rate(y, k, "rest", ahead=0.5 * drift)
             s.combine(y, plain=[(1.0, y)], timed=[(drift, k)], part="rest")
+            s.project(y)
             time += drift
             s.constrain(y, time)
             s.rate(y, k, "velocity")

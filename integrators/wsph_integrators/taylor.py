@@ -43,6 +43,7 @@ class TaylorSPH:
         """One step, by launches alone."""
         s, y = self.system, self.state
         s.half_step(y, self.half, 0.5)
+        s.project(self.half)
         s.impose(self.imposed, (0.0, 1.0))
         s.rate(self.half, y, imposed=self.imposed, weight=1.0)
         s.accept(y)

@@ -20,12 +20,17 @@ class Jaumann(Isotropic):
 
     def rate(self, space, Params) -> wp.Function:
         """The law (p, stress, L) -> stress rate."""
-        real, tensor = space.scalar, space.tensor
+        return jaumann_rate(space, Params)
 
-        @wp.func
-        def law(p: Params, stress: tensor, L: tensor) -> tensor:
-            elastic = p.lame_first * wp.trace(L) * wp.identity(n=3, dtype=real) + p.lame_second * (L + wp.transpose(L))
-            W = real(0.5) * (L - wp.transpose(L))
-            return elastic + W * stress - stress * W
 
-        return law
+def jaumann_rate(space, Params) -> wp.Function:
+    """Warp function (p, stress, L) -> the Jaumann rate of linear elasticity turned to the fixed axes."""
+    real, tensor = space.scalar, space.tensor
+
+    @wp.func
+    def law(p: Params, stress: tensor, L: tensor) -> tensor:
+        elastic = p.lame_first * wp.trace(L) * wp.identity(n=3, dtype=real) + p.lame_second * (L + wp.transpose(L))
+        W = real(0.5) * (L - wp.transpose(L))
+        return elastic + W * stress - stress * W
+
+    return law

@@ -166,3 +166,31 @@ class TestCracks:
         for split in (True, False):
             with pytest.raises(ValueError, match=r"from and to \[5.0, 2.0\], \[6.0, 2.0\] part no cells of the body"):
                 lattice(shape(**SQUARE), 0.5, cracks=(((5.0, 2.0), (6.0, 2.0)),), split=split)
+
+
+def polar(points: np.ndarray) -> np.ndarray:
+    """The unit square bent to a quarter of a ring between radii 1 and 2."""
+    r, angle = 1.0 + points[:, 0], 0.5 * np.pi * points[:, 1]
+    return np.stack([r * np.cos(angle), r * np.sin(angle)], 1)
+
+
+def test_a_map_moves_nodes_volumes_and_areas() -> None:
+    body = lattice(box(2), 1 / 40, map=polar)
+    assert body.mapped
+    assert body.cell_volume.sum() == pytest.approx(0.25 * np.pi * 3.0, rel=1e-3)
+    assert body.node_volume.sum() == pytest.approx(body.cell_volume.sum(), rel=1e-14)
+    for name, length in (("-x", 0.5 * np.pi), ("+x", np.pi), ("-y", 1.0), ("+y", 1.0)):
+        assert body.faces.area[body.faces.named(name)].sum() == pytest.approx(length, rel=1e-3)
+    assert body.spacing == pytest.approx(1 / 40, rel=1e-9)
+    assert body.edges[1] == pytest.approx(np.pi / 40, rel=1e-3)
+    with pytest.raises(ValueError, match="inside out"):
+        lattice(box(2), 0.1, map=lambda x: x * [1.0, -1.0])
+    with pytest.raises(ValueError, match="not finite"):
+        lattice(box(2), 0.1, map=lambda x: x / 0.0 if len(x) == 0 else np.full_like(x, np.nan))
+
+
+def test_a_map_in_three_dimensions() -> None:
+    body = lattice(box(3), 0.1, map=lambda x: np.concatenate([polar(x[:, :2]), 2.0 * x[:, 2:]], 1))
+    assert body.cell_volume.sum() == pytest.approx(0.5 * np.pi * 3.0, rel=5e-3)
+    assert body.faces.area[body.faces.named("+z")].sum() == pytest.approx(0.25 * np.pi * 3.0, rel=5e-3)
+    assert body.faces.area[body.faces.named("+x")].sum() == pytest.approx(2.0 * np.pi, rel=3e-3)

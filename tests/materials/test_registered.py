@@ -7,6 +7,7 @@ import pytest
 import warp as wp
 from wsph_materials.elastic import Elastic
 from wsph_materials.jaumann import Jaumann
+from wsph_materials.mises import Mises
 from wsph_materials.neo_hookean import NeoHookean
 from wsph_materials.perzyna import Perzyna
 
@@ -24,6 +25,7 @@ OURS = {
         (Elastic(1000.0, 1e6, 0.4999), None),
     ],
     "jaumann": [(Jaumann(2000.0, 8e7, 0.3), None)],
+    "mises": [(Mises(2000.0, 8e7, 0.3, 5e5, 8e6), 1e6)],
     "perzyna": [
         (Perzyna(2000.0, 8e7, 0.3, 5e5, -8e6, 25.0, exponent), level)
         for exponent in (0.0, 1.0, 2.0)

@@ -91,6 +91,18 @@ def stress_intensity(
     return np.array(times), np.array(factors)
 
 
+def ligament(composition: Composition) -> tuple[np.ndarray, np.ndarray]:
+    """Positions x [m] and sigma_yy over its mean along the first row of stress points above y = 0."""
+    system = composition.bodies[0].system
+    lattice = system.lattice
+    column = lattice.index[lattice.corners].mean(1)[:, 1]
+    row = np.flatnonzero(column < column.min() + 0.5)
+    row = row[np.argsort(lattice.cells[row, 0])]
+    stress = system.state.read("stress")[row, system.constitutive.state.labels.index("yy")]
+    width = lattice.cell_volume[row] / lattice.cells[row, 1]
+    return lattice.cells[row, 0], stress * width.sum() / (stress @ width)
+
+
 def frequency(time: np.ndarray, displacement: np.ndarray) -> float:
     """Circular frequency [rad/s] of a vibration from rest, from the first two returns through zero."""
     k = np.flatnonzero(np.diff(np.sign(displacement[1:])))[:2] + 1

@@ -5,6 +5,8 @@ before t0 = L/c = 5 ms and 2 rho c v0 = 8e5 Pa (compression) until t0 + 2.5 ms. 
 to rise, so errors are taken on the plateau, away from both jumps.
 """
 
+from pathlib import Path
+
 import numpy as np
 
 AMPLITUDE, ARRIVAL, DURATION = 8e5, 5e-3, 2.5e-3
@@ -60,6 +62,12 @@ def beam_deflection(
 ) -> float:
     """Tip deflection of a cantilever with mean shear stress `shear` at its end [m] (Herreros & Mabssout 2011, 4.2)."""
     return 4.0 * length**3 * shear / (youngs_modulus * height**2)
+
+
+def plate_ligament(table: Path, radius: float, x: np.ndarray) -> np.ndarray:
+    """Static sigma_yy(x, 0) over its mean beside the hole of the square plate: tests/references/plate_with_void.py."""
+    columns = np.genfromtxt(table, delimiter=",", names=True, deletechars="")
+    return np.interp(x, columns[f"x_{radius:g}"], columns[f"sigma_{radius:g}"])
 
 
 BEAM_FREQUENCY = {0.05: 1026.18, 0.1: 2008.23}

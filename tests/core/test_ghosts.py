@@ -1,0 +1,58 @@
+"""The paper's form of a bar: full neighbourhoods at its ends."""
+
+import numpy as np
+import pytest
+
+import wsph
+from wsph.composition import compose
+from wsph.validation.cases import example
+
+
+def bar(**changes: object) -> wsph.Scene:
+    """The magnesium bar without viscosity."""
+    data = example("magnesium_bar").data()
+    del data["bodies"][0]["viscosity"]
+    data["run"] |= {"integrator": "leapfrog"}
+    return wsph.Scene(**data).with_(**changes)
+
+
+def test_the_fastest_wave_is_that_of_the_interior() -> None:
+    """Leapfrog holds 2.87 for h = 1.5 spacings; without ghosts the loaded end is 56 % stiffer."""
+    limits = []
+    for correction in ("paper", "symmetric"):
+        system = compose(bar(**{"run.correction": correction, "bodies.0.residual": False})).bodies[0].system
+        limits.append(2.0 / (system.frequency * system.bar_time))
+    assert limits[0] == pytest.approx(2.87, rel=5e-3)
+    assert limits[1] < 0.7 * limits[0]
+
+
+def test_ghosts_hand_the_load_on() -> None:
+    """Momentum is load times time, exactly; the right end is out of reach."""
+    composition = compose(bar())
+    composition.compile()
+    composition.program.run(200)
+    system, s = composition.bodies[0].system, composition.scales
+    momentum = (system.density * system.volume) @ system.state.read("velocity")[:, 0]
+    assert momentum * s.density * s.length * s.velocity == pytest.approx(8.8436e6 * 200 * composition.dt, rel=1e-10)
+
+
+def test_what_the_papers_form_is_not_made_for_is_refused() -> None:
+    plate = {"name": "b", "shape": {"type": "box", "min": [0.0, 0.0], "max": [1.0, 1.0]}, "spacing": 0.1, "state": "stress",
+             "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}}  # fmt: skip
+    run = {"integrator": "leapfrog", "formulation": "total-lagrangian", "correction": "paper", "end": 1.0, "cfl": 0.5}
+    load = [{"body": "b", "face": "+x", "traction": {"x": 1.0}}]
+    with pytest.raises(wsph.Refused, match="only bars have ghosts"):
+        compose(wsph.Scene(schema=1, dim=2, run=run, bodies=[plate], boundary=load))
+    for key, value in (("residual", {"coefficient": 1.0}), ("hourglass", {"coefficient": 0.1}), ("placement", "nodes")):
+        with pytest.raises(wsph.Refused, match="with particles in the cells, without residual"):
+            compose(bar(**{f"bodies.0.{key}": value}))
+    with pytest.raises(wsph.Refused, match="with particles in the cells"):
+        compose(bar(**{"run.formulation": "stress-points"}))
+
+
+def test_table_1_to_the_third_digit() -> None:
+    result = wsph.run(example("magnesium_bar"))
+    x, v = result.particles["position"][:, 0], result.particles["velocity"][:, 0]
+    exact = (x < np.sqrt(45e9 / 1738.0) * result.time).astype(float)
+    assert np.abs(v - exact).sum() / exact.sum() == pytest.approx(0.0872, abs=2e-4)
+    assert np.linalg.norm(v - exact) / np.linalg.norm(exact) == pytest.approx(0.1594, abs=2e-4)
