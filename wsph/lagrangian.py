@@ -57,7 +57,6 @@ class LagrangianSystem(OneSetSystem):
         nodes, cells = lattice.centred
         places = nodes if self.at_nodes else cells
         self._set_up(scene, places, cells if self.points else places)
-        self._stiffness = space.scalar(self.residual)
         # Ghosts hand a load on.
         loaded = self.loads.count > 0 and self._ghosts is None
         paper = scene.run.correction == "paper"
@@ -71,6 +70,8 @@ class LagrangianSystem(OneSetSystem):
         self._opposing = wp.zeros(m if self.parts.artificial else 1, dtype=space.mat, device=device)
         self._point_volume = wp.array(self.point_volume, dtype=space.scalar, device=device)
         self._volume = wp.array(self.volume, dtype=space.scalar, device=device)
+        spring = self.residual * self.point_volume / self._spread.numpy() if self.form.residual else np.zeros(1)
+        self._spring = wp.array(spring, dtype=space.scalar, device=device)
         if self._ghosts is not None:
             self._set_up_ghosts(self._ghosts)
 
@@ -194,6 +195,7 @@ class LagrangianSystem(OneSetSystem):
             self._centre,
             self._moment,
             self._point_volume,
+            self._spring,
             self.pair,
             state.struct,
             self._others(state),
@@ -207,29 +209,29 @@ class LagrangianSystem(OneSetSystem):
     def _forces(self, state: State, out: State) -> None:
         self.refresh(state)
         if self.points:
-            back = [self._back.offsets, self._back.indices, self._back_weight]
             inputs = [
                 self.force.struct,
-                self._stiffness,
-                *back,
+                self._back.offsets,
+                self._back.indices,
+                self._back_weight,
                 self._x,
                 self._centre,
-                self._spread,
-                self._point_volume,
             ]
-            inputs += [self._mean, self._corrected, self._load_vectors, self._volume, state.struct]
+            inputs += [self._spring, self._mean, self._corrected, self._load_vectors, self._volume, state.struct]
             self.clock.launch(self.kernels.force, self.count, inputs, [out.struct])
             return
+        others = state.struct if self._ghosts is None else self._everyone.struct
         inputs = [
             self.force.struct,
-            self._stiffness,
             self.pair,
             *self._rows,
             self._x,
+            self._moment,
+            self._spread,
+            self._volume,
+            self._spring,
         ]
-        inputs += [self._moment, self._spread, self._volume, self._corrected, self._opposing, self._load_vectors]
-        others = state.struct if self._ghosts is None else self._everyone.struct
-        inputs += [state.struct, others]
+        inputs += [self._corrected, self._opposing, self._load_vectors, state.struct, others]
         self.clock.launch(self.kernels.force, self.count, inputs, [self.drag, self._hold, out.struct])
 
     def hourglass_energy(self) -> float:
@@ -241,20 +243,14 @@ class LagrangianSystem(OneSetSystem):
         sums = wp.zeros(-(-len(self.point_volume) // BLOCK), dtype=wp.float64, device=self.device)
         inputs = [
             len(self.point_volume),
-            self._stiffness,
             *self._rows,
             self._x,
             self._centre,
-            self._spread,
-            self._point_volume,
+            self._spring,
+            self._mean,
+            self.state.struct,
         ]
-        wp.launch(
-            self.kernels.residual,
-            len(sums),
-            inputs=[*inputs, self._mean, self.state.struct],
-            outputs=[sums],
-            device=self.device,
-        )
+        wp.launch(self.kernels.residual, len(sums), inputs=inputs, outputs=[sums], device=self.device)
         return held + float(sums.numpy().sum())
 
     def filtered(self, name: str) -> np.ndarray:

@@ -110,17 +110,8 @@ class UpdatedLagrangianSystem(OneSetSystem):
         """`OneSetSystem.rate`; the rest takes the moments."""
         if part != "rest":
             self.refresh(state)
-            inputs = [
-                self.force.struct,
-                self.space.scalar(0.0),
-                self.pair,
-                *self._rows,
-                self._x,
-                self._moment,
-                self._unused,
-            ]
-            inputs += [self._current, self._corrected, self._opposing, self._load_vectors]
-            inputs += [state.struct, state.struct]
+            inputs = [self.force.struct, self.pair, *self._rows, self._x, self._moment, self._unused, self._current]
+            inputs += [self._unused, self._corrected, self._opposing, self._load_vectors, state.struct, state.struct]
             self.clock.launch(self.kernels.force, self.count, inputs, [self.drag, self._hold, out.struct])
         if part != "velocity":
             self.clock.launch(self.kernels.drift, self.count, [state.struct], [out.struct])
