@@ -72,6 +72,13 @@ class LagrangianSystem(OneSetSystem):
         self._volume = wp.array(self.volume, dtype=space.scalar, device=device)
         spring = self.residual * self.point_volume / self._spread.numpy() if self.form.residual else np.zeros(1)
         self._spring = wp.array(spring, dtype=space.scalar, device=device)
+        # A pair's share of viscosity and hourglass control is the sum of what either has.
+        trace = np.trace(self._moment.numpy().reshape(-1, space.dim, space.dim), axis1=1, axis2=2)
+        damper = 0.5 * self.volume * trace / space.dim if self.viscous else np.zeros(1)
+        stay = (
+            float(self.pair.spring) * 0.5 * self.volume / self._spread.numpy() if self.parts.hourglass else np.zeros(1)
+        )
+        self._damper, self._stay = (wp.array(a, dtype=space.scalar, device=device) for a in (damper, stay))
         if self._ghosts is not None:
             self._set_up_ghosts(self._ghosts)
 
@@ -148,7 +155,9 @@ class LagrangianSystem(OneSetSystem):
         """What ghosts have of their sources: moments, spreads, volumes; and the kernels that move them."""
         space, device = self.space, self.device
         everyone = np.concatenate([np.arange(self.count), g.source])
-        for name in ("_moment", "_spread", "_volume"):
+        for name in ("_moment", "_damper", "_volume"):
+            if name == "_damper" and not self.viscous:
+                continue
             array = getattr(self, name)
             setattr(self, name, wp.array(array.numpy()[everyone], dtype=array.dtype, device=device))
         self._images = [wp.array(a, dtype=wp.int32, device=device) for a in (g.source, g.face, g.held)]
@@ -221,17 +230,8 @@ class LagrangianSystem(OneSetSystem):
             self.clock.launch(self.kernels.force, self.count, inputs, [out.struct])
             return
         others = state.struct if self._ghosts is None else self._everyone.struct
-        inputs = [
-            self.force.struct,
-            self.pair,
-            *self._rows,
-            self._x,
-            self._moment,
-            self._spread,
-            self._volume,
-            self._spring,
-        ]
-        inputs += [self._corrected, self._opposing, self._load_vectors, state.struct, others]
+        inputs = [self.force.struct, self.pair, *self._rows, self._x, self._moment, self._damper, self._volume]
+        inputs += [self._spring, self._stay, self._corrected, self._opposing, self._load_vectors, state.struct, others]
         self.clock.launch(self.kernels.force, self.count, inputs, [self.drag, self._hold, out.struct])
 
     def hourglass_energy(self) -> float:

@@ -235,8 +235,8 @@ class Kernels:
 
             @wp.kernel(module="unique", enable_backward=False, module_options=PAIR_LOOPS)
             def force_between(body: Inertia, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
-                      weight: wp.array(dtype=real), node: wp.array(dtype=vec), moment: wp.array(dtype=mat), spread: wp.array(dtype=real),
-                      volume: wp.array(dtype=real), spring: wp.array(dtype=real), corrected: wp.array(dtype=mat),
+                      weight: wp.array(dtype=real), node: wp.array(dtype=vec), moment: wp.array(dtype=mat), damper: wp.array(dtype=real),
+                      volume: wp.array(dtype=real), spring: wp.array(dtype=real), stay: wp.array(dtype=real), corrected: wp.array(dtype=mat),
                       opposing_stress: wp.array(dtype=mat), loads: wp.array(dtype=vec), fields: Fields, others: Fields,
                       viscous_out: wp.array(dtype=vec), holding_out: wp.array(dtype=vec), rate_out: Fields):  # fmt: skip
                 i = wp.tid()
@@ -244,14 +244,14 @@ class Kernels:
                 v = fields.velocity[i]
                 A = corrected[i]
                 if wp.static(viscous):
-                    own = real(0.5) * volume[i] * moment[i]
+                    damps = damper[i]
                 if wp.static(form.paper):
                     M = moment[i]
                 if wp.static(residual):
                     stiffness = spring[i]
                 if wp.static(hourglass):
                     H = real(2.0) * wp.identity(n=dim, dtype=real) + fields.deformation[i]
-                    share = volume[i] / spread[i]
+                    stays = stay[i]
                 f = vec()
                 drag = vec()
                 hold = vec()
@@ -278,12 +278,11 @@ class Kernels:
                             if wp.static(approach):
                                 closing = wp.min(closing, real(0.0))
                             pressure = push(pair, body.density, closing, square)
-                            drag = drag + pressure * ((own + real(0.5) * volume[j] * moment[j]) * wr)
+                            drag = drag + (pressure * (damps + damper[j]) * w) * apart
                         if wp.static(hourglass):
                             # Twice the distance less what both deformations say of it, along the line between.
                             gap = real(2.0) - wp.dot(H * r + fields.deformation[j] * r, apart) / square
-                            stiff = pair.spring * real(0.5) * (share + volume[j] / spread[j]) * w
-                            hold = hold + (stiff * gap) * apart
+                            hold = hold + ((stays + stay[j]) * w * gap) * apart
                         if wp.static(artificial):
                             near = wp.pow(value(wp.sqrt(square) / pair.h) / pair.at_spacing, pair.exponent)
                             hold = hold + near * ((opposing_stress[i] + opposing_stress[j]) * wr)
@@ -370,7 +369,7 @@ def _moments_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smooth
     @wp.kernel(module="unique", enable_backward=False, module_options=PAIR_LOOPS)
     def moments(p: Params, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
                 node: wp.array(dtype=vec), volume: wp.array(dtype=real), fields: Fields, moment_out: wp.array(dtype=mat),
-                volume_out: wp.array(dtype=real), corrected_out: wp.array(dtype=mat), opposing_out: wp.array(dtype=mat),
+                damper_out: wp.array(dtype=real), volume_out: wp.array(dtype=real), corrected_out: wp.array(dtype=mat), opposing_out: wp.array(dtype=mat),
                 rank_out: wp.array(dtype=wp.int32)):  # fmt: skip
         i = wp.tid()
         moment = mat()
@@ -388,6 +387,8 @@ def _moments_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smooth
             fields.stress[i] = s
         current = volume[i] * determinant(wp.identity(n=dim, dtype=real) + fields.deformation[i])
         volume_out[i] = current
+        if wp.static(form.parts.viscosity != ""):
+            damper_out[i] = real(wp.static(0.5 / dim)) * current * wp.trace(b)
         cauchy = plane(unpack(fields.stress[i]))
         corrected_out[i] = current * cauchy * b
         if wp.static(artificial):

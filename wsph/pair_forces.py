@@ -1,7 +1,8 @@
 """What acts between two particles of one set beside the stress: viscosity, hourglass control, artificial stress. Each is
 there only where a scene names it, and its work is on the ledger.
 
-- viscosity (He & Seaid 2016, eq 17): h v.x/(x^2 + .01 h^2), linear and quadratic, on approaching pairs or, linear, on all;
+- viscosity (He & Seaid 2016, eq 17): h v.x/(x^2 + .01 h^2), linear and quadratic, on approaching pairs or, linear, on all.
+  It acts along the current line of two particles, by the mean of their corrections: angular momentum is kept to rounding;
 - hourglass control (Ganzenmueller 2015): a spring along the current line of two particles against what their deformation
   gradients say of their distance. The weights |W'|/r, which sum with r^2 to one, stand for his V_j W_ij/X^2, which do too;
 - artificial stress (He & Seaid 2016, eqs 19-23; principal stresses by eigenvectors in any dimension): tension is opposed

@@ -62,6 +62,7 @@ class UpdatedLagrangianSystem(OneSetSystem):
         self._x = wp.array(self.position / scales.length, dtype=space.vec, device=device)
         self._volume = wp.array(self.volume, dtype=space.scalar, device=device)
         self._current = wp.zeros_like(self._volume)
+        self._damper = wp.zeros(self.count if self.viscous else 1, dtype=space.scalar, device=device)
         self._rank = wp.zeros(self.count, dtype=wp.int32, device=device)
         self._unused = wp.zeros(1, dtype=space.scalar, device=device)
         self.form = Form(False, laws.total is not None, False, self.loads.count > 0, False, self.parts, moving=True)
@@ -110,8 +111,16 @@ class UpdatedLagrangianSystem(OneSetSystem):
         """`OneSetSystem.rate`; the rest takes the moments."""
         if part != "rest":
             self.refresh(state)
-            inputs = [self.force.struct, self.pair, *self._rows, self._x, self._moment, self._unused, self._current]
-            inputs += [self._unused, self._corrected, self._opposing, self._load_vectors, state.struct, state.struct]
+            inputs = [self.force.struct, self.pair, *self._rows, self._x, self._moment, self._damper, self._current]
+            inputs += [
+                self._unused,
+                self._unused,
+                self._corrected,
+                self._opposing,
+                self._load_vectors,
+                state.struct,
+                state.struct,
+            ]
             self.clock.launch(self.kernels.force, self.count, inputs, [self.drag, self._hold, out.struct])
         if part != "velocity":
             self.clock.launch(self.kernels.drift, self.count, [state.struct], [out.struct])
@@ -122,7 +131,7 @@ class UpdatedLagrangianSystem(OneSetSystem):
     def refresh(self, state: State) -> None:
         """Moments, current volumes and, of a total law, stress of a state (a launch)."""
         inputs = [self.constitutive.params, self.pair, *self._rows, self._x, self._volume, state.struct]
-        outputs = [self._moment, self._current, self._corrected, self._opposing, self._rank]
+        outputs = [self._moment, self._damper, self._current, self._corrected, self._opposing, self._rank]
         self.clock.launch(self.kernels.moments, self.count, inputs, outputs)
 
     @property
