@@ -185,12 +185,18 @@ def _check(options: argparse.Namespace) -> int:
         ),
         ("time step", f"{composition.dt:.6g} s, {composition.steps} steps to {scene.run.end:g} s"),
         ("kernels", f"{len(set(kernels))} in {len(kernels)} launches per step: {', '.join(kernels)}"),
-        ("launches", "replayed from a captured graph" if composition.program.captured else "direct"),
+        ("launches", _replayed(composition.program)),
         ("probes", ", ".join(p.name for p in scene.probes) or "none"),
     ]
     for key, value in rows:
         print(f"{key:<14} {value}")
     return 0
+
+
+def _replayed(program: Any) -> str:
+    if program.captured:
+        return "replayed from a captured graph"
+    return "replayed one by one" + (f", long ones over {program.threads} cores" if program.threads > 1 else "")
 
 
 def _list(options: argparse.Namespace) -> int:

@@ -200,9 +200,11 @@ def _compose(scene: Scene) -> Composition:
 
     following = [run.system for run in bodies if run.system.follows]
 
+    def follow() -> bool:
+        changed = [system.follow() for system in following]  # all of them, not the first that did
+        return any(changed)
+
     def step() -> None:
-        for system in following:
-            system.follow()
         for run in bodies:
             run.integrator.step()
         clock.advance()
@@ -211,7 +213,7 @@ def _compose(scene: Scene) -> Composition:
         for probe in every_step:
             probe.record()
 
-    particles = sum(b.system.count for b in bodies)
+    pairs = sum(b.system.pairs for b in bodies)
     return Composition(
         scene,
         space,
@@ -222,7 +224,7 @@ def _compose(scene: Scene) -> Composition:
         steps,
         bodies,
         probes,
-        Program(step, particles, device, hosted=bool(following)),
+        Program(step, clock, pairs, scene.run.threads, follow if following else None),
     )
 
 

@@ -320,8 +320,8 @@ def project_kernel(space: Space, laws: Laws, fields: type) -> wp.Kernel:
     Params, project = laws.Params, laws.project or laws.respond
 
     @wp.kernel(module="unique", enable_backward=False)
-    def bring_back(p: Params, fields_out: fields):
-        i = wp.tid()
+    def bring_back(first: int, p: Params, fields_out: fields):
+        i = first + wp.tid()
         stress, q = project(p, fields_out.stress[i], fields_out.internals[i])
         fields_out.stress[i] = stress
         fields_out.internals[i] = q

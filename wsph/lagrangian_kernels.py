@@ -144,6 +144,8 @@ class Kernels:
         determinant, inverse = determinant_and_inverse(space)
         unpack, _ = packing(space, laws.state)
         accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
+        # Rows of the current configuration have pairs without weight in them: sums in vectors would depend on how many.
+        loops = None if form.moving else PAIR_LOOPS
         Pair, value = pair_struct(space), SMOOTHING[smoothing](space)[0]
         viscous, approach = bool(form.parts.viscosity), form.parts.viscosity == "approach"
         hourglass, artificial, holding = form.parts.hourglass, form.parts.artificial, form.parts.holding
@@ -155,12 +157,12 @@ class Kernels:
 
         plane = in_plane(space)
 
-        @wp.kernel(module="unique", enable_backward=False, module_options=PAIR_LOOPS)
-        def strain(p: Params, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
+        @wp.kernel(module="unique", enable_backward=False, module_options=loops)
+        def strain(first: int, p: Params, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
                    node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat), volume: wp.array(dtype=real),
                    spring: wp.array(dtype=real), pair: Pair, fields: Fields, others: Fields, mean_out: wp.array(dtype=vec), corrected_out: wp.array(dtype=mat),
                    opposing_out: wp.array(dtype=mat)):  # fmt: skip
-            i = wp.tid()
+            i = first + wp.tid()
             near = i
             if wp.static(points):
                 near = indices[offsets[i]]
@@ -206,12 +208,12 @@ class Kernels:
 
         if points:
 
-            @wp.kernel(module="unique", enable_backward=False, module_options=PAIR_LOOPS)
-            def force_from_points(body: Inertia, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
+            @wp.kernel(module="unique", enable_backward=False, module_options=loops)
+            def force_from_points(first: int, body: Inertia, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
                       weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), spring: wp.array(dtype=real),
                       mean: wp.array(dtype=vec), corrected: wp.array(dtype=mat), loads: wp.array(dtype=vec),
                       own: wp.array(dtype=real), fields: Fields, rate_out: Fields):  # fmt: skip
-                i = wp.tid()
+                i = first + wp.tid()
                 f = vec()
                 u = fields.displacement[i]
                 x = node[i]
@@ -233,16 +235,21 @@ class Kernels:
 
         else:
 
-            @wp.kernel(module="unique", enable_backward=False, module_options=PAIR_LOOPS)
-            def force_between(body: Inertia, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
+            @wp.kernel(module="unique", enable_backward=False, module_options=loops)
+            def force_between(first: int, body: Inertia, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
                       weight: wp.array(dtype=real), node: wp.array(dtype=vec), moment: wp.array(dtype=mat), damper: wp.array(dtype=real),
                       volume: wp.array(dtype=real), spring: wp.array(dtype=real), stay: wp.array(dtype=real), corrected: wp.array(dtype=mat),
                       opposing_stress: wp.array(dtype=mat), loads: wp.array(dtype=vec), fields: Fields, others: Fields,
                       viscous_out: wp.array(dtype=vec), holding_out: wp.array(dtype=vec), rate_out: Fields):  # fmt: skip
-                i = wp.tid()
+                i = first + wp.tid()
                 u = fields.displacement[i]
                 v = fields.velocity[i]
                 A = corrected[i]
+                damps = real(0.0)
+                stiffness = real(0.0)
+                stays = real(0.0)
+                M = mat()
+                H = mat()
                 if wp.static(viscous):
                     damps = damper[i]
                 if wp.static(form.paper):
@@ -301,8 +308,8 @@ class Kernels:
             self.force = force_between
 
         @wp.kernel(module="unique", enable_backward=False)
-        def drift(fields: Fields, rate_out: Fields):
-            i = wp.tid()
+        def drift(first: int, fields: Fields, rate_out: Fields):
+            i = first + wp.tid()
             rate_out.displacement[i] = fields.velocity[i]
 
         self.drift = drift
@@ -311,11 +318,11 @@ class Kernels:
         if is_total and not form.moving:
             return
 
-        @wp.kernel(module="unique", enable_backward=False, module_options=PAIR_LOOPS)
-        def flow(clock: wp.array(dtype=wp.float64), ahead: real, p: Params, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
+        @wp.kernel(module="unique", enable_backward=False, module_options=loops)
+        def flow(first: int, clock: wp.array(dtype=wp.float64), ahead: real, p: Params, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
                  weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat),
                  fields: Fields, others: Fields, rate_out: Fields):  # fmt: skip
-            i = wp.tid()
+            i = first + wp.tid()
             near = i
             if wp.static(points):
                 near = indices[offsets[i]]
@@ -366,12 +373,12 @@ def _moments_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smooth
     seen, opposing, plane = _seen(space, layout, form, smoothing), opposing_stress(space), in_plane(space)
     (unpack, _), inverse = packing(space, laws.state), generalized_inverse(space)
 
-    @wp.kernel(module="unique", enable_backward=False, module_options=PAIR_LOOPS)
-    def moments(p: Params, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
+    @wp.kernel(module="unique", enable_backward=False)
+    def moments(first: int, p: Params, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
                 node: wp.array(dtype=vec), volume: wp.array(dtype=real), fields: Fields, moment_out: wp.array(dtype=mat),
                 damper_out: wp.array(dtype=real), volume_out: wp.array(dtype=real), corrected_out: wp.array(dtype=mat), opposing_out: wp.array(dtype=mat),
                 rank_out: wp.array(dtype=wp.int32)):  # fmt: skip
-        i = wp.tid()
+        i = first + wp.tid()
         moment = mat()
         k = offsets[i]
         end = offsets[i + 1]
@@ -435,10 +442,10 @@ def combine_kernel(space: Space, plain: int, timed: int, squared: int) -> wp.Ker
     coefficients = space.vector(7)
 
     @wp.kernel(module="unique", enable_backward=False)
-    def combine(clock: wp.array(dtype=wp.float64), start: int, c: coefficients, x0: wp.array(dtype=real), x1: wp.array(dtype=real),
+    def combine(first: int, clock: wp.array(dtype=wp.float64), start: int, c: coefficients, x0: wp.array(dtype=real), x1: wp.array(dtype=real),
                 x2: wp.array(dtype=real), k0: wp.array(dtype=real), k1: wp.array(dtype=real), k2: wp.array(dtype=real),
                 out: wp.array(dtype=real)):  # fmt: skip
-        i = start + wp.tid()
+        i = start + first + wp.tid()
         total = c[0] * x0[i]
         if wp.static(plain > 1):
             total += c[1] * x1[i]

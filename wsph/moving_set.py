@@ -155,9 +155,9 @@ class Kernels(SourceKernels):
         accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
 
         @wp.kernel(module="unique", enable_backward=False)
-        def half_step(clock: wp.array(dtype=wp.float64), weight: real, p: Params, body: Inertia, rows: Rows,
+        def half_step(first: int, clock: wp.array(dtype=wp.float64), weight: real, p: Params, body: Inertia, rows: Rows,
                       fields: Real, sources: Real, fields_out: Virtual):  # fmt: skip
-            i = wp.tid()
+            i = first + wp.tid()
             dt = real(clock[1]) * weight
             near = rows.indices[rows.offsets[i]]
             v0 = fields.velocity[near]
@@ -189,10 +189,10 @@ class Kernels(SourceKernels):
                 fields_out.internals[i] = q + dt * dq
 
         @wp.kernel(module="unique", enable_backward=False)
-        def rate(clock: wp.array(dtype=wp.float64), weight: real, p: Params, body: Inertia, rows: Rows, held: wp.array(dtype=wp.int32),
+        def rate(first: int, clock: wp.array(dtype=wp.float64), weight: real, p: Params, body: Inertia, rows: Rows, held: wp.array(dtype=wp.int32),
                  free: wp.array(dtype=wp.int32), slot: wp.array(dtype=wp.int32), frames: wp.array(dtype=mat), position: wp.array(dtype=vec),
                  cells: wp.array(dtype=vec), fields: Virtual, sources: Virtual, imposed: Real, fields_out: Real):  # fmt: skip
-            i = wp.tid()
+            i = first + wp.tid()
             dt = real(clock[1]) * weight
             v0 = fields_out.velocity[i]
             s0 = fields_out.stress[i]

@@ -1,21 +1,32 @@
 """Steps as programs: the clock on the device, and a fixed list of launches run many times.
 
-Time, time step and step number live in a device clock, so a step has no host numbers and can be captured once and
-replayed. Small scenes on the CPU and all on CUDA replay a captured graph (.2 us a launch); larger ones launch directly,
-where a launch is negligible beside its work.
+Time, time step and step number live in a device clock, so a step has no host numbers and can be recorded once and
+replayed. Small scenes on the CPU and all on CUDA replay a captured graph (.2 us a launch). Larger ones on the CPU replay
+recorded launches; those that were found to take long are split over index ranges, one a core. Every row of a range is
+computed as it is in one piece: results are the same bits for any number of threads.
 """
 
-from collections.abc import Callable
+import contextlib
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator
 from functools import cache
+from itertools import pairwise
+from queue import SimpleQueue
 from typing import Any
 
 import warp as wp
 
-GRAPH_PARTICLES = 20_000
-"""Above this many particles a launch takes long enough that a captured graph saves nothing on the CPU."""
+GRAPH_PAIRS = 200_000
+"""Above this many pairs a launch takes long enough that a captured graph saves nothing on the CPU, and cores can share
+it."""
 
 BLOCKS = (256, 32, 4, 1)
 """Steps in one captured graph: any number of steps is a few replays of these."""
+
+SPLIT_SECONDS = 2e-4
+"""A launch shorter than this stays in one piece: handing it over costs 10 to 90 us."""
 
 
 @cache
@@ -39,15 +50,50 @@ class Clock:
     def __init__(self, dt: float, device: str):
         self.dt, self.device = dt, device
         self._listed: list[wp.Kernel] | None = None
+        self._seconds: list[float] | None = None
+        self._pieces: list[int] | None = None
+        self._commands: list[list[Any]] = []
         self.step = wp.zeros(1, dtype=wp.int64, device=device)
         self.time = wp.array([0.0, dt], dtype=wp.float64, device=device)
 
     def launch(self, kernel: wp.Kernel, n: int, inputs: list[Any], outputs: list[Any]) -> None:
-        """Launch `kernel` over `n` threads."""
+        """Launch `kernel` over `n` threads. A kernel whose first argument is `first`, which is not among the inputs, can be
+        launched in ranges that begin there."""
         if self._listed is not None:
             self._listed.append(kernel)
             return
-        wp.launch(kernel, n, inputs=inputs, outputs=outputs, device=self.device)
+        ranged = kernel.adj.args[0].label == "first"
+        if self._pieces is not None:
+            count = self._pieces[len(self._commands)] if ranged else 1
+            ends = [n * k // count for k in range(count + 1)]
+            self._commands.append([
+                wp.launch(kernel, high - low, inputs=[low, *inputs] if ranged else inputs, outputs=outputs,
+                          device=self.device, record_cmd=True)
+                for low, high in pairwise(ends)
+            ])  # fmt: skip
+            return
+        started = time.perf_counter() if self._seconds is not None else 0.0
+        wp.launch(kernel, n, inputs=[0, *inputs] if ranged else inputs, outputs=outputs, device=self.device)
+        if self._seconds is not None:
+            self._seconds.append(time.perf_counter() - started)
+
+    def timed(self, step: Callable[[], None]) -> list[float]:
+        """Run `step` and time its launches [s], in order."""
+        self._seconds = []
+        try:
+            step()
+            return self._seconds
+        finally:
+            self._seconds = None
+
+    def recorded(self, step: Callable[[], None], pieces: list[int]) -> list[list[Any]]:
+        """The launches of `step`, not run, each in so many pieces as `pieces` says where its kernel takes ranges."""
+        self._pieces, self._commands = pieces, []
+        try:
+            step()
+            return self._commands
+        finally:
+            self._pieces = None
 
     def list_launches(self, step: Callable[[], None]) -> list[wp.Kernel]:
         """The kernels that `step` would launch, in order."""
@@ -63,14 +109,85 @@ class Clock:
         self.launch(_advance(), 1, [], [self.step, self.time])
 
 
+def cores() -> list[int]:
+    """The cores that this process may use."""
+    return sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else list(range(os.cpu_count() or 1))
+
+
+class Crew:
+    """Threads that each take a piece of a launch, every one on a core of its own: unpinned they sometimes share one."""
+
+    def __init__(self, threads: int):
+        self._cores = cores()
+        self._jobs: list[SimpleQueue[Any]] = [SimpleQueue() for _ in range(threads - 1)]
+        self._done: SimpleQueue[BaseException | None] = SimpleQueue()
+        for number, jobs in enumerate(self._jobs, 1):
+            threading.Thread(target=self._work, args=(number, jobs), daemon=True).start()
+
+    def _pin(self, number: int) -> None:
+        if hasattr(os, "sched_setaffinity"):
+            os.sched_setaffinity(threading.get_native_id(), {self._cores[number % len(self._cores)]})
+
+    def _work(self, number: int, jobs: "SimpleQueue[Any]") -> None:
+        self._pin(number)
+        while (job := jobs.get()) is not None:
+            try:
+                job.launch()
+                self._done.put(None)
+            except BaseException as error:
+                self._done.put(error)
+
+    @contextlib.contextmanager
+    def at_work(self) -> Iterator[None]:
+        """The caller on a core of its own too, as long as it takes part."""
+        self._pin(0)
+        try:
+            yield
+        finally:
+            if hasattr(os, "sched_setaffinity"):
+                os.sched_setaffinity(threading.get_native_id(), self._cores)
+
+    def run(self, pieces: list[Any]) -> None:
+        """Run the pieces of a launch side by side."""
+        for jobs, piece in zip(self._jobs, pieces[1:], strict=False):
+            jobs.put(piece)
+        pieces[0].launch()
+        failed = [error for error in (self._done.get() for _ in pieces[1:]) if error is not None]
+        if failed:
+            raise failed[0]
+
+    def dismiss(self) -> None:
+        """End the threads."""
+        for jobs in self._jobs:
+            jobs.put(None)
+
+
 class Program:
     """A step as a list of launches. `run(n)` runs it n times."""
 
-    def __init__(self, step: Callable[[], None], particles: int, device: str, hosted: bool = False):
-        """`hosted`: the step does something on the host, so it cannot be captured."""
-        self.step, self._device = step, device
+    def __init__(
+        self,
+        step: Callable[[], None],
+        clock: Clock,
+        pairs: int,
+        threads: int = 0,
+        before: Callable[[], bool] | None = None,
+    ):
+        """`pairs` measures the work of a step; `threads` 0 means all cores; `before`, run on the host before every step,
+        says whether it changed what the step's launches take."""
+        self.step, self._clock, self._before, self._device = step, clock, before, clock.device
         self._graphs: dict[int, wp.Graph] = {}
-        self.captured = not hosted and (particles <= GRAPH_PARTICLES or wp.get_device(device).is_cuda)
+        on_cuda = wp.get_device(self._device).is_cuda
+        self.captured = before is None and (pairs <= GRAPH_PAIRS or on_cuda)
+        self.threads = 1 if on_cuda or pairs <= GRAPH_PAIRS else threads or len(cores())
+        self._pieces: list[int] | None = None
+        self._commands: list[list[Any]] | None = None
+        self._crew: Crew | None = None
+
+    def __del__(self) -> None:
+        crew = getattr(self, "_crew", None)
+        if crew is not None:
+            crew.dismiss()
 
     def prepare(self, steps: int) -> None:
         """Capture what `run(steps)` replays: about 1 ms per captured step, once."""
@@ -82,15 +199,37 @@ class Program:
 
     def run(self, steps: int, stop: Callable[[], bool] = lambda: False) -> int:
         """Run `steps` steps, fewer where `stop()` asks for it between launches of the program; returns how many."""
-        done = 0
-        for block in BLOCKS if self.captured else (1,):
-            while steps - done >= block and not stop():
-                if self.captured:
+        if self.captured:
+            done = 0
+            for block in BLOCKS:
+                while steps - done >= block and not stop():
                     wp.capture_launch(self._graph(block))
-                else:
-                    self.step()
-                done += block
-        return done
+                    done += block
+            return done
+        if self._crew is None and self.threads > 1:
+            self._crew = Crew(self.threads)
+        with self._crew.at_work() if self._crew is not None else contextlib.nullcontext():
+            for done in range(steps):
+                if stop():
+                    return done
+                self._advance()
+        return steps
+
+    def _advance(self) -> None:
+        """One step: timed the first time, recorded the second, replayed from then on."""
+        if self._before is not None and self._before():
+            self._commands = None
+        if self._pieces is None:
+            seconds = self._clock.timed(self.step)
+            self._pieces = [self.threads if s > SPLIT_SECONDS else 1 for s in seconds]
+            return
+        if self._commands is None:
+            self._commands = self._clock.recorded(self.step, self._pieces)
+        for pieces in self._commands:
+            if len(pieces) > 1 and self._crew is not None:
+                self._crew.run(pieces)
+            else:
+                pieces[0].launch()
 
     def compile(self, kernels: list[wp.Kernel]) -> None:
         """Compile and load the kernels that are not loaded yet.

@@ -114,7 +114,7 @@ class Run(Model):
     dt: _in("s", gt=0) | None = None
     precision: Literal["f64", "f32"] = "f64"
     device: Annotated[str, Field(pattern=r"^(auto|cpu|cuda:\d+)$")] = "auto"
-    threads: Annotated[int, Field(ge=0, le=1, description="0 or 1: launches are not yet split over cores")] = 0
+    threads: Annotated[int, Field(ge=0, le=1024)] = 0
     formulation: Literal["small-strain", "total-lagrangian", "stress-points", "updated-lagrangian"] | None = None
     correction: Literal["symmetric", "paper"] = "symmetric"
     kernel: Annotated[str, AfterValidator(_smoothing)] = "cubic-spline"

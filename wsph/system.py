@@ -50,8 +50,9 @@ class System:
         self.spacing, self.density = lattice.spacing, constitutive.density
         self._states: list[State] = []
 
-    def follow(self) -> None:
-        """Before a step: bring up to date what follows the motion."""
+    def follow(self) -> bool:
+        """Before a step: bring up to date what follows the motion; whether that changed what launches take."""
+        return False
 
     def hold(self, state: State, c: float | tuple[float, float]) -> None:
         """The same in a state that is to go on from there: where faces have axes of their own, in those."""

@@ -71,9 +71,9 @@ class Kernels(SourceKernels):
         turned, accelerated, Inertia = turning(space), acceleration(space, parts), inertia_struct(space)
 
         @wp.kernel(module="unique", enable_backward=False)
-        def half_step(clock: wp.array(dtype=wp.float64), weight: real, p: Params, body: Inertia, rows: Rows,
+        def half_step(first: int, clock: wp.array(dtype=wp.float64), weight: real, p: Params, body: Inertia, rows: Rows,
                       fields: Real, sources: Real, fields_out: Virtual):  # fmt: skip
-            i = wp.tid()
+            i = first + wp.tid()
             dt = real(clock[1]) * weight
             near = rows.indices[rows.offsets[i]]
             v0 = fields.velocity[near]
@@ -89,9 +89,9 @@ class Kernels(SourceKernels):
                 fields_out.internals[i] = q + dt * dq
 
         @wp.kernel(module="unique", enable_backward=False)
-        def rate(clock: wp.array(dtype=wp.float64), weight: real, p: Params, body: Inertia, rows: Rows, held: wp.array(dtype=wp.int32),
+        def rate(first: int, clock: wp.array(dtype=wp.float64), weight: real, p: Params, body: Inertia, rows: Rows, held: wp.array(dtype=wp.int32),
                  free: wp.array(dtype=wp.int32), axes: mat, fields: Virtual, sources: Virtual, imposed: Real, fields_out: Real):  # fmt: skip
-            i = wp.tid()
+            i = first + wp.tid()
             dt = real(clock[1]) * weight
             v0 = fields_out.velocity[i]
             s0 = fields_out.stress[i]
@@ -156,8 +156,8 @@ def drift_kernel(space: Space, layout: Layout) -> wp.Kernel:
     real, Fields = space.scalar, fields_struct(space, layout)
 
     @wp.kernel(module="unique", enable_backward=False)
-    def drift(clock: wp.array(dtype=wp.float64), fields_out: Fields):
-        i = wp.tid()
+    def drift(first: int, clock: wp.array(dtype=wp.float64), fields_out: Fields):
+        i = first + wp.tid()
         half = real(0.5) * real(clock[1])
         fields_out.displacement[i] = fields_out.displacement[i] + half * fields_out.velocity[i]
 

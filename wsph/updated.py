@@ -91,12 +91,14 @@ class UpdatedLagrangianSystem(OneSetSystem):
         self._pairs: Pairs = pairs
         self._found = wp.clone(self.state.struct.displacement)
 
-    def follow(self) -> None:
+    def follow(self) -> bool:
         """Before a step: find the pairs anew where a particle may leave its skin by the step's end."""
         inputs = [self.count, self.clock.time, self._found, self.state.struct]
         wp.launch(self._travel, self._blocks, inputs=inputs, outputs=[self._furthest], device=self.device)
         if self._furthest.numpy().max() > 0.5 * SKIN * self.spacing / self.scales.length:
             self._find()
+            return True
+        return False
 
     @property
     def pairs(self) -> int:

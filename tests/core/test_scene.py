@@ -50,7 +50,7 @@ def faults(change: dict) -> list[str]:
         ({"run.cfl": 0.0}, r"^run.cfl: 0.0"),
         ({"run.precision": "f16"}, r"^run.precision: 'f16' is none of 'f64' or 'f32'"),
         ({"run.device": "gpu"}, r"^run.device: 'gpu'"),
-        ({"run.threads": 4}, r"^run.threads: 4"),
+        ({"run.threads": -1}, r"^run.threads: -1"),
         ({"run.guard": "on"}, r"^run.guard: 'on' is none of 'refuse', 'warn' or 'off'"),
         ({"run.kernel": "cubic"}, r"^run.kernel: 'cubic' is none of cubic-spline, wendland-c2"),
         ({"run.cfll": 1.0}, r"^run.cfll: unknown key; did you mean 'cfl'\?"),
