@@ -68,16 +68,16 @@ class LagrangianSystem(OneSetSystem):
         seen = len(self._x)  # particles, and ghosts
         self._corrected = wp.zeros(m if self._ghosts is None else seen, dtype=space.mat, device=device)
         self._opposing = wp.zeros(m if self.parts.artificial else 1, dtype=space.mat, device=device)
-        self._point_volume = wp.array(self.point_volume, dtype=space.scalar, device=device)
         self._volume = wp.array(self.volume, dtype=space.scalar, device=device)
-        spring = self.residual * self.point_volume / self._spread.numpy() if self.form.residual else np.zeros(1)
+        self._point_volume = self._volume
+        if self.points:
+            self._point_volume = wp.array(self.point_volume, dtype=space.scalar, device=device)
+        spring = self.residual * self.point_volume / self._spread if self.form.residual else np.zeros(1)
         self._spring = wp.array(spring, dtype=space.scalar, device=device)
         # A pair's share of viscosity and hourglass control is the sum of what either has.
         trace = np.trace(self._moment.numpy().reshape(-1, space.dim, space.dim), axis1=1, axis2=2)
         damper = 0.5 * self.volume * trace / space.dim if self.viscous else np.zeros(1)
-        stay = (
-            float(self.pair.spring) * 0.5 * self.volume / self._spread.numpy() if self.parts.hourglass else np.zeros(1)
-        )
+        stay = float(self.pair.spring) * 0.5 * self.volume / self._spread if self.parts.hourglass else np.zeros(1)
         self._damper, self._stay = (wp.array(a, dtype=space.scalar, device=device) for a in (damper, stay))
         if self._ghosts is not None:
             self._set_up_ghosts(self._ghosts)
@@ -127,10 +127,10 @@ class LagrangianSystem(OneSetSystem):
         self.refuse_lonely(rank.numpy())
         self._pairs = pairs
         self._x = wp.array(position, dtype=space.vec, device=device)
-        self._centre = wp.array(centre.numpy(), dtype=space.vec, device=device)
+        self._centre = wp.array(centre.numpy(), dtype=space.vec, device=device) if self.points else self._x
         self._weight = wp.array(weight.numpy(), dtype=space.scalar, device=device)
         self._moment = wp.array(moment.numpy(), dtype=space.mat, device=device)
-        self._spread = wp.array(spread.numpy(), dtype=space.scalar, device=device)
+        self._spread = spread.numpy()
         if self.points:
             self._back, order = pairs.transposed()
             self._back_weight = wp.array(weight.numpy()[order], dtype=space.scalar, device=device)
@@ -265,7 +265,7 @@ class LagrangianSystem(OneSetSystem):
     @property
     def nbytes(self) -> int:
         """Device memory of the body [bytes]: pairs, weights and all states, the integrator's too."""
-        own = [self._weight, self._moment, self._spread, self._x, self._corrected, self._mean, self._volume]
+        own = [self._weight, self._moment, self._spring, self._x, self._corrected, self._mean, self._volume]
         own += [self.drag, self._hold, self._opposing]
         if self.points:
             own += [self._centre, self._back.offsets, self._back.indices, self._back_weight, self._point_volume]

@@ -24,7 +24,7 @@ from wsph.scene import Body, Scene
 from wsph.smoothing import SMOOTHING, SUPPORT
 from wsph.space import Space
 from wsph.spectrum import largest_damping, largest_frequency
-from wsph.state import State, layout_of
+from wsph.state import Derived, State, layout_of
 from wsph.system import System
 from wsph.units import Scales
 from wsph.work import ConstraintWork, LoadWork
@@ -36,6 +36,9 @@ class OneSetSystem(System):
     measures = True
     points = False
     """Whether stresses live at places of their own, apart from the particles."""
+    derived: tuple[str, ...] = ("deformation",)
+    """Fields, beside the stress of a total law, that a rate of the velocity finds from the others: of the state that it was
+    last asked of."""
     default_support = 2.6
     default_residual = 1.0
     form: Form
@@ -44,6 +47,7 @@ class OneSetSystem(System):
                  scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip
         super().__init__(lattice, space, constitutive, scales, clock, device)
         self.name = body.name
+        self._derived: Derived | None = None
         unit = scales.length**space.dim
         self.at_nodes = self.points or body.placement == "nodes"
         self.position = lattice.nodes if self.at_nodes else lattice.cells
@@ -56,13 +60,14 @@ class OneSetSystem(System):
         self.state = self.new()
         units = {"velocity": scales.velocity}
         self.boundary = BoundaryValues(space, self.conditions, self.state, self.position, units, scales.time, device)
-        self._loads = State(space, self.count, (("load", space.dim**2),), device)
+        loaded = self.conditions.loads is not None and bool(self.conditions.loads.entries)
+        self._loads = State(space, self.count if loaded else 1, (("load", space.dim**2),), device)
         unit_force = scales.stress * scales.length ** (space.dim - 1)
         self.loads = BoundaryValues(
             space, self.conditions.loads, self._loads, self.position, {"load": unit_force}, scales.time, device
         )
         self._load_vectors = wp.array(
-            ptr=self._loads.buffer.ptr, dtype=space.vec, shape=self.count * space.dim, device=device, copy=False
+            ptr=self._loads.buffer.ptr, dtype=space.vec, shape=self._loads.n * space.dim, device=device, copy=False
         )
         self.force = BodyForce(scene, body, space, scales, self.density, self.volume, device)
         self.drag = self._vectors(self.viscous)
@@ -113,7 +118,11 @@ class OneSetSystem(System):
         m = len(self.point_volume)
         layout = layout_of(self.space, self.constitutive, True, True)
         counts = {name: m for name, _ in layout if name in ("stress", "internals", "deformation")}
-        state = State(self.space, self.count, layout, self.device, counts)
+        if self._derived is None:
+            names = self.derived + (("stress",) if self.constitutive.laws.total is not None else ())
+            shared = tuple((name, width) for name, width in layout if name in names)
+            self._derived = Derived(self.space, shared, m, self.device)
+        state = State(self.space, self.count, layout, self.device, counts, self._derived)
         self._initial_internals(state)
         return state
 

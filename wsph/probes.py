@@ -28,19 +28,25 @@ RING = 1024
 def _kernel(space: Space) -> wp.Kernel:
     real = space.scalar
 
+    @wp.func
+    def value(at: int, state: wp.array(dtype=real), derived: wp.array(dtype=real)) -> real:
+        if at < state.shape[0]:
+            return state[at]
+        return derived[at - state.shape[0]]
+
     @wp.kernel(module="unique", enable_backward=False)
     def record(step: wp.array(dtype=wp.int64), largest: int, offsets: wp.array(dtype=wp.int32), place: wp.array(dtype=wp.int32),
-               weight: wp.array(dtype=real), state: wp.array(dtype=real), ring_out: wp.array2d(dtype=real)):  # fmt: skip
+               weight: wp.array(dtype=real), state: wp.array(dtype=real), derived: wp.array(dtype=real), ring_out: wp.array2d(dtype=real)):  # fmt: skip
         c = wp.tid()
         row = int(step[0] % wp.int64(ring_out.shape[0]))
         total = real(0.0)
         if largest != 0:
-            total = state[place[offsets[c]]]
+            total = value(place[offsets[c]], state, derived)
             for k in range(offsets[c], offsets[c + 1]):
-                total = wp.max(total, state[place[k]])
+                total = wp.max(total, value(place[k], state, derived))
         else:
             for k in range(offsets[c], offsets[c + 1]):
-                total += weight[k] * state[place[k]]
+                total += weight[k] * value(place[k], state, derived)
         ring_out[row, c] = total
 
     return record
@@ -133,9 +139,9 @@ class Recorder:
     def record(self) -> None:
         """Store the current values in the ring (a launch)."""
         inputs = [self._clock.step, int(self.probe.reduce == "max"), self._offsets, self._place, self._weight]
-        self._clock.launch(
-            _kernel(self._space), self._ring.shape[1], [*inputs, self._body.system.state.buffer], [self._ring]
-        )
+        state = self._body.system.state
+        derived = state.derived.buffer if state.derived is not None else state.buffer
+        self._clock.launch(_kernel(self._space), self._ring.shape[1], [*inputs, state.buffer, derived], [self._ring])
 
     def flush(self, steps: list[int]) -> None:
         """Read the rows of `steps` (all still in the ring)."""

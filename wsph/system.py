@@ -133,4 +133,5 @@ class System:
     @property
     def state_bytes(self) -> int:
         """Device memory of all states, the integrator's too [bytes]."""
-        return sum(state.nbytes for state in self._states)
+        derived = self.state.derived.buffer.capacity if self.state.derived is not None else 0
+        return derived + sum(state.nbytes for state in self._states)

@@ -45,6 +45,7 @@ class UpdatedLagrangianSystem(OneSetSystem):
     formulation = "updated-lagrangian"
     parts_taken = ("viscosity", "artificial_stress")
     follows = True
+    derived = ()
 
     def __init__(self, scene: Scene, body: Body, lattice: Lattice, space: Space, constitutive: Constitutive,
                  scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip

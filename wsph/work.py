@@ -147,7 +147,7 @@ class ConstraintWork:
 
 
 @cache
-def _load_kernel(space: Space, layout: Layout, viscous: bool, holding: bool) -> wp.Kernel:
+def _load_kernel(space: Space, layout: Layout, loading: bool, viscous: bool, holding: bool) -> wp.Kernel:
     dim, vec, Fields = space.dim, space.vec, fields_struct(space, layout)
 
     @wp.kernel(module="unique", enable_backward=False)
@@ -159,8 +159,9 @@ def _load_kernel(space: Space, layout: Layout, viscous: bool, holding: bool) -> 
         held = wp.float64(0.0)
         for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
             v = fields.velocity[i]
-            for a in range(wp.static(dim)):
-                loaded += wp.float64(wp.dot(loads[i * dim + a], v))
+            if wp.static(loading):
+                for a in range(wp.static(dim)):
+                    loaded += wp.float64(wp.dot(loads[i * dim + a], v))
             if wp.static(viscous):
                 dragged -= wp.float64(mass[i] * wp.dot(drag[i], v))
             if wp.static(holding):
@@ -185,9 +186,9 @@ class LoadWork(Works):
     def __init__(self, space: Space, loads: BoundaryValues, state: State, values: State, drag: wp.array | None,
                  hold: wp.array | None, mass: np.ndarray, device: str):  # fmt: skip
         super().__init__(state.n, loads.count > 0 or drag is not None or hold is not None, device)
-        self._kernel = _load_kernel(space, state.layout, drag is not None, hold is not None)
+        self._kernel = _load_kernel(space, state.layout, loads.count > 0, drag is not None, hold is not None)
         if self._acts:
-            forces, count = values.buffer.ptr, self._n * space.dim
+            forces, count = values.buffer.ptr, values.n * space.dim
             self._loads = wp.array(ptr=forces, dtype=space.vec, shape=count, device=device, copy=False)
             self._drag = drag if drag is not None else self._loads
             self._hold = hold if hold is not None else self._loads
