@@ -288,7 +288,7 @@ class Kernels:
                             drag = drag + (pressure * (damps + damper[j]) * w) * apart
                         if wp.static(hourglass):
                             # Twice the distance less what both deformations say of it, along the line between.
-                            gap = real(2.0) - wp.dot(H * r + fields.deformation[j] * r, apart) / square
+                            gap = real(2.0) - wp.dot((H + fields.deformation[j]) * r, apart) / square
                             hold = hold + ((stays + stay[j]) * w * gap) * apart
                         if wp.static(artificial):
                             near = wp.pow(value(wp.sqrt(square) / pair.h) / pair.at_spacing, pair.exponent)

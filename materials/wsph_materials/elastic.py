@@ -60,17 +60,28 @@ class Elastic(Isotropic):
     def stress(self, space, Params) -> wp.Function:
         """The total law (p, H) -> Cauchy stress: F S F^T/J."""
         real, tensor = space.scalar, space.tensor
+        nominal = self.piola(space, Params)
 
         @wp.func
         def law(p: Params, H: tensor) -> tensor:
+            F = wp.identity(n=3, dtype=real) + H
+            return nominal(p, H) * wp.transpose(F) / wp.determinant(F)
+
+        return law
+
+    def piola(self, space, Params) -> wp.Function:
+        """The same as first Piola stress, F S."""
+        real, tensor = space.scalar, space.tensor
+
+        @wp.func
+        def nominal(p: Params, H: tensor) -> tensor:
             one = wp.identity(n=3, dtype=real)
             # From H, not from F: a strain of 1e-5 in single precision keeps its digits.
             E = real(0.5) * (H + wp.transpose(H) + wp.transpose(H) * H)
             S = p.lame_first * wp.trace(E) * one + real(2.0) * p.lame_second * E
-            F = one + H
-            return F * S * wp.transpose(F) / wp.determinant(F)
+            return (one + H) * S
 
-        return law
+        return nominal
 
     def energy(self, space, Params) -> wp.Function:
         """The energy (p, H) -> lambda/2 tr(E)^2 + mu E:E per reference volume."""
