@@ -56,9 +56,9 @@ def _work_kernel(space: Space, layout: Layout) -> wp.Kernel:
     Inertia, Fields = inertia_struct(space), fields_struct(space, layout)
 
     @wp.kernel(module="unique", enable_backward=False)
-    def work(count: int, clock: wp.array(dtype=wp.float64), body: Inertia, volume: wp.array(dtype=space.scalar),
+    def work(first: int, count: int, clock: wp.array(dtype=wp.float64), body: Inertia, volume: wp.array(dtype=space.scalar),
              fields: Fields, power_out: wp.array2d(dtype=wp.float64), work_out: wp.array2d(dtype=wp.float64)):  # fmt: skip
-        block = wp.tid()
+        block = first + wp.tid()
         lifted = wp.float64(0.0)
         damped = wp.float64(0.0)
         for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
@@ -101,6 +101,10 @@ class Works:
         if self._acts:
             self.add(state, clock)
             self._work.zero_()
+
+    def kept(self) -> dict[str, wp.array]:
+        """What a checkpoint holds of it."""
+        return {"power": self._power, "work": self._work} if self._acts else {}
 
     def _total(self, column: int) -> float:
         return float(self._work.numpy()[:, column].sum()) if self._acts else 0.0

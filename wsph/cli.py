@@ -56,6 +56,7 @@ def _parser() -> argparse.ArgumentParser:
         metavar="KEY=VALUE",
         help="change a key, e.g. --set bodies.0.spacing=0.005",
     )
+    run.add_argument("--resume", action="store_true", help="go on from the last checkpoint in the folder")
     run.add_argument("--overwrite", action="store_true", help="replace an earlier run in the folder")
     run.add_argument("--quiet", action="store_true", help="print nothing but errors")
     run.set_defaults(command=_run)
@@ -106,7 +107,7 @@ def _run(options: argparse.Namespace) -> int:
     scene = load(options.scene, _overrides(options.set))
     folder = options.out if options.out is not None else Path(f"{options.scene.stem}-out")
     with _Progress(options.quiet) as progress:
-        result = run(scene, folder, overwrite=options.overwrite, throw=False, progress=progress)
+        result = run(scene, folder, overwrite=options.overwrite, resume=options.resume, throw=False, progress=progress)
     if not options.quiet:
         s = result.summary
         print(

@@ -8,7 +8,7 @@ set those rates to zero.
 Where a law relaxes (its rate at L = 0 is not zero), one internal more is kept: the dissipated energy density, whose rate is
 -sigma : C^-1 : (stress rate at L = 0), with C the elastic moduli. Every integrator then integrates the dissipation as it
 integrates the rest. A law that is brought back to a yield surface (`project`) keeps it too: each return dissipates the
-elastic energy that it takes, which is the plastic work at the mean stress. In plane and uniaxial stress the free normals
+work of the stress it ends at on the plastic strain C^-1 : (trial - returned). In plane and uniaxial stress the free normals
 strain by what keeps their stress zero after the return, found by a secant.
 """
 
@@ -243,9 +243,7 @@ def user_law(space: Space, material: Any, Params: type, internal: type) -> wp.Fu
 PROJECT_SIGNATURE = "project(self, space, Params) -> @wp.func (p: Params, stress: space.tensor[, q]) -> stress[, q]"
 
 
-def _projection(
-    space: Space, material: Any, state: StressState, Params: type, internal: type, energy: wp.Function
-) -> wp.Function | None:
+def _projection(space: Space, material: Any, state: StressState, Params: type, internal: type) -> wp.Function | None:
     """The plugin's return mapping for packed stresses and all internals, the dissipation among them; None without one."""
     if not hasattr(material, "project"):
         return None
@@ -285,7 +283,7 @@ def _projection(
         mine = own()
         for k in range(wp.static(count)):
             mine[k] = q[k]
-        before = energy(p, packed)
+        trial = s
         t, changed = returned(p, s, mine)
         if wp.static(free > 0):
             stiffness = (p.elastic_bulk - real(2.0) / real(3.0) * p.elastic_shear) * real(free) + real(
@@ -298,18 +296,23 @@ def _projection(
             for _ in range(SECANTS):
                 if wp.abs(step) > real(LEAST_SECANT):
                     x += step
-                    t, changed = returned(p, strained(p, s, x), mine)
+                    trial = strained(p, s, x)
+                    t, changed = returned(p, trial, mine)
                     secant = (t[first, first] - gap) / step
                     if secant > real(0.05) * stiffness:
                         slope = secant
                     gap = t[first, first]
                     step = -gap / slope
-        result = pack(t)
+        mean = wp.trace(t) / real(3.0)
+        lost = trial - t
+        mean_lost = wp.trace(lost) / real(3.0)
+        one = wp.identity(n=3, dtype=real)
+        plastic = wp.ddot(t - mean * one, lost - mean_lost * one) / (real(2.0) * p.elastic_shear)
         kept = q
         for k in range(wp.static(count)):
             kept[k] = changed[k]
-        kept[count] = q[count] + (before - energy(p, result))
-        return result, kept
+        kept[count] = q[count] + plastic + mean * mean_lost / p.elastic_bulk
+        return pack(t), kept
 
     return project
 
@@ -593,6 +596,6 @@ def _laws(space: Space, material: Any, state: StressState) -> Laws:
         energy,
         depends,
         dissipating,
-        _projection(space, material, state, Params, internal, energy),
+        _projection(space, material, state, Params, internal),
         *_total(space, material, state, Params),
     )

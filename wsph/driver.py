@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from wsph import fields, registry
+from wsph import checkpoint, fields, registry
 from wsph.composition import SLACK, Composition, compose
 from wsph.diagnostics import Ledger
-from wsph.errors import OutputError, Unstable
+from wsph.errors import CheckpointError, OutputError, Unstable
 from wsph.output import OutputFolder, check_writable
 from wsph.probes import RING, Recorder
 from wsph.result import Result
@@ -27,16 +27,19 @@ from wsph.schedule import Events, Interrupts
 CHECK_STEPS = 50
 """Steps between finite checks where steps are not captured; captured ones are checked at the end of a block."""
 HISTORY_ROWS = 100
+Found = tuple[Path, dict[str, Any], dict[str, np.ndarray]]
+"""A checkpoint: its file, its facts and its arrays."""
 _ONE_RUN = threading.RLock()
 ENERGY_WARNING, LOSS_WARNING, ENERGY_AFTER = 0.02, 0.10, 20
 TABLE_SECONDS = 5.0
 """With frames, tables are written at most this often, and at the end: each time all their rows."""
 
 
-def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: bool = False, throw: bool = True,
+def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: bool = False, resume: bool = False, throw: bool = True,
         progress: Callable[[int, int, float], None] | None = None, **overrides: Any) -> Result:  # fmt: skip
     """Run a scene (or a scene file) and return its result; with `out`, write the output folder too.
 
+    With `resume` it goes on from the last checkpoint in `out`, which must fit the scene: the bits of never having stopped.
     `overrides` are those of `Scene.with_`. `progress(step, steps, time)` is called between blocks of steps. Raises
     SceneError, Refused, PluginError or OutputError before anything is written, and Unstable where the run left what it
     can vouch for, unless `throw` is False: then the result says so. SIGINT and SIGTERM end the run after a whole step,
@@ -49,20 +52,33 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
         scene = scene.with_(**overrides)
     folder = Path(out) if out is not None else None
     if folder is not None:
-        check_writable(folder, overwrite)
+        check_writable(folder, overwrite, resume)
         if "xdmf" in scene.output.formats and importlib.util.find_spec("h5py") is None:
             raise OutputError('the format xdmf needs h5py: pip install "wsph[xdmf]"')
     started = time.perf_counter()
+    found = _last_checkpoint(scene, folder, overwrite) if resume else None
     # Capturing a graph takes in what any thread launches: runs of one process follow one another.
     with _ONE_RUN, np.errstate(over="ignore", invalid="ignore"):  # the finite check speaks, numpy need not
         composition = compose(scene)
         composition.compile()
-        result, asked = Simulation(composition, folder, started).run(progress)
+        result, asked = Simulation(composition, folder, started, found).run(progress)
     if throw and result.failure is not None:
         raise result.failure
     if throw and asked:
         signal.raise_signal(asked)
     return result
+
+
+def _last_checkpoint(scene: Scene, folder: Path | None, overwrite: bool) -> Found:
+    """The last checkpoint in a folder, whole and of this scene. Raises CheckpointError."""
+    if folder is None or overwrite:
+        raise CheckpointError("a run resumes in its output folder, and what is there stays: give out, and no overwrite")
+    files = checkpoint.listed(folder / "checkpoints")
+    if not files:
+        raise CheckpointError(f"{folder}: holds no checkpoint to resume from; run without --resume")
+    facts, arrays = checkpoint.read(files[-1])
+    checkpoint.refuse_other(files[-1], facts, scene)
+    return files[-1], facts, arrays
 
 
 def _warn(text: str) -> None:
@@ -72,14 +88,20 @@ def _warn(text: str) -> None:
 class Simulation:
     """One run in progress."""
 
-    def __init__(self, composition: Composition, folder: Path | None, started: float):
+    def __init__(self, composition: Composition, folder: Path | None, started: float, found: Found | None = None):
         self.c = composition
         self.scene = composition.scene
         self._started = started
         self._last = composition.steps
         self._inside = 0.0
         output = self.scene.output
-        self._writer = OutputFolder(folder, output.formats, self.scene.dim) if folder is not None else None
+        self._found, frames = found, found[1]["frames"] if found is not None else None
+        self._writer = OutputFolder(folder, output.formats, self.scene.dim, frames) if folder is not None else None
+        self._first, self._kept_at = 0, started
+        every = self.scene.checkpoint.every if self.scene.checkpoint is not None else None
+        self._checkpoints = Events(every, composition.dt, self._last) if isinstance(every, int) else None
+        if self._checkpoints is not None:
+            self._checkpoints.skip(0)
         history = output.history or max(self._last // HISTORY_ROWS, 1)
         self._history = Events(history, composition.dt, self._last)
         self._frames = Events(output.every, composition.dt, self._last)
@@ -102,14 +124,15 @@ class Simulation:
     def run(self, progress: Callable[[int, int, float], None] | None) -> tuple[Result, int]:
         """Run to the end, to a failure or to an interrupt: the result, and the signal that asked for it or 0."""
         status, reason, failure = "completed", "", None
-        step = 0
-        for probe in (p for p, _ in self._fast):
+        step = 0 if self._found is None else self._resume(*self._found)
+        for probe in (p for p, _ in self._fast if step == 0):
             probe.record()
         with Interrupts() as interrupts:
             try:
-                ledgers = self._check(step)
-                self._initial = self._total(ledgers)
-                self._handle(step, ledgers)
+                if step == 0:
+                    ledgers = self._check(step)
+                    self._initial = self._total(ledgers)
+                    self._handle(step, ledgers)
                 while step < self._last and not interrupts.asked:
                     block = self._block(step)
                     self.c.program.prepare(block)
@@ -118,9 +141,14 @@ class Simulation:
                     wp.synchronize_device(self.c.device)
                     self._inside += time.perf_counter() - before
                     self._collect(step)
-                    self._handle(step, self._check(step), final=bool(interrupts.asked))
+                    self._handle(step, self._check(step))
+                    self._keep(step)
                     if progress is not None:
                         progress(step, self._last, step * self.c.dt)
+                if interrupts.asked and step < self._last:
+                    # First what is kept: a run that goes on from there has the records of one that never stopped.
+                    self._keep(step, asked=True)
+                    self._handle(step, self._check(step), final=True)
             except Unstable as error:
                 # Energy that grew is a stop that the scene asks for; a state that is not finite is not.
                 status, reason, failure = "stopped" if error.field == "energy" else "unstable", str(error), error
@@ -130,8 +158,62 @@ class Simulation:
 
     def _block(self, step: int) -> int:
         """Steps until something is due, or the rings are full, or the state has to be checked."""
-        due = [e.next for e in (self._history, self._frames, *(e for _, e in self._slow)) if e.next > step]
+        events = [self._history, self._frames, *(e for _, e in self._slow)]
+        if self._checkpoints is not None:
+            events.append(self._checkpoints)
+        due = [e.next for e in events if e.next > step]
         return min(min([self._last, *due]) - step, RING if self.c.program.captured else CHECK_STEPS)
+
+    def _keep(self, step: int, asked: bool = False) -> None:
+        """Write a checkpoint, where one is due or the run is asked to end."""
+        if self._writer is None:
+            return
+        settings = self.scene.checkpoint
+        due = asked
+        if self._checkpoints is not None:
+            due |= self._checkpoints.next <= step
+            self._checkpoints.skip(step)
+        elif settings is not None:
+            due |= time.perf_counter() - self._kept_at > settings.every
+        if not due or step >= self._last:
+            return
+        self._kept_at = time.perf_counter()
+        arrays = {name: array.numpy() for name, array in checkpoint.kept(self.c).items()}
+        arrays["history"] = np.array(self._rows)
+        probes = {}
+        for number, recorder in enumerate(self.c.probes):
+            arrays[f"probe{number}"], probes[number] = recorder.kept()
+        facts = {
+            "identity": checkpoint.identity(self.scene),
+            "step": step,
+            "initial": self._initial.hex(),
+            "largest": self._largest.hex(),
+            "warned": self._warned,
+            "frames": self._writer.times,
+            "probes": [[p.probe.model_dump_json(), probes[k]] for k, p in enumerate(self.c.probes)],
+        }
+        self._write_tables()
+        checkpoint.write(
+            self._writer.folder / "checkpoints", step, facts, arrays, settings.keep if settings is not None else 2
+        )
+
+    def _resume(self, path: Path, facts: dict[str, Any], arrays: dict[str, np.ndarray]) -> int:
+        """Put back what a checkpoint holds; the step that it was made at."""
+        step = facts["step"]
+        if step >= self._last:
+            raise CheckpointError(f"{path}: stands at step {step}; the run ends at step {self._last}: raise run.end")
+        checkpoint.restore(path, self.c, arrays)
+        self._initial, self._largest = float.fromhex(facts["initial"]), float.fromhex(facts["largest"])
+        self._warned, self._first = facts["warned"], step
+        self._rows = arrays["history"].tolist()
+        there = {name: (k, steps) for k, (name, steps) in enumerate(facts["probes"])}
+        for recorder, events in (*self._slow, *self._fast):
+            if (known := there.get(recorder.probe.model_dump_json())) is not None:
+                recorder.go_on(arrays[f"probe{known[0]}"], known[1])
+            events.skip(step)
+        for events in (self._history, self._frames, *([self._checkpoints] if self._checkpoints is not None else [])):
+            events.skip(step)
+        return step
 
     def _check(self, step: int) -> list[Ledger]:
         """The ledgers, after the finite check and the energy stop."""
@@ -320,7 +402,9 @@ class Simulation:
             "pairs": self.c.pairs,
             "right_hand_sides": step * evaluations,
             "wall_seconds": wall,
-            "particle_steps_per_second": self.c.particles * step / self._inside if self._inside > 0.0 else 0.0,
+            "particle_steps_per_second": self.c.particles * (step - self._first) / self._inside
+            if self._inside > 0.0
+            else 0.0,
             "bytes_per_particle": sum(r.system.nbytes for r in self.c.bodies) / self.c.particles,
             # external_work includes what the bodies started with: the residual is it less all the others.
             "energy": {

@@ -44,6 +44,10 @@ class OutputError(WsphError):
     """An output folder that cannot be used."""
 
 
+class CheckpointError(WsphError):
+    """A checkpoint that is not whole, or of another scene."""
+
+
 class Unstable(WsphError):
     """A run that left the numbers it can vouch for.
 

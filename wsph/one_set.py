@@ -180,6 +180,12 @@ class OneSetSystem(System):
         self.work.loads.add(state, self.clock)
         self.force.add(state, self.clock)
 
+    def kept(self) -> dict[str, wp.array]:
+        return super().kept() | {"imposed loads": self._loads.buffer}
+
+    def restored(self) -> None:
+        self.refresh(self.state)
+
     @property
     def point_volume(self) -> np.ndarray:
         return self._cells if self.points else self.volume
@@ -277,6 +283,11 @@ class _Works:
 
     def __init__(self, constraints: ConstraintWork, loads: LoadWork):
         self.constraints, self.loads = constraints, loads
+
+    def kept(self) -> dict[str, wp.array]:
+        """What a checkpoint holds of them."""
+        parts = {"constraints": self.constraints.kept(), "loads": self.loads.kept()}
+        return {f"{part}.{name}": array for part, arrays in parts.items() for name, array in arrays.items()}
 
     def start(self, state: State, clock: Clock) -> None:
         """Take what is there at the start of the run."""

@@ -43,12 +43,12 @@ def _put(path: Path, content: str) -> None:
     path.write_text(content, encoding="utf-8", newline="\n")
 
 
-def check_writable(folder: Path, overwrite: bool) -> None:
+def check_writable(folder: Path, overwrite: bool, resume: bool = False) -> None:
     """Whether a run may use `folder`, before anything is computed; leaves nothing behind. Raises OutputError."""
     if "\0" in str(folder):
         raise OutputError("the output folder's name has a NUL character")
     try:
-        _check(folder, overwrite)
+        _check(folder, overwrite or resume)
         ancestor = folder
         while not ancestor.exists():
             ancestor = ancestor.parent
@@ -86,17 +86,19 @@ def _own_files(folder: Path) -> list[Path]:
         p for p in (folder / "frames").glob("*") if re.fullmatch(r"\.?frame_\d{6}(\.partial)?\.(vtu|h5|npz)", p.name)
     ]
     own = [folder / name for name in ("summary.json", "history.csv", "frames.pvd", "frames.xdmf")]
+    own += list((folder / "checkpoints").glob("*checkpoint_*.npz"))
     return [*frames, *(folder / "probes").glob("*.csv"), *own]
 
 
 class OutputFolder:
     """Writes one run. Creates the folder; an earlier run in it is removed first (`check_writable` has allowed it)."""
 
-    def __init__(self, folder: Path, formats: tuple[str, ...], dim: int):
+    def __init__(self, folder: Path, formats: tuple[str, ...], dim: int, times: list[Any] | None = None):
+        """`times`: the frames up to the checkpoint that the run in the folder goes on from."""
         self.folder, self.formats, self.dim = folder, formats, dim
-        self._times: list[tuple[float, int, list[str]]] = []
+        self.times: list[tuple[float, int, list[str]]] = [(t, n, list(names)) for t, n, names in times or []]
         try:
-            for path in _own_files(folder):
+            for path in _own_files(folder) if times is None else ():
                 path.unlink(missing_ok=True)
             (folder / "frames").mkdir(parents=True, exist_ok=True)
             (folder / "probes").mkdir(exist_ok=True)
@@ -105,7 +107,7 @@ class OutputFolder:
 
     def frame(self, time: float, points: np.ndarray, data: dict[str, np.ndarray]) -> None:
         """Write one frame: `points` (n, dim) [m], `data` name -> (n,) or (n, width); tensors are (n, 6)."""
-        number = len(self._times)
+        number = len(self.times)
         stem = f"frame_{number:06d}"
         padded = np.zeros((len(points), 3))
         padded[:, : points.shape[1]] = points
@@ -114,7 +116,7 @@ class OutputFolder:
             path = self.folder / "frames" / f"{stem}.{'h5' if extension == 'xdmf' else extension}"
             writer = {"vtu": _write_vtu, "npz": _write_npz, "xdmf": _write_h5}[extension]
             write_atomically(path, lambda temporary, writer=writer: writer(temporary, padded, point_data))
-        self._times.append(
+        self.times.append(
             (time, len(points), [f"{name}:{1 if v.ndim == 1 else v.shape[1]}" for name, v in point_data.items()])
         )
         if "vtu" in self.formats:
@@ -125,7 +127,7 @@ class OutputFolder:
     def _write_pvd(self) -> None:
         root = ElementTree.Element("VTKFile", type="Collection", version="0.1")
         collection = ElementTree.SubElement(root, "Collection")
-        for number, (time, _, _) in enumerate(self._times):
+        for number, (time, _, _) in enumerate(self.times):
             ElementTree.SubElement(
                 collection, "DataSet", timestep=repr(time), part="0", file=f"frames/frame_{number:06d}.vtu"
             )
@@ -140,7 +142,7 @@ class OutputFolder:
             GridType="Collection",
             CollectionType="Temporal",
         )
-        for number, (time, n, names) in enumerate(self._times):
+        for number, (time, n, names) in enumerate(self.times):
             source = f"frames/frame_{number:06d}.h5"
             grid = ElementTree.SubElement(series, "Grid", Name=f"frame {number}", GridType="Uniform")
             ElementTree.SubElement(grid, "Time", Value=repr(time))

@@ -150,10 +150,19 @@ class Recorder:
             self._rows.append(ring[[s % len(ring) for s in steps]].astype(np.float64))
             self.steps += steps
 
+    def kept(self) -> tuple[np.ndarray, list[int]]:
+        """What has been read so far: rows and their steps."""
+        width = self._ring.shape[1]
+        return (np.concatenate(self._rows) if self._rows else np.zeros((0, width))), self.steps
+
+    def go_on(self, rows: np.ndarray, steps: list[int]) -> None:
+        """Take up a record where a checkpoint left it."""
+        self._rows, self.steps = ([rows] if len(rows) else []), list(steps)
+
     def columns(self, scales: dict[str, float], density: float) -> dict[str, np.ndarray]:
         """The record so far, SI: one array (records,) per field component, `FIELD[k]` for the k-th of several points."""
         system = self._body.system
-        rows = np.concatenate(self._rows) if self._rows else np.zeros((0, self._ring.shape[1]))
+        rows, _ = self.kept()
         rows = rows.reshape(len(rows), self.points, self._ring.shape[1] // self.points)
         values, start = {}, 0
         for name in self._primitives:

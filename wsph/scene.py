@@ -285,6 +285,20 @@ class Output(Model):
     history: Cadence | None = None
 
 
+def _due(value: object) -> int | float:
+    """Steps, or wall time."""
+    if isinstance(value, float):
+        raise ValueError(f'{value} is no number of steps; for wall time write it with its unit, "10 min"')
+    return _cadence(value)
+
+
+class Checkpoint(Model):
+    """When the whole state is kept, to resume from: an integer counts steps, "10 min" is wall time; the last `keep` stay."""
+
+    every: Annotated[int | float, BeforeValidator(_due)]
+    keep: Annotated[int, Field(ge=1)] = 2
+
+
 class Stop(Model):
     """When a run that goes on by itself is ended."""
 
@@ -306,6 +320,7 @@ class Scene(Model):
     probes: Annotated[tuple[Probe, ...], BeforeValidator(as_tuple)] = ()
     gravity: dict[Literal["x", "y", "z"], _in("m/s2")] = {}
     output: Output = Output()
+    checkpoint: Checkpoint | None = None
     stop: Stop = Stop()
 
     _source: str = PrivateAttr("scene")

@@ -28,6 +28,11 @@ class Events:
             number = math.floor((self.next + 1e-9) / self._steps) + 1
             self.next = min(math.ceil(number * self._steps - 1e-9), self._last)
 
+    def skip(self, step: int) -> None:
+        """What was due up to `step` has been done."""
+        while self.next <= step:
+            self.advance()
+
 
 class Interrupts:
     """Holds SIGINT and SIGTERM until a block of steps has ended: a state half way through a step is no state."""

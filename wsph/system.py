@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+import warp as wp
 
 from wsph.body_force import BodyForce
 from wsph.constitutive import Constitutive, project_kernel
@@ -87,6 +88,16 @@ class System:
         self._initial_internals(state)
         self._states.append(state)
         return state
+
+    def kept(self) -> dict[str, wp.array]:
+        """The arrays that a run goes on from: states, the integrator's too, and works."""
+        found = {f"state{k}": state.buffer for k, state in enumerate(self._states)}
+        for name, works in (("work", self.work), ("force", self.force)):
+            found |= {f"{name}.{part}": array for part, array in works.kept().items()}
+        return found
+
+    def restored(self) -> None:
+        """Make what follows from the kept arrays, after they have been put back."""
 
     def clear_scratch(self) -> None:
         """Every state but the body's own as it was made."""

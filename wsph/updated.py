@@ -77,9 +77,11 @@ class UpdatedLagrangianSystem(OneSetSystem):
         self.refresh(self.state)
         self.refuse_lonely(self._rank.numpy())
 
-    def _find(self) -> None:
-        """Pairs of where the particles are, the skin included."""
-        place = self.position / self.scales.length + self.state.read("displacement")
+    def _find(self, displacement: np.ndarray | None = None) -> None:
+        """Pairs of where the particles are, or were at `displacement`, the skin included."""
+        if displacement is None:
+            displacement = self.state.read("displacement")
+        place = self.position / self.scales.length + displacement
         if not np.isfinite(place).all():
             return  # the finite check says so
         reach = 2.0 * float(self.pair.h) + SKIN * self.spacing / self.scales.length
@@ -90,7 +92,7 @@ class UpdatedLagrangianSystem(OneSetSystem):
             sided = nodes if self.at_nodes else cells
             pairs = unparted(pairs, lattice, sided, sided)
         self._pairs: Pairs = pairs
-        self._found = wp.clone(self.state.struct.displacement)
+        self._found = wp.array(displacement, dtype=self.space.vec, device=self.device)
 
     def follow(self) -> bool:
         """Before a step: find the pairs anew where a particle may leave its skin by the step's end."""
@@ -100,6 +102,13 @@ class UpdatedLagrangianSystem(OneSetSystem):
             self._find()
             return True
         return False
+
+    def kept(self) -> dict[str, wp.array]:
+        return super().kept() | {"found": self._found}
+
+    def restored(self) -> None:
+        self._find(self._found.numpy().astype(float))
+        super().restored()
 
     @property
     def pairs(self) -> int:

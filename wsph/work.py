@@ -74,6 +74,10 @@ class ExternalWork:
             inputs = [self.count, clock.time, self._particle, self._axis, self._area, self._axes, state.struct]
             clock.launch(self._kernel, self._work.shape[0], inputs, [self._power, self._work])
 
+    def kept(self) -> dict[str, wp.array]:
+        """What a checkpoint holds of it."""
+        return {"power": self._power, "work": self._work} if self.count else {}
+
     def start(self, state: State, clock: Clock) -> None:
         """Take the power at the start of the run."""
         if self.count:
@@ -135,6 +139,10 @@ class ConstraintWork:
             inputs = [self.count, self._boundary.place, self._mass, self._free, state.buffer]
             clock.launch(_constraint_kernels(self._space)[1], self._work.shape[0], inputs, [self._old, self._work])
 
+    def kept(self) -> dict[str, wp.array]:
+        """What a checkpoint holds of it."""
+        return {"old": self._old, "work": self._work} if self.count else {}
+
     def start(self, state: State, clock: Clock) -> None:
         """Take the prescribed velocities at the start of the run."""
         if self.count:
@@ -151,9 +159,9 @@ def _load_kernel(space: Space, layout: Layout, loading: bool, viscous: bool, hol
     dim, vec, Fields = space.dim, space.vec, fields_struct(space, layout)
 
     @wp.kernel(module="unique", enable_backward=False)
-    def work(count: int, clock: wp.array(dtype=wp.float64), loads: wp.array(dtype=vec), drag: wp.array(dtype=vec),
+    def work(first: int, count: int, clock: wp.array(dtype=wp.float64), loads: wp.array(dtype=vec), drag: wp.array(dtype=vec),
              hold: wp.array(dtype=vec), mass: wp.array(dtype=space.scalar), fields: Fields, power_out: wp.array2d(dtype=wp.float64), work_out: wp.array2d(dtype=wp.float64)):  # fmt: skip
-        block = wp.tid()
+        block = first + wp.tid()
         loaded = wp.float64(0.0)
         dragged = wp.float64(0.0)
         held = wp.float64(0.0)
