@@ -59,6 +59,7 @@ class LagrangianSystem(OneSetSystem):
         self._set_up(scene, places, cells if self.points else places)
         # Ghosts hand a load on.
         loaded = self.loads.count > 0 and self._ghosts is None
+        self._stiffness = space.scalar(self.residual)
         paper = scene.run.correction == "paper"
         self.form = Form(self.points, laws.total is not None, self.residual > 0.0, loaded, paper, self.parts)
         with blame(constitutive.who):
@@ -72,13 +73,10 @@ class LagrangianSystem(OneSetSystem):
         self._point_volume = self._volume
         if self.points:
             self._point_volume = wp.array(self.point_volume, dtype=space.scalar, device=device)
-        spring = self.residual * self.point_volume / self._spread if self.form.residual else np.zeros(1)
-        self._spring = wp.array(spring, dtype=space.scalar, device=device)
-        # A pair's share of viscosity and hourglass control is the sum of what either has.
-        trace = np.trace(self._moment.numpy().reshape(-1, space.dim, space.dim), axis1=1, axis2=2)
-        damper = 0.5 * self.volume * trace / space.dim if self.viscous else np.zeros(1)
-        stay = float(self.pair.spring) * 0.5 * self.volume / self._spread if self.parts.hourglass else np.zeros(1)
-        self._damper, self._stay = (wp.array(a, dtype=space.scalar, device=device) for a in (damper, stay))
+        # Volume over the spread of the neighbours: what residual, viscosity and hourglass control of a pair are measured by.
+        shared = self.form.residual or self.viscous or self.parts.hourglass
+        share = self.point_volume / self._spread if shared else np.zeros(1)
+        self._share = wp.array(share, dtype=space.scalar, device=device)
         if self._ghosts is not None:
             self._set_up_ghosts(self._ghosts)
 
@@ -155,8 +153,8 @@ class LagrangianSystem(OneSetSystem):
         """What ghosts have of their sources: moments, spreads, volumes; and the kernels that move them."""
         space, device = self.space, self.device
         everyone = np.concatenate([np.arange(self.count), g.source])
-        for name in ("_moment", "_damper", "_volume"):
-            if name == "_damper" and not self.viscous:
+        for name in ("_moment", "_share", "_volume"):
+            if name == "_share" and not self.viscous:
                 continue
             array = getattr(self, name)
             setattr(self, name, wp.array(array.numpy()[everyone], dtype=array.dtype, device=device))
@@ -204,7 +202,8 @@ class LagrangianSystem(OneSetSystem):
             self._centre,
             self._moment,
             self._point_volume,
-            self._spring,
+            self._share,
+            self._stiffness,
             self.pair,
             state.struct,
             self._others(state),
@@ -226,12 +225,20 @@ class LagrangianSystem(OneSetSystem):
                 self._x,
                 self._centre,
             ]
-            inputs += [self._spring, self._mean, self._corrected, self._load_vectors, self._volume, state.struct]
+            inputs += [
+                self._share,
+                self._stiffness,
+                self._mean,
+                self._corrected,
+                self._load_vectors,
+                self._volume,
+                state.struct,
+            ]
             self.clock.launch(self.kernels.force, self.count, inputs, [out.struct])
             return
         others = state.struct if self._ghosts is None else self._everyone.struct
-        inputs = [self.force.struct, self.pair, *self._rows, self._x, self._moment, self._damper, self._volume]
-        inputs += [self._spring, self._stay, self._corrected, self._opposing, self._load_vectors, state.struct, others]
+        inputs = [self.force.struct, self.pair, *self._rows, self._x, self._moment, self._share, self._volume]
+        inputs += [self._stiffness, self._corrected, self._opposing, self._load_vectors, state.struct, others]
         self.clock.launch(self.kernels.force, self.count, inputs, [self.drag, self._hold, out.struct])
 
     def hourglass_energy(self) -> float:
@@ -246,7 +253,8 @@ class LagrangianSystem(OneSetSystem):
             *self._rows,
             self._x,
             self._centre,
-            self._spring,
+            self._share,
+            self._stiffness,
             self._mean,
             self.state.struct,
         ]
@@ -265,7 +273,7 @@ class LagrangianSystem(OneSetSystem):
     @property
     def nbytes(self) -> int:
         """Device memory of the body [bytes]: pairs, weights and all states, the integrator's too."""
-        own = [self._weight, self._moment, self._spring, self._x, self._corrected, self._mean, self._volume]
+        own = [self._weight, self._moment, self._share, self._x, self._corrected, self._mean, self._volume]
         own += [self.drag, self._hold, self._opposing]
         if self.points:
             own += [self._centre, self._back.offsets, self._back.indices, self._back_weight, self._point_volume]

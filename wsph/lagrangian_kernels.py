@@ -160,7 +160,7 @@ class Kernels:
         @wp.kernel(module="unique", enable_backward=False, module_options=loops)
         def strain(first: int, p: Params, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
                    node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat), volume: wp.array(dtype=real),
-                   spring: wp.array(dtype=real), pair: Pair, fields: Fields, others: Fields, mean_out: wp.array(dtype=vec), corrected_out: wp.array(dtype=mat),
+                   share: wp.array(dtype=real), stiffness: real, pair: Pair, fields: Fields, others: Fields, mean_out: wp.array(dtype=vec), corrected_out: wp.array(dtype=mat),
                    opposing_out: wp.array(dtype=mat)):  # fmt: skip
             i = first + wp.tid()
             near = i
@@ -199,7 +199,7 @@ class Kernels:
             if wp.static(not form.paper):
                 A = A * moment[i]
             if wp.static(residual):
-                A = A - spring[i] * H
+                A = A - (stiffness * share[i]) * H
             corrected_out[i] = A
 
         self.strain = strain
@@ -210,7 +210,7 @@ class Kernels:
 
             @wp.kernel(module="unique", enable_backward=False, module_options=loops)
             def force_from_points(first: int, body: Inertia, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
-                      weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), spring: wp.array(dtype=real),
+                      weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), share: wp.array(dtype=real), stiffness: real,
                       mean: wp.array(dtype=vec), corrected: wp.array(dtype=mat), loads: wp.array(dtype=vec),
                       own: wp.array(dtype=real), fields: Fields, rate_out: Fields):  # fmt: skip
                 i = first + wp.tid()
@@ -223,7 +223,7 @@ class Kernels:
                     p = indices[k]
                     push = corrected[p] * (x - centre[p])
                     if wp.static(residual):
-                        push = push + spring[p] * (u - mean[p])
+                        push = push + (stiffness * share[p]) * (u - mean[p])
                     f = f - weight[k] * push
                     k += 1
                 if wp.static(form.loaded):
@@ -237,28 +237,23 @@ class Kernels:
 
             @wp.kernel(module="unique", enable_backward=False, module_options=loops)
             def force_between(first: int, body: Inertia, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
-                      weight: wp.array(dtype=real), node: wp.array(dtype=vec), moment: wp.array(dtype=mat), damper: wp.array(dtype=real),
-                      volume: wp.array(dtype=real), spring: wp.array(dtype=real), stay: wp.array(dtype=real), corrected: wp.array(dtype=mat),
+                      weight: wp.array(dtype=real), node: wp.array(dtype=vec), moment: wp.array(dtype=mat), share: wp.array(dtype=real),
+                      volume: wp.array(dtype=real), stiffness: real, corrected: wp.array(dtype=mat),
                       opposing_stress: wp.array(dtype=mat), loads: wp.array(dtype=vec), fields: Fields, others: Fields,
                       viscous_out: wp.array(dtype=vec), holding_out: wp.array(dtype=vec), rate_out: Fields):  # fmt: skip
                 i = first + wp.tid()
                 u = fields.displacement[i]
                 v = fields.velocity[i]
                 A = corrected[i]
-                damps = real(0.0)
-                stiffness = real(0.0)
-                stays = real(0.0)
+                own = real(0.0)
                 M = mat()
                 H = mat()
-                if wp.static(viscous):
-                    damps = damper[i]
+                if wp.static(residual or viscous or hourglass):
+                    own = share[i]
                 if wp.static(form.paper):
                     M = moment[i]
-                if wp.static(residual):
-                    stiffness = spring[i]
                 if wp.static(hourglass):
                     H = real(2.0) * wp.identity(n=dim, dtype=real) + fields.deformation[i]
-                    stays = stay[i]
                 f = vec()
                 drag = vec()
                 hold = vec()
@@ -272,9 +267,12 @@ class Kernels:
                         f = f + (A + corrected[j]) * (M * wr)
                     else:
                         f = f + (A + corrected[j]) * wr
+                    both = real(0.0)
+                    if wp.static(residual or viscous or hourglass):
+                        both = w * (own + share[j])
                     if wp.static(residual):
                         # What is left of du beside H r: that part stands in the corrected stress.
-                        f = f + (stiffness + spring[j]) * (w * (others.displacement[j] - u))
+                        f = f + (stiffness * both) * (others.displacement[j] - u)
                     if wp.static(viscous or holding):
                         apart = r
                         if wp.static(not form.moving):
@@ -285,11 +283,11 @@ class Kernels:
                             if wp.static(approach):
                                 closing = wp.min(closing, real(0.0))
                             pressure = push(pair, body.density, closing, square)
-                            drag = drag + (pressure * (damps + damper[j]) * w) * apart
+                            drag = drag + (real(wp.static(0.5 * dim)) * pressure * both) * apart
                         if wp.static(hourglass):
                             # Twice the distance less what both deformations say of it, along the line between.
                             gap = real(2.0) - wp.dot((H + fields.deformation[j]) * r, apart) / square
-                            hold = hold + ((stays + stay[j]) * w * gap) * apart
+                            hold = hold + (pair.spring * both * gap) * apart
                         if wp.static(artificial):
                             near = wp.pow(value(wp.sqrt(square) / pair.h) / pair.at_spacing, pair.exponent)
                             hold = hold + near * ((opposing_stress[i] + opposing_stress[j]) * wr)
@@ -376,7 +374,7 @@ def _moments_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smooth
     @wp.kernel(module="unique", enable_backward=False)
     def moments(first: int, p: Params, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
                 node: wp.array(dtype=vec), volume: wp.array(dtype=real), fields: Fields, moment_out: wp.array(dtype=mat),
-                damper_out: wp.array(dtype=real), volume_out: wp.array(dtype=real), corrected_out: wp.array(dtype=mat), opposing_out: wp.array(dtype=mat),
+                share_out: wp.array(dtype=real), volume_out: wp.array(dtype=real), corrected_out: wp.array(dtype=mat), opposing_out: wp.array(dtype=mat),
                 rank_out: wp.array(dtype=wp.int32)):  # fmt: skip
         i = first + wp.tid()
         moment = mat()
@@ -395,7 +393,7 @@ def _moments_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smooth
         current = volume[i] * determinant(wp.identity(n=dim, dtype=real) + fields.deformation[i])
         volume_out[i] = current
         if wp.static(form.parts.viscosity != ""):
-            damper_out[i] = real(wp.static(0.5 / dim)) * current * wp.trace(b)
+            share_out[i] = current / wp.trace(moment)
         cauchy = plane(unpack(fields.stress[i]))
         corrected_out[i] = current * cauchy * b
         if wp.static(artificial):
@@ -409,7 +407,7 @@ def _residual_kernel(space: Space, Fields: type, points: bool) -> wp.Kernel:
 
     @wp.kernel(module="unique", enable_backward=False)
     def residual(count: int, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
-                 weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), spring: wp.array(dtype=real),
+                 weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), share: wp.array(dtype=real), stiffness: real,
                  mean: wp.array(dtype=vec), fields: Fields, energy_out: wp.array(dtype=wp.float64)):  # fmt: skip
         block = wp.tid()
         total = wp.float64(0.0)
@@ -424,7 +422,7 @@ def _residual_kernel(space: Space, Fields: type, points: bool) -> wp.Kernel:
                 j = indices[k]
                 e = fields.displacement[j] - middle - fields.deformation[i] * (node[j] - centre[i])
                 square += weight[k] * wp.dot(e, e)
-            total += wp.float64(real(0.5) * spring[i] * square)
+            total += wp.float64(real(0.5) * stiffness * share[i] * square)
         energy_out[block] = total
 
     return residual

@@ -96,7 +96,7 @@ class OneSetSystem(System):
         if body.viscosity is not None:
             self.pair.alpha, self.pair.beta = real(body.viscosity.alpha), real(body.viscosity.beta)
         if body.hourglass is not None:
-            self.pair.spring = real(0.5 * body.hourglass.coefficient * youngs / scales.stress)
+            self.pair.spring = real(0.25 * body.hourglass.coefficient * youngs / scales.stress)
         if body.artificial_stress is not None:
             self.pair.epsilon = real(body.artificial_stress.epsilon)
             self.pair.exponent = real(body.artificial_stress.exponent)

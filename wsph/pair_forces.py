@@ -2,7 +2,8 @@
 there only where a scene names it, and its work is on the ledger.
 
 - viscosity (He & Seaid 2016, eq 17): h v.x/(x^2 + .01 h^2), linear and quadratic, on approaching pairs or, linear, on all.
-  It acts along the current line of two particles, by the mean of their corrections: angular momentum is kept to rounding;
+  It acts along the current line of two particles, with the weights of the hourglass control in place of a gradient: angular
+  momentum is kept to rounding;
 - hourglass control (Ganzenmueller 2015): a spring along the current line of two particles against what their deformation
   gradients say of their distance. The weights |W'|/r, which sum with r^2 to one, stand for his V_j W_ij/X^2, which do too;
 - artificial stress (He & Seaid 2016, eqs 19-23; principal stresses by eigenvectors in any dimension): tension is opposed
@@ -42,8 +43,8 @@ def parts_of(body: Body) -> PairParts:
 
 @cache
 def pair_struct(space: Space) -> type:
-    """Struct of their nondimensional coefficients: speed sqrt(E/rho), smoothing length h, alpha, beta; half the hourglass
-    stiffness; epsilon, exponent and W at the spacing."""
+    """Struct of their nondimensional coefficients: speed sqrt(E/rho), smoothing length h, alpha, beta; a quarter of the
+    hourglass stiffness; epsilon, exponent and W at the spacing."""
     names = ("speed", "h", "alpha", "beta", "spring", "epsilon", "exponent", "at_spacing")
     annotations = dict.fromkeys(names, space.scalar)
     return wp.struct(type("PairCoefficients", (), {"__annotations__": annotations, "__module__": __name__}))

@@ -63,7 +63,7 @@ class UpdatedLagrangianSystem(OneSetSystem):
         self._x = wp.array(self.position / scales.length, dtype=space.vec, device=device)
         self._volume = wp.array(self.volume, dtype=space.scalar, device=device)
         self._current = wp.zeros_like(self._volume)
-        self._damper = wp.zeros(self.count if self.viscous else 1, dtype=space.scalar, device=device)
+        self._share = wp.zeros(self.count if self.viscous else 1, dtype=space.scalar, device=device)
         self._rank = wp.zeros(self.count, dtype=wp.int32, device=device)
         self._unused = wp.zeros(1, dtype=space.scalar, device=device)
         self.form = Form(False, laws.total is not None, False, self.loads.count > 0, False, self.parts, moving=True)
@@ -123,10 +123,9 @@ class UpdatedLagrangianSystem(OneSetSystem):
         """`OneSetSystem.rate`; the rest takes the moments."""
         if part != "rest":
             self.refresh(state)
-            inputs = [self.force.struct, self.pair, *self._rows, self._x, self._moment, self._damper, self._current]
+            inputs = [self.force.struct, self.pair, *self._rows, self._x, self._moment, self._share, self._current]
             inputs += [
-                self._unused,
-                self._unused,
+                self.space.scalar(0.0),
                 self._corrected,
                 self._opposing,
                 self._load_vectors,
@@ -143,7 +142,7 @@ class UpdatedLagrangianSystem(OneSetSystem):
     def refresh(self, state: State) -> None:
         """Moments, current volumes and, of a total law, stress of a state (a launch)."""
         inputs = [self.constitutive.params, self.pair, *self._rows, self._x, self._volume, state.struct]
-        outputs = [self._moment, self._damper, self._current, self._corrected, self._opposing, self._rank]
+        outputs = [self._moment, self._share, self._current, self._corrected, self._opposing, self._rank]
         self.clock.launch(self.kernels.moments, self.count, inputs, outputs)
 
     @property
