@@ -28,6 +28,8 @@ PICTURES: dict[str, tuple[str, dict[str, object]]] = {
     "crack_dsif": ("stress_yy", {"end": "0.8 ms", "bodies.0.spacing": 0.05}),
     "cantilever": ("displacement_y", {}),
     "magnesium_bar": ("stress_xx", {}),
+    "plate_with_void": ("stress_yy", {}),
+    "twisting_column": ("von_mises", {"end": "0.09 s", "bodies.0.spacing": 0.1}),
     "oscillating_beam": (
         "stress_xx",
         {
@@ -129,6 +131,33 @@ def speed() -> list[str]:
     return rows
 
 
+def peers() -> list[str]:
+    """Rows of the comparison with LAMMPS and with C, from docs/peers.json."""
+    path = ROOT / "docs" / "peers.json"
+    found = json.loads(path.read_text())
+    rows = [
+        "| one core, f64 | particle-steps/s | over LAMMPS | both cores over one | bytes per particle |",
+        "| --- | --- | --- | --- | --- |",
+    ]
+    size = found["sizes"][-1]
+    for form, each in size["bytes_per_particle"].items():
+        rate, ratio = size["rates"][form], size.get("ratio_to_lammps", {}).get(form)
+        two = size["cores_ratio"].get(form)
+        over, both = (f"{x:.2f}" if x is not None else "" for x in (ratio, two))
+        rows.append(f"| {form} | {rate / 1e6:.2f}M | {over} | {both} | {each:.0f} |")
+    if "LAMMPS" in size["rates"]:
+        rows.append(f"| LAMMPS `smd/tlsph` (hourglass, viscosity) | {size['rates']['LAMMPS'] / 1e6:.3f}M | 1 | | |")
+    rows += ["", f"3D block of {size['particles']} particles, {size['pairs_per_particle']:.0f} neighbours (stress points: fewer and nearer);"
+             f" the two loops over pairs alone take {size['loops_in_c_us']:.2f} us per particle in C, our two kernels, material included,"
+             f" {size['our_rate_us']:.2f}."]  # fmt: skip
+    for precision in ("f64", "f32"):
+        if (large := found.get(f"million_{precision}")) is not None:
+            rows.append(f"{large['particles']} particles, bare, {precision}, all cores: {large['rate_all_cores'] / 1e6:.2f}M particle-steps/s,"
+                        f" {large['bytes_per_particle']:.0f} bytes each.")  # fmt: skip
+    rows.append(f"({found['machine']}, Warp {found['warp']}; `python tests/benchmarks/peers.py`.)")
+    return rows
+
+
 def pictures() -> None:
     """docs/*.png by the commands that the README shows."""
     for name, (field, changes) in PICTURES.items():
@@ -166,7 +195,13 @@ def main() -> None:
         )
         (ROOT / "docs" / "speed.json").write_text(done.stdout)
     readme = (ROOT / "README.md").read_text()
-    for name, rows in (("validation", validation()), ("growth", growth()), ("trade", trade()), ("speed", speed())):
+    for name, rows in (
+        ("validation", validation()),
+        ("growth", growth()),
+        ("trade", trade()),
+        ("speed", speed()),
+        ("peers", peers()),
+    ):
         before, rest = readme.split(f"<!-- {name} -->\n", 1)
         _, after = rest.split(f"<!-- /{name} -->", 1)
         readme = f"{before}<!-- {name} -->\n" + "\n".join(rows) + f"\n<!-- /{name} -->{after}"
