@@ -87,7 +87,9 @@ def read(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         raise CheckpointError(f"{path}: cannot be read: {error.strerror or error}") from error
     head = len(FIRST) + 65
     if not raw.startswith(FIRST):
-        raise CheckpointError(f"{path}: is no checkpoint of this version of wsph")
+        raise CheckpointError(
+            f"{path}: is no checkpoint that this version of wsph wrote; remove it to resume from the one before"
+        )
     if len(raw) < head or hashlib.sha256(raw[head:]).hexdigest().encode() != raw[len(FIRST) : head - 1]:
         raise CheckpointError(f"{path}: is cut off or altered; remove it to resume from the one before")
     with np.load(io.BytesIO(raw[head:]), allow_pickle=False) as archive:

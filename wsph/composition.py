@@ -283,7 +283,7 @@ def _cadence_steps(every: float, dt: float) -> float:
 def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: Any, plugin: Any, who: str, system_type: Any,
               space: Space, scales: Scales, clock: Clock, device: str) -> BodyRun:  # fmt: skip
     constitutive = Constitutive(space, material, state, scales, _material_name(body))
-    _refuse_parts(body, material, system_type, constitutive.who)
+    _refuse_parts(body, material, system_type, scene.run.integrator.name, constitutive.who)
     system = system_type(scene, body, cells, space, constitutive, scales, clock, device, wants_displacement(scene))
     if body.velocity is not None:
         values = [scene.value(v, "m/s") for v in body.velocity]
@@ -320,7 +320,7 @@ def _growth(run: BodyRun, steps: int) -> float:
     return found
 
 
-def _refuse_parts(body: Body, material: Any, system_type: Any, who: str) -> None:
+def _refuse_parts(body: Body, material: Any, system_type: Any, integrator: str, who: str) -> None:
     """What a formulation cannot do is refused by name."""
     formulation = system_type.formulation
     if not hasattr(material, "rate") and not issubclass(system_type, OneSetSystem):
@@ -329,13 +329,17 @@ def _refuse_parts(body: Body, material: Any, system_type: Any, who: str) -> None
         )
     if body.map is not None and not system_type.takes_maps:
         raise Refused(
-            f"body {body.name!r}: the {formulation} form needs a regular lattice: use a Lagrangian form for `map`"
+            f"body {body.name!r}: the {formulation} form needs a regular lattice: `map` is for total-lagrangian and stress-points"
         )
     for part in PAIR_PARTS:
-        if getattr(body, part) is not None and part not in system_type.parts_taken:
+        given = getattr(body, part)
+        # What is switched off is nowhere.
+        if given is not None and getattr(given, "coefficient", 1.0) > 0.0 and part not in system_type.parts_taken:
             takers = [s.formulation for s in SYSTEMS[1].values() if part in s.parts_taken]
+            here = f"{formulation!r}" if issubclass(system_type, OneSetSystem) else f"the two sets of {integrator}"
             raise Refused(
-                f"body {body.name!r}: {part} is a part of the one-set form {' and '.join(takers)}, not of {formulation!r}"
+                f"body {body.name!r}: {part} is a part of the one-set form {' and '.join(takers)}, not of {here}:"
+                f" choose run.formulation, or leave bodies.{part} out"
             )
 
 
@@ -374,7 +378,7 @@ def _guard(scene: Scene, run: BodyRun, dt: float, steps: int) -> None:
             f" limit {at_most} s; use run.dt <= {at_most}"
         )
     if faults and scene.run.guard == "refuse":
-        raise Refused("\n".join(f'{f}, or run.guard = "warn" to run all the same' for f in faults))
+        raise Refused("\n".join(f'{f}; run.guard = "warn" runs it all the same' for f in faults))
     for fault in faults:
         warnings.warn(fault, RuntimeWarning, stacklevel=2)
 

@@ -72,7 +72,9 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
 def _last_checkpoint(scene: Scene, folder: Path | None, overwrite: bool) -> Found:
     """The last checkpoint in a folder, whole and of this scene. Raises CheckpointError."""
     if folder is None or overwrite:
-        raise CheckpointError("a run resumes in its output folder, and what is there stays: give out, and no overwrite")
+        raise CheckpointError(
+            "resuming goes on in the output folder and keeps what is there: name the folder, without overwrite"
+        )
     files = checkpoint.listed(folder / "checkpoints")
     if not files:
         raise CheckpointError(f"{folder}: holds no checkpoint to resume from; run without --resume")
@@ -210,6 +212,8 @@ class Simulation:
         for recorder, events in (*self._slow, *self._fast):
             if (known := there.get(recorder.probe.model_dump_json())) is not None:
                 recorder.go_on(arrays[f"probe{known[0]}"], known[1])
+            else:
+                _warn(f"probe {recorder.probe.name!r} is not one of the checkpoint's: its record begins at step {step}")
             events.skip(step)
         for events in (self._history, self._frames, *([self._checkpoints] if self._checkpoints is not None else [])):
             events.skip(step)

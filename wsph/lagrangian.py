@@ -144,6 +144,13 @@ class LagrangianSystem(OneSetSystem):
                 f'body {self.name!r}: with run.correction = "paper" a face feels half of its load, because L_i on both sides keeps no'
                 " momentum at a boundary, and only bars have ghosts that hand it on; use the symmetric correction"
             )
+        if self.moved and self.space.dim == 1:
+            raise Refused(
+                f'body {self.name!r}: run.correction = "paper" takes ends that are loaded or held: the work of ghosts beyond an end'
+                " that is moved is on no ledger; use the symmetric correction"
+            )
+        if self.lattice.mapped:
+            raise Refused(f'body {self.name!r}: run.correction = "paper" needs a regular lattice, without `map`')
         if self.lattice.cracks and self.space.dim == 1:
             raise Refused(
                 f'body {self.name!r}: run.correction = "paper" surrounds a bar with ghosts; it cannot be cracked'

@@ -169,6 +169,8 @@ def _switch(value: Any) -> Any:
     """A part that is there by default: false takes it away."""
     if value is True:
         raise ValueError("true says nothing: leave the key out for the default, or give its coefficient")
+    if isinstance(value, (int, float)) and value is not False:
+        raise ValueError(f"{value!r} is no table; write {{ coefficient = {value} }}")
     return {"coefficient": 0.0} if value is False else value
 
 

@@ -160,8 +160,16 @@ class TestRefused:
 
     def test_other_output_is_no_other_scene(self, tmp_path: Path) -> None:
         run_and_cut(tmp_path / "out")
-        scene = block(dt=0.02).with_(title="longer", threads=1, stop={"energy": 0.5}, output={"every": 5}, probes=[])
-        assert wsph.run(scene, tmp_path / "out", resume=True).status == "completed"
+        probe = {"name": "new", "at": [[0.3, 0.5]], "fields": ["velocity_x"], "every": 1}
+        scene = block(dt=0.02).with_(
+            title="longer", threads=1, stop={"energy": 0.5}, output={"every": 5}, probes=[probe]
+        )
+        with pytest.warns(
+            RuntimeWarning, match="probe 'new' is not one of the checkpoint's: its record begins at step 20"
+        ):
+            result = wsph.run(scene, tmp_path / "out", resume=True)
+        assert result.status == "completed"
+        assert result.probes["new"]["time"][0] == pytest.approx(0.42)
 
     def test_cut_off_or_altered_anywhere(self, tmp_path: Path) -> None:
         path = run_and_cut(tmp_path / "out")
@@ -184,9 +192,9 @@ class TestRefused:
         run_and_cut(tmp_path / "out")
         with pytest.raises(wsph.WsphError, match=r"stands at step 20; the run ends at step 10: raise run.end"):
             wsph.run(block(dt=0.02, end=0.2), tmp_path / "out", resume=True)
-        with pytest.raises(wsph.WsphError, match="no overwrite"):
+        with pytest.raises(wsph.WsphError, match="without overwrite"):
             wsph.run(block(dt=0.02), tmp_path / "out", resume=True, overwrite=True)
-        with pytest.raises(wsph.WsphError, match="give out"):
+        with pytest.raises(wsph.WsphError, match="name the folder"):
             wsph.run(block(dt=0.02), resume=True)
 
 

@@ -50,6 +50,31 @@ def test_what_the_papers_form_is_not_made_for_is_refused() -> None:
         compose(bar(**{"run.formulation": "stress-points"}))
 
 
+@pytest.mark.parametrize("face", ["-x", "+x"])
+def test_ends_without_a_load(face: str) -> None:
+    """A bar that flies against a wall: behind the front stands rho c v, on either side; the other end is free."""
+    sign = 1.0 if face == "-x" else -1.0
+    hold = [{"body": "bar", "face": face, "fixed": ["x"]}]
+    keys = {"bodies.0.viscosity": {"alpha": 1.0}, "run.integrator": {"name": "leapfrog", "lagged": True}}
+    scene = example("magnesium_bar").with_(boundary=hold, probes=[], end=1e-4, dt=2e-7, **keys)
+    result = wsph.run(scene.with_(**{"bodies.0.velocity": [str(-sign)]}))
+    x = result.particles["position"][:, 0] if face == "-x" else 1.0 - result.particles["position"][:, 0]
+    behind = (x > 0.1) & (x < 0.3)
+    assert -result.particles["stress"][behind, 0] == pytest.approx(np.sqrt(45e9 * 1738.0), rel=0.02)
+    energy = result.summary["energy"]
+    assert abs(energy["residual"]) < 0.01 * energy["external_work"]
+
+
+def test_a_pushed_end_has_no_ghosts() -> None:
+    with pytest.raises(wsph.Refused, match="takes ends that are loaded or held"):
+        compose(bar(boundary=[{"body": "bar", "face": "-x", "velocity": {"x": 1.0}}]))
+
+
+def test_a_map_has_no_ghosts() -> None:
+    with pytest.raises(wsph.Refused, match="needs a regular lattice, without `map`"):
+        compose(bar(**{"bodies.0.map": ["x*(1+x)/2"]}))
+
+
 def test_table_1_to_the_third_digit() -> None:
     result = wsph.run(example("magnesium_bar"))
     x, v = result.particles["position"][:, 0], result.particles["velocity"][:, 0]
