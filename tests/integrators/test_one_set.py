@@ -13,6 +13,7 @@ import wsph
 from wsph import registry
 from wsph.composition import Composition, compose
 from wsph.testing import temporal_order
+from wsph.validation.cases import example
 from wsph.validation.oracles import BEAM_FREQUENCY
 
 FORMS = ("stress-points", "total-lagrangian")
@@ -213,6 +214,20 @@ class TestGuard:
 
         assert not grows(predicted)
         assert grows(1.05 * predicted)
+
+    @pytest.mark.parametrize(("alpha", "name", "measured"), [
+        (2.5, "euler", 0.87), (2.5, "rk4", 1.26), (2.5, "rkc 3", 2.40), (2.5, "rkc 10", 3.80), (2.5, "leapfrog", 0.90),
+        (1.0, "pc2", 1.95), (1.0, "rk4", 3.10), (1.0, "rkc 5", 3.02), (1.0, "leapfrog", 2.11),
+    ])  # fmt: skip
+    def test_never_above_the_measured_limit_of_the_switched_viscous_bar(
+        self, alpha: float, name: str, measured: float
+    ) -> None:
+        method, _, stages = name.partition(" ")
+        options = {"stages": int(stages)} if stages else {"lagged": True} if method == "leapfrog" else {}
+        bar = example("magnesium_bar").with_(guard="off", probes=[], integrator={"name": method, **options})
+        limit = compose(bar.with_(**{"bodies.0.viscosity": {"alpha": alpha, "beta": alpha}})).bodies[0].limit
+        assert limit is not None
+        assert 0.6 * measured < limit < measured
 
     def test_beyond_it_is_refused_by_name(self) -> None:
         reference = REFERENCES["magnesium, L = .5, W = .1"]
