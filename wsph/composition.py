@@ -12,7 +12,7 @@ import numpy as np
 import warp as wp
 
 from wsph import fields, registry
-from wsph.constitutive import STRESS_STATES, Constitutive, StressState, blame
+from wsph.constitutive import Constitutive, blame
 from wsph.device import pick_device
 from wsph.diagnostics import Diagnostics
 from wsph.errors import Fault, PluginError, Refused, SceneError
@@ -27,6 +27,7 @@ from wsph.probes import Recorder
 from wsph.program import Clock, Program
 from wsph.scene import Body, Scene
 from wsph.space import Space
+from wsph.stress_state import STRESS_STATES, StressState
 from wsph.two_set import TwoSetSystem
 from wsph.units import Scales
 from wsph.updated import UpdatedLagrangianSystem

@@ -9,12 +9,11 @@ Where a law relaxes (its rate at L = 0 is not zero), one internal more is kept: 
 -sigma : C^-1 : (stress rate at L = 0), with C the elastic moduli. Every integrator then integrates the dissipation as it
 integrates the rest. A law that is brought back to a yield surface (`project`) keeps it too: each return dissipates the
 work of the stress it ends at on the plastic strain C^-1 : (trial - returned). In plane and uniaxial stress the free normals
-strain by what keeps their stress zero after the return, found by a secant.
+strain by what keeps their stress zero after the return (`wsph.free_normals`).
 """
 
 import dataclasses
 import inspect
-import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -24,44 +23,13 @@ from typing import Any
 import warp as wp
 
 from wsph.errors import PluginError, Refused, WsphError
+from wsph.free_normals import free_rate, projection, total_laws
 from wsph.plugins import dissipates, internal_units, internal_values, relaxes
 from wsph.space import Space
+from wsph.stress_state import StressState, packing, unit_normal
 from wsph.units import Scales
 
 RATE_SIGNATURE = "rate(self, space, Params) -> @wp.func (p: Params, stress: space.tensor, L: space.tensor[, q]) -> stress rate[, q rate]"
-
-
-@dataclass(frozen=True)
-class StressState:
-    """Stress components that are kept, normals first, and the normals whose stress is zero by the state."""
-
-    name: str
-    components: tuple[tuple[int, int], ...]
-    free: tuple[int, ...] = ()
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """ "xx", "xy", ..."""
-        return tuple("xyz"[i] + "xyz"[j] for i, j in self.components)
-
-    def wave_speed(self, bulk: float, shear: float, density: float) -> float:
-        """Fastest longitudinal wave: sqrt(E/rho) in uniaxial stress, sqrt(E/(rho (1 - nu^2))) in plane stress,
-        sqrt((K + 4G/3)/rho) otherwise."""
-        modulus = bulk + 4.0 * shear / 3.0
-        if len(self.free) == 2:
-            modulus = 9.0 * bulk * shear / (3.0 * bulk + shear)
-        elif len(self.free) == 1:
-            modulus = 4.0 * shear * (bulk + shear / 3.0) / modulus
-        return math.sqrt(modulus / density)
-
-
-STRESS_STATES = {
-    (1, "stress"): StressState("uniaxial stress", ((0, 0),), (1, 2)),
-    (1, "strain"): StressState("uniaxial strain", ((0, 0), (1, 1), (2, 2))),
-    (2, "stress"): StressState("plane stress", ((0, 0), (1, 1), (0, 1)), (2,)),
-    (2, "strain"): StressState("plane strain", ((0, 0), (1, 1), (2, 2), (0, 1))),
-    (3, None): StressState("three-dimensional", ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))),
-}
 
 
 @contextmanager
@@ -166,34 +134,6 @@ class Laws:
     total_energy: wp.Function | None = None
 
 
-@cache
-def packing(space: Space, state: StressState) -> tuple[wp.Function, wp.Function]:
-    """Warp functions unpack(packed) -> 3x3 tensor and pack(tensor) -> packed."""
-    stress, tensor = space.vector(len(state.components)), space.tensor
-    count = len(state.components)
-    # Constant vectors, not wp.static of a loop variable: Warp 1.19 resolves those only when it compiles, so a kernel's hash
-    # then depends on what else was compiled before, and the first warm start compiles again.
-    integers = wp.types.vector(length=count, dtype=wp.int32)
-    rows, columns = integers(*[i for i, _ in state.components]), integers(*[j for _, j in state.components])
-
-    @wp.func
-    def unpack(packed: stress) -> tensor:
-        full = tensor()
-        for c in range(wp.static(count)):
-            full[rows[c], columns[c]] = packed[c]
-            full[columns[c], rows[c]] = packed[c]
-        return full
-
-    @wp.func
-    def pack(full: tensor) -> stress:
-        packed = stress()
-        for c in range(wp.static(count)):
-            packed[c] = full[rows[c], columns[c]]
-        return packed
-
-    return unpack, pack
-
-
 def user_law(space: Space, material: Any, Params: type, internal: type) -> wp.Function:
     """The plugin's law as (p, stress, L, q) -> (stress rate, q rate), whatever internals it has."""
     tensor = space.tensor
@@ -240,83 +180,6 @@ def user_law(space: Space, material: Any, Params: type, internal: type) -> wp.Fu
     return with_internals
 
 
-PROJECT_SIGNATURE = "project(self, space, Params) -> @wp.func (p: Params, stress: space.tensor[, q]) -> stress[, q]"
-
-
-def _projection(space: Space, material: Any, state: StressState, Params: type, internal: type) -> wp.Function | None:
-    """The plugin's return mapping for packed stresses and all internals, the dissipation among them; None without one."""
-    if not hasattr(material, "project"):
-        return None
-    law, count = material.project(space, Params), len(getattr(material, "internals", {}))
-    if not isinstance(law, wp.Function) or len(inspect.signature(law.func).parameters) != (3 if count else 2):
-        wanted = f"{3 if count else 2} arguments"
-        raise PluginError(f"{type(material).__name__}.project gave no law of {wanted}; expected {PROJECT_SIGNATURE}")
-    real, tensor, stress, own = (
-        space.scalar,
-        space.tensor,
-        space.vector(len(state.components)),
-        space.vector(max(count, 1)),
-    )
-    (unpack, pack), unit, free = packing(space, state), _unit(space), len(state.free)
-    first = state.free[0] if free else 0
-
-    @wp.func
-    def returned(p: Params, s: tensor, mine: own):
-        if wp.static(count == 0):
-            return law(p, s), mine
-        else:
-            t, changed = law(p, s, mine)
-            return t, changed
-
-    @wp.func
-    def strained(p: Params, s: tensor, x: real) -> tensor:
-        # The elastic stress of a strain x along each free normal.
-        strain = x * unit(first)
-        if wp.static(free > 1):
-            strain += x * unit(2)
-        lame = p.elastic_bulk - real(2.0) / real(3.0) * p.elastic_shear
-        return s + lame * wp.trace(strain) * wp.identity(n=3, dtype=real) + real(2.0) * p.elastic_shear * strain
-
-    @wp.func
-    def project(p: Params, packed: stress, q: internal):
-        s = unpack(packed)
-        mine = own()
-        for k in range(wp.static(count)):
-            mine[k] = q[k]
-        trial = s
-        t, changed = returned(p, s, mine)
-        if wp.static(free > 0):
-            stiffness = (p.elastic_bulk - real(2.0) / real(3.0) * p.elastic_shear) * real(free) + real(
-                2.0
-            ) * p.elastic_shear
-            gap = t[first, first]
-            step = -gap / stiffness
-            slope = stiffness
-            x = real(0.0)
-            for _ in range(SECANTS):
-                if wp.abs(step) > real(LEAST_SECANT):
-                    x += step
-                    trial = strained(p, s, x)
-                    t, changed = returned(p, trial, mine)
-                    secant = (t[first, first] - gap) / step
-                    if secant > real(0.05) * stiffness:
-                        slope = secant
-                    gap = t[first, first]
-                    step = -gap / slope
-        mean = wp.trace(t) / real(3.0)
-        lost = trial - t
-        mean_lost = wp.trace(lost) / real(3.0)
-        one = wp.identity(n=3, dtype=real)
-        plastic = wp.ddot(t - mean * one, lost - mean_lost * one) / (real(2.0) * p.elastic_shear)
-        kept = q
-        for k in range(wp.static(count)):
-            kept[k] = changed[k]
-        kept[count] = q[count] + plastic + mean * mean_lost / p.elastic_bulk
-        return pack(t), kept
-
-    return project
-
-
 @cache
 def project_kernel(space: Space, laws: Laws, fields: type) -> wp.Kernel:
     """Bring the stresses of a state back, over its points."""
@@ -330,148 +193,6 @@ def project_kernel(space: Space, laws: Laws, fields: type) -> wp.Kernel:
         fields_out.internals[i] = q
 
     return bring_back
-
-
-TOTAL_SIGNATURE = "stress(self, space, Params) -> @wp.func (p: Params, H: space.tensor) -> Cauchy stress"
-LEAST_SECANT = 1e-12
-SECANTS = 6
-"""Secant steps for the out-of-plane strain of a total law: the error squares, from the linear answer."""
-
-
-def _total(
-    space: Space, material: Any, state: StressState, Params: type
-) -> tuple[wp.Function | None, wp.Function | None]:
-    """The total law for the displacement gradients of a stress state, and its energy; None where the material has none."""
-    if not hasattr(material, "stress"):
-        return None, None
-    law, stored = material.stress(space, Params), None
-    if not isinstance(law, wp.Function) or len(inspect.signature(law.func).parameters) != 2:
-        raise PluginError(f"{type(material).__name__}.stress gave no law of two arguments; expected {TOTAL_SIGNATURE}")
-    real, tensor, mat, dim = space.scalar, space.tensor, space.mat, space.dim
-    _, pack = packing(space, state)
-    unit = _unit(space)
-    free = len(state.free)
-    first = state.free[0] if free else 0
-
-    @wp.func
-    def widened(h: mat, x: real) -> tensor:
-        H = tensor()
-        for i in range(wp.static(dim)):
-            for j in range(wp.static(dim)):
-                H[i, j] = h[i, j]
-        # The free normals of an isotropic solid in one of these states strain alike.
-        if wp.static(free > 0):
-            H += x * unit(first)
-        if wp.static(free > 1):
-            H += x * unit(2)
-        return H
-
-    @wp.func
-    def whole(p: Params, h: mat) -> tensor:
-        if wp.static(free == 0):
-            return widened(h, real(0.0))
-        # Start from St Venant-Kirchhoff's own answer, which no rotation changes; the secant then is of a law near it.
-        trace = real(0.5) * wp.ddot(h, h)
-        for i in range(wp.static(dim)):
-            trace += h[i, i]
-        lame = p.elastic_bulk - real(2.0) / real(3.0) * p.elastic_shear
-        stiffness = lame * real(free) + real(2.0) * p.elastic_shear
-        twice = wp.max(real(-2.0) * lame * trace / stiffness, real(-0.9375))
-        x = twice / (wp.sqrt(real(1.0) + twice) + real(1.0))
-        gap = law(p, widened(h, x))[first, first]
-        step = -gap / stiffness
-        slope = stiffness
-        for _ in range(SECANTS):
-            # Where the last step was a rounding its secant is noise: the slope before it stays.
-            if wp.abs(step) > real(LEAST_SECANT) * (real(1.0) + wp.abs(x)):
-                x += step
-                next_gap = law(p, widened(h, x))[first, first]
-                secant = (next_gap - gap) / step
-                if secant > real(0.05) * stiffness:
-                    slope = secant
-                gap = next_gap
-                step = -gap / slope
-        return widened(h, x)
-
-    # A law may give its first Piola stress itself: that is what forces take, and cheaper than there and back.
-    direct = hasattr(material, "piola")
-    nominal = material.piola(space, Params) if direct else law
-
-    @wp.func
-    def total(p: Params, h: mat):
-        H = whole(p, h)
-        F = wp.identity(n=3, dtype=real) + H
-        cauchy = tensor()
-        piola = tensor()
-        if wp.static(direct):
-            piola = nominal(p, H)
-            cauchy = piola * wp.transpose(F) / wp.determinant(F)
-        else:
-            cauchy = law(p, H)
-            piola = wp.determinant(F) * cauchy * wp.transpose(wp.inverse(F))
-        P = mat()
-        for i in range(wp.static(dim)):
-            for j in range(wp.static(dim)):
-                P[i, j] = piola[i, j]
-        return pack(cauchy), P
-
-    if hasattr(material, "energy"):
-        density = material.energy(space, Params)
-
-        @wp.func
-        def energy(p: Params, h: mat) -> real:
-            return density(p, whole(p, h))
-
-        stored = energy
-    return total, stored
-
-
-@cache
-def _unit(space: Space) -> wp.Function:
-    """Warp function: the unit normal rate along axis k."""
-    tensor, real = space.tensor, space.scalar
-
-    @wp.func
-    def unit(k: int) -> tensor:
-        rate = tensor()
-        rate[k, k] = real(1.0)
-        return rate
-
-    return unit
-
-
-def _free_normals(space: Space, law: wp.Function, Params: type, internal: type, free: tuple[int, ...]) -> wp.Function:
-    """The law with the static free normals at zero stress rate: (p, stress, L, q) -> (stress rate, q rate)."""
-    tensor, real = space.tensor, space.scalar
-    if not free:
-        return law
-    unit = _unit(space)
-    a = free[0]
-    if len(free) == 1:
-
-        @wp.func
-        def one(p: Params, stress: tensor, L: tensor, q: internal):
-            rate, dq = law(p, stress, L, q)
-            rate_a, dq_a = law(p, stress, L + unit(a), q)
-            x = -rate[a, a] / (rate_a[a, a] - rate[a, a])
-            return rate + x * (rate_a - rate), dq + x * (dq_a - dq)
-
-        return one
-    b = free[1]
-
-    @wp.func
-    def two(p: Params, stress: tensor, L: tensor, q: internal):
-        rate, dq = law(p, stress, L, q)
-        rate_a, dq_a = law(p, stress, L + unit(a), q)
-        rate_b, dq_b = law(p, stress, L + unit(b), q)
-        rate_a -= rate
-        rate_b -= rate
-        scale = real(1.0) / (rate_a[a, a] * rate_b[b, b] - rate_a[b, b] * rate_b[a, a])
-        x = (rate_b[a, a] * rate[b, b] - rate_b[b, b] * rate[a, a]) * scale
-        y = (rate_a[b, b] * rate[a, a] - rate_a[a, a] * rate[b, b]) * scale
-        return rate + x * rate_a + y * rate_b, dq + x * (dq_a - dq) + y * (dq_b - dq)
-
-    return two
 
 
 @lru_cache(maxsize=64)
@@ -498,8 +219,8 @@ def _laws(space: Space, material: Any, state: StressState) -> Laws:
     )
     unpack, pack = packing(space, state)
     law = user_law(space, material, Params, internal)
-    free_law = _free_normals(space, law, Params, internal, state.free)
-    unit = _unit(space)
+    free_law = free_rate(space, law, Params, internal, state.free)
+    unit = unit_normal(space)
     static_mask = sum(1 << k for k in state.free)
 
     @wp.func
@@ -596,6 +317,6 @@ def _laws(space: Space, material: Any, state: StressState) -> Laws:
         energy,
         depends,
         dissipating,
-        _projection(space, material, state, Params, internal),
-        *_total(space, material, state, Params),
+        projection(space, material, state, Params, internal),
+        *total_laws(space, material, state, Params),
     )

@@ -160,9 +160,7 @@ class LagrangianSystem(OneSetSystem):
         """What ghosts have of their sources: moments, spreads, volumes; and the kernels that move them."""
         space, device = self.space, self.device
         everyone = np.concatenate([np.arange(self.count), g.source])
-        for name in ("_moment", "_share", "_volume"):
-            if name == "_share" and not self.viscous:
-                continue
+        for name in ("_moment", "_volume", *(["_share"] if self.viscous else [])):
             array = getattr(self, name)
             setattr(self, name, wp.array(array.numpy()[everyone], dtype=array.dtype, device=device))
         self._images = [wp.array(a, dtype=wp.int32, device=device) for a in (g.source, g.face, g.held)]

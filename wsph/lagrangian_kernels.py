@@ -7,12 +7,13 @@ from functools import cache
 import warp as wp
 
 from wsph.body_force import Parts, acceleration, inertia_struct
-from wsph.constitutive import Laws, packing
+from wsph.constitutive import Laws
 from wsph.operators import generalized_inverse
 from wsph.pair_forces import PairParts, opposing_stress, pair_struct, viscous_push
 from wsph.smoothing import SMOOTHING
 from wsph.space import Space, determinant_and_inverse
 from wsph.state import Layout, fields_struct
+from wsph.stress_state import packing
 
 BLOCK = 1024
 """Points in one partial sum: the same for any number of threads."""
@@ -132,234 +133,271 @@ def _seen(space: Space, layout: Layout, form: Form, smoothing: str) -> wp.Functi
     return at_start
 
 
+@cache
+def _gathered(space: Space, layout: Layout, form: Form, smoothing: str, averaged: bool) -> wp.Function:
+    """Warp function (pair, offsets, indices, weight, node, centre, others, field, i) -> the sum of w (f_j - f_i) (x) r over
+    the pairs of i, and where `averaged` the weighted mean of f."""
+    real, vec, mat, Fields, Pair = space.scalar, space.vec, space.mat, fields_struct(space, layout), pair_struct(space)
+    points, seen = form.points, _seen(space, layout, form, smoothing)
+
+    @wp.func
+    def gathered(pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
+                 node: wp.array(dtype=vec), centre: wp.array(dtype=vec), others: Fields, field: wp.array(dtype=vec), i: int):  # fmt: skip
+        near = i
+        if wp.static(points):
+            near = indices[offsets[i]]
+        f0 = field[near]
+        gradient = mat()
+        mean = vec()
+        c = centre[i]
+        k = offsets[i]
+        end = offsets[i + 1]
+        while k < end:
+            j = indices[k]
+            if wp.static(points):
+                r = node[j] - c
+                w = weight[k]
+            else:
+                r, w = seen(pair, weight, node, others, i, j, k)
+            df = w * (field[j] - f0)
+            gradient = gradient + wp.outer(df, r)
+            if wp.static(averaged):
+                mean = mean + df
+            k += 1
+        return gradient, f0 + mean
+
+    return gathered
+
+
 class Kernels:
-    """The kernels of a composition: one instance per (space, laws, which fields there are, form)."""
+    """The kernels of a composition: one instance per (space, laws, which fields there are, form).
+
+    `strain` (`moments` in the current configuration) finds what forces take of every point, `force` the accelerations,
+    `drift` and `flow` the rates of the rest, `residual` the energy of the residual; those that the form has.
+    """
 
     def __init__(self, space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form, smoothing: str):
-        real, vec, mat, dim = space.scalar, space.vec, space.mat, space.dim
-        internal, Params = laws.internal, laws.Params
-        Fields, respond, total = fields_struct(space, layout), laws.respond, laws.total or laws.respond
-        kept, residual, points = "internals" in dict(layout), form.residual, form.points
-        is_total, midpoint = form.total, laws.depends_on_stress
-        determinant, inverse = determinant_and_inverse(space)
-        unpack, _ = packing(space, laws.state)
-        accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
-        # Rows of the current configuration have pairs without weight in them: sums in vectors would depend on how many.
-        loops = None if form.moving else PAIR_LOOPS
-        Pair, value = pair_struct(space), SMOOTHING[smoothing](space)[0]
-        viscous, approach = bool(form.parts.viscosity), form.parts.viscosity == "approach"
-        hourglass, artificial, holding = form.parts.hourglass, form.parts.artificial, form.parts.holding
-        push, opposing, seen = (
-            viscous_push(space, form.parts.viscosity),
-            opposing_stress(space),
-            _seen(space, layout, form, smoothing),
-        )
-
-        plane = in_plane(space)
-
-        @wp.kernel(module="unique", enable_backward=False, module_options=loops)
-        def strain(first: int, p: Params, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
-                   node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat), volume: wp.array(dtype=real),
-                   share: wp.array(dtype=real), stiffness: real, pair: Pair, fields: Fields, others: Fields, mean_out: wp.array(dtype=vec), corrected_out: wp.array(dtype=mat),
-                   opposing_out: wp.array(dtype=mat)):  # fmt: skip
-            i = first + wp.tid()
-            near = i
-            if wp.static(points):
-                near = indices[offsets[i]]
-            u0 = others.displacement[near]
-            gradient = mat()
-            mean = vec()
-            c = centre[i]
-            k = offsets[i]
-            end = offsets[i + 1]
-            while k < end:
-                j = indices[k]
-                du = weight[k] * (others.displacement[j] - u0)
-                gradient = gradient + wp.outer(du, node[j] - c)
-                if wp.static(points and residual):
-                    mean = mean + du
-                k += 1
-            H = gradient * moment[i]
-            fields.deformation[i] = H
-            if wp.static(points and residual):
-                mean_out[i] = u0 + mean
-            P = mat()
-            if wp.static(is_total):
-                s, P = total(p, H)
-                fields.stress[i] = s
-            if wp.static(artificial or not is_total):
-                F = wp.identity(n=dim, dtype=real) + H
-                cauchy = plane(unpack(fields.stress[i]))
-                back = determinant(F) * wp.transpose(inverse(F))
-                if wp.static(not is_total):
-                    P = cauchy * back
-                if wp.static(artificial):
-                    opposing_out[i] = volume[i] * (opposing(pair.epsilon, cauchy) * back) * moment[i]
-            A = volume[i] * P
-            if wp.static(not form.paper):
-                A = A * moment[i]
-            if wp.static(residual):
-                A = A - (stiffness * share[i]) * H
-            corrected_out[i] = A
-
-        self.strain = strain
         if form.moving:
             self.moments = _moments_kernel(space, laws, layout, form, smoothing)
-
-        if points:
-
-            @wp.kernel(module="unique", enable_backward=False, module_options=loops)
-            def force_from_points(first: int, body: Inertia, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
-                      weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), share: wp.array(dtype=real), stiffness: real,
-                      mean: wp.array(dtype=vec), corrected: wp.array(dtype=mat), loads: wp.array(dtype=vec),
-                      own: wp.array(dtype=real), fields: Fields, rate_out: Fields):  # fmt: skip
-                i = first + wp.tid()
-                f = vec()
-                u = fields.displacement[i]
-                x = node[i]
-                k = offsets[i]
-                end = offsets[i + 1]
-                while k < end:
-                    p = indices[k]
-                    push = corrected[p] * (x - centre[p])
-                    if wp.static(residual):
-                        push = push + (stiffness * share[p]) * (u - mean[p])
-                    f = f - weight[k] * push
-                    k += 1
-                if wp.static(form.loaded):
-                    for a in range(wp.static(dim)):
-                        f += loads[i * dim + a]
-                rate_out.velocity[i] = accelerated(body, f / own[i], fields.velocity[i])
-
-            self.force = force_from_points
-
         else:
+            self.strain = _strain_kernel(space, laws, layout, form, smoothing)
+        if form.points:
+            self.force = _force_from_points_kernel(space, layout, parts, form)
+        else:
+            self.force = _force_between_kernel(space, layout, parts, form, smoothing)
+        self.drift = _drift_kernel(space, layout)
+        if form.residual:
+            self.residual = _residual_kernel(space, fields_struct(space, layout), form.points)
+        if form.moving or not form.total:
+            self.flow = _flow_kernel(space, laws, layout, form, smoothing)
 
-            @wp.kernel(module="unique", enable_backward=False, module_options=loops)
-            def force_between(first: int, body: Inertia, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
-                      weight: wp.array(dtype=real), node: wp.array(dtype=vec), moment: wp.array(dtype=mat), share: wp.array(dtype=real),
-                      volume: wp.array(dtype=real), stiffness: real, corrected: wp.array(dtype=mat),
-                      opposing_stress: wp.array(dtype=mat), loads: wp.array(dtype=vec), fields: Fields, others: Fields,
-                      viscous_out: wp.array(dtype=vec), holding_out: wp.array(dtype=vec), rate_out: Fields):  # fmt: skip
-                i = first + wp.tid()
-                u = fields.displacement[i]
-                v = fields.velocity[i]
-                A = corrected[i]
-                own = real(0.0)
-                M = mat()
-                H = mat()
-                if wp.static(residual or viscous or hourglass):
-                    own = share[i]
-                if wp.static(form.paper):
-                    M = moment[i]
-                if wp.static(hourglass):
-                    H = real(2.0) * wp.identity(n=dim, dtype=real) + fields.deformation[i]
-                f = vec()
-                drag = vec()
-                hold = vec()
-                k = offsets[i]
-                end = offsets[i + 1]
-                while k < end:
-                    j = indices[k]
-                    r, w = seen(pair, weight, node, others, i, j, k)
-                    wr = w * r
-                    if wp.static(form.paper):
-                        f = f + (A + corrected[j]) * (M * wr)
-                    else:
-                        f = f + (A + corrected[j]) * wr
-                    both = real(0.0)
-                    if wp.static(residual or viscous or hourglass):
-                        both = w * (own + share[j])
-                    if wp.static(residual):
-                        # What is left of du beside H r: that part stands in the corrected stress.
-                        f = f + (stiffness * both) * (others.displacement[j] - u)
-                    if wp.static(viscous or holding):
-                        apart = r
-                        if wp.static(not form.moving):
-                            apart = r + (others.displacement[j] - u)
-                        square = wp.dot(apart, apart)
-                        if wp.static(viscous):
-                            closing = wp.dot(others.velocity[j] - v, apart)
-                            if wp.static(approach):
-                                closing = wp.min(closing, real(0.0))
-                            pressure = push(pair, body.density, closing, square)
-                            drag = drag + (real(wp.static(0.5 * dim)) * pressure * both) * apart
-                        if wp.static(hourglass):
-                            # Twice the distance less what both deformations say of it, along the line between.
-                            gap = real(2.0) - wp.dot((H + fields.deformation[j]) * r, apart) / square
-                            hold = hold + (pair.spring * both * gap) * apart
-                        if wp.static(artificial):
-                            near = wp.pow(value(wp.sqrt(square) / pair.h) / pair.at_spacing, pair.exponent)
-                            hold = hold + near * ((opposing_stress[i] + opposing_stress[j]) * wr)
-                    k += 1
-                if wp.static(form.loaded):
-                    for a in range(wp.static(dim)):
-                        f += loads[i * dim + a]
-                if wp.static(viscous):
-                    viscous_out[i] = drag / (volume[i] * body.density)
-                    f += drag
-                if wp.static(holding):
-                    holding_out[i] = hold / (volume[i] * body.density)
-                    f += hold
-                rate_out.velocity[i] = accelerated(body, f / volume[i], v)
 
-            self.force = force_between
+def _loops(form: Form) -> dict[str, str] | None:
+    """How the pair loops of a form are compiled: rows of the current configuration have pairs without weight in them, and
+    sums in vectors would depend on how many."""
+    return None if form.moving else PAIR_LOOPS
 
-        @wp.kernel(module="unique", enable_backward=False)
-        def drift(first: int, fields: Fields, rate_out: Fields):
-            i = first + wp.tid()
-            rate_out.displacement[i] = fields.velocity[i]
 
-        self.drift = drift
-        if residual:
-            self.residual = _residual_kernel(space, Fields, points)
-        if is_total and not form.moving:
-            return
+def _force_from_points_kernel(space: Space, layout: Layout, parts: Parts, form: Form) -> wp.Kernel:
+    """Accelerations of nodes from the points that see them."""
+    real, vec, mat, dim, Fields = space.scalar, space.vec, space.mat, space.dim, fields_struct(space, layout)
+    accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
 
-        @wp.kernel(module="unique", enable_backward=False, module_options=loops)
-        def flow(first: int, clock: wp.array(dtype=wp.float64), ahead: real, p: Params, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
-                 weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat),
-                 fields: Fields, others: Fields, rate_out: Fields):  # fmt: skip
-            i = first + wp.tid()
-            near = i
-            if wp.static(points):
-                near = indices[offsets[i]]
-            v0 = others.velocity[near]
-            gradient = mat()
-            c = centre[i]
-            k = offsets[i]
-            end = offsets[i + 1]
-            while k < end:
-                j = indices[k]
-                if wp.static(points):
-                    gradient = gradient + wp.outer(weight[k] * (others.velocity[j] - v0), node[j] - c)
-                else:
-                    r, w = seen(pair, weight, node, others, i, j, k)
-                    gradient = gradient + wp.outer(w * (others.velocity[j] - v0), r)
-                k += 1
-            change = gradient * moment[i]
-            dt = ahead * real(clock[1])
-            F = wp.identity(n=dim, dtype=real)
-            if wp.static(form.moving):
-                rate_out.deformation[i] = change * (F + fields.deformation[i])
+    @wp.kernel(module="unique", enable_backward=False, module_options=PAIR_LOOPS)
+    def force_from_points(first: int, body: Inertia, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
+              weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), share: wp.array(dtype=real), stiffness: real,
+              mean: wp.array(dtype=vec), corrected: wp.array(dtype=mat), loads: wp.array(dtype=vec),
+              own: wp.array(dtype=real), fields: Fields, rate_out: Fields):  # fmt: skip
+        i = first + wp.tid()
+        f = vec()
+        u = fields.displacement[i]
+        x = node[i]
+        k = offsets[i]
+        end = offsets[i + 1]
+        while k < end:
+            p = indices[k]
+            push = corrected[p] * (x - centre[p])
+            if wp.static(form.residual):
+                push = push + (stiffness * share[p]) * (u - mean[p])
+            f = f - weight[k] * push
+            k += 1
+        if wp.static(form.loaded):
+            for a in range(wp.static(dim)):
+                f += loads[i * dim + a]
+        rate_out.velocity[i] = accelerated(body, f / own[i], fields.velocity[i])
+
+    return force_from_points
+
+
+def _force_between_kernel(space: Space, layout: Layout, parts: Parts, form: Form, smoothing: str) -> wp.Kernel:
+    """Accelerations of particles that are their own points, with what acts between pairs beside the stress."""
+    real, vec, mat, dim, Fields = space.scalar, space.vec, space.mat, space.dim, fields_struct(space, layout)
+    accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
+    Pair, value, residual = pair_struct(space), SMOOTHING[smoothing](space)[0], form.residual
+    viscous, approach = bool(form.parts.viscosity), form.parts.viscosity == "approach"
+    hourglass, artificial, holding = form.parts.hourglass, form.parts.artificial, form.parts.holding
+    push, seen = viscous_push(space, form.parts.viscosity), _seen(space, layout, form, smoothing)
+
+    @wp.kernel(module="unique", enable_backward=False, module_options=_loops(form))
+    def force_between(first: int, body: Inertia, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
+              weight: wp.array(dtype=real), node: wp.array(dtype=vec), moment: wp.array(dtype=mat), share: wp.array(dtype=real),
+              volume: wp.array(dtype=real), stiffness: real, corrected: wp.array(dtype=mat),
+              opposing_stress: wp.array(dtype=mat), loads: wp.array(dtype=vec), fields: Fields, others: Fields,
+              viscous_out: wp.array(dtype=vec), holding_out: wp.array(dtype=vec), rate_out: Fields):  # fmt: skip
+        i = first + wp.tid()
+        u = fields.displacement[i]
+        v = fields.velocity[i]
+        A = corrected[i]
+        own = real(0.0)
+        M = mat()
+        H = mat()
+        if wp.static(residual or viscous or hourglass):
+            own = share[i]
+        if wp.static(form.paper):
+            M = moment[i]
+        if wp.static(hourglass):
+            H = real(2.0) * wp.identity(n=dim, dtype=real) + fields.deformation[i]
+        f = vec()
+        drag = vec()
+        hold = vec()
+        k = offsets[i]
+        end = offsets[i + 1]
+        while k < end:
+            j = indices[k]
+            r, w = seen(pair, weight, node, others, i, j, k)
+            wr = w * r
+            if wp.static(form.paper):
+                f = f + (A + corrected[j]) * (M * wr)
             else:
-                F += fields.deformation[i]
-            if wp.static(is_total):
-                return
-            L = change * inverse(F + dt * change)
-            s = fields.stress[i]
-            q = internal()
-            if wp.static(kept):
-                q = fields.internals[i]
-            ds, dq = respond(p, s, L, q)
-            # A step that goes on from the start of its stress would be of first order where the law depends on it.
-            if wp.static(midpoint) and dt > real(0.0):
-                ds, dq = respond(p, s + dt * ds, L, q + dt * dq)
-            rate_out.stress[i] = ds
-            if wp.static(kept):
-                rate_out.internals[i] = dq
+                f = f + (A + corrected[j]) * wr
+            both = real(0.0)
+            if wp.static(residual or viscous or hourglass):
+                both = w * (own + share[j])
+            if wp.static(residual):
+                # What is left of du beside H r: that part stands in the corrected stress.
+                f = f + (stiffness * both) * (others.displacement[j] - u)
+            if wp.static(viscous or holding):
+                apart = r
+                if wp.static(not form.moving):
+                    apart = r + (others.displacement[j] - u)
+                square = wp.dot(apart, apart)
+                if wp.static(viscous):
+                    closing = wp.dot(others.velocity[j] - v, apart)
+                    if wp.static(approach):
+                        closing = wp.min(closing, real(0.0))
+                    pressure = push(pair, body.density, closing, square)
+                    drag = drag + (real(wp.static(0.5 * dim)) * pressure * both) * apart
+                if wp.static(hourglass):
+                    # Twice the distance less what both deformations say of it, along the line between.
+                    gap = real(2.0) - wp.dot((H + fields.deformation[j]) * r, apart) / square
+                    hold = hold + (pair.spring * both * gap) * apart
+                if wp.static(artificial):
+                    near = wp.pow(value(wp.sqrt(square) / pair.h) / pair.at_spacing, pair.exponent)
+                    hold = hold + near * ((opposing_stress[i] + opposing_stress[j]) * wr)
+            k += 1
+        if wp.static(form.loaded):
+            for a in range(wp.static(dim)):
+                f += loads[i * dim + a]
+        if wp.static(viscous):
+            viscous_out[i] = drag / (volume[i] * body.density)
+            f += drag
+        if wp.static(holding):
+            holding_out[i] = hold / (volume[i] * body.density)
+            f += hold
+        rate_out.velocity[i] = accelerated(body, f / volume[i], v)
 
-        self.flow = flow
+    return force_between
+
+
+def _drift_kernel(space: Space, layout: Layout) -> wp.Kernel:
+    Fields = fields_struct(space, layout)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def drift(first: int, fields: Fields, rate_out: Fields):
+        i = first + wp.tid()
+        rate_out.displacement[i] = fields.velocity[i]
+
+    return drift
+
+
+def _flow_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothing: str) -> wp.Kernel:
+    """Rates of stress and internals of a rate law and, in the current configuration, of the deformation."""
+    real, vec, mat, dim, Fields = space.scalar, space.vec, space.mat, space.dim, fields_struct(space, layout)
+    Params, Pair, respond, internal = laws.Params, pair_struct(space), laws.respond, laws.internal
+    kept, midpoint, inverse = "internals" in dict(layout), laws.depends_on_stress, determinant_and_inverse(space)[1]
+    of_velocity = _gathered(space, layout, form, smoothing, False)
+
+    @wp.kernel(module="unique", enable_backward=False, module_options=_loops(form))
+    def flow(first: int, clock: wp.array(dtype=wp.float64), ahead: real, p: Params, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
+             weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat),
+             fields: Fields, others: Fields, rate_out: Fields):  # fmt: skip
+        i = first + wp.tid()
+        gradient, _mean = of_velocity(pair, offsets, indices, weight, node, centre, others, others.velocity, i)
+        change = gradient * moment[i]
+        dt = ahead * real(clock[1])
+        F = wp.identity(n=dim, dtype=real)
+        if wp.static(form.moving):
+            rate_out.deformation[i] = change * (F + fields.deformation[i])
+        else:
+            F += fields.deformation[i]
+        if wp.static(form.total):
+            return
+        L = change * inverse(F + dt * change)
+        s = fields.stress[i]
+        q = internal()
+        if wp.static(kept):
+            q = fields.internals[i]
+        ds, dq = respond(p, s, L, q)
+        # A step that goes on from the start of its stress would be of first order where the law depends on it.
+        if wp.static(midpoint) and dt > real(0.0):
+            ds, dq = respond(p, s + dt * ds, L, q + dt * dq)
+        rate_out.stress[i] = ds
+        if wp.static(kept):
+            rate_out.internals[i] = dq
+
+    return flow
+
+
+def _strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothing: str) -> wp.Kernel:
+    """Deformation at the points from the displacements, and the stress that forces take, with what folds into it."""
+    real, mat, dim, vec = space.scalar, space.mat, space.dim, space.vec
+    Params, Fields, Pair = laws.Params, fields_struct(space, layout), pair_struct(space)
+    total, artificial, averaged = laws.total or laws.respond, form.parts.artificial, form.points and form.residual
+    of_displacement = _gathered(space, layout, form, smoothing, averaged)
+    determinant, inverse = determinant_and_inverse(space)
+    (unpack, _), opposing, plane = packing(space, laws.state), opposing_stress(space), in_plane(space)
+
+    @wp.kernel(module="unique", enable_backward=False, module_options=PAIR_LOOPS)
+    def strain(first: int, p: Params, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
+               node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat), volume: wp.array(dtype=real),
+               share: wp.array(dtype=real), stiffness: real, pair: Pair, fields: Fields, others: Fields, mean_out: wp.array(dtype=vec), corrected_out: wp.array(dtype=mat),
+               opposing_out: wp.array(dtype=mat)):  # fmt: skip
+        i = first + wp.tid()
+        gradient, mean = of_displacement(pair, offsets, indices, weight, node, centre, others, others.displacement, i)
+        H = gradient * moment[i]
+        fields.deformation[i] = H
+        if wp.static(averaged):
+            mean_out[i] = mean
+        P = mat()
+        if wp.static(form.total):
+            s, P = total(p, H)
+            fields.stress[i] = s
+        if wp.static(artificial or not form.total):
+            F = wp.identity(n=dim, dtype=real) + H
+            cauchy = plane(unpack(fields.stress[i]))
+            back = determinant(F) * wp.transpose(inverse(F))
+            if wp.static(not form.total):
+                P = cauchy * back
+            if wp.static(artificial):
+                opposing_out[i] = volume[i] * (opposing(pair.epsilon, cauchy) * back) * moment[i]
+        A = volume[i] * P
+        if wp.static(not form.paper):
+            A = A * moment[i]
+        if wp.static(form.residual):
+            A = A - (stiffness * share[i]) * H
+        corrected_out[i] = A
+
+    return strain
 
 
 def _moments_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothing: str) -> wp.Kernel:
@@ -431,34 +469,3 @@ def _residual_kernel(space: Space, Fields: type, points: bool) -> wp.Kernel:
 @cache
 def kernels(space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form, smoothing: str) -> Kernels:
     return Kernels(space, laws, layout, parts, form, smoothing)
-
-
-@cache
-def combine_kernel(space: Space, plain: int, timed: int, squared: int) -> wp.Kernel:
-    """out = sum of up to three states, up to three rates times dt, and one times dt^2, over a range of the flat buffer."""
-    real = space.scalar
-    coefficients = space.vector(7)
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def combine(first: int, clock: wp.array(dtype=wp.float64), start: int, c: coefficients, x0: wp.array(dtype=real), x1: wp.array(dtype=real),
-                x2: wp.array(dtype=real), k0: wp.array(dtype=real), k1: wp.array(dtype=real), k2: wp.array(dtype=real),
-                out: wp.array(dtype=real)):  # fmt: skip
-        i = start + first + wp.tid()
-        total = c[0] * x0[i]
-        if wp.static(plain > 1):
-            total += c[1] * x1[i]
-        if wp.static(plain > 2):
-            total += c[2] * x2[i]
-        slope = real(0.0)
-        if wp.static(timed > 0):
-            slope += c[3] * k0[i]
-        if wp.static(timed > 1):
-            slope += c[4] * k1[i]
-        if wp.static(timed > 2):
-            slope += c[5] * k2[i]
-        dt = real(clock[1])
-        if wp.static(squared > 0):
-            slope += dt * c[6] * k2[i]
-        out[i] = total + dt * slope
-
-    return combine

@@ -14,7 +14,7 @@ from wsph.body_force import BodyForce
 from wsph.conditions import Conditions, layer_conditions, node_conditions, nonzero
 from wsph.constitutive import Constitutive
 from wsph.errors import Refused
-from wsph.lagrangian_kernels import Form, combine_kernel
+from wsph.lagrangian_kernels import Form
 from wsph.operators import spanning_weights
 from wsph.pair_forces import pair_struct, parts_of
 from wsph.particles import Lattice
@@ -24,7 +24,7 @@ from wsph.scene import Body, Scene
 from wsph.smoothing import SMOOTHING, SUPPORT
 from wsph.space import Space
 from wsph.spectrum import largest_damping, largest_frequency
-from wsph.state import Derived, State, layout_of
+from wsph.state import Derived, State, combine_kernel, layout_of
 from wsph.system import System
 from wsph.units import Scales
 from wsph.work import ConstraintWork, LoadWork

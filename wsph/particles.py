@@ -120,9 +120,7 @@ class Lattice:
         offsets = np.array(list(product((0, 1), repeat=dim)))
         result = np.repeat(np.arange(len(self.nodes))[:, None], 2 * dim, 1).reshape(-1, dim, 2)
         for axis in range(dim):
-            low = np.flatnonzero(offsets[:, axis] == 0)
-            high = [int(np.flatnonzero((offsets == o + np.eye(dim, dtype=int)[axis]).all(1))[0]) for o in offsets[low]]
-            for a, b in zip(low, high, strict=True):
+            for a, b in zip(*_ends(offsets, axis), strict=True):
                 result[self.corners[:, a], axis, 1] = self.corners[:, b]
                 result[self.corners[:, b], axis, 0] = self.corners[:, a]
         return result
@@ -233,6 +231,13 @@ def lattice(
     )
 
 
+def _ends(offsets: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
+    """Corners at the low and at the high end of a cell's edges along an axis, in pairs."""
+    low = np.flatnonzero(offsets[:, axis] == 0)
+    beyond = offsets[low] + np.eye(offsets.shape[1], dtype=int)[axis]
+    return low, np.array([int(np.flatnonzero((offsets == o).all(1))[0]) for o in beyond])
+
+
 def _mapped_cells(cells: np.ndarray, offsets: np.ndarray) -> tuple[np.ndarray, tuple[float, float]]:
     """Volumes [m^dim] of mapped cells (c, 2^dim, dim) and their shortest and longest edge [m]."""
     if not np.isfinite(cells).all():
@@ -243,11 +248,7 @@ def _mapped_cells(cells: np.ndarray, offsets: np.ndarray) -> tuple[np.ndarray, t
         raise ValueError(f"the map turns the cell at {[float(f'{x:.6g}') for x in where]} m inside out")
     lengths = []
     for axis in range(cells.shape[2]):
-        low = np.flatnonzero(offsets[:, axis] == 0)
-        high = [
-            int(np.flatnonzero((offsets == offsets[o] + np.eye(cells.shape[2], dtype=int)[axis]).all(1))[0])
-            for o in low
-        ]
+        low, high = _ends(offsets, axis)
         lengths.append(np.linalg.norm(cells[:, high] - cells[:, low], axis=2))
     return volume, (float(np.min(lengths)), float(np.max(lengths)))
 

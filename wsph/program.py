@@ -49,64 +49,71 @@ class Clock:
 
     def __init__(self, dt: float, device: str):
         self.dt, self.device = dt, device
-        self._listed: list[wp.Kernel] | None = None
-        self._seconds: list[float] | None = None
-        self._pieces: list[int] | None = None
-        self._commands: list[list[Any]] = []
+        self._take: Callable[..., None] = self._run
         self.step = wp.zeros(1, dtype=wp.int64, device=device)
         self.time = wp.array([0.0, dt], dtype=wp.float64, device=device)
 
     def launch(self, kernel: wp.Kernel, n: int, inputs: list[Any], outputs: list[Any]) -> None:
         """Launch `kernel` over `n` threads. A kernel whose first argument is `first`, which is not among the inputs, can be
         launched in ranges that begin there."""
-        if self._listed is not None:
-            self._listed.append(kernel)
-            return
-        ranged = kernel.adj.args[0].label == "first"
-        if self._pieces is not None:
-            count = self._pieces[len(self._commands)] if ranged else 1
-            ends = [n * k // count for k in range(count + 1)]
-            self._commands.append([
-                wp.launch(kernel, high - low, inputs=[low, *inputs] if ranged else inputs, outputs=outputs,
-                          device=self.device, record_cmd=True)
-                for low, high in pairwise(ends)
-            ])  # fmt: skip
-            return
-        started = time.perf_counter() if self._seconds is not None else 0.0
-        wp.launch(kernel, n, inputs=[0, *inputs] if ranged else inputs, outputs=outputs, device=self.device)
-        if self._seconds is not None:
-            self._seconds.append(time.perf_counter() - started)
+        self._take(kernel, n, inputs, outputs)
+
+    def _run(self, kernel: wp.Kernel, n: int, inputs: list[Any], outputs: list[Any]) -> None:
+        wp.launch(kernel, n, inputs=_ranged(kernel, 0, inputs), outputs=outputs, device=self.device)
+
+    def _taken(self, step: Callable[[], None], take: Callable[..., None]) -> None:
+        """`step`, whose launches go to `take`."""
+        self._take = take
+        try:
+            step()
+        finally:
+            self._take = self._run
 
     def timed(self, step: Callable[[], None]) -> list[float]:
         """Run `step` and time its launches [s], in order."""
-        self._seconds = []
-        try:
-            step()
-            return self._seconds
-        finally:
-            self._seconds = None
+        seconds: list[float] = []
+
+        def take(*launch: Any) -> None:
+            started = time.perf_counter()
+            self._run(*launch)
+            seconds.append(time.perf_counter() - started)
+
+        self._taken(step, take)
+        return seconds
 
     def recorded(self, step: Callable[[], None], pieces: list[int]) -> list[list[Any]]:
         """The launches of `step`, not run, each in so many pieces as `pieces` says where its kernel takes ranges."""
-        self._pieces, self._commands = pieces, []
-        try:
-            step()
-            return self._commands
-        finally:
-            self._pieces = None
+        commands: list[list[Any]] = []
+
+        def take(kernel: wp.Kernel, n: int, inputs: list[Any], outputs: list[Any]) -> None:
+            count = pieces[len(commands)] if _takes_ranges(kernel) else 1
+            commands.append([
+                wp.launch(kernel, high - low, inputs=_ranged(kernel, low, inputs), outputs=outputs, device=self.device,
+                          record_cmd=True)
+                for low, high in pairwise(n * k // count for k in range(count + 1))
+            ])  # fmt: skip
+
+        self._taken(step, take)
+        return commands
 
     def list_launches(self, step: Callable[[], None]) -> list[wp.Kernel]:
         """The kernels that `step` would launch, in order."""
-        self._listed = []
-        try:
-            step()
-            return self._listed
-        finally:
-            self._listed = None
+        kernels: list[wp.Kernel] = []
+        self._taken(step, lambda kernel, *_: kernels.append(kernel))
+        return kernels
 
     def advance(self) -> None:
         """t += dt (a launch)."""
         self.launch(_advance(), 1, [], [self.step, self.time])
+
+
+def _takes_ranges(kernel: wp.Kernel) -> bool:
+    return kernel.adj.args[0].label == "first"
+
+
+def _ranged(kernel: wp.Kernel, first: int, inputs: list[Any]) -> list[Any]:
+    """The inputs of a kernel whose range begins at `first`."""
+    return [first, *inputs] if _takes_ranges(kernel) else inputs
 
 
 def cores() -> list[int]:

@@ -24,31 +24,29 @@ def largest_frequency(system: Any) -> float:
     place = base.start["displacement"]
     evolved = not system.form.total or system.form.moving
 
+    def changes(w: np.ndarray) -> np.ndarray:
+        """How what is integrated follows the strain of velocities eps w, and whatever it does at rest."""
+        moved.buffer.assign(np.concatenate([eps * w, start[split:]]).astype(system.space.numpy))
+        system.rate(base, change, "velocity")
+        system.rate(moved, change, "rest")
+        return change.buffer.numpy().astype(np.float64)
+
     def accelerations(w: np.ndarray) -> np.ndarray:
         """a(u + eps w) with the velocities at rest."""
         shifted = start.astype(np.float64)
         if evolved:
-            # What is integrated follows the strain that the shift makes.
-            moved.buffer.assign(np.concatenate([eps * w, start[split:]]).astype(system.space.numpy))
-            system.rate(base, change, "velocity")
-            system.rate(moved, change, "rest")
-            increment = change.buffer.numpy()
+            increment = changes(w) - resting
             for name in (name for name in ("stress", "deformation") if name in base.start):
                 a = base.start[name]
                 b = a + base.counts[name] * base.widths[name]
-                shifted[a:b] += increment[a:b] - resting[a:b]
+                shifted[a:b] += increment[a:b]
         shifted[:split] = 0.0
         shifted[place : place + split] += eps * w
         moved.buffer.assign(shifted.astype(system.space.numpy))
         system.rate(moved, change, "velocity")
         return change.buffer.numpy()[:split].astype(np.float64)
 
-    resting = np.zeros(len(start))
-    if evolved:
-        moved.buffer.assign(np.concatenate([np.zeros(split), start[split:]]).astype(system.space.numpy))
-        system.rate(moved, change, "velocity")
-        system.rate(moved, change, "rest")
-        resting = change.buffer.numpy().astype(np.float64)
+    resting = changes(np.zeros(split)) if evolved else None
     rest = accelerations(np.zeros(split))
     x = np.random.default_rng(0).standard_normal(split) * free
     basis, diagonal, beside = [x / np.linalg.norm(x)], [], []

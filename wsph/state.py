@@ -124,3 +124,34 @@ class State:
     def nbytes(self) -> int:
         """Device memory, its sources' included [bytes]."""
         return self.buffer.capacity + (self.source.nbytes if self.source is not None else 0)
+
+
+@cache
+def combine_kernel(space: Space, plain: int, timed: int, squared: int) -> wp.Kernel:
+    """out = sum of up to three states, up to three rates times dt, and one times dt^2, over a range of the flat buffer."""
+    real = space.scalar
+    coefficients = space.vector(7)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def combine(first: int, clock: wp.array(dtype=wp.float64), start: int, c: coefficients, x0: wp.array(dtype=real), x1: wp.array(dtype=real),
+                x2: wp.array(dtype=real), k0: wp.array(dtype=real), k1: wp.array(dtype=real), k2: wp.array(dtype=real),
+                out: wp.array(dtype=real)):  # fmt: skip
+        i = start + first + wp.tid()
+        total = c[0] * x0[i]
+        if wp.static(plain > 1):
+            total += c[1] * x1[i]
+        if wp.static(plain > 2):
+            total += c[2] * x2[i]
+        slope = real(0.0)
+        if wp.static(timed > 0):
+            slope += c[3] * k0[i]
+        if wp.static(timed > 1):
+            slope += c[4] * k1[i]
+        if wp.static(timed > 2):
+            slope += c[5] * k2[i]
+        dt = real(clock[1])
+        if wp.static(squared > 0):
+            slope += dt * c[6] * k2[i]
+        out[i] = total + dt * slope
+
+    return combine

@@ -18,11 +18,12 @@ import numpy as np
 import warp as wp
 
 from wsph.composition import compose
-from wsph.constitutive import STRESS_STATES, Constitutive, user_law
+from wsph.constitutive import Constitutive, user_law
 from wsph.driver import run
 from wsph.plugins import relaxes
 from wsph.scene import Scene
 from wsph.space import Space
+from wsph.stress_state import STRESS_STATES
 from wsph.units import Scales
 
 SAMPLES = 200

@@ -14,7 +14,7 @@ import warp as wp
 
 from wsph.body_force import BodyForce, Parts, acceleration, inertia_struct
 from wsph.conditions import Conditions, face_conditions
-from wsph.constitutive import Constitutive, Laws, blame, packing
+from wsph.constitutive import Constitutive, Laws, blame
 from wsph.errors import Refused
 from wsph.gather import divergence, gather, rows_struct
 from wsph.neighbours import Pairs, find_pairs
@@ -25,6 +25,7 @@ from wsph.program import Clock
 from wsph.scene import Body, Scene
 from wsph.space import Space
 from wsph.state import Layout, State, fields_struct, layout_of
+from wsph.stress_state import packing
 from wsph.system import System
 from wsph.units import Scales
 from wsph.work import ExternalWork

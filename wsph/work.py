@@ -22,7 +22,7 @@ def _work_kernel(space: Space, unpack: wp.Function, layout: Layout) -> wp.Kernel
 
     @wp.kernel(module="unique", enable_backward=False)
     def work(count: int, clock: wp.array(dtype=wp.float64), particle: wp.array(dtype=wp.int32), axis: wp.array(dtype=wp.int32),
-             area: wp.array(dtype=wp.float64), axes: mat, fields: Fields, power_out: wp.array(dtype=wp.float64), work_out: wp.array(dtype=wp.float64)):  # fmt: skip
+             area: wp.array(dtype=wp.float64), axes: mat, fields: Fields, power_out: wp.array2d(dtype=wp.float64), work_out: wp.array2d(dtype=wp.float64)):  # fmt: skip
         block = wp.tid()
         power = wp.float64(0.0)
         for row in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
@@ -39,14 +39,16 @@ def _work_kernel(space: Space, unpack: wp.Function, layout: Layout) -> wp.Kernel
             for a in range(wp.static(dim)):
                 for b in range(wp.static(dim)):
                     power += area[row] * wp.float64(stress[a, b] * normal[b] * velocity[a])
-        work_out[block] = work_out[block] + wp.float64(0.5) * clock[1] * (power + power_out[block])
-        power_out[block] = power
+        work_out[block, 0] = work_out[block, 0] + wp.float64(0.5) * clock[1] * (power + power_out[block, 0])
+        power_out[block, 0] = power
 
     return work
 
 
-class ExternalWork:
-    """Work of the moved and loaded faces, by the trapezoidal rule, one slot per 1024 face particles."""
+class ExternalWork(Works):
+    """Work of the moved and loaded faces of a two-set body, one slot per 1024 face particles."""
+
+    columns = 1
 
     def __init__(
         self,
@@ -58,36 +60,20 @@ class ExternalWork:
         layout: Layout,
         device: str,
     ):
-        self.count, self._axes = len(conditions.work_particle), axes
-        self._kernel = _work_kernel(space, unpack, layout)
-        if self.count:
+        super().__init__(len(conditions.work_particle), len(conditions.work_particle) > 0, device)
+        self._axes, self._kernel = axes, _work_kernel(space, unpack, layout)
+        if self._acts:
             self._particle = wp.array(conditions.work_particle, dtype=wp.int32, device=device)
             self._axis = wp.array(conditions.work_axis, dtype=wp.int32, device=device)
             self._area = wp.array(conditions.work_area / area_unit, dtype=wp.float64, device=device)
-            blocks = -(-self.count // BLOCK)
-            self._power = wp.zeros(blocks, dtype=wp.float64, device=device)
-            self._work = wp.zeros(blocks, dtype=wp.float64, device=device)
 
-    def add(self, state: State, clock: Clock) -> None:
-        """Add the work of a step whose final values stand in `state` (a launch)."""
-        if self.count:
-            inputs = [self.count, clock.time, self._particle, self._axis, self._area, self._axes, state.struct]
-            clock.launch(self._kernel, self._work.shape[0], inputs, [self._power, self._work])
-
-    def kept(self) -> dict[str, wp.array]:
-        """What a checkpoint holds of it."""
-        return {"power": self._power, "work": self._work} if self.count else {}
-
-    def start(self, state: State, clock: Clock) -> None:
-        """Take the power at the start of the run."""
-        if self.count:
-            self.add(state, clock)
-            self._work.zero_()
+    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[Any]]:
+        return self._kernel, [self._n, clock.time, self._particle, self._axis, self._area, self._axes, state.struct]
 
     @property
     def total(self) -> float:
         """Work so far, nondimensional."""
-        return float(self._work.numpy().sum()) if self.count else 0.0
+        return self._total(0)
 
 
 @cache

@@ -1,6 +1,6 @@
 """Total-Lagrangian leapfrog on an elastic block in 3D beside LAMMPS `smd/tlsph` and beside C, one core each.
 
-    python tests/benchmarks/peers.py [--rows 14 21] [--lammps PYTHON] [--write]
+    python tests/benchmarks/peers.py [--rows 14 21] [--precision f64] [--lammps PYTHON] [--write]
 
 The block is 10 x 1 x 1 and four layers more that are held; every side has a support of 2.6 spacings, double precision, a
 cubic lattice and as many neighbours. LAMMPS has its own parts, hourglass control and viscosity; ours is timed with those,
@@ -176,18 +176,24 @@ def main() -> None:
     """Measure, print, and with --write keep."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rows", type=int, nargs="+", default=[14, 21])
+    parser.add_argument("--precision", choices=["f64", "f32"], default="f64", help="the peers are in f64")
     parser.add_argument("--lammps", metavar="PYTHON", help="a Python that has the module lammps")
     parser.add_argument("--million", action="store_true", help="a block of a million particles too")
     parser.add_argument("--write", action="store_true")
     options = parser.parse_args()
+    if options.write and options.precision != "f64":
+        parser.error("--write keeps the comparison in f64")
     found: dict = {
         "machine": f"{platform.machine()}, {len(wsph.program.cores())} cores",
         "warp": wp.config.version,
         "sizes": [],
     }
     for rows in options.rows:
-        made = {name: block(rows, name) for name in FORMS}
-        two = {name: block(rows, name, threads=0) for name in ("hourglass and viscosity", "bare", "stress points")}
+        made = {name: block(rows, name, precision=options.precision) for name in FORMS}
+        two = {
+            name: block(rows, name, 0, options.precision)
+            for name in ("hourglass and viscosity", "bare", "stress points")
+        }
         steps = max(int(3e6 / (10 * rows**3)), 10)
         rates: dict[str, list[float]] = {}
         for _ in range(ROUNDS):
@@ -211,7 +217,8 @@ def main() -> None:
                 k: float(np.median(np.array(v) / rates["LAMMPS"])) for k, v in rates.items() if "all" not in k
             }
         row["cores_ratio"] = {k: float(np.median(np.array(rates[f"{k}, all cores"]) / rates[k])) for k in two}
-        row["loops_in_c_us"], row["our_rate_us"] = reference(made["bare"])
+        if options.precision == "f64":
+            row["loops_in_c_us"], row["our_rate_us"] = reference(made["bare"])
         found["sizes"].append(row)
         print(json.dumps(row, indent=1), flush=True)
     if options.million:

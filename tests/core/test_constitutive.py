@@ -8,9 +8,10 @@ import warp as wp
 from wsph_materials.elastic import Elastic
 from wsph_materials.perzyna import Perzyna
 
-from wsph.constitutive import STRESS_STATES, Constitutive, Laws, StressState, blame
+from wsph.constitutive import Constitutive, Laws, blame
 from wsph.errors import PluginError
 from wsph.space import Space
+from wsph.stress_state import STRESS_STATES, StressState
 from wsph.units import Scales
 
 E, NU, RHO = 3.0, 0.3, 2.0

@@ -9,13 +9,14 @@ from hypothesis import strategies as st
 from wsph_materials.elastic import Elastic
 
 from wsph.conditions import Conditions
-from wsph.constitutive import STRESS_STATES, Constitutive
+from wsph.constitutive import Constitutive
 from wsph.expressions import Expression, compile_expression
 from wsph.prescribed import BoundaryValues
 from wsph.program import Clock
 from wsph.scene import Function
 from wsph.space import Space
 from wsph.state import State, layout_of
+from wsph.stress_state import STRESS_STATES
 from wsph.units import Scales
 
 

@@ -12,8 +12,9 @@ from wsph_materials.neo_hookean import NeoHookean
 from wsph_materials.perzyna import Perzyna
 
 from wsph import registry
-from wsph.constitutive import STRESS_STATES, Constitutive
+from wsph.constitutive import Constitutive
 from wsph.space import Space
+from wsph.stress_state import STRESS_STATES
 from wsph.testing import check_material
 from wsph.units import Scales
 
