@@ -22,6 +22,7 @@ from wsph.lagrangian import StressPointSystem, TotalLagrangianSystem
 from wsph.moving_set import MovingTwoSetSystem
 from wsph.one_set import OneSetSystem
 from wsph.particles import Lattice, lattice
+from wsph.phase_field import refuse
 from wsph.plugins import build
 from wsph.probes import Recorder
 from wsph.program import Clock, Program
@@ -38,7 +39,7 @@ SYSTEMS: dict[int, dict[str, Any]] = {
     2: {s.formulation: s for s in (TwoSetSystem, MovingTwoSetSystem)},
 }
 """By the number of particle sets that an integrator works on, and by formulation."""
-PAIR_PARTS = ("viscosity", "residual", "hourglass", "artificial_stress")
+PAIR_PARTS = ("viscosity", "residual", "hourglass", "artificial_stress", "phase_field")
 MOST_STEPS = 1e12
 ANEW = 0.05
 """Logarithm of the distortion after which the limit of a one-set body is found anew."""
@@ -284,6 +285,8 @@ def _cadence_steps(every: float, dt: float) -> float:
 def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: Any, plugin: Any, who: str, system_type: Any,
               space: Space, scales: Scales, clock: Clock, device: str) -> BodyRun:  # fmt: skip
     constitutive = Constitutive(space, material, state, scales, _material_name(body))
+    if body.phase_field is not None:
+        refuse(body.name, body.phase_field, material, constitutive.who, cells.spacing, bool(state.free))
     _refuse_parts(body, material, system_type, scene.run.integrator.name, constitutive.who)
     system = system_type(scene, body, cells, space, constitutive, scales, clock, device, wants_displacement(scene))
     if body.velocity is not None:
@@ -303,7 +306,8 @@ def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: An
         if hasattr(integrator, "begin"):
             integrator.begin()
         limit, reason = integrator.limit() if hasattr(integrator, "limit") else (None, "the integrator declares none")
-    diagnostics = Diagnostics(space, constitutive, system.volume, system.point_volume, system.density, device)
+    model = body.phase_field.model if body.phase_field is not None else ""
+    diagnostics = Diagnostics(space, constitutive, system.volume, system.point_volume, system.density, device, model)
     courant = clock.dt * scales.time * constitutive.wave_speed / cells.spacing
     return BodyRun(body, constitutive, system, integrator, diagnostics, courant, limit, reason)
 

@@ -68,7 +68,18 @@ def _refuse_what_is_not_applied(material: Any, who: str) -> None:
         raise Refused(f"{who} has `project` without `rate`: what is brought back is the stress that a rate gave")
     if not (hasattr(material, "rate") or hasattr(material, "stress")):
         raise Refused(f"{who} has neither `rate` nor `stress`; every formulation needs one of them: {RATE_SIGNATURE}")
-    reserved = {"velocity", "stress", "displacement", "density", "von_mises", "pressure", "dissipation", "id", "body"}
+    reserved = {
+        "velocity",
+        "stress",
+        "displacement",
+        "density",
+        "von_mises",
+        "pressure",
+        "dissipation",
+        "damage",
+        "id",
+        "body",
+    }
     taken = reserved.intersection(getattr(material, "internals", {}))
     if taken:
         raise Refused(f"{who} names an internal {sorted(taken)[0]!r}, which is a field of every body")

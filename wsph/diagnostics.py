@@ -7,6 +7,7 @@ import numpy as np
 import warp as wp
 
 from wsph.constitutive import Constitutive, Laws
+from wsph.phase_field import BROKEN, damaged
 from wsph.space import Space, determinant_and_inverse
 from wsph.state import Layout, State, fields_struct
 
@@ -30,7 +31,7 @@ class Ledger:
 
 
 @cache
-def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
+def _kernel(space: Space, laws: Laws, layout: Layout, model: str) -> wp.Kernel:
     real, dim = space.scalar, space.dim
     Fields, Params, energy = fields_struct(space, layout), laws.Params, laws.energy
     internals, deformed = dict(layout).get("internals", 0), "deformation" in dict(layout)
@@ -49,6 +50,8 @@ def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
         return wp.sqrt(wp.dot(x, square * x))
 
     total, total_energy = laws.total_energy is not None, laws.total_energy or energy
+    breaks = model != ""
+    damaged_energy = damaged(space, laws, model)[1]
     dissipates, last = laws.dissipates, internals - 1
 
     @wp.kernel(module="unique", enable_backward=False)
@@ -90,15 +93,22 @@ def _kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
             if wp.static(deformed):
                 F = wp.identity(n=dim, dtype=real) + fields.deformation[i]
                 J = determinant(F)
-                if wp.static(total):
+                whole = True
+                if wp.static(breaks):
+                    # Across a crack F is the opening's: it says nothing of stiffness, and may turn over.
+                    stored = damaged_energy(p, fields.deformation[i], s, fields.damage[i][0])
+                    whole = fields.damage[i][0] < real(BROKEN)
+                elif wp.static(total):
                     stored = total_energy(p, fields.deformation[i])
-                    if not (real(0.0) < J):
+                if wp.static(total):
+                    if whole and not (real(0.0) < J):
                         current = -current
-                else:
+                elif whole:
                     current *= J
-                shortest = shortening(inverse(F))
-                stretch = wp.max(stretch, wp.float64(shortest * wp.sqrt(J)))
-                distortion = wp.max(distortion, wp.float64(wp.max(shortest, shortening(F))))
+                if whole:
+                    shortest = shortening(inverse(F))
+                    stretch = wp.max(stretch, wp.float64(shortest * wp.sqrt(J)))
+                    distortion = wp.max(distortion, wp.float64(wp.max(shortest, shortening(F))))
             strain += wp.float64(current * stored)
             if wp.static(dissipates):
                 dissipated += wp.float64(current * fields.internals[i][last])
@@ -131,7 +141,10 @@ class Diagnostics:
         points: np.ndarray,
         density: float,
         device: str,
+        model: str = "",
     ):
+        """`model` is that of the body's phase field, where it has one."""
+        self._model = model
         self._space, self._constitutive, self._density, self._device = space, constitutive, density, device
         self._volume = wp.array(volume, dtype=space.scalar, device=device)
         self._points = self._volume if points is volume else wp.array(points, dtype=space.scalar, device=device)
@@ -140,7 +153,7 @@ class Diagnostics:
 
     def kernel(self, state: State) -> wp.Kernel:
         """The kernel that sums up `state`."""
-        return _kernel(self._space, self._constitutive.laws, state.layout)
+        return _kernel(self._space, self._constitutive.laws, state.layout, self._model)
 
     def measure(self, state: State) -> Ledger:
         """Sum up a state."""

@@ -121,7 +121,7 @@ class Simulation:
         s = composition.scales
         self._energy = s.stress * s.length**self.scene.dim
         self._impulse = s.density * s.length**self.scene.dim * s.velocity
-        self._units = {"velocity": s.velocity, "stress": s.stress, "displacement": s.length}
+        self._units = {"velocity": s.velocity, "stress": s.stress, "displacement": s.length, "damage": 1.0}
 
     def run(self, progress: Callable[[int, int, float], None] | None) -> tuple[Result, int]:
         """Run to the end, to a failure or to an interrupt: the result, and the signal that asked for it or 0."""
@@ -287,7 +287,8 @@ class Simulation:
         )
 
     def _dissipated(self, ledgers: list[Ledger]) -> float:
-        parts = (run.system.force.damped + run.system.drag_energy for run in self.c.bodies)
+        systems = [run.system for run in self.c.bodies]
+        parts = (s.force.damped + s.drag_energy + s.fracture_energy for s in systems)
         return sum(e.dissipated for e in ledgers) + sum(parts)
 
     def _total(self, ledgers: list[Ledger]) -> float:
@@ -391,6 +392,14 @@ class Simulation:
             first += n
         return {name: np.concatenate(values) for name, values in parts.items()}
 
+    def _fracture(self) -> dict[str, dict[str, float]]:
+        """Of every body that can break: the energy set free and that of the crack surfaces [J], and broken particles."""
+        found = {}
+        for run in (run for run in self.c.bodies if run.system.breaks):
+            parts = run.system.fracture() | {"released_energy": run.system.fracture_energy}
+            found[run.body.name] = {k: v * self._energy if "energy" in k else v for k, v in parts.items()}
+        return found
+
     def _finish(self, step: int, status: str, reason: str, failure: Unstable | None) -> Result:
         wall = time.perf_counter() - self._started
         columns = self._history_columns()
@@ -417,6 +426,7 @@ class Simulation:
                 "external_work": last["external_work"],
                 "residual": last["residual"],
             },
+            **({"fracture": self._fracture()} if any(r.system.breaks for r in self.c.bodies) else {}),
             # Of the last good state: where the run ended in a state that is not finite, before its last step.
             "energy_step": int(last["step"]),
             "momentum": [last[f"momentum_{axis}"] for axis in "xyz"[: self.scene.dim]],

@@ -16,8 +16,8 @@ ALWAYS = ("position", "id", "body")
 DERIVED = {"von_mises": "stress", "pressure": "stress"}
 
 
-def known(internals: Iterable[str], dim: int) -> list[str]:
-    """Every field name that a body with those internals offers."""
+def known(internals: Iterable[str], dim: int, breaks: bool = False) -> list[str]:
+    """Every field name that a body with those internals offers, and one that can break."""
     vectors = [f"{name}_{axis}" for name in ("velocity", "displacement") for axis in AXES[:dim]]
     return [
         *ALWAYS,
@@ -26,6 +26,7 @@ def known(internals: Iterable[str], dim: int) -> list[str]:
         "stress",
         "density",
         *DERIVED,
+        *(["damage"] if breaks else []),
         *internals,
         *vectors,
         *(f"stress_{c}" for c in TENSOR),

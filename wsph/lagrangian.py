@@ -37,6 +37,7 @@ from wsph.neighbours import find_pairs
 from wsph.one_set import OneSetSystem
 from wsph.operators import Weights, average, outward_weights, unparted
 from wsph.particles import Lattice
+from wsph.phase_field import Damage, phase_struct
 from wsph.program import Clock
 from wsph.scene import Body, Scene
 from wsph.smoothing import SUPPORT
@@ -61,7 +62,10 @@ class LagrangianSystem(OneSetSystem):
         loaded = self.loads.count > 0 and self._ghosts is None
         self._stiffness = space.scalar(self.residual)
         paper = scene.run.correction == "paper"
-        self.form = Form(self.points, laws.total is not None, self.residual > 0.0, loaded, paper, self.parts)
+        model = body.phase_field.model if body.phase_field is not None else ""
+        self.form = Form(
+            self.points, laws.total is not None, self.residual > 0.0, loaded, paper, self.parts, damage=model
+        )
         with blame(constitutive.who):
             self.kernels = kernels(space, laws, self.state.layout, self.force.parts, self.form, scene.run.kernel)
         m = len(self.point_volume)
@@ -74,15 +78,25 @@ class LagrangianSystem(OneSetSystem):
         if self.points:
             self._point_volume = wp.array(self.point_volume, dtype=space.scalar, device=device)
         # Volume over the spread of the neighbours: what residual, viscosity and hourglass control of a pair are measured by.
-        shared = self.form.residual or self.viscous or self.parts.hourglass
+        shared = self.form.residual or self.viscous or self.parts.hourglass or self.breaks
         share = self.point_volume / self._spread if shared else np.zeros(1)
         self._share = wp.array(share, dtype=space.scalar, device=device)
+        self._phase = phase_struct(space)()
+        if body.phase_field is not None:
+            trial = self.state.struct.damage
+            self.damage = Damage(
+                body.phase_field, space, scales, self._spread, share, self.point_volume, scales.length, trial, device
+            )
+            self._phase = self.damage.struct
         if self._ghosts is not None:
             self._set_up_ghosts(self._ghosts)
 
     def _coefficients(self, scene: Scene, body: Body) -> None:
         if not self.points and self.at_nodes:
             self.default_residual = 0.3
+        if body.phase_field is not None:
+            # Enough to hold spurious modes; more is stiffness that a crack has to release beside the material's.
+            self.default_residual = 0.1
         super()._coefficients(scene, body)
 
     def _set_up(self, scene: Scene, nodes: np.ndarray, points: np.ndarray) -> None:
@@ -190,9 +204,15 @@ class LagrangianSystem(OneSetSystem):
         if part != "velocity":
             self.clock.launch(self.kernels.drift, self.count, [state.struct], [out.struct])
             if not self.form.total:
-                inputs = [self.clock.time, self.space.scalar(ahead), self.constitutive.params, self.pair, *self._rows]
+                inputs = [self.clock.time, self.space.scalar(ahead), self.constitutive.params, self.pair, self._phase]
+                inputs += self._rows
                 inputs += [self._x, self._centre, self._moment, state.struct, self._others(state)]
                 self.clock.launch(self.kernels.flow, len(self.point_volume), inputs, [out.struct])
+
+    @property
+    def _acting_share(self) -> wp.array:
+        """Shares, of broken particles what is left of them."""
+        return self.damage.struct.share if self.damage is not None else self._share
 
     @property
     def _rows(self) -> list[wp.array]:
@@ -210,6 +230,7 @@ class LagrangianSystem(OneSetSystem):
             self._share,
             self._stiffness,
             self.pair,
+            self._phase,
             state.struct,
             self._others(state),
         ]
@@ -231,7 +252,7 @@ class LagrangianSystem(OneSetSystem):
                 self._centre,
             ]
             inputs += [
-                self._share,
+                self._acting_share,
                 self._stiffness,
                 self._mean,
                 self._corrected,
@@ -242,7 +263,7 @@ class LagrangianSystem(OneSetSystem):
             self.clock.launch(self.kernels.force, self.count, inputs, [out.struct])
             return
         others = state.struct if self._ghosts is None else self._everyone.struct
-        inputs = [self.force.struct, self.pair, *self._rows, self._x, self._moment, self._share, self._volume]
+        inputs = [self.force.struct, self.pair, *self._rows, self._x, self._moment, self._acting_share, self._volume]
         inputs += [self._stiffness, self._corrected, self._opposing, self._load_vectors, state.struct, others]
         self.clock.launch(self.kernels.force, self.count, inputs, [self.drag, self._hold, out.struct])
 
@@ -258,13 +279,25 @@ class LagrangianSystem(OneSetSystem):
             *self._rows,
             self._x,
             self._centre,
-            self._share,
+            self._acting_share,
             self._stiffness,
             self._mean,
             self.state.struct,
         ]
         wp.launch(self.kernels.residual, len(sums), inputs=inputs, outputs=[sums], device=self.device)
         return held + float(sums.numpy().sum())
+
+    @property
+    def fracture_energy(self) -> float:
+        """Elastic energy that damage has set free so far, nondimensional."""
+        return self.damage.released if self.damage is not None else 0.0
+
+    def fracture(self) -> dict[str, float]:
+        """What has broken: the energy of the crack surfaces by the model, nondimensional, and broken points."""
+        if self.damage is None:
+            return {}
+        surface = self.damage.surface_energy(self._pairs, self._weight)
+        return {"surface_energy": surface, "broken": self.damage.broken}
 
     def filtered(self, name: str) -> np.ndarray:
         """A field as frames carry it, at the nodes, (n, width), nondimensional."""
@@ -282,14 +315,15 @@ class LagrangianSystem(OneSetSystem):
         own += [self.drag, self._hold, self._opposing]
         if self.points:
             own += [self._centre, self._back.offsets, self._back.indices, self._back_weight, self._point_volume]
-        return self._pairs.nbytes + sum(a.capacity for a in own) + self.state_bytes
+        damage = self.damage.nbytes if self.damage is not None else 0
+        return self._pairs.nbytes + sum(a.capacity for a in own) + damage + self.state_bytes
 
 
 class TotalLagrangianSystem(LagrangianSystem):
     """Every particle its own stress point: total-Lagrangian SPH."""
 
     formulation = "total-lagrangian"
-    parts_taken = ("viscosity", "residual", "hourglass", "artificial_stress")
+    parts_taken = ("viscosity", "residual", "hourglass", "artificial_stress", "phase_field")
 
 
 class StressPointSystem(LagrangianSystem):

@@ -10,6 +10,7 @@ from wsph.body_force import Parts, acceleration, inertia_struct
 from wsph.constitutive import Laws
 from wsph.operators import generalized_inverse
 from wsph.pair_forces import PairParts, opposing_stress, pair_struct, viscous_push
+from wsph.phase_field import damaged, phase_struct
 from wsph.smoothing import SMOOTHING
 from wsph.space import Space, determinant_and_inverse
 from wsph.state import Layout, fields_struct
@@ -41,6 +42,8 @@ class Form:
     paper: bool
     parts: PairParts
     moving: bool = False
+    damage: str = ""
+    """Model of the phase field."""
 
 
 @cache
@@ -134,14 +137,15 @@ def _seen(space: Space, layout: Layout, form: Form, smoothing: str) -> wp.Functi
 
 
 @cache
-def _gathered(space: Space, layout: Layout, form: Form, smoothing: str, averaged: bool) -> wp.Function:
-    """Warp function (pair, offsets, indices, weight, node, centre, others, field, i) -> the sum of w (f_j - f_i) (x) r over
-    the pairs of i, and where `averaged` the weighted mean of f."""
+def _gathered(space: Space, layout: Layout, form: Form, smoothing: str, averaged: bool, damage: bool) -> wp.Function:
+    """Warp function (pair, phase, offsets, indices, weight, node, centre, others, field, i) -> the sum of w (f_j - f_i) (x)
+    r over the pairs of i, where `averaged` the weighted mean of f, and with `damage` the sums of w d_j, w and w |f_j -
+    f_i|^2."""
     real, vec, mat, Fields, Pair = space.scalar, space.vec, space.mat, fields_struct(space, layout), pair_struct(space)
-    points, seen = form.points, _seen(space, layout, form, smoothing)
+    points, seen, Phase = form.points, _seen(space, layout, form, smoothing), phase_struct(space)
 
     @wp.func
-    def gathered(pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
+    def gathered(pair: Pair, phase: Phase, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
                  node: wp.array(dtype=vec), centre: wp.array(dtype=vec), others: Fields, field: wp.array(dtype=vec), i: int):  # fmt: skip
         near = i
         if wp.static(points):
@@ -149,6 +153,9 @@ def _gathered(space: Space, layout: Layout, form: Form, smoothing: str, averaged
         f0 = field[near]
         gradient = mat()
         mean = vec()
+        near_damage = real(0.0)
+        near_weight = real(0.0)
+        square = real(0.0)
         c = centre[i]
         k = offsets[i]
         end = offsets[i + 1]
@@ -163,8 +170,12 @@ def _gathered(space: Space, layout: Layout, form: Form, smoothing: str, averaged
             gradient = gradient + wp.outer(df, r)
             if wp.static(averaged):
                 mean = mean + df
+            if wp.static(damage):
+                near_damage = near_damage + w * phase.damage[j]
+                near_weight = near_weight + w
+                square = square + wp.dot(df, field[j] - f0)
             k += 1
-        return gradient, f0 + mean
+        return gradient, f0 + mean, near_damage, near_weight, square
 
     return gathered
 
@@ -325,14 +336,17 @@ def _flow_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothing
     real, vec, mat, dim, Fields = space.scalar, space.vec, space.mat, space.dim, fields_struct(space, layout)
     Params, Pair, respond, internal = laws.Params, pair_struct(space), laws.respond, laws.internal
     kept, midpoint, inverse = "internals" in dict(layout), laws.depends_on_stress, determinant_and_inverse(space)[1]
-    of_velocity = _gathered(space, layout, form, smoothing, False)
+    of_velocity, Phase = _gathered(space, layout, form, smoothing, False, False), phase_struct(space)
+    determinant = determinant_and_inverse(space)[0]
 
     @wp.kernel(module="unique", enable_backward=False, module_options=_loops(form))
-    def flow(first: int, clock: wp.array(dtype=wp.float64), ahead: real, p: Params, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
+    def flow(first: int, clock: wp.array(dtype=wp.float64), ahead: real, p: Params, pair: Pair, phase: Phase, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
              weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat),
              fields: Fields, others: Fields, rate_out: Fields):  # fmt: skip
         i = first + wp.tid()
-        gradient, _mean = of_velocity(pair, offsets, indices, weight, node, centre, others, others.velocity, i)
+        gradient, _mean, _S, _D, _square = of_velocity(
+            pair, phase, offsets, indices, weight, node, centre, others, others.velocity, i
+        )
         change = gradient * moment[i]
         dt = ahead * real(clock[1])
         F = wp.identity(n=dim, dtype=real)
@@ -342,6 +356,10 @@ def _flow_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothing
             F += fields.deformation[i]
         if wp.static(form.total):
             return
+        # Across a crack F says nothing: where it has no inverse, stress rests.
+        if wp.static(form.damage != "") and determinant(F + dt * change) < real(0.1):
+            F = wp.identity(n=dim, dtype=real)
+            change = mat()
         L = change * inverse(F + dt * change)
         s = fields.stress[i]
         q = internal()
@@ -363,26 +381,46 @@ def _strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothi
     real, mat, dim, vec = space.scalar, space.mat, space.dim, space.vec
     Params, Fields, Pair = laws.Params, fields_struct(space, layout), pair_struct(space)
     total, artificial, averaged = laws.total or laws.respond, form.parts.artificial, form.points and form.residual
-    of_displacement = _gathered(space, layout, form, smoothing, averaged)
+    breaks, Phase, apart = form.damage != "", phase_struct(space), not form.total
+    of_displacement = _gathered(space, layout, form, smoothing, averaged, breaks)
+    damaging = damaged(space, laws, form.damage)[0]
     determinant, inverse = determinant_and_inverse(space)
     (unpack, _), opposing, plane = packing(space, laws.state), opposing_stress(space), in_plane(space)
 
     @wp.kernel(module="unique", enable_backward=False, module_options=PAIR_LOOPS)
     def strain(first: int, p: Params, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
                node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat), volume: wp.array(dtype=real),
-               share: wp.array(dtype=real), stiffness: real, pair: Pair, fields: Fields, others: Fields, mean_out: wp.array(dtype=vec), corrected_out: wp.array(dtype=mat),
+               share: wp.array(dtype=real), stiffness: real, pair: Pair, phase: Phase, fields: Fields, others: Fields, mean_out: wp.array(dtype=vec), corrected_out: wp.array(dtype=mat),
                opposing_out: wp.array(dtype=mat)):  # fmt: skip
         i = first + wp.tid()
-        gradient, mean = of_displacement(pair, offsets, indices, weight, node, centre, others, others.displacement, i)
+        gradient, mean, S, D, square = of_displacement(
+            pair, phase, offsets, indices, weight, node, centre, others, others.displacement, i
+        )
         H = gradient * moment[i]
         fields.deformation[i] = H
         if wp.static(averaged):
             mean_out[i] = mean
         P = mat()
-        if wp.static(form.total):
+        hold = real(0.0)
+        if wp.static(form.residual):
+            hold = share[i]
+        if wp.static(breaks):
+            d, opening, g, s, P = damaging(p, phase, H, fields.stress[i], phase.damage[i], S, D)
+            fields.damage[i][0] = d
+            phase.opening[i] = opening
+            hold = g * share[i]
+            phase.share[i] = hold
+            if wp.static(form.residual):
+                # What is degraded with the stress: sum w |e|^2 = sum w |du|^2 - (sum w du (x) r) : H.
+                phase.held[i] = real(0.5) * stiffness * share[i] * (square - wp.ddot(gradient, H))
+            if wp.static(apart):
+                fields.damaged_stress[i] = s
+            else:
+                fields.stress[i] = s
+        elif wp.static(form.total):
             s, P = total(p, H)
             fields.stress[i] = s
-        if wp.static(artificial or not form.total):
+        if wp.static(not breaks and (artificial or not form.total)):
             F = wp.identity(n=dim, dtype=real) + H
             cauchy = plane(unpack(fields.stress[i]))
             back = determinant(F) * wp.transpose(inverse(F))
@@ -394,7 +432,7 @@ def _strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothi
         if wp.static(not form.paper):
             A = A * moment[i]
         if wp.static(form.residual):
-            A = A - (stiffness * share[i]) * H
+            A = A - (stiffness * hold) * H
         corrected_out[i] = A
 
     return strain

@@ -18,6 +18,7 @@ from wsph.lagrangian_kernels import Form
 from wsph.operators import spanning_weights
 from wsph.pair_forces import pair_struct, parts_of
 from wsph.particles import Lattice
+from wsph.phase_field import Damage
 from wsph.prescribed import BoundaryValues
 from wsph.program import Clock
 from wsph.scene import Body, Scene
@@ -28,6 +29,8 @@ from wsph.state import Derived, State, combine_kernel, layout_of
 from wsph.system import System
 from wsph.units import Scales
 from wsph.work import ConstraintWork, LoadWork
+
+FRACTURE = ("damage", "damaged_stress")
 
 
 class OneSetSystem(System):
@@ -42,6 +45,7 @@ class OneSetSystem(System):
     default_support = 2.6
     default_residual = 1.0
     form: Form
+    damage: Damage | None = None
 
     def __init__(self, scene: Scene, body: Body, lattice: Lattice, space: Space, constitutive: Constitutive,
                  scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip
@@ -91,6 +95,7 @@ class OneSetSystem(System):
         bulk, shear = material.moduli()
         youngs = 9.0 * bulk * shear / (3.0 * bulk + shear)
         self.parts = parts_of(body)
+        self.breaks = body.phase_field is not None
         self.viscous = bool(self.parts.viscosity)
         self.pair = pair_struct(self.space)()
         # The paper's own c, not the one of the stress state: sqrt(E/rho).
@@ -119,10 +124,10 @@ class OneSetSystem(System):
     def temporary(self) -> State:
         """A state that lives as long as who asks for it, not as long as the body."""
         m = len(self.point_volume)
-        layout = layout_of(self.space, self.constitutive, True, True)
-        counts = {name: m for name, _ in layout if name in ("stress", "internals", "deformation")}
+        layout = layout_of(self.space, self.constitutive, True, True, damage=self.breaks)
+        counts = {name: m for name, _ in layout if name in ("stress", "internals", "deformation", *FRACTURE)}
         if self._derived is None:
-            names = self.derived + (("stress",) if self.constitutive.laws.total is not None else ())
+            names = (*self.derived, *FRACTURE) + (("stress",) if self.constitutive.laws.total is not None else ())
             shared = tuple((name, width) for name, width in layout if name in names)
             self._derived = Derived(self.space, shared, m, self.device)
         state = State(self.space, self.count, layout, self.device, counts, self._derived)
@@ -182,9 +187,17 @@ class OneSetSystem(System):
         self.constrain(state, 1.0)
         self.work.loads.add(state, self.clock)
         self.force.add(state, self.clock)
+        if self.damage is not None:
+            self.damage.advance(self.clock)
 
     def kept(self) -> dict[str, wp.array]:
-        return super().kept() | {"imposed loads": self._loads.buffer}
+        damage = self.damage.kept() if self.damage is not None else {}
+        return super().kept() | {"imposed loads": self._loads.buffer} | damage
+
+    def clear_scratch(self) -> None:
+        super().clear_scratch()
+        if self.damage is not None:
+            self.damage.clear()
 
     def restored(self) -> None:
         self.refresh(self.state)

@@ -174,6 +174,15 @@ def _switch(value: Any) -> Any:
     return {"coefficient": 0.0} if value is False else value
 
 
+class PhaseField(Model):
+    """Phase-field fracture (`wsph.phase_field`): `fracture_energy` G_c [J/m2], `length` l [m], model "AT1" (no damage below
+    a strength) or "AT2"."""
+
+    fracture_energy: _in("J/m2", gt=0)
+    length: _in("m", gt=0)
+    model: Literal["AT1", "AT2"] = "AT1"
+
+
 class CrackLine(Model):
     """A cut from the start: in 2D a segment, in 3D a rectangle with these two corners. Reference coordinates."""
 
@@ -207,6 +216,7 @@ class Body(Model):
     residual: Annotated[Residual | None, BeforeValidator(_switch)] = None
     hourglass: Annotated[Hourglass | None, BeforeValidator(_switch)] = None
     artificial_stress: ArtificialStress | None = None
+    phase_field: PhaseField | None = None
     placement: Literal["cells", "nodes"] = "cells"
     velocity: Annotated[tuple[Value, ...], BeforeValidator(as_tuple)] | None = None
     material: MaterialSpec

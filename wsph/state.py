@@ -49,6 +49,7 @@ def layout_of(
     displacement: bool = False,
     deformation: bool = False,
     spin: bool = False,
+    damage: bool = False,
 ) -> Layout:
     """Fields and widths of a state, velocity first."""
     widths = {
@@ -58,6 +59,9 @@ def layout_of(
         "deformation": space.dim**2 * deformation,
         "spin": space.dim * (space.dim - 1) // 2 * spin,
         "displacement": space.dim * displacement,
+        "damage": int(damage),
+        # A total law's stress is found anew with the damage; one that evolves goes on undamaged.
+        "damaged_stress": constitutive.width * (damage and constitutive.laws.total is None),
     }
     return tuple((name, width) for name, width in widths.items() if width)
 
@@ -72,6 +76,8 @@ class State:
     deformation    # H = F - I, (n,), dim x dim, where the formulation evolves it
     spin           # skew part of the velocity gradient, above the diagonal, where a formulation hands it on
     displacement   # (n,), vec, where a frame or a probe asks for it
+    damage         # (n,), vector(1), 0 intact to 1 broken, where a body can break
+    damaged_stress # what acts of an evolved stress where a body can break: what is read as "stress"
     """
 
     def __init__(self, space: Space, n: int, layout: Layout, device: str, counts: dict[str, int] | None = None,
@@ -97,6 +103,8 @@ class State:
 
     def _place(self, name: str) -> tuple[wp.array, int]:
         """The buffer that a field stands in, and where it starts there."""
+        if name == "stress" and "damaged_stress" in self.widths:
+            name = "damaged_stress"
         if self.derived is not None and name in self.derived.start:
             return self.derived.buffer, self.derived.start[name]
         return self.buffer, self.start[name]

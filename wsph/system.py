@@ -32,6 +32,8 @@ class System:
     """Whether something of it, such as pairs, follows the motion on the host: `follow` before every step."""
     parts_taken: tuple[str, ...] = ()
     """Parts of a body, of those between pairs, that the formulation takes."""
+    breaks = False
+    """Whether the body can break: its state carries a damage."""
     takes_maps = False
     """Whether cells may differ in size and direction."""
     splits = False
@@ -71,6 +73,15 @@ class System:
     def hourglass_energy(self) -> float:
         """Energy of what holds spurious modes, nondimensional."""
         return 0.0
+
+    @property
+    def fracture_energy(self) -> float:
+        """Energy that fracture has taken so far, nondimensional."""
+        return 0.0
+
+    def fracture(self) -> dict[str, float]:
+        """What has broken, where a body can."""
+        return {}
 
     @property
     def drag_energy(self) -> float:

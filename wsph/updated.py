@@ -29,6 +29,7 @@ from wsph.neighbours import Pairs, find_pairs
 from wsph.one_set import OneSetSystem
 from wsph.operators import unparted
 from wsph.particles import Lattice
+from wsph.phase_field import phase_struct
 from wsph.program import Clock
 from wsph.scene import Body, Scene
 from wsph.space import Space
@@ -135,7 +136,8 @@ class UpdatedLagrangianSystem(OneSetSystem):
             self.clock.launch(self.kernels.force, self.count, inputs, [self.drag, self._hold, out.struct])
         if part != "velocity":
             self.clock.launch(self.kernels.drift, self.count, [state.struct], [out.struct])
-            inputs = [self.clock.time, self.space.scalar(ahead), self.constitutive.params, self.pair, *self._rows]
+            inputs = [self.clock.time, self.space.scalar(ahead), self.constitutive.params, self.pair]
+            inputs += [phase_struct(self.space)(), *self._rows]
             inputs += [self._x, self._x, self._moment, state.struct, state.struct]
             self.clock.launch(self.kernels.flow, self.count, inputs, [out.struct])
 

@@ -46,6 +46,7 @@ class Elastic(Isotropic):
     """
 
     depends_on_stress = False
+    linear = True
 
     def rate(self, space, Params) -> wp.Function:
         """The law (p, stress, L) -> stress rate."""

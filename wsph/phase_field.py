@@ -1,0 +1,371 @@
+"""Phase-field fracture (AT1, AT2): a damage d of every point, 0 intact, 1 broken, spread over a length l.
+
+The elastic energy is split by principal strains e_a into what opens and what closes,
+
+    psi+ = lambda/2 <tr e>^2 + mu sum <e_a>^2,   psi- = psi - psi+,   energy g psi+ + psi-,   g = (1-d)^2 (1-k) + k
+
+(Miehe 2010), and d is the irreversible minimiser of that and of the surface energy G_c (3/8 (d/l + l |grad d|^2)) (AT1;
+Pham 2011) or G_c/2 (d^2/l + l |grad d|^2) (AT2; Bourdin 2000). One Jacobi sweep a step, within the loop that finds the
+deformation, with w the weights of that loop and c = dim/sum w r^2 of an interior point (grad^2 d = 2 c sum w (d_j - d_i)):
+
+    AT1:  q = 16 psi+ l/(3 G_c),  d <- max(d, min(1, (q - 1 + b S)/(q + b D))),  b = 4 l^2 c
+    AT2:  q = 2 psi+ l/G_c,       d <- max(d, min(1, (q + b S)/(1 + q + b D))),  b = 2 l^2 c,    S = sum w d_j,  D = sum w
+
+No flux leaves at faces and notches; pairs keep no state of their own, so cracks do not follow the lattice. The sweep is
+bounded: it adds no limit to the time step, but it spreads damage by about a support a step, so that fast cracks want small
+steps.
+
+A linear elastic material takes e = U - I with F = R U (Biot), P = F sum (s_a/u_a) n_a n_a^T: forces are the gradient of the
+energy at fixed damage. Any other takes its rate law: the stress that evolves is the undamaged one, e = C^-1 sigma of it,
+and g sigma+ + sigma- acts.
+"""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from wsph.constitutive import Laws
+from wsph.errors import Refused
+from wsph.neighbours import Pairs
+from wsph.scene import PhaseField
+from wsph.space import Space, determinant_and_inverse
+from wsph.stress_state import packing
+from wsph.units import Scales
+
+KEPT = 1e-6
+"""The part of the opening stiffness that a broken point keeps."""
+BROKEN = 0.95
+"""A damage above which a point is counted as broken, and its deformation says nothing of the body's."""
+
+
+@cache
+def phase_struct(space: Space) -> type:
+    """Struct of a phase field as kernels take it: q per psi+ and b of the sweep, the damage that the step starts from,
+    psi+ and energy of the residual, undegraded, of the last evaluation, shares times g."""
+    real = space.scalar
+    array = wp.array(dtype=real)
+    annotations = {"per_energy": real, "spread": real, "damage": array, "opening": array, "held": array, "share": array}
+    return wp.struct(type("Phase", (), {"__annotations__": annotations, "__module__": __name__}))
+
+
+@cache
+def degradation(space: Space) -> wp.Function:
+    """Warp function g(d)."""
+    real = space.scalar
+
+    @wp.func
+    def degraded(d: real) -> real:
+        return (real(1.0) - d) * (real(1.0) - d) * real(wp.static(1.0 - KEPT)) + real(KEPT)
+
+    return degraded
+
+
+@cache
+def swept(space: Space, model: str) -> wp.Function:
+    """Warp function (phase, old damage, psi+, S, D) -> damage after one Jacobi sweep."""
+    real, Phase = space.scalar, phase_struct(space)
+
+    @wp.func
+    def sweep(phase: Phase, old: real, opening: real, S: real, D: real) -> real:
+        q = phase.per_energy * opening
+        if wp.static(model == "AT1"):
+            at = (q - real(1.0) + phase.spread * S) / (q + phase.spread * D)
+        else:
+            at = (q + phase.spread * S) / (real(1.0) + q + phase.spread * D)
+        return wp.max(old, wp.min(real(1.0), at))
+
+    return sweep
+
+
+@cache
+def principal(space: Space) -> wp.Function:
+    """Warp function symmetric dim x dim -> (axes in columns, values)."""
+    real, vec, mat, dim = space.scalar, space.vec, space.mat, space.dim
+    if dim == 1:
+
+        @wp.func
+        def along(a: mat):
+            return wp.identity(n=1, dtype=real), vec(a[0, 0])
+
+        return along
+    if dim == 2:
+
+        @wp.func
+        def in_plane(a: mat):
+            mean = real(0.5) * (a[0, 0] + a[1, 1])
+            half = real(0.5) * (a[0, 0] - a[1, 1])
+            radius = wp.sqrt(half * half + a[0, 1] * a[0, 1])
+            c = real(1.0)
+            s = real(0.0)
+            if radius > real(0.0):
+                # Of cosine and sine of the half angle the larger by its root, the other from their product.
+                larger = wp.sqrt(real(0.5) * (real(1.0) + wp.abs(half) / radius))
+                smaller = real(0.5) * a[0, 1] / (radius * larger)
+                c = larger
+                s = smaller
+                if half < real(0.0):
+                    c = smaller
+                    s = larger
+            return mat(c, -s, s, c), vec(mean + radius, mean - radius)
+
+        return in_plane
+
+    @wp.func
+    def in_space(a: mat):
+        axes, values = wp.eig3(a)
+        return axes, values
+
+    return in_space
+
+
+@cache
+def split(space: Space, Params: type) -> wp.Function:
+    """Warp function (p, principal strains, strain along each axis out of the plane) -> psi+, psi-, s+, s-, and s+, s- out of
+    the plane."""
+    real, vec, dim = space.scalar, space.vec, space.dim
+    beyond = 3 - dim
+
+    @wp.func
+    def parted(p: Params, e: vec, out: real):
+        lame = p.elastic_bulk - real(2.0) / real(3.0) * p.elastic_shear
+        mu = p.elastic_shear
+        trace = real(beyond) * out
+        for a in range(wp.static(dim)):
+            trace += e[a]
+        opening = wp.max(trace, real(0.0))
+        closing = wp.min(trace, real(0.0))
+        out_opening = wp.max(out, real(0.0))
+        out_closing = wp.min(out, real(0.0))
+        plus = real(beyond) * out_opening * out_opening
+        minus = real(beyond) * out_closing * out_closing
+        tension = vec()
+        pressure = vec()
+        for a in range(wp.static(dim)):
+            up = wp.max(e[a], real(0.0))
+            down = wp.min(e[a], real(0.0))
+            plus += up * up
+            minus += down * down
+            tension[a] = lame * opening + real(2.0) * mu * up
+            pressure[a] = lame * closing + real(2.0) * mu * down
+        return (
+            real(0.5) * lame * opening * opening + mu * plus,
+            real(0.5) * lame * closing * closing + mu * minus,
+            tension,
+            pressure,
+            lame * opening + real(2.0) * mu * out_opening,
+            lame * closing + real(2.0) * mu * out_closing,
+        )
+
+    return parted
+
+
+@cache
+def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Function]:
+    """What a damaged point answers, and its energy.
+
+    (p, phase, H, undamaged stress, old damage, S, D) -> (damage, psi+, g, Cauchy stress, first Piola stress), and (p, H,
+    undamaged stress, damage) -> energy density: of a linear law per reference volume, of a rate law per current volume.
+    """
+    real, vec, mat, tensor, dim = space.scalar, space.vec, space.mat, space.tensor, space.dim
+    Params, stress, Phase = laws.Params, laws.stress, phase_struct(space)
+    parted, axes_of, sweep, degraded = split(space, Params), principal(space), swept(space, model), degradation(space)
+    determinant, inverse = determinant_and_inverse(space)
+    unpack, pack = packing(space, laws.state)
+
+    @wp.func
+    def spread_out(block: mat, out: real) -> tensor:
+        full = tensor()
+        for a in range(3):
+            full[a, a] = out
+        for a in range(wp.static(dim)):
+            for b in range(wp.static(dim)):
+                full[a, b] = block[a, b]
+        return full
+
+    @wp.func
+    def biot(H: mat):
+        # From H, not from F: small strains keep their digits.
+        axes, squares = axes_of(H + wp.transpose(H) + wp.transpose(H) * H)
+        e = vec()
+        for a in range(wp.static(dim)):
+            e[a] = squares[a] / (wp.sqrt(wp.max(real(1.0) + squares[a], real(0.0))) + real(1.0))
+        return axes, e
+
+    @wp.func
+    def linear(p: Params, phase: Phase, H: mat, undamaged: stress, old: real, S: real, D: real):
+        axes, e = biot(H)
+        opening, _closing, tension, pressure, out_plus, out_minus = parted(p, e, real(0.0))
+        d = sweep(phase, old, opening, S, D)
+        g = degraded(d)
+        scaled = mat()
+        for a in range(wp.static(dim)):
+            # What is turned inside out has u_a = 0 on its way: it is broken then, and kept finite.
+            u = wp.max(real(1.0) + e[a], real(1e-3))
+            n = vec()
+            for b in range(wp.static(dim)):
+                n[b] = axes[b, a]
+            scaled = scaled + ((g * tension[a] + pressure[a]) / u) * wp.outer(n, n)
+        F = wp.identity(n=dim, dtype=real) + H
+        P = F * scaled
+        J = wp.max(determinant(F), real(1e-3))
+        cauchy = spread_out(P * wp.transpose(F) / J, (g * out_plus + out_minus) / J)
+        return d, opening, g, pack(cauchy), P
+
+    @wp.func
+    def linear_energy(p: Params, H: mat, undamaged: stress, d: real) -> real:
+        _axes, e = biot(H)
+        opening, closing, _t, _p, _o, _i = parted(p, e, real(0.0))
+        return degraded(d) * opening + closing
+
+    @wp.func
+    def elastic_strain(p: Params, undamaged: stress):
+        full = unpack(undamaged)
+        mean = wp.trace(full) / real(3.0)
+        strain = (full - mean * wp.identity(n=3, dtype=real)) / (real(2.0) * p.elastic_shear) + (
+            mean / (real(3.0) * p.elastic_bulk)
+        ) * wp.identity(n=3, dtype=real)
+        block = mat()
+        for a in range(wp.static(dim)):
+            for b in range(wp.static(dim)):
+                block[a, b] = strain[a, b]
+        axes, e = axes_of(block)
+        return axes, e, strain[2, 2]
+
+    @wp.func
+    def evolved(p: Params, phase: Phase, H: mat, undamaged: stress, old: real, S: real, D: real):
+        axes, e, out = elastic_strain(p, undamaged)
+        opening, _closing, tension, pressure, out_plus, out_minus = parted(p, e, out)
+        d = sweep(phase, old, opening, S, D)
+        g = degraded(d)
+        acting = mat()
+        for a in range(wp.static(dim)):
+            n = vec()
+            for b in range(wp.static(dim)):
+                n[b] = axes[b, a]
+            acting = acting + (g * tension[a] + pressure[a]) * wp.outer(n, n)
+        F = wp.identity(n=dim, dtype=real) + H
+        P = mat()
+        if determinant(F) > real(0.0):
+            P = determinant(F) * acting * wp.transpose(inverse(F))
+        return d, opening, g, pack(spread_out(acting, g * out_plus + out_minus)), P
+
+    @wp.func
+    def evolved_energy(p: Params, H: mat, undamaged: stress, d: real) -> real:
+        _axes, e, out = elastic_strain(p, undamaged)
+        opening, closing, _t, _p, _o, _i = parted(p, e, out)
+        return degraded(d) * opening + closing
+
+    return (linear, linear_energy) if laws.total is not None else (evolved, evolved_energy)
+
+
+@cache
+def _advance_kernel(space: Space) -> wp.Kernel:
+    real, degraded = space.scalar, degradation(space)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def advance(first: int, volume: wp.array(dtype=real), damage: wp.array(dtype=space.vector(1)), opening: wp.array(dtype=real),
+                held: wp.array(dtype=real), old_out: wp.array(dtype=real), opened_out: wp.array(dtype=real), released_out: wp.array(dtype=real)):  # fmt: skip
+        i = first + wp.tid()
+        d = damage[i][0]
+        psi = volume[i] * opening[i] + held[i]
+        lost = degraded(old_out[i]) - degraded(d)
+        # The mean of both ends: as the trapezoidal rule takes the work of the forces.
+        released_out[i] = released_out[i] + real(0.5) * (psi + opened_out[i]) * lost
+        old_out[i] = d
+        opened_out[i] = psi
+
+    return advance
+
+
+class Damage:
+    """The phase field of a body. `struct` goes to the kernels; `advance` makes the damage of the last evaluation that of
+    the step to come, and counts the energy that it released."""
+
+    def __init__(self, part: PhaseField, space: Space, scales: Scales, spread: np.ndarray, share: np.ndarray,
+                 volume: np.ndarray, length: float, trial: wp.array, device: str):  # fmt: skip
+        """`spread` (m,) = sum w r^2, `share` and `volume` (m,), nondimensional, `length` [m] the unit of length, `trial` the
+        field that evaluations write the damage to."""
+        self.part, self._space, self._trial = part, space, trial
+        real, n = space.scalar, len(volume)
+        self._volume = wp.array(volume, dtype=real, device=device)
+        self.toughness = part.fracture_energy / (scales.stress * length)
+        self.length = part.length / length
+        # Particles inside: those at faces and notches see less.
+        self.laplacian = space.dim / float(np.median(spread[spread > 0.999 * np.quantile(spread, 0.9)]))
+        first = part.model == "AT1"
+        self.struct = phase_struct(space)()
+        self.struct.per_energy = real((16.0 / 3.0 if first else 2.0) * self.length / self.toughness)
+        self.struct.spread = real((4.0 if first else 2.0) * self.length**2 * self.laplacian)
+        for name in ("damage", "opening", "held"):
+            setattr(self.struct, name, wp.zeros(n, dtype=real, device=device))
+        self.struct.share = wp.array(share, dtype=real, device=device)
+        self._opened = wp.zeros(n, dtype=real, device=device)
+        self._released = wp.zeros(n, dtype=real, device=device)
+
+    def advance(self, clock: Any) -> None:
+        """Close a step (a launch)."""
+        outputs = [self.struct.damage, self._opened, self._released]
+        clock.launch(
+            _advance_kernel(self._space),
+            len(self._volume),
+            [self._volume, self._trial, self.struct.opening, self.struct.held],
+            outputs,
+        )
+
+    def clear(self) -> None:
+        """Intact again."""
+        for array in self.kept().values():
+            array.zero_()
+
+    def kept(self) -> dict[str, wp.array]:
+        """What a checkpoint holds of it."""
+        return {"damage": self.struct.damage, "opened": self._opened, "released": self._released}
+
+    @property
+    def released(self) -> float:
+        """Elastic energy that damage has set free so far, nondimensional."""
+        return float(self._released.numpy().sum(dtype=float))
+
+    @property
+    def broken(self) -> int:
+        """Points whose damage is beyond BROKEN."""
+        return int((self.struct.damage.numpy() > BROKEN).sum())
+
+    def surface_energy(self, pairs: Pairs, weight: wp.array) -> float:
+        """The energy of the crack surfaces by the model's own functional, nondimensional."""
+        d = self.struct.damage.numpy().astype(float)
+        volume = self._volume.numpy().astype(float)
+        offsets, indices = pairs.offsets.numpy(), pairs.indices.numpy()
+        rows = np.repeat(np.arange(len(d)), np.diff(offsets))
+        steps = weight.numpy().astype(float) * (d[indices] - d[rows]) ** 2
+        gradient = self.laplacian * np.bincount(rows, steps, len(d)) * self.length
+        if self.part.model == "AT1":
+            return float(0.375 * self.toughness * volume @ (d / self.length + gradient))
+        return float(0.5 * self.toughness * volume @ (d * d / self.length + gradient))
+
+    @property
+    def nbytes(self) -> int:
+        """Device memory [bytes]."""
+        return sum(a.capacity for a in (*self.kept().values(), self.struct.opening, self.struct.share))
+
+
+def refuse(name: str, part: PhaseField, material: Any, who: str, spacing: float, free: bool) -> None:
+    """Refuse what a phase field cannot do."""
+    if free:
+        raise Refused(
+            f'body {name!r}: phase_field needs state = "strain" (or 3D): degraded by parts, the stress out of a plane of zero'
+            " stress would not stay zero"
+        )
+    turns = not hasattr(material, "stress") and getattr(material, "depends_on_stress", True)
+    if not (getattr(material, "linear", False) or turns):
+        raise Refused(
+            f"body {name!r}: phase_field splits the energy of linear elasticity or the stress of a rate law that turns with"
+            f" the body; {who} is neither: use elastic or jaumann"
+        )
+    if part.length < spacing:
+        raise Refused(
+            f"body {name!r}: phase_field.length = {part.length:g} m is below the spacing, {spacing:g} m: a crack would not be"
+            f" resolved; use at least {1.5 * spacing:g} m"
+        )
