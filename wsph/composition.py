@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from wsph import fields, registry
+from wsph import fields, links, phase_field, registry
 from wsph.constitutive import Constitutive, blame
 from wsph.device import pick_device
 from wsph.diagnostics import Diagnostics
@@ -22,11 +22,10 @@ from wsph.lagrangian import StressPointSystem, TotalLagrangianSystem
 from wsph.moving_set import MovingTwoSetSystem
 from wsph.one_set import OneSetSystem
 from wsph.particles import Lattice, lattice
-from wsph.phase_field import refuse
 from wsph.plugins import build
 from wsph.probes import Recorder
 from wsph.program import Clock, Program
-from wsph.scene import Body, Scene
+from wsph.scene import Body, Scene, damage_model
 from wsph.space import Space
 from wsph.stress_state import STRESS_STATES, StressState
 from wsph.two_set import TwoSetSystem
@@ -39,7 +38,7 @@ SYSTEMS: dict[int, dict[str, Any]] = {
     2: {s.formulation: s for s in (TwoSetSystem, MovingTwoSetSystem)},
 }
 """By the number of particle sets that an integrator works on, and by formulation."""
-PAIR_PARTS = ("viscosity", "residual", "hourglass", "artificial_stress", "phase_field")
+PAIR_PARTS = ("viscosity", "residual", "hourglass", "artificial_stress", "phase_field", "links")
 MOST_STEPS = 1e12
 ANEW = 0.05
 """Logarithm of the distortion after which the limit of a one-set body is found anew."""
@@ -286,7 +285,14 @@ def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: An
               space: Space, scales: Scales, clock: Clock, device: str) -> BodyRun:  # fmt: skip
     constitutive = Constitutive(space, material, state, scales, _material_name(body))
     if body.phase_field is not None:
-        refuse(body.name, body.phase_field, material, constitutive.who, cells.spacing, bool(state.free))
+        phase_field.refuse(body.name, body.phase_field, material, constitutive.who, cells.spacing, bool(state.free))
+    if body.links is not None:
+        links.refuse(body, material, constitutive.who, scene.run.correction)
+        warnings.warn(
+            f"body {body.name!r}: cracks of links follow the lattice, by up to 30 degrees; phase_field has fracture that does not",
+            RuntimeWarning,
+            stacklevel=5,
+        )
     _refuse_parts(body, material, system_type, scene.run.integrator.name, constitutive.who)
     system = system_type(scene, body, cells, space, constitutive, scales, clock, device, wants_displacement(scene))
     if body.velocity is not None:
@@ -306,8 +312,9 @@ def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: An
         if hasattr(integrator, "begin"):
             integrator.begin()
         limit, reason = integrator.limit() if hasattr(integrator, "limit") else (None, "the integrator declares none")
-    model = body.phase_field.model if body.phase_field is not None else ""
-    diagnostics = Diagnostics(space, constitutive, system.volume, system.point_volume, system.density, device, model)
+    diagnostics = Diagnostics(
+        space, constitutive, system.volume, system.point_volume, system.density, device, damage_model(body)
+    )
     courant = clock.dt * scales.time * constitutive.wave_speed / cells.spacing
     return BodyRun(body, constitutive, system, integrator, diagnostics, courant, limit, reason)
 

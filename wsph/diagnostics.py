@@ -50,7 +50,7 @@ def _kernel(space: Space, laws: Laws, layout: Layout, model: str) -> wp.Kernel:
         return wp.sqrt(wp.dot(x, square * x))
 
     total, total_energy = laws.total_energy is not None, laws.total_energy or energy
-    breaks = model != ""
+    breaks, phased = model != "", model in ("AT1", "AT2")
     damaged_energy = damaged(space, laws, model)[1]
     dissipates, last = laws.dissipates, internals - 1
 
@@ -96,8 +96,9 @@ def _kernel(space: Space, laws: Laws, layout: Layout, model: str) -> wp.Kernel:
                 whole = True
                 if wp.static(breaks):
                     # Across a crack F is the opening's: it says nothing of stiffness, and may turn over.
-                    stored = damaged_energy(p, fields.deformation[i], s, fields.damage[i][0])
                     whole = fields.damage[i][0] < real(BROKEN)
+                if wp.static(phased):
+                    stored = damaged_energy(p, fields.deformation[i], s, fields.damage[i][0])
                 elif wp.static(total):
                     stored = total_energy(p, fields.deformation[i])
                 if wp.static(total):
@@ -143,7 +144,7 @@ class Diagnostics:
         device: str,
         model: str = "",
     ):
-        """`model` is that of the body's phase field, where it has one."""
+        """`model` is how the body breaks, where it can."""
         self._model = model
         self._space, self._constitutive, self._density, self._device = space, constitutive, density, device
         self._volume = wp.array(volume, dtype=space.scalar, device=device)

@@ -266,7 +266,7 @@ def _field_faults(scene: "Scene") -> Iterator[Fault]:
         if faults:
             return  # the fields a faulty material would have are not known; its own faults are reported
         internals += internal_units(material)
-    names = known(internals, scene.dim, any(body.phase_field is not None for body in scene.bodies))
+    names = known(internals, scene.dim, any(body.phase_field or body.links for body in scene.bodies))
     wanted = [("output.fields", scene.output.fields, names)]
     probed = [name for name in names if name not in ALWAYS]
     wanted += [(f"probes.{k}.fields", probe.fields, probed) for k, probe in enumerate(scene.probes)]

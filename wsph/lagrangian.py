@@ -29,15 +29,17 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from wsph.conditions import select
 from wsph.constitutive import Constitutive, blame
 from wsph.errors import Refused
 from wsph.ghosts import Ghosts, ghost_kernels, ghosts
 from wsph.lagrangian_kernels import BLOCK, Form, kernels, set_up_kernel
+from wsph.links import LinkDamage, stretch_of_energy
 from wsph.neighbours import find_pairs
 from wsph.one_set import OneSetSystem
 from wsph.operators import Weights, average, outward_weights, unparted
 from wsph.particles import Lattice
-from wsph.phase_field import Damage, phase_struct
+from wsph.phase_field import PhaseDamage, phase_struct
 from wsph.program import Clock
 from wsph.scene import Body, Scene
 from wsph.smoothing import SUPPORT
@@ -62,9 +64,14 @@ class LagrangianSystem(OneSetSystem):
         loaded = self.loads.count > 0 and self._ghosts is None
         self._stiffness = space.scalar(self.residual)
         paper = scene.run.correction == "paper"
-        model = body.phase_field.model if body.phase_field is not None else ""
         self.form = Form(
-            self.points, laws.total is not None, self.residual > 0.0, loaded, paper, self.parts, damage=model
+            self.points,
+            laws.total is not None,
+            self.residual > 0.0,
+            loaded,
+            paper,
+            self.parts,
+            damage=self.damage_model,
         )
         with blame(constitutive.who):
             self.kernels = kernels(space, laws, self.state.layout, self.force.parts, self.form, scene.run.kernel)
@@ -82,19 +89,14 @@ class LagrangianSystem(OneSetSystem):
         share = self.point_volume / self._spread if shared else np.zeros(1)
         self._share = wp.array(share, dtype=space.scalar, device=device)
         self._phase = phase_struct(space)()
-        if body.phase_field is not None:
-            trial = self.state.struct.damage
-            self.damage = Damage(
-                body.phase_field, space, scales, self._spread, share, self.point_volume, scales.length, trial, device
-            )
-            self._phase = self.damage.struct
+        self._set_up_damage(scene, body, share)
         if self._ghosts is not None:
             self._set_up_ghosts(self._ghosts)
 
     def _coefficients(self, scene: Scene, body: Body) -> None:
         if not self.points and self.at_nodes:
             self.default_residual = 0.3
-        if body.phase_field is not None:
+        if self.breaks:
             # Enough to hold spurious modes; more is stiffness that a crack has to release beside the material's.
             self.default_residual = 0.1
         super()._coefficients(scene, body)
@@ -170,6 +172,22 @@ class LagrangianSystem(OneSetSystem):
                 f'body {self.name!r}: run.correction = "paper" surrounds a bar with ghosts; it cannot be cracked'
             )
 
+    def _set_up_damage(self, scene: Scene, body: Body, share: np.ndarray) -> None:
+        space, scales, device, state = self.space, self.scales, self.device, self.state
+        if body.phase_field is not None:
+            self.damage = PhaseDamage(body.phase_field, space, scales, self._spread, share, self.point_volume, scales.length,
+                                      state.struct.damage, self._pairs, self._weight, device)  # fmt: skip
+            self._phase = self.damage.struct
+        if body.links is not None:
+            part, spacing = body.links, self.spacing
+            may = np.ones(self.count, bool) if part.where is None else select(part.where, self.position, spacing)
+            if part.fracture_energy is not None:
+                threshold = stretch_of_energy(part.fracture_energy, self.youngs, spacing)
+            else:
+                threshold = part.limit / (scales.stress if part.criterion == "principal-stress" else 1.0)
+            self.damage = LinkDamage(part, space, self.constitutive.laws, self.constitutive.params, state, self._pairs,
+                                     self._weight, self._moment, self._share, self._x, self.volume, may, threshold, self.residual, device)  # fmt: skip
+
     def _set_up_ghosts(self, g: Ghosts) -> None:
         """What ghosts have of their sources: moments, spreads, volumes; and the kernels that move them."""
         space, device = self.space, self.device
@@ -212,7 +230,7 @@ class LagrangianSystem(OneSetSystem):
     @property
     def _acting_share(self) -> wp.array:
         """Shares, of broken particles what is left of them."""
-        return self.damage.struct.share if self.damage is not None else self._share
+        return self.damage.struct.share if isinstance(self.damage, PhaseDamage) else self._share
 
     @property
     def _rows(self) -> list[wp.array]:
@@ -293,11 +311,7 @@ class LagrangianSystem(OneSetSystem):
         return self.damage.released if self.damage is not None else 0.0
 
     def fracture(self) -> dict[str, float]:
-        """What has broken: the energy of the crack surfaces by the model, nondimensional, and broken points."""
-        if self.damage is None:
-            return {}
-        surface = self.damage.surface_energy(self._pairs, self._weight)
-        return {"surface_energy": surface, "broken": self.damage.broken}
+        return self.damage.found() if self.damage is not None else {}
 
     def filtered(self, name: str) -> np.ndarray:
         """A field as frames carry it, at the nodes, (n, width), nondimensional."""
@@ -323,7 +337,7 @@ class TotalLagrangianSystem(LagrangianSystem):
     """Every particle its own stress point: total-Lagrangian SPH."""
 
     formulation = "total-lagrangian"
-    parts_taken = ("viscosity", "residual", "hourglass", "artificial_stress", "phase_field")
+    parts_taken = ("viscosity", "residual", "hourglass", "artificial_stress", "phase_field", "links")
 
 
 class StressPointSystem(LagrangianSystem):

@@ -43,7 +43,7 @@ class Form:
     parts: PairParts
     moving: bool = False
     damage: str = ""
-    """Model of the phase field."""
+    """How a body breaks: the model of its phase field, or "links"."""
 
 
 @cache
@@ -381,7 +381,7 @@ def _strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothi
     real, mat, dim, vec = space.scalar, space.mat, space.dim, space.vec
     Params, Fields, Pair = laws.Params, fields_struct(space, layout), pair_struct(space)
     total, artificial, averaged = laws.total or laws.respond, form.parts.artificial, form.points and form.residual
-    breaks, Phase, apart = form.damage != "", phase_struct(space), not form.total
+    breaks, Phase, apart = form.damage in ("AT1", "AT2"), phase_struct(space), not form.total
     of_displacement = _gathered(space, layout, form, smoothing, averaged, breaks)
     damaging = damaged(space, laws, form.damage)[0]
     determinant, inverse = determinant_and_inverse(space)

@@ -15,13 +15,15 @@ from wsph.conditions import Conditions, layer_conditions, node_conditions, nonze
 from wsph.constitutive import Constitutive
 from wsph.errors import Refused
 from wsph.lagrangian_kernels import Form
+from wsph.links import SUPPORT as NEAREST
+from wsph.links import LinkDamage
 from wsph.operators import spanning_weights
 from wsph.pair_forces import pair_struct, parts_of
 from wsph.particles import Lattice
-from wsph.phase_field import Damage
+from wsph.phase_field import PhaseDamage
 from wsph.prescribed import BoundaryValues
 from wsph.program import Clock
-from wsph.scene import Body, Scene
+from wsph.scene import Body, Scene, damage_model
 from wsph.smoothing import SMOOTHING, SUPPORT
 from wsph.space import Space
 from wsph.spectrum import largest_damping, largest_frequency
@@ -45,7 +47,7 @@ class OneSetSystem(System):
     default_support = 2.6
     default_residual = 1.0
     form: Form
-    damage: Damage | None = None
+    damage: PhaseDamage | LinkDamage | None = None
 
     def __init__(self, scene: Scene, body: Body, lattice: Lattice, space: Space, constitutive: Constitutive,
                  scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip
@@ -57,7 +59,9 @@ class OneSetSystem(System):
         self.position = lattice.nodes if self.at_nodes else lattice.cells
         self.volume = (lattice.node_volume if self.at_nodes else lattice.cell_volume) / unit
         self._cells = lattice.cell_volume / unit
-        self._support = scene.run.support or self.default_support
+        self._support = scene.run.support or (self.default_support if body.links is None else NEAREST)
+        self.damage_model = damage_model(body)
+        self.breaks = bool(self.damage_model)
         self._coefficients(scene, body)
         conditions = node_conditions if self.at_nodes else layer_conditions
         self.conditions: Conditions = conditions(scene, body.name, lattice)
@@ -93,18 +97,17 @@ class OneSetSystem(System):
         """What acts between pairs, and the stiffness of the residual, nondimensional."""
         real, scales, material = self.space.scalar, self.scales, self.constitutive.material
         bulk, shear = material.moduli()
-        youngs = 9.0 * bulk * shear / (3.0 * bulk + shear)
+        self.youngs = 9.0 * bulk * shear / (3.0 * bulk + shear)
         self.parts = parts_of(body)
-        self.breaks = body.phase_field is not None
         self.viscous = bool(self.parts.viscosity)
         self.pair = pair_struct(self.space)()
         # The paper's own c, not the one of the stress state: sqrt(E/rho).
-        self.pair.speed = real(np.sqrt(youngs / material.density) / scales.velocity)
+        self.pair.speed = real(np.sqrt(self.youngs / material.density) / scales.velocity)
         self.pair.h = real(self._support / SUPPORT * self.spacing / scales.length)
         if body.viscosity is not None:
             self.pair.alpha, self.pair.beta = real(body.viscosity.alpha), real(body.viscosity.beta)
         if body.hourglass is not None:
-            self.pair.spring = real(0.25 * body.hourglass.coefficient * youngs / scales.stress)
+            self.pair.spring = real(0.25 * body.hourglass.coefficient * self.youngs / scales.stress)
         if body.artificial_stress is not None:
             self.pair.epsilon = real(body.artificial_stress.epsilon)
             self.pair.exponent = real(body.artificial_stress.exponent)
@@ -113,7 +116,7 @@ class OneSetSystem(System):
         bare = body.hourglass is not None or scene.run.correction == "paper"
         usual = 0.0 if bare else self.default_residual
         residual = usual if body.residual is None else body.residual.coefficient
-        self.residual = residual * youngs / scales.stress
+        self.residual = residual * self.youngs / scales.stress
 
     def new(self) -> State:
         """A state, zero but for the internals' initial values."""
@@ -124,7 +127,7 @@ class OneSetSystem(System):
     def temporary(self) -> State:
         """A state that lives as long as who asks for it, not as long as the body."""
         m = len(self.point_volume)
-        layout = layout_of(self.space, self.constitutive, True, True, damage=self.breaks)
+        layout = layout_of(self.space, self.constitutive, True, True, damage=self.damage_model)
         counts = {name: m for name, _ in layout if name in ("stress", "internals", "deformation", *FRACTURE)}
         if self._derived is None:
             names = (*self.derived, *FRACTURE) + (("stress",) if self.constitutive.laws.total is not None else ())

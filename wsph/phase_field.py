@@ -30,7 +30,7 @@ from wsph.constitutive import Laws
 from wsph.errors import Refused
 from wsph.neighbours import Pairs
 from wsph.scene import PhaseField
-from wsph.space import Space, determinant_and_inverse
+from wsph.space import Space, determinant_and_inverse, principal
 from wsph.stress_state import packing
 from wsph.units import Scales
 
@@ -77,47 +77,6 @@ def swept(space: Space, model: str) -> wp.Function:
         return wp.max(old, wp.min(real(1.0), at))
 
     return sweep
-
-
-@cache
-def principal(space: Space) -> wp.Function:
-    """Warp function symmetric dim x dim -> (axes in columns, values)."""
-    real, vec, mat, dim = space.scalar, space.vec, space.mat, space.dim
-    if dim == 1:
-
-        @wp.func
-        def along(a: mat):
-            return wp.identity(n=1, dtype=real), vec(a[0, 0])
-
-        return along
-    if dim == 2:
-
-        @wp.func
-        def in_plane(a: mat):
-            mean = real(0.5) * (a[0, 0] + a[1, 1])
-            half = real(0.5) * (a[0, 0] - a[1, 1])
-            radius = wp.sqrt(half * half + a[0, 1] * a[0, 1])
-            c = real(1.0)
-            s = real(0.0)
-            if radius > real(0.0):
-                # Of cosine and sine of the half angle the larger by its root, the other from their product.
-                larger = wp.sqrt(real(0.5) * (real(1.0) + wp.abs(half) / radius))
-                smaller = real(0.5) * a[0, 1] / (radius * larger)
-                c = larger
-                s = smaller
-                if half < real(0.0):
-                    c = smaller
-                    s = larger
-            return mat(c, -s, s, c), vec(mean + radius, mean - radius)
-
-        return in_plane
-
-    @wp.func
-    def in_space(a: mat):
-        axes, values = wp.eig3(a)
-        return axes, values
-
-    return in_space
 
 
 @cache
@@ -279,15 +238,16 @@ def _advance_kernel(space: Space) -> wp.Kernel:
     return advance
 
 
-class Damage:
+class PhaseDamage:
     """The phase field of a body. `struct` goes to the kernels; `advance` makes the damage of the last evaluation that of
     the step to come, and counts the energy that it released."""
 
     def __init__(self, part: PhaseField, space: Space, scales: Scales, spread: np.ndarray, share: np.ndarray,
-                 volume: np.ndarray, length: float, trial: wp.array, device: str):  # fmt: skip
+                 volume: np.ndarray, length: float, trial: wp.array, pairs: Pairs, weight: wp.array, device: str):  # fmt: skip
         """`spread` (m,) = sum w r^2, `share` and `volume` (m,), nondimensional, `length` [m] the unit of length, `trial` the
         field that evaluations write the damage to."""
         self.part, self._space, self._trial = part, space, trial
+        self._pairs, self._weight = pairs, weight
         real, n = space.scalar, len(volume)
         self._volume = wp.array(volume, dtype=real, device=device)
         self.toughness = part.fracture_energy / (scales.stress * length)
@@ -328,18 +288,17 @@ class Damage:
         """Elastic energy that damage has set free so far, nondimensional."""
         return float(self._released.numpy().sum(dtype=float))
 
-    @property
-    def broken(self) -> int:
-        """Points whose damage is beyond BROKEN."""
-        return int((self.struct.damage.numpy() > BROKEN).sum())
+    def found(self) -> dict[str, float]:
+        """The energy of the crack surfaces by the model's own functional, nondimensional, and points beyond BROKEN."""
+        broken = int((self.struct.damage.numpy() > BROKEN).sum())
+        return {"surface_energy": self._surface_energy(), "broken": broken}
 
-    def surface_energy(self, pairs: Pairs, weight: wp.array) -> float:
-        """The energy of the crack surfaces by the model's own functional, nondimensional."""
+    def _surface_energy(self) -> float:
         d = self.struct.damage.numpy().astype(float)
         volume = self._volume.numpy().astype(float)
-        offsets, indices = pairs.offsets.numpy(), pairs.indices.numpy()
+        offsets, indices = self._pairs.offsets.numpy(), self._pairs.indices.numpy()
         rows = np.repeat(np.arange(len(d)), np.diff(offsets))
-        steps = weight.numpy().astype(float) * (d[indices] - d[rows]) ** 2
+        steps = self._weight.numpy().astype(float) * (d[indices] - d[rows]) ** 2
         gradient = self.laplacian * np.bincount(rows, steps, len(d)) * self.length
         if self.part.model == "AT1":
             return float(0.375 * self.toughness * volume @ (d / self.length + gradient))

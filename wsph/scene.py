@@ -183,6 +183,33 @@ class PhaseField(Model):
     model: Literal["AT1", "AT2"] = "AT1"
 
 
+class Links(Model):
+    """Virtual links that break (`wsph.links`): by `criterion`, at `threshold` (a strain, or Pa for principal-stress) or, for
+    "energy", at the `fracture_energy` [J/m2]; only between particles that `where` selects, if it is given."""
+
+    criterion: Literal["stretch", "energy", "plastic-strain", "principal-stress"]
+    threshold: float | str | None = None
+    fracture_energy: _in("J/m2", gt=0) | None = None
+    where: str | None = None
+
+    @model_validator(mode="after")
+    def _one_measure(self) -> "Links":
+        wanted = "fracture_energy" if self.criterion == "energy" else "threshold"
+        given = [name for name in ("threshold", "fracture_energy") if getattr(self, name) is not None]
+        if given != [wanted]:
+            raise ValueError(
+                f"criterion {self.criterion!r} needs {wanted} and nothing else: given {given or 'neither'}"
+            )
+        if self.threshold is not None and self.limit <= 0.0:
+            raise ValueError(f"threshold = {self.threshold!r} is not above zero")
+        return self
+
+    @property
+    def limit(self) -> float:
+        """The threshold: a strain, or Pa."""
+        return quantity(self.threshold, "Pa" if self.criterion == "principal-stress" else "")
+
+
 class CrackLine(Model):
     """A cut from the start: in 2D a segment, in 3D a rectangle with these two corners. Reference coordinates."""
 
@@ -217,9 +244,17 @@ class Body(Model):
     hourglass: Annotated[Hourglass | None, BeforeValidator(_switch)] = None
     artificial_stress: ArtificialStress | None = None
     phase_field: PhaseField | None = None
+    links: Links | None = None
     placement: Literal["cells", "nodes"] = "cells"
     velocity: Annotated[tuple[Value, ...], BeforeValidator(as_tuple)] | None = None
     material: MaterialSpec
+
+
+def damage_model(body: Body) -> str:
+    """How a body breaks: "AT1" or "AT2" by a phase field, "links", or "" where it does not."""
+    if body.phase_field is not None:
+        return body.phase_field.model
+    return "links" if body.links is not None else ""
 
 
 class Function(Model):

@@ -99,3 +99,44 @@ def determinant_and_inverse(space: Space) -> tuple[wp.Function, wp.Function]:
         return wp.inverse(a)
 
     return determinant_of, inverse_of
+
+
+@cache
+def principal(space: Space) -> wp.Function:
+    """Warp function symmetric dim x dim -> (axes in columns, values)."""
+    real, vec, mat, dim = space.scalar, space.vec, space.mat, space.dim
+    if dim == 1:
+
+        @wp.func
+        def along(a: mat):
+            return wp.identity(n=1, dtype=real), vec(a[0, 0])
+
+        return along
+    if dim == 2:
+
+        @wp.func
+        def in_plane(a: mat):
+            mean = real(0.5) * (a[0, 0] + a[1, 1])
+            half = real(0.5) * (a[0, 0] - a[1, 1])
+            radius = wp.sqrt(half * half + a[0, 1] * a[0, 1])
+            c = real(1.0)
+            s = real(0.0)
+            if radius > real(0.0):
+                # Of cosine and sine of the half angle the larger by its root, the other from their product.
+                larger = wp.sqrt(real(0.5) * (real(1.0) + wp.abs(half) / radius))
+                smaller = real(0.5) * a[0, 1] / (radius * larger)
+                c = larger
+                s = smaller
+                if half < real(0.0):
+                    c = smaller
+                    s = larger
+            return mat(c, -s, s, c), vec(mean + radius, mean - radius)
+
+        return in_plane
+
+    @wp.func
+    def in_space(a: mat):
+        axes, values = wp.eig3(a)
+        return axes, values
+
+    return in_space

@@ -49,9 +49,9 @@ def layout_of(
     displacement: bool = False,
     deformation: bool = False,
     spin: bool = False,
-    damage: bool = False,
+    damage: str = "",
 ) -> Layout:
-    """Fields and widths of a state, velocity first."""
+    """Fields and widths of a state, velocity first; `damage` is how a body breaks (`wsph.scene.damage_model`)."""
     widths = {
         "velocity": space.dim,
         "stress": constitutive.width,
@@ -59,9 +59,9 @@ def layout_of(
         "deformation": space.dim**2 * deformation,
         "spin": space.dim * (space.dim - 1) // 2 * spin,
         "displacement": space.dim * displacement,
-        "damage": int(damage),
-        # A total law's stress is found anew with the damage; one that evolves goes on undamaged.
-        "damaged_stress": constitutive.width * (damage and constitutive.laws.total is None),
+        "damage": int(damage != ""),
+        # Under a phase field an evolved stress goes on undamaged.
+        "damaged_stress": constitutive.width * (damage in ("AT1", "AT2") and constitutive.laws.total is None),
     }
     return tuple((name, width) for name, width in widths.items() if width)
 

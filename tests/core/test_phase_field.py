@@ -1,0 +1,163 @@
+"""Phase-field fracture: closed forms of the damage, forces from the energy, what is kept while a body tears, refusals."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import wsph
+from wsph.composition import Composition, compose
+
+ELASTIC = {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.25}
+TOUGH = {"fracture_energy": 1e-3, "length": 0.1}
+
+
+def block(*, dim: int = 2, end: float = 4.0, run: dict | None = None, **body: Any) -> wsph.Scene:
+    """A free block of side 1."""
+    data = {"name": "b", "shape": {"type": "box", "min": [-0.5] * dim, "max": [0.5] * dim}, "spacing": 0.05 if dim < 3 else 0.125,
+            "material": ELASTIC, "phase_field": {**TOUGH, "length": 0.1 if dim < 3 else 0.2}, **body}  # fmt: skip
+    if dim < 3:
+        data.setdefault("state", "strain")
+    settings = {"integrator": "leapfrog", "formulation": "total-lagrangian", "end": end, "cfl": 0.2, **(run or {})}
+    return wsph.Scene(
+        schema=1, dim=dim, run=settings, bodies=[data], output={"fields": ["damage", "stress", "velocity"]}
+    )
+
+
+def stretched(composition: Composition, gradient: np.ndarray, sweeps: int) -> np.ndarray:
+    """The damage of a body held at u = gradient X, after as many sweeps."""
+    system = composition.bodies[0].system
+    x = system.position / composition.scales.length
+    system.state.write("displacement", x @ gradient.T)
+    for _ in range(sweeps):
+        system.refresh(system.state)
+        system.damage.advance(composition.clock)
+    return system.state.read("damage")[:, 0]
+
+
+@pytest.mark.parametrize("dim", [1, 2, 3])
+@pytest.mark.parametrize("model", ["AT1", "AT2"])
+def test_uniform_strain_has_the_damage_of_the_closed_form_up_to_the_faces(model: str, dim: int) -> None:
+    """d = 1 - 1/q for AT1 where q > 1, q/(1 + q) for AT2, q = (16/3 or 2) psi l/G_c, psi of uniaxial strain."""
+    length = 0.1 if dim < 3 else 0.2
+    composition = compose(block(dim=dim, phase_field={**TOUGH, "model": model, "length": length}))
+    strain = 0.08
+    psi = 0.5 * 1.2 * strain**2  # lambda + 2 mu = 1.2 E at nu = 1/4
+    gradient = np.zeros((dim, dim))
+    gradient[0, 0] = strain
+    q = {"AT1": 16.0 / 3.0, "AT2": 2.0}[model] * psi * length / 1e-3
+    assert q > 1.0 or model == "AT2"
+    exact = 1.0 - 1.0 / q if model == "AT1" else q / (1.0 + q)
+    assert stretched(composition, gradient, 400) == pytest.approx(exact, rel=1e-6)
+
+
+@pytest.mark.parametrize("strain", [-0.08, 0.03])
+def test_at1_leaves_compression_and_what_is_below_its_strength_whole(strain: float) -> None:
+    q = 16.0 / 3.0 * 0.5 * 1.2 * strain**2 * 0.1 / 1e-3
+    assert strain < 0.0 or q < 1.0
+    assert stretched(compose(block()), np.diag([strain, 0.0]), 50).max() == 0.0
+
+
+def test_a_crack_has_the_profile_and_the_energy_of_the_model() -> None:
+    """AT1: d = (1 - |x|/2l)^2 about a row that is broken, and G_c per length."""
+    length, spacing = 0.1, 0.0125
+    composition = compose(block(spacing=spacing, phase_field={**TOUGH, "length": length}))
+    system = composition.bodies[0].system
+    x = system.position
+    row = np.abs(x[:, 0] - 0.5 * spacing) < 1e-6
+    broken = np.where(row, 1.0, 0.0)
+    system.damage.struct.damage.assign(broken)
+    found = stretched(composition, np.zeros((2, 2)), 3000)
+    exact = np.clip(1.0 - np.abs(x[:, 0] - 0.5 * spacing) / (2.0 * length), 0.0, None) ** 2
+    assert np.abs(found - exact).max() < 0.025
+    scale = composition.scales.stress * composition.scales.length**2
+    energy = system.damage.found()["surface_energy"] * scale
+    assert energy == pytest.approx(1e-3, rel=0.03)
+
+
+@pytest.mark.parametrize("model", ["elastic", "jaumann"])
+def test_damaged_stress_is_what_is_read(model: str) -> None:
+    composition = compose(block(material={**ELASTIC, "model": model}))
+    system = composition.bodies[0].system
+    system.damage.struct.damage.assign(np.full(system.count, 0.5))
+    if model == "jaumann":
+        # lambda = mu = .4 E, in units of the wave modulus 1.2 E
+        system.state.buffer.assign(evolved(system, [0.012, 0.004, 0.004, 0.0]))
+    stretched(composition, np.diag([0.01, 0.0]), 1)
+    stress = system.state.read("stress")
+    assert stress[:, 0] == pytest.approx(0.25 * 0.01, rel=0.02)
+    assert stress[:, 1] == pytest.approx(0.25 * 0.01 / 3.0, rel=0.02)
+
+
+def evolved(system: Any, stress: list[float]) -> np.ndarray:
+    """The buffer of a body's state with the same undamaged stress everywhere, in units of 1.2 E."""
+    buffer, start = system.state.buffer.numpy(), system.state.start["stress"]
+    buffer[start : start + 4 * system.count] = np.tile(np.array(stress) / 1.2, system.count)
+    return buffer
+
+
+def test_forces_are_the_gradient_of_the_energy_at_fixed_damage() -> None:
+    composition = compose(block(spacing=0.2, jitter=0.1, phase_field={**TOUGH, "length": 0.3, "fracture_energy": 1e9}))
+    run = composition.bodies[0]
+    system, random = run.system, np.random.default_rng(1)
+    system.damage.struct.damage.assign(random.uniform(0.0, 0.9, system.count))
+    base = 0.3 * random.standard_normal((system.count, 2))
+
+    def energy(u: np.ndarray) -> float:
+        system.state.write("displacement", u)
+        system.refresh(system.state)
+        return run.diagnostics.measure(system.state).strain + system.hourglass_energy()
+
+    way = random.standard_normal(base.shape)
+    slope = (energy(base + 1e-6 * way) - energy(base - 1e-6 * way)) / 2e-6
+    system.state.write("displacement", base)
+    out = system.new()
+    system.rate(system.state, out, "velocity")
+    force = out.read("velocity") * (system.density * system.volume)[:, None]
+    assert -(force * way).sum() == pytest.approx(slope, rel=1e-7)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("model", ["elastic", "jaumann"])
+def test_a_tearing_block_keeps_momentum_and_creates_no_energy(model: str, dim: int) -> None:
+    velocity = ["0.8*x - 0.3*y", "0.3*x - 0.1*y", "0.0"][:dim]
+    scene = block(dim=dim, velocity=velocity, end=2.0, run={"cfl": 0.1}, material={**ELASTIC, "model": model})
+    composition = compose(scene)
+    system = composition.bodies[0].system
+    mass = system.density * system.volume
+
+    def spin() -> np.ndarray:
+        x = system.position / composition.scales.length + system.state.read("displacement")
+        v = system.state.read("velocity")
+        return mass @ (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0])
+
+    before = spin()
+    composition.program.run(composition.steps)
+    after = spin()
+    assert abs(after / before - 1.0) < 1e-12
+    assert (
+        np.abs(mass @ system.state.read("velocity")).max()
+        < 1e-12 * np.abs(mass @ np.abs(system.state.read("velocity"))).max()
+    )
+    result = wsph.run(scene)
+    energy, fracture = result.summary["energy"], result.summary["fracture"]["b"]
+    assert fracture["broken"] > 0
+    assert abs(energy["residual"]) < {"elastic": 1e-3, "jaumann": 1e-2}[model] * energy["external_work"]
+    assert energy["residual"] > -1e-3 * energy["external_work"]
+    assert 0.0 <= result.field("damage").min() <= result.field("damage").max() <= 1.0
+
+
+@pytest.mark.parametrize(("body", "text"), [
+    ({"state": "stress"}, 'needs state = "strain"'),
+    ({"material": {**ELASTIC, "model": "neo-hookean"}}, "use elastic or jaumann"),
+    ({"phase_field": {**TOUGH, "length": 0.04}}, "below the spacing"),
+])  # fmt: skip
+def test_what_it_cannot_do_is_refused(body: dict, text: str) -> None:
+    with pytest.raises(wsph.Refused, match=text):
+        compose(block(**body))
+
+
+def test_a_form_without_it_refuses_it() -> None:
+    for form in ("updated-lagrangian", "stress-points"):
+        with pytest.raises(wsph.Refused, match="phase_field is a part of the one-set form total-lagrangian"):
+            compose(block(run={"formulation": form}))
