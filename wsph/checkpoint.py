@@ -114,6 +114,8 @@ def kept(composition: Any) -> dict[str, wp.array]:
     found = {"clock.step": composition.clock.step, "clock.time": composition.clock.time}
     for number, run in enumerate(composition.bodies):
         found |= {f"body{number}.{name}": array for name, array in run.system.kept().items()}
+    if composition.contacts is not None:
+        found |= composition.contacts.kept()
     return found
 
 
@@ -129,3 +131,5 @@ def restore(path: Path, composition: Any, arrays: dict[str, np.ndarray]) -> None
         array.assign(value)
     for run in composition.bodies:
         run.system.restored()
+    if composition.contacts is not None:
+        composition.contacts.restored()

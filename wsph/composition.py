@@ -13,6 +13,7 @@ import warp as wp
 
 from wsph import fields, links, phase_field, registry
 from wsph.constitutive import Constitutive, blame
+from wsph.contact import Contacts
 from wsph.device import pick_device
 from wsph.diagnostics import Diagnostics
 from wsph.errors import Fault, PluginError, Refused, SceneError
@@ -63,13 +64,22 @@ class BodyRun:
     limit_reason: str
     distortion: float = 1.0
     """Of the state whose limit this is."""
+    pushed: float = 0.0
+    """A bound of the frequency that contacts add, nondimensional."""
+
+    def measure(self) -> None:
+        """Find the limit of the state as it is. Where contacts push, squares of frequencies add."""
+        self.limit, self.limit_reason = self.integrator.limit()
+        if self.limit is not None and self.pushed > 0.0 and self.system.frequency > 0.0:
+            self.limit /= float(np.sqrt(1.0 + (self.pushed / self.system.frequency) ** 2))
+            self.limit_reason += ", and its contacts"
 
     def follow(self, distortion: float) -> None:
         """Find the limit anew where a body has deformed by ANEW since: its stiffness has changed, or its pairs."""
         if self.limit is not None and self.system.measures and abs(np.log(distortion / self.distortion)) > ANEW:
             self.distortion = distortion
             self.system.measure_anew()
-            self.limit, self.limit_reason = self.integrator.limit()
+            self.measure()
 
     @property
     def longest_step(self) -> float:
@@ -92,6 +102,7 @@ class Composition:
     bodies: list[BodyRun]
     probes: list[Recorder]
     program: Program
+    contacts: Contacts | None = None
 
     @property
     def particles(self) -> int:
@@ -191,7 +202,11 @@ def _compose(scene: Scene) -> Composition:
         for body, cells, material, state in zip(scene.bodies, lattices, materials, states, strict=True)
     ]
     steps = step_count(scene.run.end, dt)
+    contacts = Contacts(scene.contact, bodies, space, scales, clock, device) if scene.contact else None
     for run in bodies:
+        if contacts is not None and run.body.name in contacts.sides:
+            run.pushed = contacts.frequency(run.body.name)
+            run.measure()
         _guard(scene, run, dt, steps)
     probes = [
         Recorder(probe, f"probes.{k}", bodies, space, clock, every_step=_cadence_steps(probe.every, dt) < 2.0)
@@ -199,7 +214,9 @@ def _compose(scene: Scene) -> Composition:
     ]
     every_step = [p for p in probes if p.every_step]
 
-    following = [run.system for run in bodies if run.system.follows]
+    following: list[Any] = [run.system for run in bodies if run.system.follows]
+    if contacts is not None:
+        following.append(contacts)
 
     def follow() -> bool:
         changed = [system.follow() for system in following]  # all of them, not the first that did
@@ -208,6 +225,8 @@ def _compose(scene: Scene) -> Composition:
     def step() -> None:
         for run in bodies:
             run.integrator.step()
+        if contacts is not None:
+            contacts.act()
         clock.advance()
         if every_step:
             _publish(bodies)
@@ -226,6 +245,7 @@ def _compose(scene: Scene) -> Composition:
         bodies,
         probes,
         Program(step, clock, pairs, scene.run.threads, follow if following else None),
+        contacts,
     )
 
 

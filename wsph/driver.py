@@ -292,11 +292,19 @@ class Simulation:
         return sum(e.dissipated for e in ledgers) + sum(parts)
 
     def _total(self, ledgers: list[Ledger]) -> float:
-        return sum(e.kinetic + e.strain for e in ledgers) + self._dissipated(ledgers) + self._stiffening
+        held = self._stiffening + self._contact()
+        return sum(e.kinetic + e.strain for e in ledgers) + self._dissipated(ledgers) + held
+
+    def _contact(self) -> float:
+        """Energy that contacts have taken from the bodies."""
+        return self.c.contacts.energy if self.c.contacts is not None else 0.0
 
     def _work(self) -> float:
         """Work done on the bodies, what they started with included."""
-        return self._initial + sum(run.system.work.total + run.system.force.gravity_work for run in self.c.bodies)
+        held = self.c.contacts.held_work if self.c.contacts is not None else 0.0
+        return (
+            self._initial + held + sum(run.system.work.total + run.system.force.gravity_work for run in self.c.bodies)
+        )
 
     def _collect(self, step: int) -> None:
         """Read what the rings hold up to `step`."""
@@ -338,6 +346,7 @@ class Simulation:
             sum(e.strain for e in ledgers),
             self._dissipated(ledgers),
             self._stiffening,
+            self._contact(),
         ]
         momentum = sum(e.momentum for e in ledgers)
         energies = [x * self._energy for x in (*sums, work, work - total)]
@@ -351,7 +360,18 @@ class Simulation:
                 self._writer.table(f"probes/{probe.probe.name}.csv", self._probe_columns(probe))
 
     def _history_columns(self) -> dict[str, np.ndarray]:
-        names = ["step", "time", "dt", "kinetic", "strain", "dissipated", "hourglass", "external_work", "residual"]
+        names = [
+            "step",
+            "time",
+            "dt",
+            "kinetic",
+            "strain",
+            "dissipated",
+            "hourglass",
+            "contact",
+            "external_work",
+            "residual",
+        ]
         names += [f"momentum_{axis}" for axis in "xyz"[: self.scene.dim]]
         table = np.array(self._rows).reshape(len(self._rows), len(names))
         return {name: table[:, k].astype(int) if name == "step" else table[:, k] for k, name in enumerate(names)}
@@ -421,8 +441,7 @@ class Simulation:
             "bytes_per_particle": sum(r.system.nbytes for r in self.c.bodies) / self.c.particles,
             # external_work includes what the bodies started with: the residual is it less all the others.
             "energy": {
-                **{name: last[name] for name in ("kinetic", "strain", "dissipated", "hourglass")},
-                "contact": 0.0,
+                **{name: last[name] for name in ("kinetic", "strain", "dissipated", "hourglass", "contact")},
                 "external_work": last["external_work"],
                 "residual": last["residual"],
             },

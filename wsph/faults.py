@@ -28,7 +28,7 @@ MOST_CELLS = 2**31 // 64
 COMPONENTS = {1: ("xx",), 2: ("xx", "yy", "xy"), 3: ("xx", "yy", "zz", "xy", "yz", "xz")}
 _TYPES = {"tuple_type": "a list", "dict_type": "a table", "model_type": "a table", "string_type": "a string",
           "int_type": "a whole number", "bool_type": "true or false"}  # fmt: skip
-_LISTS_OF_TABLES = ("bodies", "boundary", "probes")
+_LISTS_OF_TABLES = ("bodies", "boundary", "contact", "probes")
 
 
 def nearest(name: str, names: Iterable[str], otherwise: str = "") -> str:
@@ -106,9 +106,15 @@ def between_tables(scene: "Scene") -> Iterator[Fault]:
         if names.index(body.name) != k:
             yield Fault(0, f"bodies.{k}.name", f"{body.name!r} names another body already")
         yield from _body_faults(scene, body, f"bodies.{k}")
+        if body.links is not None and body.links.where is not None:
+            yield from _where_faults(scene, body.links.where, f"bodies.{k}.links.where")
     for k, condition in enumerate(scene.boundary):
         yield from _body_name_fault(condition.body, names, f"boundary.{k}.body")
         yield from _boundary_faults(scene, condition, f"boundary.{k}")
+    for k, contact in enumerate(scene.contact):
+        for name in contact.names:
+            key = f"contact.{k}." + ("self" if contact.between is None else "between")
+            yield from _body_name_fault(name, names, key)
     for axis in scene.gravity:
         if axis not in AXES[: scene.dim]:
             yield Fault(0, f"gravity.{axis}", f"is none of {', '.join(AXES[: scene.dim])}")

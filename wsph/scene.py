@@ -298,6 +298,31 @@ class Boundary(Model):
         return self
 
 
+class Contact(Model):
+    """Contact `between` two bodies, or of `self` (`wsph.contact`): a `law`, its `stiffness` as a multiple of the materials',
+    `friction`, and the `radius` of a particle in spacings."""
+
+    between: Annotated[tuple[str, ...], BeforeValidator(as_tuple)] | None = None
+    self_: Annotated[str | None, Field(alias="self")] = None
+    law: Literal["penalty", "pinball"] = "penalty"
+    stiffness: _in("", gt=0) = 1.0
+    friction: _in("", ge=0) = 0.0
+    radius: _in("", gt=0, le=1) = 0.5
+
+    @model_validator(mode="after")
+    def _complete(self) -> "Contact":
+        if (self.between is None) == (self.self_ is None):
+            raise ValueError('exactly one of between = ["a", "b"] and self = "a" is needed')
+        if self.between is not None and (len(self.between) != 2 or self.between[0] == self.between[1]):
+            raise ValueError('between names two different bodies; for one with itself write self = "a"')
+        return self
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The bodies that take part."""
+        return self.between if self.between is not None else (self.self_ or "",)
+
+
 class Probe(Model):
     """A record of fields at material points, or of the particles that `where` selects, reduced to one number."""
 
@@ -364,6 +389,7 @@ class Scene(Model):
     bodies: Annotated[tuple[Body, ...], BeforeValidator(as_tuple), Field(min_length=1)]
     functions: dict[str, Function] = {}
     boundary: Annotated[tuple[Boundary, ...], BeforeValidator(as_tuple)] = ()
+    contact: Annotated[tuple[Contact, ...], BeforeValidator(as_tuple)] = ()
     probes: Annotated[tuple[Probe, ...], BeforeValidator(as_tuple)] = ()
     gravity: dict[Literal["x", "y", "z"], _in("m/s2")] = {}
     output: Output = Output()

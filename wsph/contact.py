@@ -1,0 +1,345 @@
+"""Contact between bodies, and of a body with itself: particles push each other apart where they are nearer than their radii.
+
+Every particle is a ball of radius R = `radius` spacings. With delta = R_i + R_j - |x_ij| > 0, n from j to i, along n:
+
+    penalty   K_s k delta, k = M (R_i + R_j)^(dim - 2), M the harmonic mean of the bodies' wave moduli rho c^2: with
+              K_s = 1 a contact is as stiff as the cell of material that it stands for, and waves pass through it
+    pinball   K_s min(F1, F2) while the balls approach (Belytschko & Neal 1991; Islam & Peng 2019, eqs 31-35):
+              F1 = m d(delta)/dt / dt with m the reduced mass, which stops them within a step, F2 = G delta in 2D (per depth)
+              and 1D, G sqrt(R) delta^(3/2) in 3D with G = G_i G_j/(G_i + G_j), R = R_i R_j/(R_i + R_j)
+
+`friction` mu adds min(mu f_n, what stops the sliding) against the tangential velocity. Forces are gathers over candidate
+pairs; both ends compute the same number with the other sign, so linear momentum is kept to rounding, and angular momentum
+where there is no friction.
+
+A contact is an impulse between two steps, v += dt f/m at the positions there: with a method of second order or higher that
+is Strang's splitting, of second order. The work of the impulses, m dv (v_old + v_new)/2 summed, is the `contact` entry of
+the ledger. Candidates are all pairs within the radii and a skin, found anew where a particle may leave it.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from itertools import chain
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from wsph.errors import Refused
+from wsph.neighbours import Pairs, find_pairs
+from wsph.program import Clock
+from wsph.scene import Contact
+from wsph.space import Space
+from wsph.units import Scales
+
+BLOCK = 1024
+SKIN = 0.6
+"""How much further than the radii candidates are looked for, in the larger spacing."""
+
+
+@cache
+def law_struct(space: Space) -> type:
+    """Struct of what a contact's kernel takes of its law, nondimensional."""
+    real = space.scalar
+    names = ("stiffness", "shear", "friction", "reach", "curvature", "own_density", "other_density")
+    return wp.struct(type("ContactLaw", (), {"__annotations__": dict.fromkeys(names, real), "__module__": __name__}))
+
+
+@cache
+def _push_kernel(space: Space, law: str, rubbing: bool, itself: bool) -> wp.Kernel:
+    real, vec, Law = space.scalar, space.vec, law_struct(space)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def push(first: int, clock: wp.array(dtype=wp.float64), c: Law, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
+             slot: wp.array(dtype=wp.int32), weight: wp.array(dtype=real), x: wp.array(dtype=vec), u: wp.array(dtype=vec), v: wp.array(dtype=vec),
+             volume: wp.array(dtype=real), x_other: wp.array(dtype=vec), u_other: wp.array(dtype=vec), v_other: wp.array(dtype=vec),
+             volume_other: wp.array(dtype=real), impulse_out: wp.array(dtype=vec)):  # fmt: skip
+        i = first + wp.tid()
+        dt = real(clock[1])
+        total = vec()
+        for k in range(offsets[i], offsets[i + 1]):
+            j = indices[k]
+            r = (x[i] - x_other[j]) + (u[i] - u_other[j])
+            distance = wp.length(r)
+            acts = distance < c.reach and distance > real(0.0)
+            # Neighbours in one body push only where the link between them has broken.
+            if wp.static(itself) and slot[k] >= 0:
+                acts = acts and weight[slot[k]] == real(0.0)
+            if acts:
+                n = r / distance
+                delta = c.reach - distance
+                moving = v[i] - v_other[j]
+                closing = -wp.dot(moving, n)
+                own = c.own_density * volume[i]
+                other = c.other_density * volume_other[j]
+                mass = own * other / (own + other)
+                size = real(0.0)
+                if wp.static(law == "penalty"):
+                    size = c.stiffness * delta
+                else:
+                    elastic = c.shear * delta
+                    if wp.static(space.dim == 3):
+                        elastic = c.shear * c.curvature * wp.sqrt(delta) * delta
+                    size = c.stiffness * wp.min(wp.max(mass * closing / dt, real(0.0)), elastic)
+                total += dt * size * n
+                if wp.static(rubbing):
+                    sliding = moving + closing * n
+                    speed = wp.length(sliding)
+                    if speed > real(0.0):
+                        total -= wp.min(c.friction * dt * size, mass * speed) * (sliding / speed)
+        impulse_out[i] = impulse_out[i] + total
+
+    return push
+
+
+@cache
+def _kick_kernel(space: Space) -> wp.Kernel:
+    real, vec = space.scalar, space.vec
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def kick(first: int, density: real, volume: wp.array(dtype=real), free: wp.array(dtype=vec), impulse_out: wp.array(dtype=vec),
+             velocity_out: wp.array(dtype=vec), work_out: wp.array(dtype=wp.float64), held_out: wp.array(dtype=wp.float64)):  # fmt: skip
+        i = first + wp.tid()
+        J = impulse_out[i]
+        if wp.dot(J, J) > real(0.0):
+            old = velocity_out[i]
+            new = old + wp.cw_mul(free[i], J) / (density * volume[i])
+            velocity_out[i] = new
+            work_out[i] = work_out[i] + wp.float64(real(0.5) * wp.dot(J, old + new))
+            # What holds a prescribed component takes the impulse, and the work.
+            held_out[i] = held_out[i] - wp.float64(wp.dot(J - wp.cw_mul(free[i], J), old))
+            impulse_out[i] = vec()
+
+    return kick
+
+
+@cache
+def _travel_kernel(space: Space) -> wp.Kernel:
+    vec = space.vec
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def travel(count: int, clock: wp.array(dtype=wp.float64), found: wp.array(dtype=vec), u: wp.array(dtype=vec), v: wp.array(dtype=vec),
+               furthest_out: wp.array(dtype=wp.float64)):  # fmt: skip
+        block = wp.tid()
+        furthest = wp.float64(0.0)
+        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+            moved = wp.float64(wp.length(u[i] - found[i]))
+            # Half as fast again: accelerations within a step.
+            furthest = wp.max(furthest, moved + wp.float64(1.5) * clock[1] * wp.float64(wp.length(v[i])))
+        furthest_out[block] = furthest
+
+    return travel
+
+
+class Side:
+    """A body as contacts see it: where its particles are and what they are pushed by."""
+
+    def __init__(self, run: Any, origin: np.ndarray, space: Space, scales: Scales, device: str):
+        system, self.run = run.system, run
+        self.system, self.name, self.count = system, run.body.name, system.count
+        self.spacing = system.spacing / scales.length
+        self.place = (system.position - origin) / scales.length
+        self.x = wp.array(self.place, dtype=space.vec, device=device)
+        self.volume = wp.array(system.volume, dtype=space.scalar, device=device)
+        self.impulse = wp.zeros(self.count, dtype=space.vec, device=device)
+        self.work = wp.zeros(self.count, dtype=wp.float64, device=device)
+        self.held = wp.zeros(self.count, dtype=wp.float64, device=device)
+        self.free = wp.array(system.free_components.reshape(-1, space.dim), dtype=space.vec, device=device)
+        self.found = wp.zeros(self.count, dtype=space.vec, device=device)
+        self.furthest = wp.zeros(-(-self.count // BLOCK), dtype=wp.float64, device=device)
+
+    @property
+    def u(self) -> wp.array:
+        """Displacements of the state."""
+        return self.system.state.struct.displacement
+
+    @property
+    def v(self) -> wp.array:
+        """Velocities of the state."""
+        return self.system.state.struct.velocity
+
+
+@dataclass
+class Meeting:
+    """A contact of a scene: both directions of one pair of bodies, or one body and itself."""
+
+    part: Contact
+    one: Side
+    other: Side
+    laws: tuple[Any, Any]
+    rows: list[tuple[Pairs, wp.array]]
+
+
+class Contacts:
+    """All contacts of a composition. `follow` before a step, `act` after it."""
+
+    def __init__(
+        self, parts: tuple[Contact, ...], bodies: list[Any], space: Space, scales: Scales, clock: Clock, device: str
+    ):
+        self._space, self._clock, self._device = space, clock, device
+        named = {run.body.name: run for run in bodies}
+        taking_part = dict.fromkeys(chain.from_iterable(part.names for part in parts))
+        for name in taking_part:
+            _refuse(named[name])
+        origin = np.mean([named[name].system.position.mean(0) for name in taking_part], axis=0)
+        self.sides = {name: Side(named[name], origin, space, scales, device) for name in taking_part}
+        self._nowhere = wp.zeros(1, dtype=wp.int32, device=device), wp.zeros(1, dtype=space.scalar, device=device)
+        self._meetings = []
+        for part in parts:
+            one, other = self.sides[part.names[0]], self.sides[part.names[-1]]
+            laws = self._law(part, one, other), self._law(part, other, one)
+            self._meetings.append(Meeting(part, one, other, laws, []))
+        self._skin = SKIN * max(side.spacing for side in self.sides.values())
+        self._find()
+
+    def _law(self, part: Contact, one: Side, other: Side) -> Any:
+        space, real = self._space, self._space.scalar
+        radii = part.radius * one.spacing, part.radius * other.spacing
+        wave = [side.system.constitutive for side in (one, other)]
+        scale = wave[0].density, wave[1].density
+        moduli = [d * (c.wave_speed / one.system.scales.velocity) ** 2 for d, c in zip(scale, wave, strict=True)]
+        shear = [c.material.moduli()[1] / one.system.scales.stress for c in wave]
+        law = law_struct(space)()
+        law.reach = real(sum(radii))
+        law.friction = real(part.friction)
+        law.shear = real(shear[0] * shear[1] / (shear[0] + shear[1]))
+        law.curvature = real(np.sqrt(radii[0] * radii[1] / sum(radii)))
+        law.own_density, law.other_density = real(scale[0]), real(scale[1])
+        law.stiffness = real(part.stiffness)
+        if part.law == "penalty":
+            mean = 2.0 * moduli[0] * moduli[1] / (moduli[0] + moduli[1])
+            law.stiffness = real(part.stiffness * mean * sum(radii) ** (space.dim - 2))
+        return law
+
+    def frequency(self, name: str) -> float:
+        """A bound of the frequency that contacts add to a body's, nondimensional: each particle against 2^(dim - 1)."""
+        square = 0.0
+        for meeting in self._meetings:
+            for law, side, other in zip(
+                meeting.laws, (meeting.one, meeting.other), (meeting.other, meeting.one), strict=True
+            ):
+                if side.name == name:
+                    inverse = 1.0 / (float(law.own_density) * float(side.system.volume.min()))
+                    inverse += 1.0 / (float(law.other_density) * float(other.system.volume.min()))
+                    stiffness = float(law.stiffness)
+                    if meeting.part.law == "pinball":
+                        stiffness *= float(law.shear) * (
+                            float(law.curvature) * float(law.reach) ** 0.5 if self._space.dim == 3 else 1.0
+                        )
+                    square = max(square, 2.0 ** (self._space.dim - 1) * stiffness * inverse)
+        return float(np.sqrt(square))
+
+    def _find(self) -> None:
+        """Find the candidates where the particles are."""
+        where = {}
+        for name, side in self.sides.items():
+            u = side.u.numpy()
+            side.found.assign(u)
+            where[name] = side.place + u.astype(float)
+        for meeting in self._meetings:
+            reach = float(meeting.laws[0].reach) + self._skin
+            one, other = meeting.one, meeting.other
+            if one is other:
+                pairs = find_pairs(where[one.name], where[one.name], reach, self._device, same=True)
+                meeting.rows = [_without_neighbours(pairs, one, self._device)]
+            else:
+                ways = ((one, other), (other, one))
+                meeting.rows = [
+                    (find_pairs(where[a.name], where[b.name], reach, self._device), self._nowhere[0]) for a, b in ways
+                ]
+
+    def follow(self) -> bool:
+        """Before a step: find the candidates anew where a particle may leave its skin by the step's end."""
+        furthest = 0.0
+        for side in self.sides.values():
+            inputs = [side.count, self._clock.time, side.found, side.u, side.v]
+            wp.launch(
+                _travel_kernel(self._space),
+                len(side.furthest),
+                inputs=inputs,
+                outputs=[side.furthest],
+                device=self._device,
+            )
+            furthest = max(furthest, float(side.furthest.numpy().max()))
+        # A state that is not finite is the run's to report.
+        if not furthest > 0.5 * self._skin or not np.isfinite(furthest):
+            return False
+        self._find()
+        return True
+
+    def act(self) -> None:
+        """The impulses of all contacts (launches)."""
+        for meeting in self._meetings:
+            one, other, part = meeting.one, meeting.other, meeting.part
+            kernel = _push_kernel(self._space, part.law, part.friction > 0.0, one is other)
+            ways = ((one, other), (other, one)) if one is not other else ((one, one),)
+            for (side, against), law, (pairs, slot) in zip(ways, meeting.laws, meeting.rows, strict=False):
+                weight = getattr(side.system, "_weight", self._nowhere[1])
+                inputs = [
+                    self._clock.time,
+                    law,
+                    pairs.offsets,
+                    pairs.indices,
+                    slot,
+                    weight,
+                    side.x,
+                    side.u,
+                    side.v,
+                    side.volume,
+                ]
+                inputs += [against.x, against.u, against.v, against.volume]
+                self._clock.launch(kernel, side.count, inputs, [side.impulse])
+        for side in self.sides.values():
+            inputs = [self._space.scalar(side.system.density), side.volume, side.free]
+            outputs = [side.impulse, side.v, side.work, side.held]
+            self._clock.launch(_kick_kernel(self._space), side.count, inputs, outputs)
+
+    @property
+    def energy(self) -> float:
+        """Energy that contacts have taken from the bodies so far, nondimensional."""
+        return -sum(float(side.work.numpy().sum()) for side in self.sides.values())
+
+    @property
+    def held_work(self) -> float:
+        """Work that what is prescribed has done against contacts so far, nondimensional."""
+        return sum(float(side.held.numpy().sum()) for side in self.sides.values())
+
+    def kept(self) -> dict[str, wp.array]:
+        """What a checkpoint holds of them."""
+        works = {f"contact.{name}.work": side.work for name, side in self.sides.items()}
+        return works | {f"contact.{name}.held": side.held for name, side in self.sides.items()}
+
+    def restored(self) -> None:
+        """Find the candidates of a state that has been put back."""
+        self._find()
+
+
+def _without_neighbours(pairs: Pairs, side: Side, device: str) -> tuple[Pairs, wp.array]:
+    """Candidates of a body with itself: a particle's own neighbours keep where their weight stands, -1 for the others."""
+    own, n = side.system._pairs, side.count
+    offsets, indices = own.offsets.numpy(), own.indices.numpy()
+    key = np.repeat(np.arange(n), np.diff(offsets)).astype(np.int64) * n + indices
+    rows = np.repeat(np.arange(n), np.diff(pairs.offsets.numpy())).astype(np.int64) * n + pairs.indices.numpy()
+    at = np.searchsorted(key, rows)
+    known = (
+        (at < len(key)) & (key[np.minimum(at, max(len(key) - 1, 0))] == rows) if len(key) else np.zeros(len(rows), bool)
+    )
+    slot = np.where(known, at, -1)
+    if "links" in side.system.damage_model:
+        return pairs, wp.array(slot, dtype=wp.int32, device=device)
+    kept = ~known
+    return pairs.where(kept), wp.array(slot[kept], dtype=wp.int32, device=device)
+
+
+def _refuse(run: Any) -> None:
+    """Refuse bodies that contacts cannot push."""
+    if "displacement" not in run.system.state.widths or not hasattr(run.system, "damage_model"):
+        raise Refused(
+            f"body {run.body.name!r}: contact pushes bodies whose particles move: use an integrator of one set, not the two"
+            f" sets of {run.system.formulation!r}"
+        )
+    if hasattr(run.integrator, "publish"):
+        raise Refused(
+            f"body {run.body.name!r}: contact changes velocities between steps; {type(run.integrator).__name__} keeps variables of"
+            " its own there: use leapfrog"
+        )
