@@ -25,7 +25,7 @@ from wsph.scene import Scene, load
 from wsph.schedule import Events, Interrupts
 
 CHECK_STEPS = 50
-"""Steps between finite checks where steps are not captured; captured ones are checked at the end of a block."""
+"""Steps between finite checks where steps are not captured in blocks; those are checked at the end of a block."""
 HISTORY_ROWS = 100
 Found = tuple[Path, dict[str, Any], dict[str, np.ndarray]]
 """A checkpoint: its file, its facts and its arrays."""
@@ -160,11 +160,12 @@ class Simulation:
 
     def _block(self, step: int) -> int:
         """Steps until something is due, or the rings are full, or the state has to be checked."""
+        program = self.c.program
         events = [self._history, self._frames, *(e for _, e in self._slow)]
         if self._checkpoints is not None:
             events.append(self._checkpoints)
         due = [e.next for e in events if e.next > step]
-        return min(min([self._last, *due]) - step, RING if self.c.program.captured else CHECK_STEPS)
+        return min(min([self._last, *due]) - step, RING if program.captured and not program.followed else CHECK_STEPS)
 
     def _keep(self, step: int, asked: bool = False) -> None:
         """Write a checkpoint, where one is due or the run is asked to end."""

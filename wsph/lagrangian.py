@@ -99,6 +99,9 @@ class LagrangianSystem(OneSetSystem):
         if self.breaks:
             # Enough to hold spurious modes; more is stiffness that a crack has to release beside the material's.
             self.default_residual = 0.1
+        if self.constitutive.laws.dissipates:
+            # It stays elastic where the material flows: a plastic hinge would spring back.
+            self.default_residual = 0.03
         super()._coefficients(scene, body)
 
     def _set_up(self, scene: Scene, nodes: np.ndarray, points: np.ndarray) -> None:
@@ -176,7 +179,7 @@ class LagrangianSystem(OneSetSystem):
         space, scales, device, state = self.space, self.scales, self.device, self.state
         if body.phase_field is not None:
             self.damage = PhaseDamage(body.phase_field, space, scales, self._spread, share, self.point_volume, scales.length,
-                                      state.struct.damage, self._pairs, self._weight, device)  # fmt: skip
+                                      state, self._pairs, self._weight, self._x, self.residual, device)  # fmt: skip
             self._phase = self.damage.struct
         if body.links is not None:
             part, spacing = body.links, self.spacing

@@ -139,8 +139,7 @@ def _seen(space: Space, layout: Layout, form: Form, smoothing: str) -> wp.Functi
 @cache
 def _gathered(space: Space, layout: Layout, form: Form, smoothing: str, averaged: bool, damage: bool) -> wp.Function:
     """Warp function (pair, phase, offsets, indices, weight, node, centre, others, field, i) -> the sum of w (f_j - f_i) (x)
-    r over the pairs of i, where `averaged` the weighted mean of f, and with `damage` the sums of w d_j, w and w |f_j -
-    f_i|^2."""
+    r over the pairs of i, where `averaged` the weighted mean of f, and with `damage` the sum of w d_j."""
     real, vec, mat, Fields, Pair = space.scalar, space.vec, space.mat, fields_struct(space, layout), pair_struct(space)
     points, seen, Phase = form.points, _seen(space, layout, form, smoothing), phase_struct(space)
 
@@ -154,8 +153,6 @@ def _gathered(space: Space, layout: Layout, form: Form, smoothing: str, averaged
         gradient = mat()
         mean = vec()
         near_damage = real(0.0)
-        near_weight = real(0.0)
-        square = real(0.0)
         c = centre[i]
         k = offsets[i]
         end = offsets[i + 1]
@@ -172,10 +169,8 @@ def _gathered(space: Space, layout: Layout, form: Form, smoothing: str, averaged
                 mean = mean + df
             if wp.static(damage):
                 near_damage = near_damage + w * phase.damage[j]
-                near_weight = near_weight + w
-                square = square + wp.dot(df, field[j] - f0)
             k += 1
-        return gradient, f0 + mean, near_damage, near_weight, square
+        return gradient, f0 + mean, near_damage
 
     return gathered
 
@@ -344,7 +339,7 @@ def _flow_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothing
              weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat),
              fields: Fields, others: Fields, rate_out: Fields):  # fmt: skip
         i = first + wp.tid()
-        gradient, _mean, _S, _D, _square = of_velocity(
+        gradient, _mean, _S = of_velocity(
             pair, phase, offsets, indices, weight, node, centre, others, others.velocity, i
         )
         change = gradient * moment[i]
@@ -393,7 +388,7 @@ def _strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothi
                share: wp.array(dtype=real), stiffness: real, pair: Pair, phase: Phase, fields: Fields, others: Fields, mean_out: wp.array(dtype=vec), corrected_out: wp.array(dtype=mat),
                opposing_out: wp.array(dtype=mat)):  # fmt: skip
         i = first + wp.tid()
-        gradient, mean, S, D, square = of_displacement(
+        gradient, mean, S = of_displacement(
             pair, phase, offsets, indices, weight, node, centre, others, others.displacement, i
         )
         H = gradient * moment[i]
@@ -405,14 +400,11 @@ def _strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothi
         if wp.static(form.residual):
             hold = share[i]
         if wp.static(breaks):
-            d, opening, g, s, P = damaging(p, phase, H, fields.stress[i], phase.damage[i], S, D)
+            d, opening, g, s, P = damaging(p, phase, H, fields.stress[i], phase.damage[i], S, phase.weights[i])
             fields.damage[i][0] = d
             phase.opening[i] = opening
             hold = g * share[i]
             phase.share[i] = hold
-            if wp.static(form.residual):
-                # What is degraded with the stress: sum w |e|^2 = sum w |du|^2 - (sum w du (x) r) : H.
-                phase.held[i] = real(0.5) * stiffness * share[i] * (square - wp.ddot(gradient, H))
             if wp.static(apart):
                 fields.damaged_stress[i] = s
             else:

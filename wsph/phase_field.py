@@ -31,6 +31,7 @@ from wsph.errors import Refused
 from wsph.neighbours import Pairs
 from wsph.scene import PhaseField
 from wsph.space import Space, determinant_and_inverse, principal
+from wsph.state import State
 from wsph.stress_state import packing
 from wsph.units import Scales
 
@@ -43,10 +44,17 @@ BROKEN = 0.95
 @cache
 def phase_struct(space: Space) -> type:
     """Struct of a phase field as kernels take it: q per psi+ and b of the sweep, the damage that the step starts from,
-    psi+ and energy of the residual, undegraded, of the last evaluation, shares times g."""
+    psi+ of the last evaluation, shares times g, and sums of the weights."""
     real = space.scalar
     array = wp.array(dtype=real)
-    annotations = {"per_energy": real, "spread": real, "damage": array, "opening": array, "held": array, "share": array}
+    annotations = {
+        "per_energy": real,
+        "spread": real,
+        "damage": array,
+        "opening": array,
+        "share": array,
+        "weights": array,
+    }
     return wp.struct(type("Phase", (), {"__annotations__": annotations, "__module__": __name__}))
 
 
@@ -221,18 +229,28 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
 
 @cache
 def _advance_kernel(space: Space) -> wp.Kernel:
-    real, degraded = space.scalar, degradation(space)
+    real, vec, mat, degraded = space.scalar, space.vec, space.mat, degradation(space)
 
     @wp.kernel(module="unique", enable_backward=False)
     def advance(first: int, volume: wp.array(dtype=real), damage: wp.array(dtype=space.vector(1)), opening: wp.array(dtype=real),
-                held: wp.array(dtype=real), old_out: wp.array(dtype=real), opened_out: wp.array(dtype=real), released_out: wp.array(dtype=real)):  # fmt: skip
+                stiffness: real, share: wp.array(dtype=real), offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
+                weight: wp.array(dtype=real), node: wp.array(dtype=vec), u: wp.array(dtype=vec), H: wp.array(dtype=mat),
+                old_out: wp.array(dtype=real), opened_out: wp.array(dtype=real), released_out: wp.array(dtype=real)):  # fmt: skip
         i = first + wp.tid()
         d = damage[i][0]
-        psi = volume[i] * opening[i] + held[i]
-        lost = degraded(old_out[i]) - degraded(d)
-        # The mean of both ends: as the trapezoidal rule takes the work of the forces.
-        released_out[i] = released_out[i] + real(0.5) * (psi + opened_out[i]) * lost
-        old_out[i] = d
+        psi = opening[i]
+        old = old_out[i]
+        if d > old:
+            # The residual's energy is degraded with the stress.
+            square = real(0.0)
+            for k in range(offsets[i], offsets[i + 1]):
+                j = indices[k]
+                e = u[j] - u[i] - H[i] * (node[j] - node[i])
+                square += weight[k] * wp.dot(e, e)
+            # psi as the mean of both ends: as the trapezoidal rule takes the work of the forces.
+            set_free = real(0.5) * volume[i] * (psi + opened_out[i]) + real(0.5) * stiffness * share[i] * square
+            released_out[i] = released_out[i] + set_free * (degraded(old) - degraded(d))
+            old_out[i] = d
         opened_out[i] = psi
 
     return advance
@@ -243,11 +261,14 @@ class PhaseDamage:
     the step to come, and counts the energy that it released."""
 
     def __init__(self, part: PhaseField, space: Space, scales: Scales, spread: np.ndarray, share: np.ndarray,
-                 volume: np.ndarray, length: float, trial: wp.array, pairs: Pairs, weight: wp.array, device: str):  # fmt: skip
-        """`spread` (m,) = sum w r^2, `share` and `volume` (m,), nondimensional, `length` [m] the unit of length, `trial` the
-        field that evaluations write the damage to."""
-        self.part, self._space, self._trial = part, space, trial
-        self._pairs, self._weight = pairs, weight
+                 volume: np.ndarray, length: float, state: State, pairs: Pairs, weight: wp.array, node: wp.array,
+                 stiffness: float, device: str):  # fmt: skip
+        """`spread` (m,) = sum w r^2, `share` and `volume` (m,) and `stiffness` (of the residual) nondimensional, `length`
+        [m] the unit of length; evaluations write the damage to `state`."""
+        self.part, self._space, self._state = part, space, state
+        self._pairs, self._weight, self._node = pairs, weight, node
+        self._stiffness = space.scalar(stiffness)
+        self._share = wp.array(share, dtype=space.scalar, device=device)
         real, n = space.scalar, len(volume)
         self._volume = wp.array(volume, dtype=real, device=device)
         self.toughness = part.fracture_energy / (scales.stress * length)
@@ -258,21 +279,22 @@ class PhaseDamage:
         self.struct = phase_struct(space)()
         self.struct.per_energy = real((16.0 / 3.0 if first else 2.0) * self.length / self.toughness)
         self.struct.spread = real((4.0 if first else 2.0) * self.length**2 * self.laplacian)
-        for name in ("damage", "opening", "held"):
+        for name in ("damage", "opening"):
             setattr(self.struct, name, wp.zeros(n, dtype=real, device=device))
+        rows = np.repeat(np.arange(n), np.diff(pairs.offsets.numpy()))
+        sums = np.bincount(rows, weight.numpy().astype(float), n)
+        self.struct.weights = wp.array(sums, dtype=real, device=device)
         self.struct.share = wp.array(share, dtype=real, device=device)
         self._opened = wp.zeros(n, dtype=real, device=device)
         self._released = wp.zeros(n, dtype=real, device=device)
 
     def advance(self, clock: Any) -> None:
         """Close a step (a launch)."""
+        state = self._state.struct
+        inputs = [self._volume, state.damage, self.struct.opening, self._stiffness, self._share, self._pairs.offsets]
+        inputs += [self._pairs.indices, self._weight, self._node, state.displacement, state.deformation]
         outputs = [self.struct.damage, self._opened, self._released]
-        clock.launch(
-            _advance_kernel(self._space),
-            len(self._volume),
-            [self._volume, self._trial, self.struct.opening, self.struct.held],
-            outputs,
-        )
+        clock.launch(_advance_kernel(self._space), len(self._volume), inputs, outputs)
 
     def clear(self) -> None:
         """Intact again."""
@@ -307,7 +329,9 @@ class PhaseDamage:
     @property
     def nbytes(self) -> int:
         """Device memory [bytes]."""
-        return sum(a.capacity for a in (*self.kept().values(), self.struct.opening, self.struct.share))
+        return sum(
+            a.capacity for a in (*self.kept().values(), self.struct.opening, self.struct.share, self.struct.weights)
+        )
 
 
 def refuse(name: str, part: PhaseField, material: Any, who: str, spacing: float, free: bool) -> None:

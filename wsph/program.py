@@ -185,7 +185,8 @@ class Program:
         self.step, self._clock, self._before, self._device = step, clock, before, clock.device
         self._graphs: dict[int, wp.Graph] = {}
         on_cuda = wp.get_device(self._device).is_cuda
-        self.captured = before is None and (pairs <= GRAPH_PAIRS or on_cuda)
+        self.captured = pairs <= GRAPH_PAIRS or on_cuda
+        self.followed = before is not None
         self.threads = 1 if on_cuda or pairs <= GRAPH_PAIRS else threads or len(cores())
         self._pieces: list[int] | None = None
         self._commands: list[list[Any]] | None = None
@@ -198,7 +199,7 @@ class Program:
 
     def prepare(self, steps: int) -> None:
         """Capture what `run(steps)` replays: about 1 ms per captured step, once."""
-        if self.captured:
+        if self.captured and self._before is None:
             for block in BLOCKS:
                 if steps >= block:
                     self._graph(block)
@@ -206,6 +207,8 @@ class Program:
 
     def run(self, steps: int, stop: Callable[[], bool] = lambda: False) -> int:
         """Run `steps` steps, fewer where `stop()` asks for it between launches of the program; returns how many."""
+        if self.captured and self._before is not None:
+            return self._followed(steps, stop)
         if self.captured:
             done = 0
             for block in BLOCKS:
@@ -220,6 +223,16 @@ class Program:
                 if stop():
                     return done
                 self._advance()
+        return steps
+
+    def _followed(self, steps: int, stop: Callable[[], bool]) -> int:
+        """Single captured steps, captured anew where what the host does before one has changed its launches."""
+        for done in range(steps):
+            if stop():
+                return done
+            if self._before is not None and self._before():
+                self._graphs.clear()
+            wp.capture_launch(self._graph(1))
         return steps
 
     def _advance(self) -> None:

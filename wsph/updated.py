@@ -12,8 +12,8 @@ clumps (tensile instability, from a stretch of about 1.2), which artificial stre
 Lagrangian forms are more accurate, faster and stable.
 
 Pairs are kept with a skin and found anew when a particle has moved, or can have moved by the end of the step, half of it:
-found on the host before a step, so that steps are not captured. Pairs in the skin have the weight zero and rows ascend, so
-that when they are found changes no bit of the sums.
+found on the host before a step, so that steps are captured one by one. Pairs in the skin have the weight zero and rows
+ascend, so that when they are found changes no bit of the sums.
 """
 
 from functools import cache

@@ -108,3 +108,28 @@ def frequency(time: np.ndarray, displacement: np.ndarray) -> float:
     k = np.flatnonzero(np.diff(np.sign(displacement[1:])))[:2] + 1
     zero = time[k] - displacement[k] * (time[k + 1] - time[k]) / (displacement[k + 1] - displacement[k])
     return float(np.pi / (zero[1] - zero[0]))
+
+
+def crack_angle(result: Any, tip: tuple[float, float] = (0.05, 0.025), broken: float = 0.95) -> float:
+    """Median direction from the notch of Kalthoff's plate to what has broken above it, up to y = 80 mm [degrees]."""
+    X, damage = result.particles["position"], result.field("damage")
+    r = X[:, :2] - np.array(tip)
+    above = (damage > broken) & (r[:, 1] > 4e-3) & (X[:, 1] < 0.08) & (r[:, 0] < 0.045)
+    return float(np.degrees(np.median(np.arctan2(r[above, 1], r[above, 0]))))
+
+
+def first_break(result: Any, probe: str = "first_break", broken: float = 0.95) -> float:
+    """The first record of a probe at which the damage is beyond `broken` [s]."""
+    record = result.probes[probe]
+    return float(record["time"][np.argmax(record["damage"] > broken)])
+
+
+def crack_offset(result: Any, start: float) -> float:
+    """How far the damage-weighted middle of a crack beyond x = start is from y = 0, at most, over slices of 4 mm [m]."""
+    X, damage = result.particles["position"], result.field("damage")
+    there = (damage > 0.5) & (X[:, 0] > start)
+    slices = np.floor((X[:, 0] - start) / 4e-3).astype(int)
+    middles = [
+        np.average(X[there & (slices == k), 1], weights=damage[there & (slices == k)]) for k in np.unique(slices[there])
+    ]
+    return float(np.abs(middles).max())
