@@ -14,6 +14,7 @@ from typing import Any
 
 from wsph.errors import WsphError
 from wsph.faults import nearest
+from wsph.validation import fracture as _fracture  # noqa: F401  (its cases join CASES)
 from wsph.validation.cases import CASES, Case, Row
 
 __all__ = ["CASES", "Case", "Outcome", "Row", "as_data", "validate"]

@@ -46,15 +46,18 @@ class Row:
         return bool(self.low <= self.reached <= self.high)
 
 
-def _at_most(figure: str, published: str, reached: float, high: float, unit: str = "%") -> Row:
+def at_most(figure: str, published: str, reached: float, high: float, unit: str = "%") -> Row:
+    """A figure that meets what is asked up to `high`."""
     return Row(figure, published, float(reached), -np.inf, high, unit)
 
 
-def _between(figure: str, published: str, reached: float, low: float, high: float, unit: str = "%") -> Row:
+def between(figure: str, published: str, reached: float, low: float, high: float, unit: str = "%") -> Row:
+    """A figure that meets what is asked from `low` to `high`."""
     return Row(figure, published, float(reached), low, high, unit)
 
 
-def _reported(figure: str, published: str, reached: float, unit: str = "%") -> Row:
+def reported(figure: str, published: str, reached: float, unit: str = "%") -> Row:
+    """A figure of which nothing is asked."""
     return Row(figure, published, float(reached), -np.inf, np.inf, unit)
 
 
@@ -71,9 +74,11 @@ class Case:
 CASES: dict[str, Case] = {}
 
 
-def _case(
+def case(
     name: str, source: str, oracle: str
 ) -> Callable[[Callable[[bool], Iterator[Row]]], Callable[[bool], Iterator[Row]]]:
+    """Add the function that gives a case's rows, of its short or its full form, to CASES."""
+
     def register(rows: Callable[[bool], Iterator[Row]]) -> Callable[[bool], Iterator[Row]]:
         CASES[name] = Case(name, source, oracle, rows)
         return rows
@@ -91,47 +96,47 @@ def _particles(scene: Scene, n: int, **overrides: Any) -> Scene:
     return scene.with_(**{"bodies.0.spacing": 1.0 / (n - 1)}, **overrides)
 
 
-@_case("shock-bar", "Herreros & Mabssout 2011, 4.1.1", "closed form")
+@case("shock-bar", "Herreros & Mabssout 2011, 4.1.1", "closed form")
 def _shock_bar(full: bool) -> Iterator[Row]:
     bar = example("shock_bar")
     for precision, high in (("f64", 1e-10), ("f32", 1e-4)):
         time, stress = compression(wsph.run(bar, precision=precision))
         error = 100 * np.abs(stress - 1)[oracles.plateau(time, 5.1e-5)].max()
-        yield _at_most(f"C = 1, 101 particles, {precision}: largest error off the jumps", "-", error, high)
+        yield at_most(f"C = 1, 101 particles, {precision}: largest error off the jumps", "-", error, high)
     for n, dt, high, over in ((100, 5e-5, 0.01, 6.0), (50, 9.9e-5, 0.6, 7.0)):
         time, stress = compression(wsph.run(_particles(bar, n, dt=dt)))
         gap = stress - 1
         words = f"{n} particles, dt = {dt:g} s"
-        yield _at_most(
+        yield at_most(
             f"{words}: L2 on the plateau, .4 ms from the jumps",
             '"no oscillations"',
             100 * np.sqrt(np.mean(gap[oracles.plateau(time)] ** 2)),
             high,
         )
         cells = oracles.plateau(time, 3.0 / (n - 1) / 200.0)
-        yield _reported(f"{words}: the same, three cells from the jumps", "-", 100 * np.sqrt(np.mean(gap[cells] ** 2)))
-        yield _at_most(f"{words}: overshoot", '"no oscillations"', 100 * gap.max(), over)
+        yield reported(f"{words}: the same, three cells from the jumps", "-", 100 * np.sqrt(np.mean(gap[cells] ** 2)))
+        yield at_most(f"{words}: overshoot", '"no oscillations"', 100 * gap.max(), over)
     history = wsph.run(bar, end="30 ms").history
     energy = (history["kinetic"] + history["strain"])[history["time"] >= 10e-3]
-    yield _at_most("C = 1: energy lost from 10 to 30 ms", '"excellent"', 100 * abs(1 - energy[-1] / energy[0]), 1e-3)
+    yield at_most("C = 1: energy lost from 10 to 30 ms", '"excellent"', 100 * abs(1 - energy[-1] / energy[0]), 1e-3)
 
 
-@_case("viscoplastic-bar", "Herreros & Mabssout 2011, 4.1.2", "closed form (N = 0), converged values (N = 2)")
+@case("viscoplastic-bar", "Herreros & Mabssout 2011, 4.1.2", "closed form (N = 0), converged values (N = 2)")
 def _viscoplastic_bar(full: bool) -> Iterator[Row]:
     bar = example("viscoplastic_bar")
     for n, high in ((50, 0.26), (100, 0.13), (200, 0.065), (400, 0.033)):
         time, stress = compression(wsph.run(_particles(bar, n)))
         on = oracles.plateau(time, 3.0 / (n - 1) / 200.0)
         error = 100 * np.abs(stress - oracles.viscoplastic(time) / oracles.AMPLITUDE)[on].max()
-        yield _at_most(f"N = 0, {n} particles: largest error on the plateau", '"agreement"', error, high)
+        yield at_most(f"N = 0, {n} particles: largest error on the plateau", '"agreement"', error, high)
     for n, high in ((50, 0.3), (200, 0.04)):
         change = {"bodies.0.material.exponent": 2.0, "bodies.0.material.fluidity": 2.0}
         time, stress = compression(wsph.run(_particles(bar, n, **change)))
         gaps = [abs(np.interp(t, time, stress) * oracles.AMPLITUDE / v - 1) for t, v in oracles.CONVERGED.items()]
-        yield _at_most(f"N = 2, {n} particles: largest error at 5.5, 6, 7 ms", "figure", 100 * max(gaps), high)
+        yield at_most(f"N = 2, {n} particles: largest error at 5.5, 6, 7 ms", "figure", 100 * max(gaps), high)
 
 
-@_case("cantilever", "Herreros & Mabssout 2011, 4.2", "beam theory")
+@case("cantilever", "Herreros & Mabssout 2011, 4.2", "beam theory")
 def _cantilever(full: bool) -> Iterator[Row]:
     beam, exact, errors = example("cantilever"), oracles.beam_deflection(), []
     sizes = ((21, 3), (41, 5), (61, 7), (81, 9)) if full else ((21, 3), (41, 5))
@@ -140,36 +145,36 @@ def _cantilever(full: bool) -> Iterator[Row]:
         tip = wsph.run(scene).probes["tip"]["displacement_y"][-1]
         errors.append(tip / exact - 1)
         published = "2 % low (.049 m), no reading gives it" if rows == 3 else "-"
-        yield _reported(f"{columns} x {rows}: static deflection above beam theory's", published, 100 * errors[-1])
+        yield reported(f"{columns} x {rows}: static deflection above beam theory's", published, 100 * errors[-1])
     order = -np.polyfit(np.log([rows - 1 for _, rows in sizes]), np.log(errors), 1)[0]
-    yield _between("order of convergence with the rows of cells", '"fast"', order, 1.5, 3.5, "")
+    yield between("order of convergence with the rows of cells", '"fast"', order, 1.5, 3.5, "")
 
 
-@_case("shear-band", "Herreros & Mabssout 2011, 4.3", "another implementation's converged band, plane strain")
+@case("shear-band", "Herreros & Mabssout 2011, 4.3", "another implementation's converged band, plane strain")
 def _shear_band(full: bool) -> Iterator[Row]:
     block = example("shear_band")
     peaks = []
     for columns, dt in ((20, 9.5e-6), (40, 8e-6), (80, 8e-6))[: 3 if full else 2]:
         found = band(block.with_(dt=dt, **{"bodies.0.spacing": 0.5 / columns}))
         words = f"{columns + 1} columns"
-        yield _between(f"{words}: angle", "about 45", found["angle"], 41.0, 45.0, "degrees")
-        yield _between(f"{words}: width", "does not depend on the spacing", found["width"], 0.12, 0.14, "m")
+        yield between(f"{words}: angle", "about 45", found["angle"], 41.0, 45.0, "degrees")
+        yield between(f"{words}: width", "does not depend on the spacing", found["width"], 0.12, 0.14, "m")
         start = float(np.linalg.norm(found["where"] - np.array([0.5, 0.0])))
-        yield _at_most(f"{words}: distance of the peak from the free edge's foot", "starts there", start, 1e-9, "m")
+        yield at_most(f"{words}: distance of the peak from the free edge's foot", "starts there", start, 1e-9, "m")
         peaks.append(found["peak"])
-        yield _reported(f"{words}: peak strain (it depends on the spacing)", '"independent"', found["peak"], "")
+        yield reported(f"{words}: peak strain (it depends on the spacing)", '"independent"', found["peak"], "")
     stress = band(block.with_(**{"bodies.0.state": "stress"}))
-    yield _reported("41 columns in plane stress: angle", "said, but not what was run", stress["angle"], "degrees")
+    yield reported("41 columns in plane stress: angle", "said, but not what was run", stress["angle"], "degrees")
 
 
-@_case("shock-bar-ul", "Serroukh & Mabssout 2022, 4.1", "closed form (v0 = .001 m/s), Hugoniot (v0 = 10 m/s)")
+@case("shock-bar-ul", "Serroukh & Mabssout 2022, 4.1", "closed form (v0 = .001 m/s), Hugoniot (v0 = 10 m/s)")
 def _shock_bar_ul(full: bool) -> Iterator[Row]:
     bar = example("shock_bar_ul")
     for courant in (0.8, 0.9):
         probe = wsph.run(bar, cfl=courant).probes["fixed-end"]
         on = (probe["time"] > 6e-3) & (probe["time"] < 7e-3)
         level = -probe["stress_xx"][on].mean() / 8e6
-        yield _between(
+        yield between(
             f"v0 = 10 m/s, C = {courant}: plateau over 2 rho c v0", "-", level, 1.026 * 0.995, 1.026 * 1.005, ""
         )
 
@@ -178,7 +183,7 @@ def _shock_bar_ul(full: bool) -> Iterator[Row]:
         probe = wsph.run(small, support=support, dt=dt).probes["fixed-end"]
         return probe["time"], -probe["stress_xx"] / (8e5 * speed)
 
-    for speed, verdict in ((1e-6, lambda *row: _at_most(*row, 2.5e-5)), (1e-3, _reported)):
+    for speed, verdict in ((1e-6, lambda *row: at_most(*row, 2.5e-5)), (1e-3, reported)):
         time, stress = pulse(1.2, 5e-5, speed)
         error = 100 * np.abs(stress - 1)[oracles.plateau(time, 5.1e-5)].max()
         yield verdict(
@@ -191,23 +196,21 @@ def _shock_bar_ul(full: bool) -> Iterator[Row]:
         # The mean at a jump: the front stands on a sample there.
         exact = np.interp(time, [4.999e-3, 5.001e-3, 7.499e-3, 7.501e-3], [0.0, 1.0, 1.0, 0.0])
         gap = stress - exact
-        yield _between(
+        yield between(
             f"table {words}: relative L1, 0-10 ms",
             f"{published} (L2)",
             100 * np.abs(gap).sum() / exact.sum(),
             0.7 * published,
             published,
         )
-        yield _reported(
-            f"table {words}: relative L2", f"{published}", 100 * np.linalg.norm(gap) / np.linalg.norm(exact)
-        )
+        yield reported(f"table {words}: relative L2", f"{published}", 100 * np.linalg.norm(gap) / np.linalg.norm(exact))
     small = bar.with_(guard="off", **{"functions.pulse.value": [1e-6, 0.0]})
     history = wsph.run(small, dt=5e-5, end="30 ms").history
     energy = (history["kinetic"] + history["strain"])[history["time"] >= 10e-3]
-    yield _at_most("C = 1: energy lost from 10 to 30 ms", '"excellent"', 100 * abs(1 - energy[-1] / energy[0]), 1e-3)
+    yield at_most("C = 1: energy lost from 10 to 30 ms", '"excellent"', 100 * abs(1 - energy[-1] / energy[0]), 1e-3)
 
 
-@_case("vibrating-bar", "Serroukh & Mabssout 2022, 4.2", "closed form")
+@case("vibrating-bar", "Serroukh & Mabssout 2022, 4.2", "closed form")
 def _vibrating_bar(full: bool) -> Iterator[Row]:
     bar = example("vibrating_bar")
     for end, highs in ((0.3538, (2e-3, 4e-4, 1e-6)), (10.0, (5.9, 1.2, 0.0013))):
@@ -217,12 +220,12 @@ def _vibrating_bar(full: bool) -> Iterator[Row]:
             stress = system.state.read("stress")[:, 0] * done.scales.stress
             exact = oracles.vibrating_bar(system.position[:, 0], done.steps * done.dt)
             error = 100 * np.linalg.norm(stress - exact) / np.linalg.norm(exact)
-            yield _at_most(
+            yield at_most(
                 f"{n} particles, t = {end:g} s: L2 of the stress", f"{published}" if end < 1 else "-", error, high
             )
 
 
-@_case("crack-dsif", "Serroukh & Mabssout 2022, 4.3", "Freund, to the first reflection")
+@case("crack-dsif", "Serroukh & Mabssout 2022, 4.3", "Freund, to the first reflection")
 def _crack_dsif(full: bool) -> Iterator[Row]:
     plate = example("crack_dsif")
     half = plate.data()
@@ -240,7 +243,7 @@ def _crack_dsif(full: bool) -> Iterator[Row]:
             exact = oracles.freund(time)
             error = 100 * np.linalg.norm(factor - exact) / np.linalg.norm(exact)
             columns = f"{cells + 1} columns"
-            yield _at_most(f"{words}, {columns}: L2 of the stress intensity factor", '"converges"', error, high)
+            yield at_most(f"{words}, {columns}: L2 of the stress intensity factor", '"converges"', error, high)
 
 
 TABLE_1 = {250: (0.0889, 0.1613), 500: (0.0625, 0.1353), 750: (0.0511, 0.1222), 1000: (0.0441, 0.1136)}
@@ -268,7 +271,7 @@ def _magnesium_bar_run(particles: int, dt: float, integrator: str) -> tuple[bool
     return True, float(np.abs(error).sum() / exact.sum()), float(np.sqrt((error**2).sum() / (exact**2).sum()))
 
 
-@_case("magnesium-bar", "He & Seaid 2016, 4.1", "closed form; the published pattern of stability")
+@case("magnesium-bar", "He & Seaid 2016, 4.1", "closed form; the published pattern of stability")
 def _magnesium_bar(full: bool) -> Iterator[Row]:
     agree = cells = 0
     for particles in (250, 500, 750, 1000) if full else (250, 500):
@@ -284,8 +287,8 @@ def _magnesium_bar(full: bool) -> Iterator[Row]:
                         words = (
                             f"table 1, RKC, {particles} particles, Courant number {courant:g}: {name} of the velocity"
                         )
-                        yield _between(words, f"{there}", value, 0.97 * here, 1.03 * here, "")
-    yield _between("table 1: cells that are stable or unstable as published", f"{cells}", agree, cells, cells, "cells")
+                        yield between(words, f"{there}", value, 0.97 * here, 1.03 * here, "")
+    yield between("table 1: cells that are stable or unstable as published", f"{cells}", agree, cells, cells, "cells")
 
 
 STABILITY = {
@@ -330,7 +333,7 @@ def _largest_courant(scene: Scene, integrator: str, there: float, most: float) -
     return low
 
 
-@_case("bar-stability", "He & Seaid 2016, 4.1", "the same reading in an implementation of its own")
+@case("bar-stability", "He & Seaid 2016, 4.1", "the same reading in an implementation of its own")
 def _bar_stability(full: bool) -> Iterator[Row]:
     bar = example("magnesium_bar").with_(end=4e-4, guard="off", stop={"energy": 1e9}, probes=[])
     for alpha in (2.5, 1.0) if full else (2.5,):
@@ -338,7 +341,7 @@ def _bar_stability(full: bool) -> Iterator[Row]:
         for integrator, there in STABILITY[alpha].items():
             found = _largest_courant(viscous, integrator, there, 2.3)
             words = f"bar, alpha = {alpha:g}, {integrator}: largest Courant number"
-            yield _between(words, f"{there:.2f}", found, 0.9 * there, 1.1 * there, "")
+            yield between(words, f"{there:.2f}", found, 0.9 * there, 1.1 * there, "")
     data = example("oscillating_beam").data()
     data["bodies"][0] |= {"shape": {"type": "box", "min": [0.0, -0.05], "max": [0.5, 0.05]}, "spacing": 0.01,
                           "hourglass": {"coefficient": 0.05}}  # fmt: skip
@@ -350,10 +353,10 @@ def _bar_stability(full: bool) -> Iterator[Row]:
         for integrator, there in row.items():
             found = _largest_courant(beam.with_(**viscosity), integrator, there, most)
             words = f"beam, alpha = {alpha:g} on all pairs, {integrator}: largest Courant number"
-            yield _between(words, f"{there:.2f}", found, 0.9 * there, 1.1 * there, "")
+            yield between(words, f"{there:.2f}", found, 0.9 * there, 1.1 * there, "")
 
 
-@_case("plate-with-void", "He & Seaid 2016, 4.3", "biquadratic finite elements, static")
+@case("plate-with-void", "He & Seaid 2016, 4.3", "biquadratic finite elements, static")
 def _plate(full: bool) -> Iterator[Row]:
     plate = example("plate_with_void")
     rings = plate.bodies[0].map or ()
@@ -392,12 +395,12 @@ def _plate(full: bool) -> Iterator[Row]:
                     for norm, error, there, high in zip(("L1", "L2"), errors, published[radius], norms, strict=True):
                         figure = f"{words}: {norm} of sigma_yy along the ligament"
                         if name == "rings":
-                            yield _at_most(figure, there, error, high, "")
+                            yield at_most(figure, there, error, high, "")
                         else:
-                            yield _reported(figure, "-", error, "")
+                            yield reported(figure, "-", error, "")
 
 
-@_case("oscillating-beam", "He & Seaid 2016, 4.2", "biquadratic finite elements")
+@case("oscillating-beam", "He & Seaid 2016, 4.2", "biquadratic finite elements")
 def _oscillating_beam(full: bool) -> Iterator[Row]:
     beam = example("oscillating_beam")
     for height, published in ((0.1, "1943"), (0.05, "1007")):
@@ -423,6 +426,6 @@ def _oscillating_beam(full: bool) -> Iterator[Row]:
                 figure = f"height {height:g} m, {rows} rows, {words}: frequency against {omega:g} rad/s"
                 error = 100 * (found / omega - 1.0)
                 if gate is None:
-                    yield _reported(figure, published, error)
+                    yield reported(figure, published, error)
                 else:
-                    yield _between(figure, published, error, -100 * gate, 100 * gate)
+                    yield between(figure, published, error, -100 * gate, 100 * gate)

@@ -75,3 +75,12 @@ BEAM_FREQUENCY = {0.05: 1026.18, 0.1: 2008.23}
 
 MAGNESIUM_SPEED = float(np.sqrt(45e9 / 1738.0))
 """sqrt(E/rho) of magnesium [m/s]: the speed in He & Seaid's Courant number."""
+
+
+def rigid_plastic(speed: float) -> float:
+    """Deflection of the middle of Islam & Peng's clamped beam, struck at `speed` [m/s], as a rigid-plastic one [mm].
+
+    Their eq 36: H/2 (sqrt(1 + M V^2 L/(2 M_p H)) - 1), M_p = b H^2 sigma_y/4, per width, with a free span 2 L = 101.6 mm.
+    """
+    height, mass, half, plastic = 6.35e-3, 10.55, 50.8e-3, 277.8e6 * 6.35e-3**2 / 4.0
+    return float(1e3 * 0.5 * height * (np.sqrt(1.0 + mass * speed**2 * half / (2.0 * plastic * height)) - 1.0))
