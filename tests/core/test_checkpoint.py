@@ -101,6 +101,36 @@ def test_internals_are_kept(material: str, tmp_path: Path) -> None:
     assert straight.summary["energy"] == resumed.summary["energy"]
 
 
+BREAKING = {
+    "phase field": {"phase_field": {"fracture_energy": 1e-4, "length": 0.2}},
+    "phase field, evolved stress": {
+        "phase_field": {"fracture_energy": 1e-4, "length": 0.2},
+        "material.model": "jaumann",
+    },
+    "links": {"links": {"criterion": "stretch", "threshold": 0.02}, "material.model": "jaumann"},
+}
+
+
+@pytest.mark.filterwarnings("ignore:.*follow the lattice", "ignore:.*energy was created")
+@pytest.mark.parametrize("part", list(BREAKING))
+def test_what_is_broken_and_what_touches_are_kept(part: str, tmp_path: Path) -> None:
+    changes = {f"bodies.0.{key}": value for key, value in BREAKING[part].items()}
+    scene = block(dt=0.02, formulation="total-lagrangian").with_(**{"bodies.0.velocity": ["0.1*x", "0"], **changes})
+    other = {**scene.data()["bodies"][0], "name": "c", "velocity": ["-0.2", "0"]}
+    other["shape"] = {"type": "box", "min": [1.05, 0.0], "max": [2.05, 1.0]}
+    data = scene.data()
+    data["bodies"].append(other)
+    data["contact"] = [{"between": ["b", "c"], "friction": 0.1}, {"self": "b"}]
+    data["output"]["fields"] = ["velocity", "stress", "damage"]
+    scene = wsph.Scene(**data)
+    straight = wsph.run(scene, tmp_path / "straight")
+    assert straight.field("damage").max() > 0.5
+    assert straight.history["contact"].max() > 0.0
+    wsph.run(scene.with_(end=0.7, checkpoint={"every": 10}), tmp_path / "resumed")
+    wsph.run(scene, tmp_path / "resumed", resume=True)
+    assert files(tmp_path / "straight") == files(tmp_path / "resumed")
+
+
 def test_an_interrupt_leaves_a_checkpoint_and_resuming_ends_the_run(tmp_path: Path) -> None:
     scene = block(dt=0.02)
     straight = wsph.run(scene, tmp_path / "straight")

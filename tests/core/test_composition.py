@@ -132,3 +132,28 @@ def test_every_dimension_and_precision_runs_ten_steps(shock_bar: wsph.Scene, dim
     result = wsph.run(wsph.Scene(**data))
     assert result.stable
     assert np.abs(result.particles["velocity"]).max() > 0.1
+
+
+def test_a_scene_pays_nothing_for_fracture_and_contact_that_it_has_not() -> None:
+    """The same kernels, launches and bytes whether or not the program knows of them."""
+    material = {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}
+    body = {
+        "name": "b",
+        "shape": {"type": "box", "min": [0.0, 0.0], "max": [1.0, 1.0]},
+        "spacing": 0.1,
+        "state": "strain",
+        "material": material,
+    }
+    run = {"integrator": "leapfrog", "formulation": "total-lagrangian", "end": 1.0, "cfl": 0.2}
+
+    def scene(**part: object) -> wsph.Scene:
+        return wsph.Scene(schema=1, dim=2, run=run, bodies=[{**body, **part}])
+
+    bare = compose(scene())
+    assert sorted(set(names(scene()))) == ["advance", "combine", "drift", "force_between", "strain"]
+    assert not {"damage", "damaged_stress"} & set(bare.bodies[0].system.state.widths)
+    assert bare.contacts is None
+    assert not bare.program.followed
+    broken = scene(phase_field={"fracture_energy": 1.0, "length": 0.15}, residual={"coefficient": 1.0})
+    assert names(broken).count("advance") == names(scene()).count("advance") + 1
+    assert compose(broken).bodies[0].system.nbytes > bare.bodies[0].system.nbytes

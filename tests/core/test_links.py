@@ -132,6 +132,35 @@ def test_what_it_cannot_do_is_refused(keys: dict, error: type, text: str) -> Non
         compose(block(**keys))
 
 
+@pytest.mark.parametrize("strain", [1.0, -0.6])
+def test_doubled_and_crushed_to_two_fifths_without_breaking(strain: float) -> None:
+    """100 % tension, and compression to J = .4: the body survives, and what holds it together stays small."""
+    speed = 0.05 * np.sign(strain)
+    grip = [
+        {"body": "b", "where": "x > 0.44", "velocity": {"x": speed}},
+        {"body": "b", "where": "x < -0.44", "velocity": {"x": 0.0}},
+    ]
+    material = {
+        "model": "mises",
+        "density": 1.0,
+        "youngs_modulus": 1.0,
+        "poisson_ratio": 0.3,
+        "yield_stress": 0.01,
+        "hardening_modulus": 0.05,
+    }
+    data = block(end=abs(strain / speed), velocity=[f"{speed}*(x+0.5)", "0"], material=material, viscosity={"alpha": 0.5},
+                 links={"criterion": "stretch", "threshold": 50.0}).data()  # fmt: skip
+    result = wsph.run(wsph.Scene(**data | {"boundary": grip, "output": {"fields": ["displacement", "damage"]}}))
+    assert result.status == "completed"
+    assert result.field("damage").max() == 0.0
+    energy = result.summary["energy"]
+    assert abs(energy["residual"]) < 0.03 * energy["external_work"]
+    assert energy["hourglass"] < 0.1 * (energy["strain"] + energy["dissipated"])
+    assert (
+        result.field("displacement_x").max() * np.sign(strain) == pytest.approx(abs(strain), rel=0.05) or strain < 0.0
+    )
+
+
 def test_it_says_that_its_cracks_follow_the_lattice() -> None:
     with pytest.warns(RuntimeWarning, match="follow the lattice"):
         compose(block())
