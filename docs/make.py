@@ -30,6 +30,14 @@ PICTURES: dict[str, tuple[str, dict[str, object]]] = {
     "magnesium_bar": ("stress_xx", {}),
     "plate_with_void": ("stress_yy", {}),
     "twisting_column": ("von_mises", {"end": "0.09 s", "bodies.0.spacing": 0.1}),
+    "kalthoff_winkler": ("damage", {}),
+    "kalthoff_links": ("damage", {}),
+    "mode_one_strip": ("damage", {}),
+    "deep_beam": ("damage", {}),
+    "taylor_bar": ("plastic_strain", {}),
+    "two_rods": ("velocity_x", {"end": "20 us"}),
+    "rigid_plastic_beam": ("plastic_strain", {"end": "0.9 ms"}),
+    "notched_beam": ("plastic_strain", {"end": "0.5 ms"}),
     "oscillating_beam": (
         "stress_xx",
         {

@@ -141,13 +141,19 @@ class LagrangianSystem(OneSetSystem):
             if not len(lonely) or not self.points or reach.max() > 2.0 * self._support:
                 break
             reach[lonely] *= 1.5
-        self.refuse_lonely(rank.numpy())
+        alone = rank.numpy() < space.dim
+        if self.damage_model != "links":
+            self.refuse_lonely(rank.numpy())
         self._pairs = pairs
         self._x = wp.array(position, dtype=space.vec, device=device)
         self._centre = wp.array(centre.numpy(), dtype=space.vec, device=device) if self.points else self._x
         self._weight = wp.array(weight.numpy(), dtype=space.scalar, device=device)
-        self._moment = wp.array(moment.numpy(), dtype=space.mat, device=device)
-        self._spread = spread.numpy()
+        # With links, what has too few from the start (a corner of a turned lattice) is free from the start.
+        moments, spreads = moment.numpy(), spread.numpy()
+        moments[alone] = 0.0
+        spreads[alone] = np.inf
+        self._moment = wp.array(moments, dtype=space.mat, device=device)
+        self._spread = spreads
         if self.points:
             self._back, order = pairs.transposed()
             self._back_weight = wp.array(weight.numpy()[order], dtype=space.scalar, device=device)

@@ -61,7 +61,9 @@ class UpdatedLagrangianSystem(OneSetSystem):
         self._moment = wp.zeros(self.count, dtype=space.mat, device=device)
         self._corrected = wp.zeros_like(self._moment)
         self._opposing = wp.zeros(self.count if self.parts.artificial else 1, dtype=space.mat, device=device)
-        self._x = wp.array(self.position / scales.length, dtype=space.vec, device=device)
+        # About an origin of its own: far from the scene's, single precision would lose what lies between particles.
+        self._place = (self.position - self.position.mean(0)) / scales.length
+        self._x = wp.array(self._place, dtype=space.vec, device=device)
         self._volume = wp.array(self.volume, dtype=space.scalar, device=device)
         self._current = wp.zeros_like(self._volume)
         self._share = wp.zeros(self.count if self.viscous else 1, dtype=space.scalar, device=device)
@@ -82,7 +84,7 @@ class UpdatedLagrangianSystem(OneSetSystem):
         """Pairs of where the particles are, or were at `displacement`, the skin included."""
         if displacement is None:
             displacement = self.state.read("displacement")
-        place = self.position / self.scales.length + displacement
+        place = self._place + displacement
         if not np.isfinite(place).all():
             return  # the finite check says so
         reach = 2.0 * float(self.pair.h) + SKIN * self.spacing / self.scales.length

@@ -145,9 +145,10 @@ def _rigid_plastic_beam(full: bool) -> Iterator[Row]:
             )
     for speed in (10.0, 30.0, 40.0) if full else ():
         found = _deflection(beam, 7, **late, **{"bodies.1.velocity": [0.0, -speed]})
-        yield between(
-            f"7 rows, {speed:g} m/s: over the formula's", "agrees", found / oracles.rigid_plastic(speed), 0.65, 1.1, ""
-        )
+        # At 10 m/s much of the deflection is elastic, and swings back, which the formula leaves out.
+        low = 0.6 if speed < 20.0 else 0.95
+        over = found / oracles.rigid_plastic(speed)
+        yield between(f"7 rows, {speed:g} m/s: mean deflection over the formula's", "agrees", over, low, 1.05, "")
 
 
 def _deflection(beam: Scene, rows: int, **changes: Any) -> float:

@@ -1,0 +1,275 @@
+"""The extremes: a pairwise grid over methods, materials, dimensions and what makes scenes hard, and what became of each.
+
+    python tests/extremes/grid.py            run all of it and write docs/extremes.md
+    python tests/extremes/grid.py 17         one case, in both precisions
+
+A case is 200 steps of a body that is held at one side and set in motion. It may complete, with its energy and its single
+precision within bounds, or be refused by name before it starts, or be warned of or stopped by name: anything else is a
+silent failure.
+"""
+
+import argparse
+import itertools
+import sys
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import wsph
+from wsph.composition import compose
+from wsph.errors import WsphError
+
+STEPS = 200
+CREATED = 0.02
+"""Energy that may be created, of the largest seen: above it a run warns by itself."""
+APART = 0.02
+"""How far velocities in single precision may be from those in double, of the largest velocity."""
+
+LEVELS: dict[str, tuple[Any, ...]] = {
+    "method": (
+        ("tsph", "small-strain"), ("ul-tsph", "updated-lagrangian"),
+        ("leapfrog", "stress-points"), ("leapfrog", "total-lagrangian"), ("leapfrog", "updated-lagrangian"),
+        ("rk4", "stress-points"), ("rk4", "total-lagrangian"), ("rk4", "updated-lagrangian"),
+        ("rkc", "total-lagrangian"), ("rkc", "updated-lagrangian"),
+        ("lf4", "stress-points"), ("blanes-moan4", "total-lagrangian"), ("kg4-8", "stress-points"), ("w20-2-8", "total-lagrangian"),
+    ),
+    "material": ("elastic", "jaumann", "perzyna", "mises", "neo-hookean"),
+    "dim": (1, 2, 3),
+    "fraction": (0.1, 0.5, 0.95),
+    "support": (None, 0.8, 1.3, 2.0),
+    "jitter": (0.0, 0.2, 0.4),
+    "poisson": (0.0, 0.3, 0.49, 0.4999, -0.5),
+    "size": ("1 m", "nm", "km", "years"),
+    "extreme": ("none", "stretch 2", "turned by 1000 rad", "far from the origin", "thin cells", "softening", "few cells", "light and stiff neighbour"),
+}  # fmt: skip
+"""Factors and their levels. `fraction` is of the composed limit; `support` in that of the method's own."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One row of the grid."""
+
+    number: int
+    keys: tuple[tuple[str, Any], ...]
+
+    def __getitem__(self, name: str) -> Any:
+        return dict(self.keys)[name]
+
+    def __str__(self) -> str:
+        integrator, formulation = self["method"]
+        rest = [f"{self['material']}, {self['dim']}D", f"{self['fraction']:g} of the limit"]
+        rest += [f"support x {self['support']:g}"] if self["support"] else []
+        rest += [f"jitter {self['jitter']:g}"] if self["jitter"] else []
+        rest += [f"nu {self['poisson']:g}", self["size"]]
+        rest += [self["extreme"]] if self["extreme"] != "none" else []
+        return f"{integrator} {formulation}: " + ", ".join(rest)
+
+
+def cases() -> list[Case]:
+    """Rows that hold every pair of levels of two factors at least once, chosen greedily: always the same."""
+    names = list(LEVELS)
+    open_pairs = {
+        (a, x, b, y)
+        for a, b in itertools.combinations(range(len(names)), 2)
+        for x in range(len(LEVELS[names[a]]))
+        for y in range(len(LEVELS[names[b]]))
+    }
+    random, rows = np.random.default_rng(4), []
+    while open_pairs:
+        best, most = None, -1
+        for _ in range(60):
+            a, x, b, y = sorted(open_pairs)[random.integers(len(open_pairs))]
+            row: list[int] = [int(random.integers(len(LEVELS[n]))) for n in names]
+            row[a], row[b] = x, y
+            found = sum((a, row[a], b, row[b]) in open_pairs for a, b in itertools.combinations(range(len(names)), 2))
+            if found > most:
+                best, most = row, found
+        assert best is not None
+        open_pairs -= {(a, best[a], b, best[b]) for a, b in itertools.combinations(range(len(names)), 2)}
+        rows.append(best)
+    return [
+        Case(number, tuple((name, LEVELS[name][k]) for name, k in zip(names, row, strict=True)))
+        for number, row in enumerate(rows)
+    ]
+
+
+_UNITS = {"1 m": (1.0, 1.0, 1.0), "nm": (1e-9, 1e-9, 1e-24), "km": (1e3, 1e3, 1e12), "years": (1.0, 3.2e7, 1.0)}
+"""Length, time and mass of what is 1 in the scene."""
+
+
+def scene(case: Case, precision: str, courant: float, seconds: float) -> wsph.Scene:
+    """The scene of a case at a Courant number, to an end [s]."""
+    dim, (integrator, formulation), extreme = case["dim"], case["method"], case["extreme"]
+    length, time, mass = _UNITS[case["size"]]
+    stress, density = mass / (length * time**2), mass / length**3
+    cells = {1: 40, 2: 10, 3: 5}[dim] if extreme != "few cells" else 3
+    origin = 1e6 if extreme == "far from the origin" else 0.0
+    low, high = [origin * length] * dim, [(origin + 1.0) * length] * dim
+    shape: dict[str, Any] = {"type": "box", "min": low, "max": high}
+    spacing: Any = length / cells
+    if extreme == "thin cells" and dim > 1:
+        shape["max"] = [*high[:-1], low[-1] + 1e-6 * length * cells]
+        spacing = [length / cells] * (dim - 1) + [1e-6 * length]
+    if extreme == "turned by 1000 rad" and dim > 1:
+        shape["rotate"] = np.degrees(1e3) % 360.0 if dim == 2 else [[0.0, 0.0, 1.0], np.degrees(1e3) % 360.0]
+    material: dict[str, Any] = {"model": case["material"], "density": density, "youngs_modulus": stress, "poisson_ratio": case["poisson"]}  # fmt: skip
+    harden = -0.02 * stress if extreme == "softening" else 0.1 * stress
+    if case["material"] == "perzyna":
+        material |= {
+            "yield_stress": 1e-3 * stress,
+            "hardening_modulus": harden,
+            "fluidity": 1e-3 / time,
+            "exponent": 1.0,
+        }
+    if case["material"] == "mises":
+        material |= {"yield_stress": 1e-3 * stress, "hardening_modulus": harden}
+    # A stretch of 2 within the run, or motion well within small strain.
+    rate = float(1.0 / seconds) if extreme == "stretch 2" else 2e-3 / time
+    x = f"(x - {low[0]!r})*{rate!r}"
+    body = {"name": "body", "shape": shape, "spacing": spacing, "velocity": [x] + [0.0] * (dim - 1), "material": material, "jitter": case["jitter"]}  # fmt: skip
+    if dim < 3:
+        body["state"] = "strain"
+    if integrator == "rkc":
+        body["viscosity"] = {"alpha": 1.0, "kind": "pair"}
+    bodies, boundary = [body], []
+    if "rotate" not in shape:
+        boundary.append({"body": "body", "face": "-x", "fixed": ["x"]})
+    if extreme == "light and stiff neighbour":
+        far = {**shape, "min": [low[0] + 5.0 * length, *low[1:]], "max": [high[0] + 5.0 * length, *high[1:]]}
+        bodies.append({**body, "name": "neighbour", "shape": far, "velocity": [0.0] * dim,
+                       "material": {**material, "density": 1e-3 * density, "youngs_modulus": 1e-9 * stress}})  # fmt: skip
+    run: dict[str, Any] = {"integrator": integrator, "formulation": formulation, "end": seconds, "cfl": courant, "precision": precision}  # fmt: skip
+    if case["support"]:
+        run["support"] = case["support"] * {"tsph": 1.2, "ul-tsph": 1.2}.get(integrator, 1.8 if formulation == "stress-points" else 2.6)  # fmt: skip
+    return wsph.Scene(schema=1, dim=dim, run=run, bodies=bodies, boundary=boundary)
+
+
+@dataclass
+class Verdict:
+    """What became of a case in one precision: completed, warned of, refused or stopped; or the fault of a silent failure."""
+
+    outcome: str
+    reason: str = ""
+    fault: str = ""
+    velocity: np.ndarray | None = None
+
+
+def verdict(case: Case, precision: str) -> Verdict:
+    """Run a case, at a Courant number measured in double precision."""
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        try:
+            still = compose(scene(case, "f64", 1e-3, _UNITS[case["size"]][1]).with_(guard="off"))
+            limits = [run.limit for run in still.bodies]
+            known = [limit for limit in limits if limit is not None and np.isfinite(limit)]
+            courant = case["fraction"] * (min(known) if known else 1.0)
+            if courant == 0.0:
+                return Verdict("refused", f"stability limit 0: {still.bodies[0].limit_reason}")
+            seconds = STEPS * courant / 1e-3 * still.dt
+            result = wsph.run(scene(case, precision, courant, seconds), throw=False)
+        except WsphError as error:
+            return Verdict("refused", _first(str(error)))
+    if not result.stable:
+        return Verdict("stopped", _first(result.reason))
+    velocity, energy = result.particles["velocity"], result.summary["energy"]
+    if not all(
+        np.isfinite(v).all() for name, v in result.particles.items() if v.dtype.kind == "f" and name != "density"
+    ):
+        return Verdict("completed", fault="a field is not finite")
+    largest = max(np.abs(result.history["external_work"]).max(), np.abs(result.history["kinetic"]).max())
+    created = [str(w.message) for w in said if "energy was created" in str(w.message)]
+    if created:
+        return Verdict("warned", _first(created[0]), velocity=velocity)
+    if -energy["residual"] > CREATED * largest:
+        return Verdict("completed", fault=f"{-100 * energy['residual'] / largest:.3g} % of energy created")
+    return Verdict("completed", velocity=velocity)
+
+
+def _first(text: str) -> str:
+    return text.splitlines()[0]
+
+
+def outcomes(case: Case) -> dict[str, Verdict]:
+    """Both precisions of a case; single beside double where both completed."""
+    found = {precision: verdict(case, precision) for precision in ("f64", "f32")}
+    double, single = found["f64"].velocity, found["f32"].velocity
+    if any(v.outcome != "completed" for v in found.values()):
+        return found
+    if double is not None and single is not None and np.abs(double).max() > 0.0:
+        gap = float(np.abs(single - double).max() / np.abs(double).max())
+        if gap > APART:
+            found["f32"].fault = f"velocities {gap:.2g} off those in double precision"
+    return found
+
+
+REASONS = {
+    "too few neighbours": "a support too small for a gradient, named",
+    "see too few": "a support too small for a gradient, named",
+    "stability limit": "the limit follows the deformation: a run that falls below its step is stopped",
+    "a mode of its step grows": "jitter on which collocation grows, measured before the run",
+    "needs a rate": "a total law alone in a form of rates",
+    "total law alone": "a total law alone in a form of rates",
+    "as wide in every direction": "the form's own lattice",
+    "needs a regular lattice": "the form's own lattice",
+    "energy was created": "the energy stop",
+    "inside out": "a particle turned over: the state is no answer any more",
+    "is not finite": "the finite check",
+    "time step of": "the law's own longest step, named",
+    "no cell": "a body without a cell",
+    "too far out": "numbers beyond double precision",
+    "lf4 takes total laws": "a method without what the scene has, named",
+    "undamped": "a method that amplifies, named",
+    "processed": "a method without what the scene has, named",
+    "velocity-independent": "a method without what the scene has, named",
+}
+"""Refusals that have been looked at: a part of the message, and why it is right."""
+
+
+def reviewed(reason: str) -> str:
+    """Why a refusal is right; empty where nobody has looked at it."""
+    return next((why for part, why in REASONS.items() if part in reason), "")
+
+
+def table(rows: list[tuple[Case, dict[str, Verdict]]]) -> Iterator[str]:
+    """docs/extremes.md."""
+    total = 2 * len(rows)
+    completed = sum(v.outcome == "completed" and not v.fault for _, found in rows for v in found.values())
+    silent = sum(bool(v.fault) for _, found in rows for v in found.values())
+    yield "# The extremes"
+    yield ""
+    yield "Generated by `python tests/extremes/grid.py`: a pairwise grid, every case 200 steps in double and in single precision."
+    yield f"{total} runs: {completed} completed within bounds ({100 * completed / total:.0f} %), {total - completed - silent} refused, warned of or stopped by name,"
+    yield f"{silent} silent failures."
+    yield ""
+    yield "Bounds: finite, at most 2 % of energy created, single precision within 2 % of double."
+    yield ""
+    yield "| case | f64 | f32 | why it is right |"
+    yield "| --- | --- | --- | --- |"
+    for case, found in rows:
+        cells = [f"**{v.fault}**" if v.fault else v.outcome for v in found.values()]
+        why = "; ".join(dict.fromkeys(reviewed(v.reason) or f"**{v.reason}**" for v in found.values() if v.reason))
+        yield f"| {case.number}. {case} | {cells[0]} | {cells[1]} | {why} |"
+
+
+def main() -> int:
+    """Run the grid, or one case of it."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("number", type=int, nargs="?")
+    chosen = parser.parse_args().number
+    rows = []
+    for case in cases():
+        if chosen in (None, case.number):
+            rows.append((case, outcomes(case)))
+            print(case.number, case, {p: (v.outcome, v.reason, v.fault) for p, v in rows[-1][1].items()}, flush=True)
+    if chosen is None:
+        path = Path(__file__).resolve().parents[2] / "docs" / "extremes.md"
+        path.write_text("\n".join(table(rows)) + "\n")
+    return int(any(v.fault for _, found in rows for v in found.values()))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
