@@ -119,6 +119,9 @@ class LagrangianSystem(OneSetSystem):
         position = nodes * np.where(np.abs(factor - 1.0) < 1e-6, 1.0, factor) @ frame.axes.T
         if lattice.mapped:
             position = (self.position - self.position.mean(0)) / self.scales.length
+        # In cells of the lattice, so that moments of cells of any aspect can be inverted; then in the body's own lengths.
+        stretch = frame.axes * np.where(np.abs(factor - 1.0) < 1e-6, 1.0, factor)
+        grid = position if lattice.mapped else nodes
         sided_nodes, sided_cells = lattice.sided if lattice.cracks else (nodes, points)
         sided = (
             sided_cells if self.points or not self.at_nodes else sided_nodes,
@@ -133,7 +136,7 @@ class LagrangianSystem(OneSetSystem):
             spread = wp.zeros(len(points), dtype=wp.float64, device=device)
             rank = wp.zeros(len(points), dtype=wp.int32, device=device)
             inputs = [wp.float64(self._support / SUPPORT), pairs.offsets, pairs.indices]
-            inputs += [wp.array(a, dtype=double.vec, device=device) for a in (points, nodes, position)]
+            inputs += [wp.array(a, dtype=double.vec, device=device) for a in (points, nodes, grid)]
             kernel = set_up_kernel(double, scene.run.kernel, self.points)
             wp.launch(kernel, len(points), device=device, inputs=inputs, outputs=[weight, centre, moment, spread, rank])
             lonely = np.flatnonzero(rank.numpy() < space.dim)
@@ -144,12 +147,19 @@ class LagrangianSystem(OneSetSystem):
         alone = rank.numpy() < space.dim
         if self.damage_model != "links":
             self.refuse_lonely(rank.numpy())
+        moments, spreads, centres = moment.numpy(), spread.numpy(), centre.numpy()
+        if not lattice.mapped:
+            back = np.linalg.inv(stretch)
+            if not (stretch == frame.axes).all():
+                whole = np.linalg.inv(np.where(alone[:, None, None], np.eye(space.dim), moments))
+                spreads = np.einsum("ki,nij,kj->n", stretch, whole, stretch)
+            moments, centres = back.T @ moments @ back, centres @ stretch.T
+            moments = 0.5 * (moments + moments.transpose(0, 2, 1))
         self._pairs = pairs
         self._x = wp.array(position, dtype=space.vec, device=device)
-        self._centre = wp.array(centre.numpy(), dtype=space.vec, device=device) if self.points else self._x
+        self._centre = wp.array(centres, dtype=space.vec, device=device) if self.points else self._x
         self._weight = wp.array(weight.numpy(), dtype=space.scalar, device=device)
         # With links, what has too few from the start (a corner of a turned lattice) is free from the start.
-        moments, spreads = moment.numpy(), spread.numpy()
         moments[alone] = 0.0
         spreads[alone] = np.inf
         self._moment = wp.array(moments, dtype=space.mat, device=device)

@@ -37,6 +37,8 @@ from wsph.units import Scales
 
 KEPT = 1e-6
 """The part of the opening stiffness that a broken point keeps."""
+SMALL, ITERATIONS = 0.01, 7
+"""A strain below which the roots of I + 2 E are found by iteration, to rounding in so many."""
 BROKEN = 0.95
 """A damage above which a point is counted as broken, and its deformation says nothing of the body's."""
 
@@ -140,6 +142,7 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
     parted, axes_of, sweep, degraded = split(space, Params), principal(space), swept(space, model), degradation(space)
     determinant, inverse = determinant_and_inverse(space)
     unpack, pack = packing(space, laws.state)
+    quick = dim == 3 and model == "AT1"
 
     @wp.func
     def spread_out(block: mat, out: real) -> tensor:
@@ -162,6 +165,23 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
 
     @wp.func
     def linear(p: Params, phase: Phase, H: mat, undamaged: stress, old: real, S: real, D: real):
+        # In 3D eigenvectors cost as much as all pairs. What is whole, far from damage and too little strained to break
+        # needs none: e + e^2/2 = E is solved by iteration, and the energy of all of e bounds psi+.
+        if wp.static(quick) and old == real(0.0) and S == real(0.0):
+            E = real(0.5) * (H + wp.transpose(H) + wp.transpose(H) * H)
+            if wp.ddot(E, E) < real(wp.static(SMALL * SMALL)):
+                small = E
+                for _ in range(wp.static(ITERATIONS)):
+                    small = E - real(0.5) * (small * small)
+                lame = p.elastic_bulk - real(2.0) / real(3.0) * p.elastic_shear
+                trace = wp.trace(small)
+                bound = real(0.5) * wp.max(lame, real(0.0)) * trace * trace + p.elastic_shear * wp.ddot(small, small)
+                if phase.per_energy * bound < real(1.0):
+                    one = wp.identity(n=dim, dtype=real)
+                    elastic = lame * trace * one + real(2.0) * p.elastic_shear * small
+                    whole = (one + H) * (elastic * inverse(one + small))
+                    kirchhoff = whole * wp.transpose(one + H)
+                    return real(0.0), bound, real(1.0), pack(spread_out(kirchhoff / determinant(one + H), real(0.0))), whole
         axes, e = biot(H)
         opening, _closing, tension, pressure, out_plus, out_minus = parted(p, e, real(0.0))
         d = sweep(phase, old, opening, S, D)

@@ -117,6 +117,24 @@ def test_forces_are_the_gradient_of_the_energy_at_fixed_damage() -> None:
     assert -(force * way).sum() == pytest.approx(slope, rel=1e-7)
 
 
+def test_what_is_whole_needs_no_eigenvectors_in_3d() -> None:
+    """The same accelerations with a damage of nothing, which takes the way by principal strains."""
+    composition = compose(block(dim=3, phase_field={**TOUGH, "length": 0.2, "fracture_energy": 1.0}))
+    system, random = composition.bodies[0].system, np.random.default_rng(2)
+    turn = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
+    x = system.position / composition.scales.length
+    system.state.write("displacement", x @ turn.T - x + 1e-3 * random.standard_normal(x.shape))
+    found = []
+    for damage in (0.0, 1e-30):
+        system.damage.struct.damage.assign(np.full(system.count, damage))
+        out = system.new()
+        system.rate(system.state, out, "velocity")
+        found.append((out.read("velocity"), system.state.read("stress")))
+    for quick, principal in zip(*found, strict=True):
+        assert np.abs(quick).max() > 1e-4
+        assert np.abs(quick - principal).max() < 1e-10 * np.abs(principal).max()
+
+
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("model", ["elastic", "jaumann"])
 def test_a_tearing_block_keeps_momentum_and_creates_no_energy(model: str, dim: int) -> None:

@@ -1,0 +1,67 @@
+"""One answer, to the bit: threads, a cold or a warm kernel cache, straight or resumed, whatever is written when."""
+
+import hashlib
+import itertools
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import wsph
+from wsph import program
+
+MISES = {"model": "mises", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3, "yield_stress": 2e-3}
+
+
+def scene(formulation: str, threads: int = 1, every: int = 50) -> wsph.Scene:
+    """A body that yields while it is pulled, with a probe every step."""
+    body = {"name": "b", "shape": {"type": "box", "min": [0.0, 0.0], "max": [1.0, 1.0]}, "spacing": 0.1, "state": "strain",
+            "velocity": ["0.02*x", "0.01*x"], "material": MISES}  # fmt: skip
+    run = {"integrator": "leapfrog", "formulation": formulation, "end": 1.2, "dt": 0.03, "threads": threads}
+    pull = [
+        {"body": "b", "face": "-x", "fixed": ["x", "y"]},
+        {"body": "b", "face": "+x", "velocity": {"x": "0.02*(1+t)"}},
+    ]
+    probes = [{"name": "p", "at": [[0.5, 0.5]], "fields": ["velocity", "stress"], "every": 1}]
+    return wsph.Scene(
+        schema=1, dim=2, run=run, bodies=[body], boundary=pull, probes=probes, output={"every": every, "history": 1}
+    )
+
+
+def digest(result: wsph.Result) -> str:
+    """Of everything that a run gives."""
+    found = hashlib.sha256()
+    arrays = {**result.particles, **{f"p.{k}": v for k, v in result.probes["p"].items()}, **{f"h.{k}": v for k, v in result.history.items()}}  # fmt: skip
+    for name in sorted(arrays):
+        found.update(name.encode() + arrays[name].tobytes())
+    return found.hexdigest()
+
+
+@pytest.mark.parametrize("formulation", ["stress-points", "total-lagrangian", "updated-lagrangian"])
+def test_one_hash(formulation: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    captured = digest(wsph.run(scene(formulation)))
+    monkeypatch.setattr(program, "GRAPH_PAIRS", 0)
+    monkeypatch.setattr(program, "SPLIT_SECONDS", 0.0)
+    found = {captured}
+    for threads, every, resumed in itertools.product((1, 2, 4), (3, 50), (False, True)):
+        whole = scene(formulation, threads, every)
+        folder = tmp_path / f"{threads}-{every}-{resumed}"
+        if resumed:
+            wsph.run(whole.with_(end=0.6, checkpoint={"every": 7}), folder)
+        found.add(digest(wsph.run(whole, folder, resume=resumed)))
+    assert len(found) == 1
+
+
+def test_a_cold_cache_gives_the_same_hash(tmp_path: Path) -> None:
+    here = digest(wsph.run(scene("stress-points")))
+    code = "import json, sys; sys.path.insert(0, sys.argv[1]); import test_determinism as t, wsph;"
+    code += "print(json.dumps(t.digest(wsph.run(t.scene('stress-points')))))"
+    command = [sys.executable, "-c", code, str(Path(__file__).parent)]
+    for _ in range(2):  # cold, then from what that has left
+        done = subprocess.run(
+            command, capture_output=True, text=True, check=True, env={**os.environ, "WARP_CACHE_PATH": str(tmp_path)}
+        )
+        assert json.loads(done.stdout.splitlines()[-1]) == here
