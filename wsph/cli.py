@@ -189,6 +189,10 @@ def _check(options: argparse.Namespace) -> int:
         ("launches", _replayed(composition.program)),
         ("probes", ", ".join(p.name for p in scene.probes) or "none"),
     ]
+    rows += [
+        ("contact", f"{' and '.join(c.names) if c.between else f'{c.self_} with itself'}, {c.law}")
+        for c in scene.contact
+    ]
     for key, value in rows:
         print(f"{key:<14} {value}")
     return 0

@@ -181,7 +181,13 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
                     elastic = lame * trace * one + real(2.0) * p.elastic_shear * small
                     whole = (one + H) * (elastic * inverse(one + small))
                     kirchhoff = whole * wp.transpose(one + H)
-                    return real(0.0), bound, real(1.0), pack(spread_out(kirchhoff / determinant(one + H), real(0.0))), whole
+                    return (
+                        real(0.0),
+                        bound,
+                        real(1.0),
+                        pack(spread_out(kirchhoff / determinant(one + H), real(0.0))),
+                        whole,
+                    )
         axes, e = biot(H)
         opening, _closing, tension, pressure, out_plus, out_minus = parted(p, e, real(0.0))
         d = sweep(phase, old, opening, S, D)
