@@ -167,7 +167,7 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
     def linear(p: Params, phase: Phase, H: mat, undamaged: stress, old: real, S: real, D: real):
         # In 3D eigenvectors cost as much as all pairs. What is whole, far from damage and too little strained to break
         # needs none: e + e^2/2 = E is solved by iteration, and the energy of all of e bounds psi+.
-        if wp.static(quick) and old == real(0.0) and S == real(0.0):
+        if wp.static(quick) and old + S == real(0.0):
             E = real(0.5) * (H + wp.transpose(H) + wp.transpose(H) * H)
             if wp.ddot(E, E) < real(wp.static(SMALL * SMALL)):
                 small = E
