@@ -333,7 +333,14 @@ def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: An
             integrator.begin()
         limit, reason = integrator.limit() if hasattr(integrator, "limit") else (None, "the integrator declares none")
     diagnostics = Diagnostics(
-        space, constitutive, system.volume, system.point_volume, system.density, device, damage_model(body)
+        space,
+        constitutive,
+        system.volume,
+        system.point_volume,
+        system.density,
+        device,
+        damage_model(body),
+        system.follows_courant,
     )
     courant = clock.dt * scales.time * constitutive.wave_speed / cells.spacing
     return BodyRun(body, constitutive, system, integrator, diagnostics, courant, limit, reason)

@@ -12,6 +12,8 @@ from wsph.space import Space, determinant_and_inverse
 from wsph.state import Layout, State, fields_struct
 
 BLOCK = 1024
+SMALL = 0.02
+"""A strain below which a bound of the distortion is as good as the distortion: limits are found anew beyond 5 %."""
 _KINETIC, _STRAIN, _DISSIPATED, _NOT_FINITE, _FIRST, _STRETCH, _DISTORTION, _MOMENTUM = range(8)
 
 
@@ -31,7 +33,7 @@ class Ledger:
 
 
 @cache
-def _kernel(space: Space, laws: Laws, layout: Layout, model: str) -> wp.Kernel:
+def _kernel(space: Space, laws: Laws, layout: Layout, model: str, follows: bool) -> wp.Kernel:
     real, dim = space.scalar, space.dim
     Fields, Params, energy = fields_struct(space, layout), laws.Params, laws.energy
     internals, deformed = dict(layout).get("internals", 0), "deformation" in dict(layout)
@@ -106,7 +108,11 @@ def _kernel(space: Space, laws: Laws, layout: Layout, model: str) -> wp.Kernel:
                         current = -current
                 elif whole:
                     current *= J
-                if whole:
+                # Where the Courant number itself does not follow, a bound is enough for what has hardly deformed.
+                size = wp.ddot(fields.deformation[i], fields.deformation[i])
+                if wp.static(not follows) and size < real(wp.static(SMALL * SMALL)):
+                    distortion = wp.max(distortion, wp.float64(real(1.0) / (real(1.0) - wp.sqrt(size))))
+                elif whole:
                     shortest = shortening(inverse(F))
                     stretch = wp.max(stretch, wp.float64(shortest * wp.sqrt(J)))
                     distortion = wp.max(distortion, wp.float64(wp.max(shortest, shortening(F))))
@@ -143,9 +149,11 @@ class Diagnostics:
         density: float,
         device: str,
         model: str = "",
+        follows: bool = True,
     ):
-        """`model` is how the body breaks, where it can."""
-        self._model = model
+        """`model` is how the body breaks, where it can; `follows`: its Courant number follows the deformation, to
+        rounding."""
+        self._model, self._follows = model, follows
         self._space, self._constitutive, self._density, self._device = space, constitutive, density, device
         self._volume = wp.array(volume, dtype=space.scalar, device=device)
         self._points = self._volume if points is volume else wp.array(points, dtype=space.scalar, device=device)
@@ -154,7 +162,7 @@ class Diagnostics:
 
     def kernel(self, state: State) -> wp.Kernel:
         """The kernel that sums up `state`."""
-        return _kernel(self._space, self._constitutive.laws, state.layout, self._model)
+        return _kernel(self._space, self._constitutive.laws, state.layout, self._model, self._follows)
 
     def measure(self, state: State) -> Ledger:
         """Sum up a state."""
