@@ -304,6 +304,8 @@ def _cadence_steps(every: float, dt: float) -> float:
 def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: Any, plugin: Any, who: str, system_type: Any,
               space: Space, scales: Scales, clock: Clock, device: str) -> BodyRun:  # fmt: skip
     constitutive = Constitutive(space, material, state, scales, _material_name(body))
+    if body.phase_field is not None and body.map is not None:
+        raise Refused(f"body {body.name!r}: phase_field needs a lattice of one spacing, without `map`: leave one out")
     if body.phase_field is not None:
         phase_field.refuse(body.name, body.phase_field, material, constitutive.who, cells.spacing, bool(state.free))
     if body.links is not None:

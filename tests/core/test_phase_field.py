@@ -169,6 +169,7 @@ def test_a_tearing_block_keeps_momentum_and_creates_no_energy(model: str, dim: i
     ({"state": "stress"}, 'needs state = "strain"'),
     ({"material": {**ELASTIC, "model": "neo-hookean"}}, "use elastic or jaumann"),
     ({"phase_field": {**TOUGH, "length": 0.04}}, "below the spacing"),
+    ({"map": ["x*(1+0.1*y)", "y"]}, "without `map`"),
 ])  # fmt: skip
 def test_what_it_cannot_do_is_refused(body: dict, text: str) -> None:
     with pytest.raises(wsph.Refused, match=text):
