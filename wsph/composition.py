@@ -26,7 +26,7 @@ from wsph.particles import Lattice, lattice
 from wsph.plugins import build
 from wsph.probes import Recorder
 from wsph.program import Clock, Program
-from wsph.scene import Body, Scene, damage_model
+from wsph.scene import Body, Scene
 from wsph.space import Space
 from wsph.stress_state import STRESS_STATES, StressState
 from wsph.two_set import TwoSetSystem
@@ -304,10 +304,8 @@ def _cadence_steps(every: float, dt: float) -> float:
 def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: Any, plugin: Any, who: str, system_type: Any,
               space: Space, scales: Scales, clock: Clock, device: str) -> BodyRun:  # fmt: skip
     constitutive = Constitutive(space, material, state, scales, _material_name(body))
-    if body.phase_field is not None and body.map is not None:
-        raise Refused(f"body {body.name!r}: phase_field needs a lattice of one spacing, without `map`: leave one out")
     if body.phase_field is not None:
-        phase_field.refuse(body.name, body.phase_field, material, constitutive.who, cells.spacing, bool(state.free))
+        phase_field.refuse(body, body.phase_field, material, constitutive.who, cells.spacing, bool(state.free))
     if body.links is not None:
         links.refuse(body, material, constitutive.who, scene.run.correction)
         warnings.warn(
@@ -341,7 +339,7 @@ def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: An
         system.point_volume,
         system.density,
         device,
-        damage_model(body),
+        system.damage_model,
         system.follows_courant,
     )
     courant = clock.dt * scales.time * constitutive.wave_speed / cells.spacing

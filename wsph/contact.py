@@ -27,12 +27,13 @@ import warp as wp
 
 from wsph.errors import Refused
 from wsph.neighbours import Pairs, find_pairs
+from wsph.one_set import OneSetSystem
 from wsph.program import Clock
 from wsph.scene import Contact
+from wsph.skin import Skin
 from wsph.space import Space
 from wsph.units import Scales
 
-BLOCK = 1024
 SKIN = 0.6
 """How much further than the radii candidates are looked for, in the larger spacing."""
 
@@ -113,29 +114,11 @@ def _kick_kernel(space: Space) -> wp.Kernel:
     return kick
 
 
-@cache
-def _travel_kernel(space: Space) -> wp.Kernel:
-    vec = space.vec
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def travel(count: int, clock: wp.array(dtype=wp.float64), found: wp.array(dtype=vec), u: wp.array(dtype=vec), v: wp.array(dtype=vec),
-               furthest_out: wp.array(dtype=wp.float64)):  # fmt: skip
-        block = wp.tid()
-        furthest = wp.float64(0.0)
-        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
-            moved = wp.float64(wp.length(u[i] - found[i]))
-            # Half as fast again: accelerations within a step.
-            furthest = wp.max(furthest, moved + wp.float64(1.5) * clock[1] * wp.float64(wp.length(v[i])))
-        furthest_out[block] = furthest
-
-    return travel
-
-
 class Side:
     """A body as contacts see it: where its particles are and what they are pushed by."""
 
-    def __init__(self, run: Any, origin: np.ndarray, space: Space, scales: Scales, device: str):
-        system, self.run = run.system, run
+    def __init__(self, run: Any, origin: np.ndarray, space: Space, scales: Scales, clock: Clock):
+        system, device = run.system, clock.device
         self.system, self.name, self.count = system, run.body.name, system.count
         self.spacing = system.spacing / scales.length
         self.place = (system.position - origin) / scales.length
@@ -145,8 +128,7 @@ class Side:
         self.work = wp.zeros(self.count, dtype=wp.float64, device=device)
         self.held = wp.zeros(self.count, dtype=wp.float64, device=device)
         self.free = wp.array(system.free_components.reshape(-1, space.dim), dtype=space.vec, device=device)
-        self.found = wp.zeros(self.count, dtype=space.vec, device=device)
-        self.furthest = wp.zeros(-(-self.count // BLOCK), dtype=wp.float64, device=device)
+        self.skin = Skin(space, self.count, clock)
 
     @property
     def u(self) -> wp.array:
@@ -182,7 +164,7 @@ class Contacts:
         for name in taking_part:
             _refuse(named[name])
         origin = np.mean([named[name].system.position.mean(0) for name in taking_part], axis=0)
-        self.sides = {name: Side(named[name], origin, space, scales, device) for name in taking_part}
+        self.sides = {name: Side(named[name], origin, space, scales, clock) for name in taking_part}
         self._nowhere = wp.zeros(1, dtype=wp.int32, device=device), wp.zeros(1, dtype=space.scalar, device=device)
         self._meetings = []
         for part in parts:
@@ -190,7 +172,7 @@ class Contacts:
             laws = self._law(part, one, other), self._law(part, other, one)
             self._meetings.append(Meeting(part, one, other, laws, []))
         self._skin = SKIN * max(side.spacing for side in self.sides.values())
-        self._find()
+        self._refuse_overlap(self._find())
 
     def _law(self, part: Contact, one: Side, other: Side) -> Any:
         space, real = self._space, self._space.scalar
@@ -229,12 +211,12 @@ class Contacts:
                     square = max(square, 2.0 ** (self._space.dim - 1) * stiffness * inverse)
         return float(np.sqrt(square))
 
-    def _find(self) -> None:
-        """Find the candidates where the particles are."""
+    def _find(self) -> dict[str, np.ndarray]:
+        """Find the candidates where the particles are; places of every body, nondimensional."""
         where = {}
         for name, side in self.sides.items():
             u = side.u.numpy()
-            side.found.assign(u)
+            side.skin.found.assign(u)
             where[name] = side.place + u.astype(float)
         for meeting in self._meetings:
             reach = float(meeting.laws[0].reach) + self._skin
@@ -247,22 +229,30 @@ class Contacts:
                 meeting.rows = [
                     (find_pairs(where[a.name], where[b.name], reach, self._device), self._nowhere[0]) for a, b in ways
                 ]
+        return where
+
+    def _refuse_overlap(self, where: dict[str, np.ndarray]) -> None:
+        """Refuse particles that lie in each other from the start: no direction parts those at one place."""
+        for meeting in self._meetings:
+            (pairs, slot), reach = meeting.rows[0], float(meeting.laws[0].reach)
+            one, other = meeting.one.name, meeting.other.name
+            r = where[one][pairs.rows()] - where[other][pairs.indices.numpy()]
+            apart = np.linalg.norm(r, axis=1)
+            if one == other:
+                apart = np.where(slot.numpy() >= 0, np.inf, apart)
+            if len(apart) and apart.min() < 0.5 * reach:
+                i = pairs.rows()[apart.argmin()]
+                length = meeting.one.system.scales.length
+                raise Refused(
+                    f"contact of {one!r} with {other!r}: particles lie {apart.min() * length:g} m apart at"
+                    f" {meeting.one.system.position[i].tolist()} m, within half of the {reach * length:g} m of the two radii,"
+                    " before the run begins: leave a gap (the sides of a crack between stress points lie on each other), or"
+                    " lower contact.radius"
+                )
 
     def follow(self) -> bool:
         """Before a step: find the candidates anew where a particle may leave its skin by the step's end."""
-        furthest = 0.0
-        for side in self.sides.values():
-            inputs = [side.count, self._clock.time, side.found, side.u, side.v]
-            wp.launch(
-                _travel_kernel(self._space),
-                len(side.furthest),
-                inputs=inputs,
-                outputs=[side.furthest],
-                device=self._device,
-            )
-            furthest = max(furthest, float(side.furthest.numpy().max()))
-        # A state that is not finite is the run's to report.
-        if not furthest > 0.5 * self._skin or not np.isfinite(furthest):
+        if not any(side.skin.left(side.u, side.v, self._skin) for side in self.sides.values()):
             return False
         self._find()
         return True
@@ -274,7 +264,7 @@ class Contacts:
             kernel = _push_kernel(self._space, part.law, part.friction > 0.0, one is other)
             ways = ((one, other), (other, one)) if one is not other else ((one, one),)
             for (side, against), law, (pairs, slot) in zip(ways, meeting.laws, meeting.rows, strict=False):
-                weight = getattr(side.system, "_weight", self._nowhere[1])
+                weight = side.system.link_weights if one is other else self._nowhere[1]
                 inputs = [
                     self._clock.time,
                     law,
@@ -315,25 +305,21 @@ class Contacts:
 
 
 def _without_neighbours(pairs: Pairs, side: Side, device: str) -> tuple[Pairs, wp.array]:
-    """Candidates of a body with itself: a particle's own neighbours keep where their weight stands, -1 for the others."""
-    own, n = side.system._pairs, side.count
-    offsets, indices = own.offsets.numpy(), own.indices.numpy()
-    key = np.repeat(np.arange(n), np.diff(offsets)).astype(np.int64) * n + indices
-    rows = np.repeat(np.arange(n), np.diff(pairs.offsets.numpy())).astype(np.int64) * n + pairs.indices.numpy()
-    at = np.searchsorted(key, rows)
-    known = (
-        (at < len(key)) & (key[np.minimum(at, max(len(key) - 1, 0))] == rows) if len(key) else np.zeros(len(rows), bool)
-    )
-    slot = np.where(known, at, -1)
-    if "links" in side.system.damage_model:
-        return pairs, wp.array(slot, dtype=wp.int32, device=device)
-    kept = ~known
-    return pairs.where(kept), wp.array(slot[kept], dtype=wp.int32, device=device)
+    """Candidates of a body with itself: where links can break a particle's own neighbours stay, with the place of their
+    weight beside them (-1 for others); elsewhere they go."""
+    own = side.system.neighbours
+    candidates, known = pairs.keys(), own.keys()
+    at = np.searchsorted(known, candidates)
+    near = known[np.minimum(at, len(known) - 1)] == candidates
+    slot = np.where(near, at, -1)
+    if side.system.damage_model != "links":
+        pairs, slot = pairs.where(~near), slot[~near]
+    return pairs, wp.array(slot, dtype=wp.int32, device=device)
 
 
 def _refuse(run: Any) -> None:
     """Refuse bodies that contacts cannot push."""
-    if "displacement" not in run.system.state.widths or not hasattr(run.system, "damage_model"):
+    if not isinstance(run.system, OneSetSystem):
         raise Refused(
             f"body {run.body.name!r}: contact pushes bodies whose particles move: use an integrator of one set, not the two"
             f" sets of {run.system.formulation!r}"

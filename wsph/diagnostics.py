@@ -53,7 +53,7 @@ def _kernel(space: Space, laws: Laws, layout: Layout, model: str, follows: bool)
 
     total, total_energy = laws.total_energy is not None, laws.total_energy or energy
     breaks, phased = model != "", model in ("AT1", "AT2")
-    damaged_energy = damaged(space, laws, model)[1]
+    damaged_energy = damaged(space, laws, model)[1] if phased else energy
     dissipates, last = laws.dissipates, internals - 1
 
     @wp.kernel(module="unique", enable_backward=False)

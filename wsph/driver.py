@@ -416,7 +416,7 @@ class Simulation:
     def _fracture(self) -> dict[str, dict[str, float]]:
         """Of every body that can break: the energy set free and that of the crack surfaces [J], and broken particles."""
         found = {}
-        for run in (run for run in self.c.bodies if run.system.breaks):
+        for run in (run for run in self.c.bodies if run.system.damage_model):
             parts = run.system.fracture() | {"released_energy": run.system.fracture_energy}
             found[run.body.name] = {k: v * self._energy if "energy" in k else v for k, v in parts.items()}
         return found
@@ -446,7 +446,7 @@ class Simulation:
                 "external_work": last["external_work"],
                 "residual": last["residual"],
             },
-            **({"fracture": self._fracture()} if any(r.system.breaks for r in self.c.bodies) else {}),
+            **({"fracture": self._fracture()} if any(r.system.damage_model for r in self.c.bodies) else {}),
             # Of the last good state: where the run ended in a state that is not finite, before its last step.
             "energy_step": int(last["step"]),
             "momentum": [last[f"momentum_{axis}"] for axis in "xyz"[: self.scene.dim]],

@@ -35,11 +35,11 @@ from wsph.errors import Refused
 from wsph.ghosts import Ghosts, ghost_kernels, ghosts
 from wsph.lagrangian_kernels import BLOCK, Form, kernels, set_up_kernel
 from wsph.links import LinkDamage, stretch_of_energy
-from wsph.neighbours import find_pairs
+from wsph.neighbours import Pairs, find_pairs
 from wsph.one_set import OneSetSystem
 from wsph.operators import Weights, average, outward_weights, unparted
 from wsph.particles import Lattice
-from wsph.phase_field import PhaseDamage, phase_struct
+from wsph.phase_field import PhaseDamage
 from wsph.program import Clock
 from wsph.scene import Body, Scene
 from wsph.smoothing import SUPPORT
@@ -85,18 +85,17 @@ class LagrangianSystem(OneSetSystem):
         if self.points:
             self._point_volume = wp.array(self.point_volume, dtype=space.scalar, device=device)
         # Volume over the spread of the neighbours: what residual, viscosity and hourglass control of a pair are measured by.
-        shared = self.form.residual or self.viscous or self.parts.hourglass or self.breaks
+        shared = self.form.residual or self.viscous or self.parts.hourglass or self.damage_model
         share = self.point_volume / self._spread if shared else np.zeros(1)
         self._share = wp.array(share, dtype=space.scalar, device=device)
-        self._phase = phase_struct(space)()
-        self._set_up_damage(scene, body, share)
+        self._set_up_damage(body)
         if self._ghosts is not None:
             self._set_up_ghosts(self._ghosts)
 
     def _coefficients(self, scene: Scene, body: Body) -> None:
         if not self.points and self.at_nodes:
             self.default_residual = 0.3
-        if self.breaks:
+        if self.damage_model:
             # Enough to hold spurious modes; more is stiffness that a crack has to release beside the material's.
             self.default_residual = 0.1
         if self.constitutive.laws.dissipates:
@@ -191,11 +190,11 @@ class LagrangianSystem(OneSetSystem):
                 f'body {self.name!r}: run.correction = "paper" surrounds a bar with ghosts; it cannot be cracked'
             )
 
-    def _set_up_damage(self, scene: Scene, body: Body, share: np.ndarray) -> None:
+    def _set_up_damage(self, body: Body) -> None:
         space, scales, device, state = self.space, self.scales, self.device, self.state
         if body.phase_field is not None:
-            self.damage = PhaseDamage(body.phase_field, space, scales, self._spread, share, self.point_volume, scales.length,
-                                      state, self._pairs, self._weight, self._x, self.residual, device)  # fmt: skip
+            self.damage = PhaseDamage(body.phase_field, space, scales, self._spread, self._share, self.point_volume, state,
+                                      self._pairs, self._weight, self._x, self.residual, device)  # fmt: skip
             self._phase = self.damage.struct
         if body.links is not None:
             part, spacing = body.links, self.spacing
@@ -245,6 +244,23 @@ class LagrangianSystem(OneSetSystem):
                 inputs += self._rows
                 inputs += [self._x, self._centre, self._moment, state.struct, self._others(state)]
                 self.clock.launch(self.kernels.flow, len(self.point_volume), inputs, [out.struct])
+
+    @property
+    def neighbours(self) -> Pairs:
+        return self._joined if self.points else self._pairs
+
+    @cached_property
+    def _joined(self) -> Pairs:
+        """The nodes that a point sees together."""
+        there, nodes = self._pairs.offsets.numpy(), self._pairs.indices.numpy()
+        many = np.diff(there)[self._back.indices.numpy()]
+        first = np.repeat(self._back.rows(), many)
+        within = np.arange(len(first)) - np.repeat(np.cumsum(many) - many, many)
+        second = nodes[np.repeat(there[self._back.indices.numpy()], many) + within]
+        keys = np.unique(first.astype(np.int64)[first != second] * self.count + second[first != second])
+        offsets = np.concatenate([[0], np.cumsum(np.bincount(keys // self.count, minlength=self.count))])
+        arrays = (wp.array(a, dtype=wp.int32, device=self.device) for a in (offsets, keys % self.count))
+        return Pairs(*arrays, self.count, self.count, self._back.reach)
 
     @property
     def _acting_share(self) -> wp.array:

@@ -8,11 +8,11 @@ import warp as wp
 
 from wsph.body_force import Parts, acceleration, inertia_struct
 from wsph.constitutive import Laws
-from wsph.operators import generalized_inverse
+from wsph.operators import generalized_inverse, misfit
 from wsph.pair_forces import PairParts, opposing_stress, pair_struct, viscous_push
 from wsph.phase_field import damaged, phase_struct
 from wsph.smoothing import SMOOTHING
-from wsph.space import Space, determinant_and_inverse
+from wsph.space import Space, determinant_and_inverse, in_plane
 from wsph.state import Layout, fields_struct
 from wsph.stress_state import packing
 
@@ -92,22 +92,6 @@ def set_up_kernel(space: Space, smoothing: str, points: bool) -> wp.Kernel:
         rank_out[i] = rank
 
     return moments
-
-
-@cache
-def in_plane(space: Space) -> wp.Function:
-    """Warp function: the dim x dim block of a 3x3 tensor."""
-    mat, tensor, dim = space.mat, space.tensor, space.dim
-
-    @wp.func
-    def block(full: tensor) -> mat:
-        result = mat()
-        for a in range(wp.static(dim)):
-            for b in range(wp.static(dim)):
-                result[a, b] = full[a, b]
-        return result
-
-    return block
 
 
 @cache
@@ -378,7 +362,7 @@ def _strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothi
     total, artificial, averaged = laws.total or laws.respond, form.parts.artificial, form.points and form.residual
     breaks, Phase, apart = form.damage in ("AT1", "AT2"), phase_struct(space), not form.total
     of_displacement = _gathered(space, layout, form, smoothing, averaged, breaks)
-    damaging = damaged(space, laws, form.damage)[0]
+    damaging = damaged(space, laws, form.damage)[0] if breaks else laws.respond
     determinant, inverse = determinant_and_inverse(space)
     (unpack, _), opposing, plane = packing(space, laws.state), opposing_stress(space), in_plane(space)
 
@@ -471,7 +455,7 @@ def _moments_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smooth
 
 
 def _residual_kernel(space: Space, Fields: type, points: bool) -> wp.Kernel:
-    real, vec = space.scalar, space.vec
+    real, vec, left_over = space.scalar, space.vec, misfit(space)
 
     @wp.kernel(module="unique", enable_backward=False)
     def residual(count: int, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
@@ -485,11 +469,9 @@ def _residual_kernel(space: Space, Fields: type, points: bool) -> wp.Kernel:
                 middle = mean[i]
             else:
                 middle = fields.displacement[i]
-            square = real(0.0)
-            for k in range(offsets[i], offsets[i + 1]):
-                j = indices[k]
-                e = fields.displacement[j] - middle - fields.deformation[i] * (node[j] - centre[i])
-                square += weight[k] * wp.dot(e, e)
+            square = left_over(
+                i, middle, centre[i], fields.deformation[i], offsets, indices, weight, node, fields.displacement
+            )
             total += wp.float64(real(0.5) * stiffness * share[i] * square)
         energy_out[block] = total
 

@@ -28,11 +28,12 @@ import warp as wp
 from wsph.constitutive import Laws
 from wsph.errors import Refused
 from wsph.neighbours import Pairs
-from wsph.operators import generalized_inverse
+from wsph.operators import generalized_inverse, misfit
+from wsph.plugins import turns
 from wsph.scene import Body, Links
-from wsph.space import Space, determinant_and_inverse, principal
+from wsph.space import Space, determinant_and_inverse, in_plane, principal
 from wsph.state import Layout, State, fields_struct
-from wsph.stress_state import packing
+from wsph.stress_state import elastic_strain, packing
 
 SUPPORT = 1.3
 """Support of bodies with links, in spacings: the nearest neighbours on a square lattice, as the paper's h = .65 spacings."""
@@ -46,24 +47,17 @@ def _kernels(space: Space, laws: Laws, layout: Layout, criterion: str) -> tuple[
     Params, energy, (unpack, _), axes_of = laws.Params, laws.energy, packing(space, laws.state), principal(space)
     inverse, determinant = generalized_inverse(space), determinant_and_inverse(space)[0]
     stretched, stress = criterion in ("stretch", "energy"), laws.stress
+    plane, strain_of, left_over = in_plane(space), elastic_strain(space, Params), misfit(space)
 
     @wp.func
     def has_broken(p: Params, threshold: real, r: vec, apart: vec, mean: stress) -> bool:
         ratio = wp.length(apart) / wp.length(r)
         if wp.static(stretched):
             return ratio - real(1.0) >= threshold
-        full = unpack(mean)
-        block = mat()
-        for a in range(wp.static(dim)):
-            for b in range(wp.static(dim)):
-                block[a, b] = full[a, b]
         n = wp.normalize(apart)
         if wp.static(criterion == "plastic-strain"):
-            pressure = wp.trace(full) / real(3.0)
-            along = wp.dot(n, block * n)
-            elastic = (along - pressure) / (real(2.0) * p.elastic_shear) + pressure / (real(3.0) * p.elastic_bulk)
-            return wp.log(ratio) - elastic >= threshold
-        axes, values = axes_of(block)
+            return wp.log(ratio) - wp.dot(n, plane(strain_of(p, unpack(mean))) * n) >= threshold
+        axes, values = axes_of(plane(unpack(mean)))
         most = int(0)
         for a in range(wp.static(dim)):
             if values[a] > values[most]:
@@ -74,25 +68,13 @@ def _kernels(space: Space, laws: Laws, layout: Layout, criterion: str) -> tuple[
         return values[most] >= threshold and cosine * cosine >= real(0.5)
 
     @wp.func
-    def seen(
-        i: int,
-        offsets: wp.array(dtype=wp.int32),
-        indices: wp.array(dtype=wp.int32),
-        weight: wp.array(dtype=real),
-        node: wp.array(dtype=vec),
-        fields: Fields,
-        moment: mat,
-    ):
-        # H, and the sum of w |e|^2 of the residual's energy.
-        square = real(0.0)
-        gradient = mat()
+    def gradient(i: int, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
+                 node: wp.array(dtype=vec), u: wp.array(dtype=vec), moment: mat) -> mat:  # fmt: skip
+        total = mat()
         for k in range(offsets[i], offsets[i + 1]):
             j = indices[k]
-            du = fields.displacement[j] - fields.displacement[i]
-            square += weight[k] * wp.dot(du, du)
-            gradient += weight[k] * wp.outer(du, node[j] - node[i])
-        H = gradient * moment
-        return H, square - wp.ddot(gradient, H)
+            total += weight[k] * wp.outer(u[j] - u[i], node[j] - node[i])
+        return total * moment
 
     @wp.kernel(module="unique", enable_backward=False)
     def tear(first: int, p: Params, threshold: real, stiffness: real, breakable: wp.array(dtype=wp.int32), offsets: wp.array(dtype=wp.int32),
@@ -110,7 +92,9 @@ def _kernels(space: Space, laws: Laws, layout: Layout, criterion: str) -> tuple[
                 gone = crushed or determinant(one + fields.deformation[j]) < real(CRUSHED)
                 if gone or has_broken(p, threshold, r, apart, mean):
                     if torn_out[i] == 0:
-                        _H, square = seen(i, offsets, indices, weight_out, node, fields, moment[i])
+                        u = fields.displacement
+                        H = gradient(i, offsets, indices, weight_out, node, u, moment[i])
+                        square = left_over(i, u[i], node[i], H, offsets, indices, weight_out, node, u)
                         released_out[i] = released_out[i] + real(0.5) * stiffness * share[i] * square
                         torn_out[i] = 1
                     weight_out[k] = real(0.0)
@@ -142,7 +126,9 @@ def _kernels(space: Space, laws: Laws, layout: Layout, criterion: str) -> tuple[
                 fields.stress[i] = stress()
                 fields.deformation[i] = mat()
             else:
-                H, square = seen(i, offsets, indices, weight, node, fields, b)
+                u = fields.displacement
+                H = gradient(i, offsets, indices, weight, node, u, b)
+                square = left_over(i, u[i], node[i], H, offsets, indices, weight, node, u)
                 released -= stored * determinant(one + H) + real(0.5) * stiffness * share_out[i] * square
                 fields.deformation[i] = H
             moment_out[i] = b
@@ -224,7 +210,7 @@ def refuse(body: Body, material: Any, who: str, correction: str) -> None:
         raise Refused(
             f'body {body.name!r}: links need the symmetric correction: run.correction = "paper" keeps no momentum at a crack'
         )
-    if hasattr(material, "stress") or not getattr(material, "depends_on_stress", True):
+    if not turns(material):
         raise Refused(
             f"body {body.name!r}: links need a rate law that turns with the body, whose stress does not jump where F does;"
             f" {who} is not one: use jaumann, mises or perzyna"

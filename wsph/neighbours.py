@@ -28,14 +28,24 @@ class Pairs:
         """Number of directed pairs."""
         return self.indices.shape[0]
 
+    def rows(self) -> np.ndarray:
+        """The target of every pair, (count,) int32."""
+        return np.repeat(np.arange(self.targets, dtype=np.int32), np.diff(self.offsets.numpy()))
+
+    def keys(self) -> np.ndarray:
+        """One number for every pair, target and source, ascending, (count,) int64."""
+        return self.rows().astype(np.int64) * self.sources + self.indices.numpy()
+
     def transposed(self) -> tuple["Pairs", np.ndarray]:
         """The same pairs by source, and where each stands in `indices`: targets of a row ascend."""
-        offsets, indices, device = self.offsets.numpy(), self.indices.numpy(), self.offsets.device
+        indices, device = self.indices.numpy(), self.offsets.device
         order = np.argsort(indices, kind="stable")
-        row = np.repeat(np.arange(self.targets, dtype=np.int32), np.diff(offsets))
         starts = np.concatenate([[0], np.cumsum(np.bincount(indices, minlength=self.sources))])
         reach = wp.zeros(self.sources, dtype=wp.float64, device=device)
-        back = wp.array(starts, dtype=wp.int32, device=device), wp.array(row[order], dtype=wp.int32, device=device)
+        back = (
+            wp.array(starts, dtype=wp.int32, device=device),
+            wp.array(self.rows()[order], dtype=wp.int32, device=device),
+        )
         return Pairs(*back, self.sources, self.targets, reach), order
 
     def where(self, kept: np.ndarray) -> "Pairs":

@@ -17,10 +17,11 @@ from wsph.errors import Refused
 from wsph.lagrangian_kernels import Form
 from wsph.links import SUPPORT as NEAREST
 from wsph.links import LinkDamage
+from wsph.neighbours import Pairs
 from wsph.operators import spanning_weights
 from wsph.pair_forces import pair_struct, parts_of
 from wsph.particles import Lattice
-from wsph.phase_field import PhaseDamage
+from wsph.phase_field import PhaseDamage, phase_struct
 from wsph.prescribed import BoundaryValues
 from wsph.program import Clock
 from wsph.scene import Body, Scene, damage_model
@@ -48,6 +49,7 @@ class OneSetSystem(System):
     default_residual = 1.0
     form: Form
     damage: PhaseDamage | LinkDamage | None = None
+    _pairs: Pairs
 
     def __init__(self, scene: Scene, body: Body, lattice: Lattice, space: Space, constitutive: Constitutive,
                  scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip
@@ -61,7 +63,6 @@ class OneSetSystem(System):
         self._cells = lattice.cell_volume / unit
         self._support = scene.run.support or (self.default_support if body.links is None else NEAREST)
         self.damage_model = damage_model(body)
-        self.breaks = bool(self.damage_model)
         self._coefficients(scene, body)
         conditions = node_conditions if self.at_nodes else layer_conditions
         self.conditions: Conditions = conditions(scene, body.name, lattice)
@@ -72,6 +73,7 @@ class OneSetSystem(System):
         loaded = scene.run.correction == "paper" or (
             self.conditions.loads is not None and bool(self.conditions.loads.entries)
         )
+        self._phase = phase_struct(space)()
         self._loads = State(space, self.count if loaded else 1, (("load", space.dim**2),), device)
         unit_force = scales.stress * scales.length ** (space.dim - 1)
         self.loads = BoundaryValues(
@@ -204,6 +206,21 @@ class OneSetSystem(System):
 
     def restored(self) -> None:
         self.refresh(self.state)
+
+    @property
+    def neighbours(self) -> Pairs:
+        """The particles that each is joined to."""
+        return self._pairs
+
+    @property
+    def _rows(self) -> list[wp.array]:
+        """Offsets, indices and weights of the pairs, as kernels take them."""
+        raise NotImplementedError
+
+    @property
+    def link_weights(self) -> wp.array:
+        """Weights of the `neighbours`, zero where a link has broken; without links nobody asks."""
+        return self._rows[2]
 
     @property
     def point_volume(self) -> np.ndarray:

@@ -204,10 +204,28 @@ def gradient_weights(space: Space, pairs: Pairs, targets: np.ndarray, sources: n
     return Weights(pairs, wp.array(weight.numpy(), dtype=space.vec, device=device), rank.numpy())
 
 
+@cache
+def misfit(space: Space) -> wp.Function:
+    """Warp function (i, u, centre, H, offsets, indices, weight, node, displacement) -> sum of w |e|^2 over the pairs of i:
+    what a linear field of gradient H, u at the centre, leaves of the displacements."""
+    real, vec, mat = space.scalar, space.vec, space.mat
+
+    @wp.func
+    def left_over(i: int, u: vec, centre: vec, H: mat, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
+                  weight: wp.array(dtype=real), node: wp.array(dtype=vec), displacement: wp.array(dtype=vec)) -> real:  # fmt: skip
+        square = real(0.0)
+        for k in range(offsets[i], offsets[i + 1]):
+            j = indices[k]
+            e = displacement[j] - u - H * (node[j] - centre)
+            square += weight[k] * wp.dot(e, e)
+        return square
+
+    return left_over
+
+
 def average(weights: Weights, values: np.ndarray) -> np.ndarray:
     """Interpolate `values` (sources, k) on the host, (targets, k)."""
-    offsets, indices, w = (a.numpy() for a in (weights.pairs.offsets, weights.pairs.indices, weights.values))
-    row = np.repeat(np.arange(weights.pairs.targets), np.diff(offsets))
+    indices, w, row = weights.pairs.indices.numpy(), weights.values.numpy(), weights.pairs.rows()
     return np.stack(
         [np.bincount(row, w * values[indices, c], weights.pairs.targets) for c in range(values.shape[1])], 1
     )
@@ -217,8 +235,7 @@ def unparted(pairs: Pairs, lattice: Lattice, targets: np.ndarray, sources: np.nd
     """The pairs that no crack parts. `targets` (n, dim) and `sources` (m, dim) in grid coordinates, each on its side."""
     if not lattice.cracks:
         return pairs
-    row = np.repeat(np.arange(len(targets)), np.diff(pairs.offsets.numpy()))
-    return pairs.where(~lattice.apart(targets[row], sources[pairs.indices.numpy()]))
+    return pairs.where(~lattice.apart(targets[pairs.rows()], sources[pairs.indices.numpy()]))
 
 
 def spanning_weights(lattice: Lattice, support: float, points: tuple[np.ndarray, np.ndarray],

@@ -16,7 +16,7 @@ from functools import cache
 import warp as wp
 
 from wsph.scene import Body
-from wsph.space import Space
+from wsph.space import Space, principal
 
 
 @dataclass(frozen=True)
@@ -69,18 +69,14 @@ def viscous_push(space: Space, kind: str) -> wp.Function:
 @cache
 def opposing_stress(space: Space) -> wp.Function:
     """Warp function (epsilon, in-plane stress) -> -epsilon times its tensile part, by principal stresses."""
-    real, mat, dim, tensor = space.scalar, space.mat, space.dim, space.tensor
+    real, mat, dim, axes_of = space.scalar, space.mat, space.dim, principal(space)
 
     @wp.func
     def opposing(epsilon: real, stress: mat) -> mat:
-        full = tensor()
-        for a in range(wp.static(dim)):
-            for b in range(wp.static(dim)):
-                full[a, b] = stress[a, b]
-        axes, principal = wp.eig3(full)
+        axes, values = axes_of(stress)
         result = mat()
-        for k in range(3):
-            tension = wp.max(principal[k], real(0.0))
+        for k in range(wp.static(dim)):
+            tension = wp.max(values[k], real(0.0))
             for a in range(wp.static(dim)):
                 for b in range(wp.static(dim)):
                     result[a, b] = result[a, b] - epsilon * tension * axes[a, k] * axes[b, k]

@@ -29,10 +29,12 @@ import warp as wp
 from wsph.constitutive import Laws
 from wsph.errors import Refused
 from wsph.neighbours import Pairs
-from wsph.scene import PhaseField
-from wsph.space import Space, determinant_and_inverse, principal
+from wsph.operators import misfit
+from wsph.plugins import turns
+from wsph.scene import Body, PhaseField
+from wsph.space import Space, determinant_and_inverse, in_plane, principal
 from wsph.state import State
-from wsph.stress_state import packing
+from wsph.stress_state import elastic_strain, packing
 from wsph.units import Scales
 
 KEPT = 1e-6
@@ -141,7 +143,7 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
     Params, stress, Phase = laws.Params, laws.stress, phase_struct(space)
     parted, axes_of, sweep, degraded = split(space, Params), principal(space), swept(space, model), degradation(space)
     determinant, inverse = determinant_and_inverse(space)
-    unpack, pack = packing(space, laws.state)
+    (unpack, pack), plane, strain_of = packing(space, laws.state), in_plane(space), elastic_strain(space, Params)
     quick = dim == 3 and model == "AT1"
 
     @wp.func
@@ -213,22 +215,14 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
         return degraded(d) * opening + closing
 
     @wp.func
-    def elastic_strain(p: Params, undamaged: stress):
-        full = unpack(undamaged)
-        mean = wp.trace(full) / real(3.0)
-        strain = (full - mean * wp.identity(n=3, dtype=real)) / (real(2.0) * p.elastic_shear) + (
-            mean / (real(3.0) * p.elastic_bulk)
-        ) * wp.identity(n=3, dtype=real)
-        block = mat()
-        for a in range(wp.static(dim)):
-            for b in range(wp.static(dim)):
-                block[a, b] = strain[a, b]
-        axes, e = axes_of(block)
+    def strained(p: Params, undamaged: stress):
+        strain = strain_of(p, unpack(undamaged))
+        axes, e = axes_of(plane(strain))
         return axes, e, strain[2, 2]
 
     @wp.func
     def evolved(p: Params, phase: Phase, H: mat, undamaged: stress, old: real, S: real, D: real):
-        axes, e, out = elastic_strain(p, undamaged)
+        axes, e, out = strained(p, undamaged)
         opening, _closing, tension, pressure, out_plus, out_minus = parted(p, e, out)
         d = sweep(phase, old, opening, S, D)
         g = degraded(d)
@@ -246,7 +240,7 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
 
     @wp.func
     def evolved_energy(p: Params, H: mat, undamaged: stress, d: real) -> real:
-        _axes, e, out = elastic_strain(p, undamaged)
+        _axes, e, out = strained(p, undamaged)
         opening, closing, _t, _p, _o, _i = parted(p, e, out)
         return degraded(d) * opening + closing
 
@@ -255,7 +249,7 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
 
 @cache
 def _advance_kernel(space: Space) -> wp.Kernel:
-    real, vec, mat, degraded = space.scalar, space.vec, space.mat, degradation(space)
+    real, vec, mat, degraded, left_over = space.scalar, space.vec, space.mat, degradation(space), misfit(space)
 
     @wp.kernel(module="unique", enable_backward=False)
     def advance(first: int, volume: wp.array(dtype=real), damage: wp.array(dtype=space.vector(1)), opening: wp.array(dtype=real),
@@ -268,11 +262,7 @@ def _advance_kernel(space: Space) -> wp.Kernel:
         old = old_out[i]
         if d > old:
             # The residual's energy is degraded with the stress.
-            square = real(0.0)
-            for k in range(offsets[i], offsets[i + 1]):
-                j = indices[k]
-                e = u[j] - u[i] - H[i] * (node[j] - node[i])
-                square += weight[k] * wp.dot(e, e)
+            square = left_over(i, u[i], node[i], H[i], offsets, indices, weight, node, u)
             # psi as the mean of both ends: as the trapezoidal rule takes the work of the forces.
             set_free = real(0.5) * volume[i] * (psi + opened_out[i]) + real(0.5) * stiffness * share[i] * square
             released_out[i] = released_out[i] + set_free * (degraded(old) - degraded(d))
@@ -286,19 +276,19 @@ class PhaseDamage:
     """The phase field of a body. `struct` goes to the kernels; `advance` makes the damage of the last evaluation that of
     the step to come, and counts the energy that it released."""
 
-    def __init__(self, part: PhaseField, space: Space, scales: Scales, spread: np.ndarray, share: np.ndarray,
-                 volume: np.ndarray, length: float, state: State, pairs: Pairs, weight: wp.array, node: wp.array,
+    def __init__(self, part: PhaseField, space: Space, scales: Scales, spread: np.ndarray, share: wp.array,
+                 volume: np.ndarray, state: State, pairs: Pairs, weight: wp.array, node: wp.array,
                  stiffness: float, device: str):  # fmt: skip
-        """`spread` (m,) = sum w r^2, `share` and `volume` (m,) and `stiffness` (of the residual) nondimensional, `length`
-        [m] the unit of length; evaluations write the damage to `state`."""
+        """`spread` (m,) = sum w r^2, `share` and `volume` (m,) and `stiffness` (of the residual) nondimensional; evaluations
+        write the damage to `state`."""
         self.part, self._space, self._state = part, space, state
         self._pairs, self._weight, self._node = pairs, weight, node
         self._stiffness = space.scalar(stiffness)
-        self._share = wp.array(share, dtype=space.scalar, device=device)
+        self._share = share
         real, n = space.scalar, len(volume)
         self._volume = wp.array(volume, dtype=real, device=device)
-        self.toughness = part.fracture_energy / (scales.stress * length)
-        self.length = part.length / length
+        self.toughness = part.fracture_energy / (scales.stress * scales.length)
+        self.length = part.length / scales.length
         # Particles inside: those at faces and notches see less.
         self.laplacian = space.dim / float(np.median(spread[spread > 0.999 * np.quantile(spread, 0.9)]))
         first = part.model == "AT1"
@@ -307,10 +297,9 @@ class PhaseDamage:
         self.struct.spread = real((4.0 if first else 2.0) * self.length**2 * self.laplacian)
         for name in ("damage", "opening"):
             setattr(self.struct, name, wp.zeros(n, dtype=real, device=device))
-        rows = np.repeat(np.arange(n), np.diff(pairs.offsets.numpy()))
-        sums = np.bincount(rows, weight.numpy().astype(float), n)
+        sums = np.bincount(pairs.rows(), weight.numpy().astype(float), n)
         self.struct.weights = wp.array(sums, dtype=real, device=device)
-        self.struct.share = wp.array(share, dtype=real, device=device)
+        self.struct.share = wp.clone(share)
         self._opened = wp.zeros(n, dtype=real, device=device)
         self._released = wp.zeros(n, dtype=real, device=device)
 
@@ -344,8 +333,7 @@ class PhaseDamage:
     def _surface_energy(self) -> float:
         d = self.struct.damage.numpy().astype(float)
         volume = self._volume.numpy().astype(float)
-        offsets, indices = self._pairs.offsets.numpy(), self._pairs.indices.numpy()
-        rows = np.repeat(np.arange(len(d)), np.diff(offsets))
+        indices, rows = self._pairs.indices.numpy(), self._pairs.rows()
         steps = self._weight.numpy().astype(float) * (d[indices] - d[rows]) ** 2
         gradient = self.laplacian * np.bincount(rows, steps, len(d)) * self.length
         if self.part.model == "AT1":
@@ -360,21 +348,22 @@ class PhaseDamage:
         )
 
 
-def refuse(name: str, part: PhaseField, material: Any, who: str, spacing: float, free: bool) -> None:
+def refuse(body: Body, part: PhaseField, material: Any, who: str, spacing: float, free: bool) -> None:
     """Refuse what a phase field cannot do."""
+    if body.map is not None:
+        raise Refused(f"body {body.name!r}: phase_field needs a lattice of one spacing, without `map`: leave one out")
     if free:
         raise Refused(
-            f'body {name!r}: phase_field needs state = "strain" (or 3D): degraded by parts, the stress out of a plane of zero'
+            f'body {body.name!r}: phase_field needs state = "strain" (or 3D): degraded by parts, the stress out of a plane of zero'
             " stress would not stay zero"
         )
-    turns = not hasattr(material, "stress") and getattr(material, "depends_on_stress", True)
-    if not (getattr(material, "linear", False) or turns):
+    if not (getattr(material, "linear", False) or turns(material)):
         raise Refused(
-            f"body {name!r}: phase_field splits the energy of linear elasticity or the stress of a rate law that turns with"
+            f"body {body.name!r}: phase_field splits the energy of linear elasticity or the stress of a rate law that turns with"
             f" the body; {who} is neither: use elastic or jaumann"
         )
     if part.length < spacing:
         raise Refused(
-            f"body {name!r}: phase_field.length = {part.length:g} m is below the spacing, {spacing:g} m: a crack would not be"
+            f"body {body.name!r}: phase_field.length = {part.length:g} m is below the spacing, {spacing:g} m: a crack would not be"
             f" resolved; use at least {1.5 * spacing:g} m"
         )

@@ -77,6 +77,11 @@ def relaxes(material: Any) -> bool:
     )
 
 
+def turns(material: Any) -> bool:
+    """Whether it is a rate law alone whose stress turns with the body: one that depends on stress does."""
+    return not hasattr(material, "stress") and bool(getattr(material, "depends_on_stress", True))
+
+
 def dissipates(material: Any) -> bool:
     """Whether a law can take energy: it relaxes, or its stress is brought back to a yield surface."""
     return relaxes(material) or hasattr(material, "project")

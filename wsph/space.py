@@ -102,6 +102,22 @@ def determinant_and_inverse(space: Space) -> tuple[wp.Function, wp.Function]:
 
 
 @cache
+def in_plane(space: Space) -> wp.Function:
+    """Warp function: the dim x dim block of a 3x3 tensor."""
+    mat, tensor, dim = space.mat, space.tensor, space.dim
+
+    @wp.func
+    def block(full: tensor) -> mat:
+        result = mat()
+        for a in range(wp.static(dim)):
+            for b in range(wp.static(dim)):
+                result[a, b] = full[a, b]
+        return result
+
+    return block
+
+
+@cache
 def principal(space: Space) -> wp.Function:
     """Warp function symmetric dim x dim -> (axes in columns, values)."""
     real, vec, mat, dim = space.scalar, space.vec, space.mat, space.dim
@@ -115,7 +131,7 @@ def principal(space: Space) -> wp.Function:
     if dim == 2:
 
         @wp.func
-        def in_plane(a: mat):
+        def in_two(a: mat):
             mean = real(0.5) * (a[0, 0] + a[1, 1])
             half = real(0.5) * (a[0, 0] - a[1, 1])
             radius = wp.sqrt(half * half + a[0, 1] * a[0, 1])
@@ -132,7 +148,7 @@ def principal(space: Space) -> wp.Function:
                     s = larger
             return mat(c, -s, s, c), vec(mean + radius, mean - radius)
 
-        return in_plane
+        return in_two
 
     @wp.func
     def in_space(a: mat):

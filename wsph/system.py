@@ -32,8 +32,8 @@ class System:
     """Whether something of it, such as pairs, follows the motion on the host: `follow` before every step."""
     parts_taken: tuple[str, ...] = ()
     """Parts of a body, of those between pairs, that the formulation takes."""
-    breaks = False
-    """Whether the body can break: its state carries a damage."""
+    damage_model = ""
+    """How the body breaks (`wsph.scene.damage_model`): where it can, its state carries a damage."""
     takes_maps = False
     """Whether cells may differ in size and direction."""
     splits = False

@@ -290,8 +290,7 @@ class TwoSetSystem(System):
     def _second_moments(self, nodes: np.ndarray, cells: np.ndarray) -> float:
         """Smallest second moment of the interpolation to a virtual particle, in spacings squared."""
         weights = self.to_virtual[0]
-        offsets, indices, values = (a.numpy() for a in (weights.pairs.offsets, weights.pairs.indices, weights.values))
-        row = np.repeat(np.arange(len(cells)), np.diff(offsets))
+        indices, values, row = weights.pairs.indices.numpy(), weights.values.numpy(), weights.pairs.rows()
         r = nodes[indices] - cells[row]
         moment = np.zeros((len(cells), self.space.dim, self.space.dim))
         np.add.at(moment, row, values[:, None, None] * r[:, :, None] * r[:, None, :])

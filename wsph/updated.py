@@ -16,12 +16,9 @@ found on the host before a step, so that steps are captured one by one. Pairs in
 ascend, so that when they are found changes no bit of the sums.
 """
 
-from functools import cache
-
 import numpy as np
 import warp as wp
 
-from wsph.body_force import BLOCK
 from wsph.constitutive import Constitutive, blame
 from wsph.errors import Refused
 from wsph.lagrangian_kernels import Form, Kernels, kernels
@@ -29,11 +26,11 @@ from wsph.neighbours import Pairs, find_pairs
 from wsph.one_set import OneSetSystem
 from wsph.operators import unparted
 from wsph.particles import Lattice
-from wsph.phase_field import phase_struct
 from wsph.program import Clock
 from wsph.scene import Body, Scene
+from wsph.skin import Skin
 from wsph.space import Space
-from wsph.state import Layout, State, fields_struct
+from wsph.state import State
 from wsph.units import Scales
 
 SKIN = 0.3
@@ -74,8 +71,7 @@ class UpdatedLagrangianSystem(OneSetSystem):
             self.kernels: Kernels = kernels(
                 space, laws, self.state.layout, self.force.parts, self.form, scene.run.kernel
             )
-        self._travel, self._blocks = _travel(space, self.state.layout), -(-self.count // BLOCK)
-        self._furthest = wp.zeros(self._blocks, dtype=wp.float64, device=device)
+        self._skin = Skin(space, self.count, clock)
         self._find()
         self.refresh(self.state)
         self.refuse_lonely(self._rank.numpy())
@@ -95,22 +91,21 @@ class UpdatedLagrangianSystem(OneSetSystem):
             sided = nodes if self.at_nodes else cells
             pairs = unparted(pairs, lattice, sided, sided)
         self._pairs: Pairs = pairs
-        self._found = wp.array(displacement, dtype=self.space.vec, device=self.device)
+        self._skin.found.assign(displacement.astype(self.space.numpy))
 
     def follow(self) -> bool:
         """Before a step: find the pairs anew where a particle may leave its skin by the step's end."""
-        inputs = [self.count, self.clock.time, self._found, self.state.struct]
-        wp.launch(self._travel, self._blocks, inputs=inputs, outputs=[self._furthest], device=self.device)
-        if self._furthest.numpy().max() > 0.5 * SKIN * self.spacing / self.scales.length:
+        state = self.state.struct
+        if self._skin.left(state.displacement, state.velocity, SKIN * self.spacing / self.scales.length):
             self._find()
             return True
         return False
 
     def kept(self) -> dict[str, wp.array]:
-        return super().kept() | {"found": self._found}
+        return super().kept() | {"found": self._skin.found}
 
     def restored(self) -> None:
-        self._find(self._found.numpy().astype(float))
+        self._find(self._skin.found.numpy().astype(float))
         super().restored()
 
     @property
@@ -139,7 +134,7 @@ class UpdatedLagrangianSystem(OneSetSystem):
         if part != "velocity":
             self.clock.launch(self.kernels.drift, self.count, [state.struct], [out.struct])
             inputs = [self.clock.time, self.space.scalar(ahead), self.constitutive.params, self.pair]
-            inputs += [phase_struct(self.space)(), *self._rows]
+            inputs += [self._phase, *self._rows]
             inputs += [self._x, self._x, self._moment, state.struct, state.struct]
             self.clock.launch(self.kernels.flow, self.count, inputs, [out.struct])
 
@@ -153,23 +148,5 @@ class UpdatedLagrangianSystem(OneSetSystem):
     def nbytes(self) -> int:
         """Device memory of the body [bytes]: pairs and all states, the integrator's too."""
         own = [self._moment, self._corrected, self._opposing, self._x, self._volume, self._current, self._rank]
-        own += [self.drag, self._hold, self._found]
+        own += [self.drag, self._hold, self._skin.found]
         return self._pairs.nbytes + sum(a.capacity for a in own) + self.state_bytes
-
-
-@cache
-def _travel(space: Space, layout: Layout) -> wp.Kernel:
-    Fields = fields_struct(space, layout)
-
-    @wp.kernel(module="unique", enable_backward=False)
-    def travel(count: int, clock: wp.array(dtype=wp.float64), found: wp.array(dtype=space.vec), fields: Fields,
-               furthest_out: wp.array(dtype=wp.float64)):  # fmt: skip
-        block = wp.tid()
-        furthest = wp.float64(0.0)
-        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
-            moved = wp.float64(wp.length(fields.displacement[i] - found[i]))
-            # Half as fast again: stages and accelerations within a step.
-            furthest = wp.max(furthest, moved + wp.float64(1.5) * clock[1] * wp.float64(wp.length(fields.velocity[i])))
-        furthest_out[block] = furthest
-
-    return travel

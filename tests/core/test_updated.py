@@ -26,12 +26,12 @@ def test_a_rigid_turn_is_free_of_stress(model: str) -> None:
     x = system.position / composition.scales.length
     turn = np.radians(1000.0 / n)
     step = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
-    found: list[int] = []
+    found: list[bytes] = []
     for _ in range(n):
         now = x + state.read("displacement")
         state.write("velocity", (now @ step.T - now) / composition.clock.dt)
         system.follow()
-        found.append(id(system._found))
+        found.append(system._skin.found.numpy().tobytes())
         system.rate(state, rate, "velocity")
         system.rate(state, rate, "rest", ahead=0.5)
         system.combine(state, plain=[(1.0, state)], timed=[(1.0, rate)], part="rest")
