@@ -24,8 +24,9 @@ from wsph.result import Result
 from wsph.scene import Scene, load
 from wsph.schedule import Events, Interrupts
 
-CHECK_STEPS = 50
-"""Steps between finite checks where steps are not captured in blocks; those are checked at the end of a block."""
+CHECK_STEPS = 100
+"""Steps between checks where steps are not captured in blocks; those are checked at the end of a block. A check costs about
+half a step (tests/benchmarks/guards.py)."""
 HISTORY_ROWS = 100
 Found = tuple[Path, dict[str, Any], dict[str, np.ndarray]]
 """A checkpoint: its file, its facts and its arrays."""
@@ -224,6 +225,9 @@ class Simulation:
         """The ledgers, after the finite check and the energy stop."""
         if step > 0:
             self.c.publish()
+        else:
+            for run in self.c.bodies:
+                run.system.refresh(run.system.state)
         ledgers = [run.diagnostics.measure(run.system.state) for run in self.c.bodies]
         self._stiffening = sum(run.system.hourglass_energy() for run in self.c.bodies)
         for run, ledger in zip(self.c.bodies, ledgers, strict=True):

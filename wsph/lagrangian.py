@@ -321,11 +321,11 @@ class LagrangianSystem(OneSetSystem):
         self.clock.launch(self.kernels.force, self.count, inputs, [self.drag, self._hold, out.struct])
 
     def hourglass_energy(self) -> float:
-        """Energy of the residual and work against the other holding forces, nondimensional (two launches and a copy)."""
+        """Energy of the residual, of a state that is up to date, and work against the other holding forces, nondimensional (a
+        launch and a copy)."""
         held = super().hourglass_energy()
         if not self.form.residual:
             return held
-        self.refresh(self.state)
         sums = wp.zeros(-(-len(self.point_volume) // BLOCK), dtype=wp.float64, device=self.device)
         inputs = [
             len(self.point_volume),

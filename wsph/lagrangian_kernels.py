@@ -457,7 +457,7 @@ def _moments_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smooth
 def _residual_kernel(space: Space, Fields: type, points: bool) -> wp.Kernel:
     real, vec, left_over = space.scalar, space.vec, misfit(space)
 
-    @wp.kernel(module="unique", enable_backward=False)
+    @wp.kernel(module="unique", enable_backward=False, module_options=PAIR_LOOPS)
     def residual(count: int, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
                  weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), share: wp.array(dtype=real), stiffness: real,
                  mean: wp.array(dtype=vec), fields: Fields, energy_out: wp.array(dtype=wp.float64)):  # fmt: skip

@@ -214,10 +214,13 @@ def misfit(space: Space) -> wp.Function:
     def left_over(i: int, u: vec, centre: vec, H: mat, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
                   weight: wp.array(dtype=real), node: wp.array(dtype=vec), displacement: wp.array(dtype=vec)) -> real:  # fmt: skip
         square = real(0.0)
-        for k in range(offsets[i], offsets[i + 1]):
+        k = offsets[i]
+        end = offsets[i + 1]
+        while k < end:
             j = indices[k]
             e = displacement[j] - u - H * (node[j] - centre)
-            square += weight[k] * wp.dot(e, e)
+            square = square + weight[k] * wp.dot(e, e)
+            k += 1
         return square
 
     return left_over
