@@ -321,8 +321,8 @@ class LagrangianSystem(OneSetSystem):
         self.clock.launch(self.kernels.force, self.count, inputs, [self.drag, self._hold, out.struct])
 
     def hourglass_energy(self) -> float:
-        """Energy of the residual, of a state that is up to date, and work against the other holding forces, nondimensional (a
-        launch and a copy)."""
+        """Energy of the residual, of a state that is up to date, and work against the other holding forces, nondimensional
+        (a launch and a copy)."""
         held = super().hourglass_energy()
         if not self.form.residual:
             return held
