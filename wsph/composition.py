@@ -47,7 +47,7 @@ GROWN = 10.0
 """A mode that a run amplifies by more than this is refused or warned of."""
 MOST_TRIED = 2e9
 """Particles times steps up to which the growth of a jittered body's step is tried: some minutes on one core."""
-INTEGRATOR_SIGNATURE = "a class with formulations, order, __init__(self, system, **options), step(self), limit(self) -> (Courant number, reason) and state"
+INTEGRATOR_SIGNATURE = "a class with sets (1 or 2), formulations, order, __init__(self, system, **options), step(self), limit(self) -> (Courant number, reason) and state"
 
 
 @dataclass
@@ -102,6 +102,8 @@ class Composition:
     bodies: list[BodyRun]
     probes: list[Recorder]
     program: Program
+    integrator: str
+    """Name and distribution of the integrator."""
     contacts: Contacts | None = None
 
     @property
@@ -124,9 +126,17 @@ class Composition:
 
     def compile(self) -> None:
         """Compile what a run launches: the step and the diagnostics. Raises PluginError where a law does not compile."""
+        with blame(self.integrator, INTEGRATOR_SIGNATURE):
+            launched = self.launches()
+            home = _package(type(self.bodies[0].integrator).__module__)
+            self.program.compile([kernel for kernel in launched if _package(kernel.func.__module__) == home])
         measured = [run.diagnostics.kernel(run.system.state) for run in self.bodies]
         with blame(" and ".join(dict.fromkeys(run.constitutive.who for run in self.bodies))):
-            self.program.compile([*self.launches(), *measured])
+            self.program.compile([*launched, *measured])
+
+
+def _package(module: str) -> str:
+    return module.partition(".")[0]
 
 
 def _publish(bodies: list[BodyRun]) -> None:
@@ -245,6 +255,7 @@ def _compose(scene: Scene) -> Composition:
         bodies,
         probes,
         Program(step, clock, pairs, scene.run.threads, follow if following else None),
+        who,
         contacts,
     )
 

@@ -37,17 +37,16 @@ def blame(who: str, signature: str = RATE_SIGNATURE) -> Iterator[None]:
     """Turn what Warp says of a plugin's code into an error that names the plugin and what was expected of it."""
     try:
         yield
-    except WsphError:
-        raise
-    except Exception as error:
-        if type(error).__module__.split(".")[0] != "warp" and not isinstance(
-            error, (RuntimeError, TypeError, AttributeError, ValueError, ArithmeticError)
-        ):
+    except PluginError as error:
+        if who in str(error):
             raise
+        raise PluginError(f"{who}: {error}") from error
+    except (WsphError, MemoryError, OSError):
+        raise
+    except Exception as error:  # whatever a third party's code raises
         lines = [line for line in str(error).strip().splitlines() if line.strip()]
-        raise PluginError(
-            f"{who}: its code fails ({lines[-1] if lines else type(error).__name__}); expected {signature}"
-        ) from error
+        said = f"{type(error).__name__}: {lines[-1]}" if lines else type(error).__name__
+        raise PluginError(f"{who}: its code fails ({said}); expected {signature}") from error
 
 
 def parameters(material: Any) -> dict[str, str]:

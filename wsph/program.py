@@ -256,7 +256,9 @@ class Program:
 
         One after the other: each compiling thread would first spend 2 s on a precompiled header of its own.
         """
-        wp.force_load(self._device, modules=list(dict.fromkeys(kernel.module for kernel in kernels)), max_workers=0)
+        modules = list(dict.fromkeys(kernel.module for kernel in kernels))
+        if modules:
+            wp.force_load(self._device, modules=modules, max_workers=0)
 
     def _graph(self, block: int) -> wp.Graph:
         if block not in self._graphs:

@@ -99,3 +99,16 @@ def test_killed_three_times(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_killed_twenty_times(tmp_path: Path) -> None:
     killed(tmp_path, 20, 2)
+
+
+def test_a_full_disk_is_named_and_what_was_written_stays(tmp_path: Path) -> None:
+    """A limit on the size of files stands for it: frames fit, the history grows over it."""
+    path, folder = tmp_path / "scene.toml", tmp_path / "out"
+    path.write_text(SCENE.replace("every = 1\n", "every = 40\nhistory = 1\n").replace("end = 8.0", "end = 80.0"))
+    wsph.run(wsph.load(path).with_(end=0.2))  # kernels are compiled: theirs are larger files
+    code = f"import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (120_000, 120_000)); from wsph.cli import main; sys.exit(main(['run', {str(path)!r}, '-o', {str(folder)!r}, '--quiet']))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 2, done.stderr
+    assert re.search(r"^error: .*out.*: cannot be written: File too large", done.stderr), done.stderr
+    assert readable(folder) > 1
+    assert not [p for p in folder.rglob("*") if "partial" in p.name or "tmp" in p.name]
