@@ -5,6 +5,7 @@ time step lies beyond what its integrator or its material can take.
 """
 
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,6 +28,7 @@ from wsph.plugins import build
 from wsph.probes import Recorder
 from wsph.program import Clock, Program
 from wsph.scene import Body, Scene
+from wsph.schedule import Timeline
 from wsph.space import Space
 from wsph.stress_state import STRESS_STATES, StressState
 from wsph.two_set import TwoSetSystem
@@ -40,7 +42,6 @@ SYSTEMS: dict[int, dict[str, Any]] = {
 }
 """By the number of particle sets that an integrator works on, and by formulation."""
 PAIR_PARTS = ("viscosity", "residual", "hourglass", "artificial_stress", "phase_field", "links")
-MOST_STEPS = 1e12
 ANEW = 0.05
 """Logarithm of the distortion after which the limit of a one-set body is found anew."""
 GROWN = 10.0
@@ -66,6 +67,8 @@ class BodyRun:
     """Of the state whose limit this is."""
     pushed: float = 0.0
     """A bound of the frequency that contacts add, nondimensional."""
+    share: float = 1.0
+    """Of its limit, the Courant number that the run began with."""
 
     def measure(self) -> None:
         """Find the limit of the state as it is. Where contacts push, squares of frequencies add."""
@@ -74,9 +77,16 @@ class BodyRun:
             self.limit /= float(np.sqrt(1.0 + (self.pushed / self.system.frequency) ** 2))
             self.limit_reason += ", and its contacts"
 
+    @property
+    def adapts(self) -> bool:
+        """Whether deformation can bring its Courant number beyond its limit."""
+        return self.limit is not None and (self.system.follows_courant or self.system.measures)
+
     def follow(self, distortion: float) -> None:
-        """Find the limit anew where a body has deformed by ANEW since: its stiffness has changed, or its pairs."""
-        if self.limit is not None and self.system.measures and abs(np.log(distortion / self.distortion)) > ANEW:
+        """Find the limit anew where a body has deformed by ANEW since, nearer to the limit by less: its stiffness has
+        changed, or its pairs."""
+        since = ANEW * float(np.clip(5.0 * (1.0 - self.share), 0.1, 1.0))
+        if self.limit is not None and self.system.measures and abs(np.log(distortion / self.distortion)) > since:
             self.distortion = distortion
             self.system.measure_anew()
             self.measure()
@@ -120,6 +130,14 @@ class Composition:
         """Have the states that are read made up to date (launches)."""
         _publish(self.bodies)
 
+    def shorten(self, factor: float) -> None:
+        """Take steps shorter by a factor from now on. Integrators that keep variables of their own make them anew."""
+        self.clock.shorten(factor)
+        for run in self.bodies:
+            run.courant *= factor
+            if hasattr(run.integrator, "begin"):
+                run.integrator.begin()
+
     def launches(self) -> list[wp.Kernel]:
         """The kernels that a step launches, in order."""
         return self.clock.list_launches(self.program.step)
@@ -147,14 +165,6 @@ def _publish(bodies: list[BodyRun]) -> None:
             run.integrator.publish()
         if not getattr(run.integrator, "fresh", False):
             run.system.refresh(run.system.state)
-
-
-def step_count(end: float, dt: float) -> int:
-    """Steps to reach `end`: the last state is the first at or after it. Raises Refused beyond what can be counted."""
-    steps = np.ceil(end / dt - 1e-9)
-    if not steps < MOST_STEPS:
-        raise Refused(f"{end:g} s in steps of {dt:g} s are {steps:.3g} steps; at most {MOST_STEPS:.0e} can be run")
-    return max(int(steps), 1)
 
 
 def _materials(scene: Scene) -> list[Any]:
@@ -206,18 +216,26 @@ def _compose(scene: Scene) -> Composition:
     scales = Scales(lattices[fastest].spacing, shortest, materials[fastest].density)
     _refuse_extremes(scales, fastest, scene)
     dt = scene.run.dt if scene.run.dt is not None else (scene.run.cfl or 0.0) * shortest
-    clock = Clock(dt / scales.time if scene.run.dt is not None else (scene.run.cfl or 0.0), device)
-    bodies = [
-        _body_run(scene, body, cells, material, state, plugin, who, system_type, space, scales, clock, device)
-        for body, cells, material, state in zip(scene.bodies, lattices, materials, states, strict=True)
-    ]
-    steps = step_count(scene.run.end, dt)
+    ticks = dt / scales.time if scene.run.dt is not None else (scene.run.cfl or 0.0)
+    clock = Clock(ticks, device)
+
+    def body_run(k: int, space: Space, clock: Clock) -> BodyRun:
+        body, cells, material, state = scene.bodies[k], lattices[k], materials[k], states[k]
+        return _body_run(scene, body, cells, material, state, plugin, who, system_type, space, scales, clock, device)
+
+    bodies = [body_run(k, space, clock) for k in range(len(scene.bodies))]
+    steps = Timeline(scene.run.end, dt).last
     contacts = Contacts(scene.contact, bodies, space, scales, clock, device) if scene.contact else None
-    for run in bodies:
+    for k, run in enumerate(bodies):
         if contacts is not None and run.body.name in contacts.sides:
             run.pushed = contacts.frequency(run.body.name)
             run.measure()
-        _guard(scene, run, dt, steps)
+
+        def double(k: int = k, run: BodyRun = run) -> BodyRun:
+            return run if space.precision == "f64" else body_run(k, Space(space.dim), Clock(ticks, device))
+
+        _guard(scene, run, dt, steps, double)
+        run.share = run.courant / run.limit if run.limit else 1.0
     probes = [
         Recorder(probe, f"probes.{k}", bodies, space, clock, every_step=_cadence_steps(probe.every, dt) < 2.0)
         for k, probe in enumerate(scene.probes)
@@ -360,7 +378,9 @@ def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: An
 def _growth(run: BodyRun, steps: int) -> float:
     """What the step itself makes of the body's state: growth per step, found with about as many steps as the run has."""
     system = run.system
-    found = largest_growth(run.integrator.step, system.state, block=int(np.clip(steps // PRODUCTS, 10, 100)))
+    speed = run.constitutive.wave_speed / system.scales.velocity
+    units = {"velocity": speed, "stress": system.density * speed**2}
+    found = largest_growth(run.integrator.step, system.state, int(np.clip(steps // PRODUCTS, 10, 100)), units=units)
     # What the trial leaves behind, up to infinities, must not reach the run.
     system.clear_scratch()
     system.work.start(system.state, system.clock)
@@ -393,11 +413,11 @@ def _refuse_parts(body: Body, material: Any, system_type: Any, integrator: str, 
             )
 
 
-def _guard(scene: Scene, run: BodyRun, dt: float, steps: int) -> None:
+def _guard(scene: Scene, run: BodyRun, dt: float, steps: int, double: Callable[[], BodyRun]) -> None:
     """Refuse or warn of a time step beyond what the integrator or the material can take.
 
-    Limits hold for lattices. A body with jitter is tried: where a mode of its own step grows so that the run would amplify
-    it by more than GROWN, that is said with the growth.
+    Limits hold for lattices. A body with jitter is tried, as `double`, the same in double precision: where a mode of its own
+    step grows so that the run would amplify it by more than GROWN, that is said with the growth.
     """
     if scene.run.guard == "off":
         return
@@ -406,7 +426,7 @@ def _guard(scene: Scene, run: BodyRun, dt: float, steps: int) -> None:
     if run.limit is not None and beyond:
         grows = ""
         if scene.dim > 1 and run.system.count * PRODUCTS * 25 < MOST_TRIED:
-            found = _growth(run, 25 * PRODUCTS)
+            found = _growth(double(), 25 * PRODUCTS)
             pace = f"by {found:.2g} a step" if np.isfinite(found) else "faster than can be measured"
             grows = f"; a mode of its step grows {pace}" if found > 0.0 else ""
         way_out = f"; use run.cfl <= {np.floor(run.limit * 1e6 * (1.0 + 1e-12)) / 1e6:g}" if run.limit > 0.0 else ""
@@ -415,7 +435,7 @@ def _guard(scene: Scene, run: BodyRun, dt: float, steps: int) -> None:
             f" limit {run.limit:.3f} ({run.limit_reason}){grows}{way_out}"
         )
     elif run.body.jitter > 0.0 and run.system.tried and run.system.count * steps < MOST_TRIED:
-        found = _growth(run, steps)
+        found = _growth(double(), steps)
         if found * steps > np.log(GROWN):
             faults.append(
                 f"body {run.body.name!r}: with jitter = {run.body.jitter:g} a mode of its step grows by {found:.2g} a step,"

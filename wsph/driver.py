@@ -22,11 +22,18 @@ from wsph.output import OutputFolder, check_writable
 from wsph.probes import RING, Recorder
 from wsph.result import Result
 from wsph.scene import Scene, load
-from wsph.schedule import Events, Interrupts
+from wsph.schedule import Events, Interrupts, Timeline
 
 CHECK_STEPS = 100
 """Steps between checks where steps are not captured in blocks; those are checked at the end of a block. A check costs about
 half a step (tests/benchmarks/guards.py)."""
+MOST_APART, CHANGE = 256, 0.01
+"""With `run.cfl` the time step follows the deformation: it is looked at as often as that changes by CHANGE, at least once in
+so many steps, whatever else is due when: the same bits for every cadence of records."""
+OCTAVE = 16
+"""The time step shrinks in parts of an octave."""
+LEAST_STEP = 1e-3
+"""A time step that has shrunk below this part of the first is the end of a run."""
 HISTORY_ROWS = 100
 Found = tuple[Path, dict[str, Any], dict[str, np.ndarray]]
 """A checkpoint: its file, its facts and its arrays."""
@@ -95,25 +102,25 @@ class Simulation:
         self.c = composition
         self.scene = composition.scene
         self._started = started
-        self._last = composition.steps
+        self._time = Timeline(self.scene.run.end, composition.dt)
+        self._last = self._time.last
         self._inside = 0.0
         output = self.scene.output
         self._found, frames = found, found[1]["frames"] if found is not None else None
         self._writer = OutputFolder(folder, output.formats, self.scene.dim, frames) if folder is not None else None
         self._first, self._kept_at = 0, started
         every = self.scene.checkpoint.every if self.scene.checkpoint is not None else None
-        self._checkpoints = Events(every, composition.dt, self._last) if isinstance(every, int) else None
+        self._checkpoints = Events(every, self._time) if isinstance(every, int) else None
         if self._checkpoints is not None:
             self._checkpoints.skip(0)
         history = output.history or max(self._last // HISTORY_ROWS, 1)
-        self._history = Events(history, composition.dt, self._last)
-        self._frames = Events(output.every, composition.dt, self._last)
-        self._slow = [
-            (p, Events(p.probe.every, composition.dt, self._last)) for p in composition.probes if not p.every_step
-        ]
-        self._fast = [
-            (p, Events(p.probe.every, composition.dt, self._last)) for p in composition.probes if p.every_step
-        ]
+        self._history = Events(history, self._time)
+        self._frames = Events(output.every, self._time)
+        self._slow = [(p, Events(p.probe.every, self._time)) for p in composition.probes if not p.every_step]
+        self._fast = [(p, Events(p.probe.every, self._time)) for p in composition.probes if p.every_step]
+        guarded = self.scene.run.cfl is not None and self.scene.run.guard != "off"
+        self._adapts = guarded and any(run.adapts for run in composition.bodies)
+        self._pace, self._look, self._seen = 1, 1, 0.0
         self._rows: list[list[float]] = []
         self._largest = 0.0
         self._warned = self._followed = False
@@ -147,7 +154,7 @@ class Simulation:
                     self._handle(step, self._check(step))
                     self._keep(step)
                     if progress is not None:
-                        progress(step, self._last, step * self.c.dt)
+                        progress(step, self._last, self._time.time(step))
                 if interrupts.asked and step < self._last:
                     # First what is kept: a run that goes on from there has the records of one that never stopped.
                     self._keep(step, asked=True)
@@ -166,6 +173,8 @@ class Simulation:
         if self._checkpoints is not None:
             events.append(self._checkpoints)
         due = [e.next for e in events if e.next > step]
+        if self._adapts:
+            due.append(self._look)
         return min(min([self._last, *due]) - step, RING if program.captured and not program.followed else CHECK_STEPS)
 
     def _keep(self, step: int, asked: bool = False) -> None:
@@ -194,6 +203,9 @@ class Simulation:
             "largest": self._largest.hex(),
             "warned": self._warned,
             "frames": self._writer.times,
+            "timeline": self._time.pieces,
+            "pace": [self._pace, self._look, self._seen],
+            "limits": [[run.limit, run.distortion] for run in self.c.bodies],
             "probes": [[p.probe.model_dump_json(), probes[k]] for k, p in enumerate(self.c.probes)],
         }
         self._write_tables()
@@ -204,6 +216,12 @@ class Simulation:
     def _resume(self, path: Path, facts: dict[str, Any], arrays: dict[str, np.ndarray]) -> int:
         """Put back what a checkpoint holds; the step that it was made at."""
         step = facts["step"]
+        self._time.pieces[:] = [tuple(piece) for piece in facts["timeline"]]
+        self._last = self._time.last
+        self._pace, self._look, self._seen = facts["pace"]
+        for run, (limit, distortion) in zip(self.c.bodies, facts["limits"], strict=True):
+            run.courant *= self._time.dt / self.c.dt
+            run.limit, run.distortion = limit, distortion
         if step >= self._last:
             raise CheckpointError(f"{path}: stands at step {step}; the run ends at step {self._last}: raise run.end")
         checkpoint.restore(path, self.c, arrays)
@@ -249,7 +267,42 @@ class Simulation:
                 _warn(f"step {step}: energy was created, {100 * created:.3g} % of the largest seen")
             if step == self._last and -created > LOSS_WARNING:
                 _warn(f"energy was lost by the end, {-100 * created:.3g} % of the largest seen: numerical dissipation")
+        if self._adapts and step == self._look:
+            self._adapt(step, ledgers)
         return ledgers
+
+    def _adapt(self, step: int, ledgers: list[Ledger]) -> None:
+        """Shorten the time step where deformation has brought a body's Courant number half of the way to its limit: to the
+        share of the limit that it began with."""
+        seen = max(float(np.log(max(ledger.stretch, ledger.distortion))) for ledger in ledgers)
+        change, self._seen = abs(seen - self._seen), seen
+        paces = self._pace * CHANGE / change if change > 0.0 else np.inf
+        self._pace = int(np.clip(min(paces, 2.0 * self._pace), 1, MOST_APART))
+        self._look = step + self._pace
+        factor = 1.0
+        for run, ledger in zip(self.c.bodies, ledgers, strict=True):
+            if run.adapts:
+                run.follow(ledger.distortion)
+                share = self._local(run, ledger) / run.limit
+                if share > 0.5 * (1.0 + run.share) * (1.0 + SLACK):
+                    factor = min(factor, run.share / share)
+        if factor == 1.0 or step >= self._last:
+            return
+        # By whole parts of an octave: what rounding changes of the deformation changes no step.
+        factor = 2.0 ** (np.floor(OCTAVE * np.log2(factor)) / OCTAVE)
+        dt = self._time.dt * factor
+        if dt < LEAST_STEP * self.c.dt:
+            what = f"deformation asks for steps of {dt:.3g} s, below a thousandth of the first"
+            raise self._unstable(step, self.c.bodies[0], "time step", -1, what)
+        self.c.shorten(factor)
+        self._time.shorten(step, dt)
+        self._last = self._time.last
+        for events in (self._history, self._frames, *(e for _, e in (*self._slow, *self._fast))):
+            events.retimed()
+
+    def _local(self, run: Any, ledger: Ledger) -> float:
+        """The largest Courant number of a particle."""
+        return run.courant * (ledger.stretch if run.system.follows_courant else 1.0)
 
     def _broken(self, run: Any, particle: int) -> tuple[str, int, str]:
         """What is wrong with a particle's state: field, particle and words."""
@@ -262,16 +315,16 @@ class Simulation:
     def _follow(self, step: int, run: Any, ledger: Ledger) -> None:
         """Where operators follow the deformation, so does the Courant number; where the stiffness does, so does its
         limit."""
-        if run.limit is None or self.scene.run.guard == "off":
+        if run.limit is None or self.scene.run.guard == "off" or self._adapts:
             return
         run.follow(ledger.distortion)
-        local = run.courant * (ledger.stretch if run.system.follows_courant else 1.0)
+        local = self._local(run, ledger)
         if local <= run.limit * (1.0 + SLACK) or not (run.system.follows_courant or run.distortion != 1.0):
             return
         if run.system.follows_courant:
-            what = f"a particle's own Courant number has become {local:.6g} by deformation; use a smaller run.cfl"
+            what = f"a particle's own Courant number has become {local:.6g} by deformation; use a smaller run.dt, or run.cfl, with which it follows"
         else:
-            what = "its stability limit has fallen below its Courant number by deformation; use a smaller run.cfl"
+            what = "its stability limit has fallen below its Courant number by deformation; use a smaller run.dt, or run.cfl, with which it follows"
         if self.scene.run.guard == "refuse":
             raise self._unstable(step, run, "time step", -1, what)
         if not self._followed:
@@ -279,16 +332,16 @@ class Simulation:
             _warn(f"step {step}: {what}, limit {run.limit:.3f}")
 
     def _unstable(self, step: int, run: Any, name: str, particle: int, what: str, position: Any = ()) -> Unstable:
-        t, limit = step * self.c.dt, run.limit
+        t, limit = self._time.time(step), run.limit
         place = f" of particle {particle} at ({', '.join(f'{x:g}' for x in position)}) m" if particle >= 0 else ""
         bound = (
             f"; Courant number {run.courant:.6g}, limit {limit:.3f}"
             if limit is not None
             else f"; Courant number {run.courant:.6g}"
         )
-        message = f"found unstable at step {step}, t = {t:.6g} s (dt = {self.c.dt:.4g} s): {name}{place} of body {run.body.name!r}: {what}{bound}"
+        message = f"found unstable at step {step}, t = {t:.6g} s (dt = {self._time.dt:.4g} s): {name}{place} of body {run.body.name!r}: {what}{bound}"
         return Unstable(
-            message, step=step, time=t, dt=self.c.dt, field=name, particle=particle, position=position, limit=limit
+            message, step=step, time=t, dt=self._time.dt, field=name, particle=particle, position=position, limit=limit
         )
 
     def _dissipated(self, ledgers: list[Ledger]) -> float:
@@ -337,7 +390,9 @@ class Simulation:
             if self._writer is not None:
                 everything = self._fields(self.scene.output.fields)
                 moved = np.concatenate([run.system.current_position() for run in self.c.bodies])
-                self._writer.frame(step * self.c.dt, moved, {k: v for k, v in everything.items() if k != "position"})
+                self._writer.frame(
+                    self._time.time(step), moved, {k: v for k, v in everything.items() if k != "position"}
+                )
                 if time.perf_counter() - self._written > TABLE_SECONDS:
                     self._write_tables()
 
@@ -355,7 +410,7 @@ class Simulation:
         ]
         momentum = sum(e.momentum for e in ledgers)
         energies = [x * self._energy for x in (*sums, work, work - total)]
-        self._rows.append([step, step * self.c.dt, self.c.dt, *energies, *(momentum * self._impulse)])
+        self._rows.append([step, self._time.time(step), self._time.dt, *energies, *(momentum * self._impulse)])
 
     def _write_tables(self) -> None:
         self._written = time.perf_counter()
@@ -384,7 +439,7 @@ class Simulation:
     def _probe_columns(self, probe: Recorder) -> dict[str, np.ndarray]:
         scales = self._units | probe.body.constitutive.internal_scales
         columns = probe.columns(scales, probe.body.density * self.c.scales.density)
-        return {"time": np.array(probe.steps) * self.c.dt, **columns}
+        return {"time": np.array([self._time.time(step) for step in probe.steps]), **columns}
 
     def _fields(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
         """Fields of all bodies, SI, with position, id and body."""
@@ -434,8 +489,8 @@ class Simulation:
             "status": status,
             "reason": reason,
             "steps": step,
-            "time": step * self.c.dt,
-            "dt": self.c.dt,
+            "time": self._time.time(step),
+            "dt": self._time.dt,
             "particles": self.c.particles,
             "pairs": self.c.pairs,
             "right_hand_sides": step * evaluations,
@@ -477,5 +532,5 @@ class Simulation:
             self._writer.summary(summary)
         wanted = tuple(dict.fromkeys(("velocity", "stress", *self.scene.output.fields)))
         return Result(
-            self.scene, status, reason, step * self.c.dt, columns, probes, self._fields(wanted), summary, failure
+            self.scene, status, reason, self._time.time(step), columns, probes, self._fields(wanted), summary, failure
         )

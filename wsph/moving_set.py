@@ -303,8 +303,10 @@ class MovingTwoSetSystem(TwoSetSystem):
         self._slot = wp.array(slot, dtype=wp.int32, device=device)
         self._axis = wp.array(axis[on], dtype=wp.int32, device=device)
         self._slopes = self._face_slopes(on)
-        self._position = wp.array(lattice.nodes / scales.length, dtype=space.vec, device=device)
-        self._cells = wp.array(lattice.cells / scales.length, dtype=space.vec, device=device)
+        # About the body's middle: single precision has no digits for how far away it stands.
+        middle = lattice.nodes.mean(0)
+        self._position = wp.array((lattice.nodes - middle) / scales.length, dtype=space.vec, device=device)
+        self._cells = wp.array((lattice.cells - middle) / scales.length, dtype=space.vec, device=device)
         self._frames = wp.zeros(len(on), dtype=space.mat, device=device)
 
     def _turn_faces(self, state: State, share: float) -> None:

@@ -36,22 +36,33 @@ def _advance() -> wp.Kernel:
         step = step_out[0] + wp.int64(1)
         step_out[0] = step
         # Multiplied, not added up: a million additions would drift by a million roundings.
-        time_out[0] = wp.float64(step) * time_out[1]
+        time_out[0] = time_out[2] + wp.float64(step - wp.int64(time_out[3])) * time_out[1]
 
     return advance
 
 
 class Clock:
-    """Step number and inner time on the device: `step` (1,) int64, `time` (2,) float64: t and dt.
+    """Step number and inner time on the device: `step` (1,) int64, `time` (4,) float64: t and dt, and t and the step at
+    which dt began.
 
     Every launch of a step goes through `launch`, so what a step is made of can be listed without running it.
     """
 
     def __init__(self, dt: float, device: str):
-        self.dt, self.device = dt, device
+        self.device = device
         self._take: Callable[..., None] = self._run
         self.step = wp.zeros(1, dtype=wp.int64, device=device)
-        self.time = wp.array([0.0, dt], dtype=wp.float64, device=device)
+        self.time = wp.array([0.0, dt, 0.0, 0.0], dtype=wp.float64, device=device)
+
+    @property
+    def dt(self) -> float:
+        """The time step of the steps to come."""
+        return float(self.time.numpy()[1])
+
+    def shorten(self, factor: float) -> None:
+        """Steps from the current one on are shorter by a factor."""
+        t, dt, _, _ = self.time.numpy()
+        self.time.assign([t, dt * factor, t, float(self.step.numpy()[0])])
 
     def launch(self, kernel: wp.Kernel, n: int, inputs: list[Any], outputs: list[Any]) -> None:
         """Launch `kernel` over `n` threads. A kernel whose first argument is `first`, which is not among the inputs, can be

@@ -36,11 +36,24 @@ def test_small_strain_is_the_linear_bar(scene: wsph.Scene) -> None:
         assert np.abs(plateau(fixed, velocity) - 1.0).max() == pytest.approx(velocity / 400.0, rel=0.05)
 
 
-def test_a_step_that_deformation_makes_too_long_is_stopped_by_name(scene: wsph.Scene) -> None:
+def test_a_step_that_deformation_makes_too_long_is_stopped_by_name_and_a_courant_number_followed(
+    scene: wsph.Scene,
+) -> None:
+    dt = compose(scene.with_(cfl=1.0)).dt
     with pytest.raises(
-        Unstable, match=r"own Courant number has become 1\.0\d+ by deformation; use a smaller run.cfl.*limit 1.000"
+        Unstable, match=r"own Courant number has become 1\.0\d+ by deformation; use a smaller run.dt, .*limit 1.000"
     ):
-        wsph.run(scene.with_(cfl=1.0))
+        wsph.run(scene.with_(dt=dt))
+    result = wsph.run(scene.with_(cfl=1.0))
+    assert result.status == "completed"
+    steps = result.history["dt"]
+    assert steps[0] == dt
+    assert 0.9 * dt < steps[-1] < dt
+    assert (np.diff(steps) <= 0.0).all()
+    # Times are those of steps that differ in length, records at or after theirs.
+    np.testing.assert_allclose(np.diff(result.history["time"]), np.diff(result.history["step"]) * steps[1:], rtol=0.1)
+    assert result.time == pytest.approx(scene.run.end, abs=dt)
+    assert result.time >= scene.run.end - 1e-9 * dt
 
 
 @pytest.mark.parametrize("dim", [1, 2, 3])
