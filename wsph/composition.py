@@ -44,6 +44,8 @@ SYSTEMS: dict[int, dict[str, Any]] = {
 PAIR_PARTS = ("viscosity", "residual", "hourglass", "artificial_stress", "phase_field", "links")
 ANEW = 0.05
 """Logarithm of the distortion after which the limit of a one-set body is found anew."""
+MOST_STIFFER = 1000.0
+"""Bulk over shear modulus above which single precision is warned of."""
 GROWN = 10.0
 """A mode that a run amplifies by more than this is refused or warned of."""
 MOST_TRIED = 2e9
@@ -342,6 +344,7 @@ def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: An
             RuntimeWarning,
             stacklevel=5,
         )
+    _warn_of_lost_digits(body, material, space, constitutive.who)
     _refuse_parts(body, material, system_type, scene.run.integrator.name, constitutive.who)
     system = system_type(scene, body, cells, space, constitutive, scales, clock, device, wants_displacement(scene))
     if body.velocity is not None:
@@ -373,6 +376,20 @@ def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: An
     )
     courant = clock.dt * scales.time * constitutive.wave_speed / cells.spacing
     return BodyRun(body, constitutive, system, integrator, diagnostics, courant, limit, reason)
+
+
+def _warn_of_lost_digits(body: Body, material: Any, space: Space, who: str) -> None:
+    """Single precision has seven digits for a stress; where the bulk modulus is far above the shear modulus few of them are
+    left for the deviator."""
+    bulk, shear = material.moduli()
+    if space.precision == "f32" and bulk > MOST_STIFFER * shear:
+        digits = 7.2 - np.log10(bulk / shear)
+        warnings.warn(
+            f"body {body.name!r}: the bulk modulus of {who} is {bulk / shear:.3g} times its shear modulus: in single precision"
+            f' about {max(digits, 0.0):.1f} digits are left for shear stresses; use run.precision = "f64", or a smaller poisson_ratio',
+            RuntimeWarning,
+            stacklevel=5,
+        )
 
 
 def _growth(run: BodyRun, steps: int) -> float:

@@ -30,6 +30,8 @@ half a step (tests/benchmarks/guards.py)."""
 MOST_APART, CHANGE = 256, 0.01
 """With `run.cfl` the time step follows the deformation: it is looked at as often as that changes by CHANGE, at least once in
 so many steps, whatever else is due when: the same bits for every cadence of records."""
+CLUMPED = float(np.log(1e3))
+"""e-folds of a growing mode after which a run says so."""
 OCTAVE = 16
 """The time step shrinks in parts of an octave."""
 LEAST_STEP = 1e-3
@@ -124,6 +126,7 @@ class Simulation:
         self._rows: list[list[float]] = []
         self._largest = 0.0
         self._warned = self._followed = False
+        self._folds, self._since = [0.0] * len(composition.bodies), 0
         self._stiffening = 0.0
         self._written = 0.0
         s = composition.scales
@@ -204,6 +207,7 @@ class Simulation:
             "warned": self._warned,
             "frames": self._writer.times,
             "timeline": self._time.pieces,
+            "clumps": [self._folds, self._since],
             "pace": [self._pace, self._look, self._seen],
             "limits": [[run.limit, run.distortion] for run in self.c.bodies],
             "probes": [[p.probe.model_dump_json(), probes[k]] for k, p in enumerate(self.c.probes)],
@@ -218,6 +222,7 @@ class Simulation:
         step = facts["step"]
         self._time.pieces[:] = [tuple(piece) for piece in facts["timeline"]]
         self._last = self._time.last
+        self._folds, self._since = facts["clumps"]
         self._pace, self._look, self._seen = facts["pace"]
         for run, (limit, distortion) in zip(self.c.bodies, facts["limits"], strict=True):
             run.courant *= self._time.dt / self.c.dt
@@ -269,7 +274,26 @@ class Simulation:
                 _warn(f"energy was lost by the end, {-100 * created:.3g} % of the largest seen: numerical dissipation")
         if self._adapts and step == self._look:
             self._adapt(step, ledgers)
+        self._clump(step)
         return ledgers
+
+    def _clump(self, step: int) -> None:
+        """Warn of bodies whose particles have begun to clump together: the tensile instability of pairs that follow the
+        motion (Swegle et al. 1995). Energy is kept in it, so that nothing else tells."""
+        passed, self._since = (step - self._since) * self._time.dt / self.c.scales.time, step
+        if self.scene.run.guard == "off":
+            return
+        for k, run in enumerate(self.c.bodies):
+            if not run.system.clumps or self._folds[k] > CLUMPED:
+                continue
+            self._folds[k] += run.system.growth * passed
+            if self._folds[k] > CLUMPED:
+                pace = run.system.growth * self._time.dt / self.c.scales.time
+                _warn(
+                    f"step {step}: particles of body {run.body.name!r} clump together: a mode grows by {pace:.2g} a step about its"
+                    " deformed state, by more than 1000 so far, which no energy tells (tensile instability of pairs that follow the"
+                    ' motion); use formulation = "total-lagrangian" or "stress-points", whose pairs do not'
+                )
 
     def _adapt(self, step: int, ledgers: list[Ledger]) -> None:
         """Shorten the time step where deformation has brought a body's Courant number half of the way to its limit: to the

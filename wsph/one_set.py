@@ -27,7 +27,7 @@ from wsph.program import Clock
 from wsph.scene import Body, Scene, damage_model
 from wsph.smoothing import SMOOTHING, SUPPORT
 from wsph.space import Space
-from wsph.spectrum import largest_damping, largest_frequency
+from wsph.spectrum import extremes, largest_damping
 from wsph.state import Derived, State, combine_kernel, layout_of
 from wsph.system import System
 from wsph.units import Scales
@@ -259,9 +259,19 @@ class OneSetSystem(System):
         return self.spacing / self.scales.length / float(self.pair.speed)
 
     @cached_property
+    def _extremes(self) -> tuple[float, float]:
+        return extremes(self)
+
+    @property
     def frequency(self) -> float:
         """The largest frequency about the state in which it was first asked for since `measure_anew`, nondimensional."""
-        return largest_frequency(self)
+        return self._extremes[0]
+
+    @property
+    def growth(self) -> float:
+        """The largest growth rate of a mode that does not oscillate, about the same state, nondimensional. Where pairs
+        follow the motion it is that of particles that clump together under tension."""
+        return self._extremes[1]
 
     @cached_property
     def damping(self) -> float:
@@ -270,7 +280,7 @@ class OneSetSystem(System):
 
     def measure_anew(self) -> None:
         """Forget frequency and damping: the next question finds those of the current state."""
-        self.__dict__.pop("frequency", None)
+        self.__dict__.pop("_extremes", None)
         self.__dict__.pop("damping", None)
 
     def courant(self, product: float) -> float:

@@ -8,17 +8,18 @@ LANCZOS = 20
 """Products of Lanczos' method for the largest frequency."""
 
 
-def largest_frequency(system: Any) -> float:
-    """The largest frequency omega of the undamped body about its current state, nondimensional; an upper estimate.
+def extremes(system: Any) -> tuple[float, float]:
+    """The largest frequency of the undamped body about its current state, nondimensional, an upper estimate; and the largest
+    growth rate of a mode that does not oscillate, zero where none is sure.
 
-    Lanczos on K w = -(a(u + eps w) - a(u))/eps, mass-weighted, prescribed components held: LANCZOS products, the largest
-    Ritz value and its residual. A start vector at random in both signs has its share of the fastest mode.
+    Lanczos on K w = -(a(u + eps w) - a(u))/eps, mass-weighted, prescribed components held: LANCZOS products, the outermost
+    Ritz values and their residuals. A start vector at random in both signs has its share of the fastest mode.
     """
     base, moved, change = system.state, system.temporary(), system.temporary()
     mass = np.sqrt(np.repeat(system.volume, system.space.dim))
     free = system.free_components
     if not free.any():
-        return 0.0
+        return 0.0, 0.0
     split, eps = len(free), 1e-6 if system.space.precision == "f64" else 1e-2
     start = base.buffer.numpy().copy()
     place = base.start["displacement"]
@@ -58,17 +59,17 @@ def largest_frequency(system: Any) -> float:
                 w -= (w @ b) * b
         beside.append(float(np.linalg.norm(w)))
         if not np.isfinite(beside[-1]):
-            return np.inf
+            return np.inf, 0.0
         if beside[-1] < 1e-12 * max(abs(diagonal[0]), 1e-300):
             break
         basis.append(w / beside[-1])
     n = len(diagonal)
     ritz = np.diag(diagonal) + np.diag(beside[: n - 1], 1) + np.diag(beside[: n - 1], -1)
     values, vectors = np.linalg.eigh(ritz)
-    residual = beside[n - 1] * abs(vectors[-1, -1]) if n == LANCZOS else 0.0
+    residuals = beside[n - 1] * np.abs(vectors[-1]) if n == LANCZOS else np.zeros(n)
     base.buffer.assign(start)
     system.refresh(base)
-    return float(np.sqrt(max(values[-1] + residual, 0.0)))
+    return float(np.sqrt(max(values[-1] + residuals[-1], 0.0))), float(np.sqrt(max(-values[0] - residuals[0], 0.0)))
 
 
 def largest_damping(system: Any) -> float:

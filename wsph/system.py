@@ -30,6 +30,8 @@ class System:
     """Whether the limit is found by the right-hand sides themselves, and can be found anew: `measure_anew`."""
     follows = False
     """Whether something of it, such as pairs, follows the motion on the host: `follow` before every step."""
+    clumps = False
+    """Whether modes of neighbouring particles can grow about a deformed state."""
     parts_taken: tuple[str, ...] = ()
     """Parts of a body, of those between pairs, that the formulation takes."""
     damage_model = ""

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from wsph.composition import compose
+from wsph.composition import Composition, compose
 from wsph.constitutive import Constitutive, user_law
 from wsph.driver import run
 from wsph.plugins import relaxes
@@ -262,3 +262,30 @@ def step_matrix(scene: Scene) -> np.ndarray:
 def spectral_radius(scene: Scene) -> float:
     """Largest |eigenvalue| of a scene's step: above 1 it grows by that factor per step."""
     return float(np.abs(np.linalg.eigvals(step_matrix(scene))).max())
+
+
+def drift(composition: Composition, steps: int) -> tuple[float, float, float]:
+    """How far linear momentum, angular momentum and energy of a free body go in `steps` steps: the largest of ten looks,
+    momentum over the mass times the largest speeds, the others over their own size."""
+    run = composition.bodies[0]
+    system, mass = run.system, run.system.volume * run.system.density
+    placed = "displacement" in system.state.widths
+
+    def sums() -> tuple[np.ndarray, np.ndarray, float]:
+        composition.publish()
+        x = system.position / composition.scales.length
+        x = x - x.mean(0) + (system.state.read("displacement") if placed else 0.0)
+        v = system.state.read("velocity")
+        spin = [mass @ (x[:, i] * v[:, j] - x[:, j] * v[:, i]) for i, j in ((0, 1), (1, 2), (0, 2)) if j < x.shape[1]]
+        ledger = run.diagnostics.measure(system.state)
+        return ledger.momentum, np.array(spin), ledger.kinetic + ledger.strain + system.hourglass_energy()
+
+    p, L, e = sums()
+    size = np.sqrt(mass.sum() * (mass @ (system.state.read("velocity") ** 2).sum(1)))
+    worst = [0.0, 0.0, 0.0]
+    for _ in range(10):
+        composition.program.run(steps // 10)
+        now = sums()
+        gaps = (np.abs(now[0] - p).max() / size, np.abs(now[1] - L).max() / np.abs(L).max(), abs(now[2] / e - 1.0))
+        worst = [max(a, float(b)) for a, b in zip(worst, gaps, strict=True)]
+    return worst[0], worst[1], worst[2]

@@ -41,6 +41,7 @@ class UpdatedLagrangianSystem(OneSetSystem):
     """Every particle its own stress point, seen where it is."""
 
     formulation = "updated-lagrangian"
+    clumps = True
     parts_taken = ("viscosity", "artificial_stress")
     follows = True
     derived = ()

@@ -85,6 +85,23 @@ def test_the_gradient_is_second_order_inside_a_lattice(dim: int) -> None:
     assert order == pytest.approx(2.0, abs=0.15)
 
 
+@pytest.mark.parametrize("dim", [1, 2])
+def test_the_gradient_is_of_first_order_on_jitter(dim: int) -> None:
+    """20 % of jitter, boundary included, averaged over three clouds."""
+    errors, spacings = [], [1 / 20, 1 / 40, 1 / 80]
+    for spacing in spacings:
+        square = 0.0
+        for seed in range(3):
+            body = lattice(Box(type="box", min=[0.0] * dim, max=[1.0] * dim), spacing, 0.2, seed)
+            pairs = find_pairs(body.nodes, body.nodes, 2.6 * spacing, same=True)
+            field = lambda x: np.sin(3.0 * x[:, :1] + x.sum(1, keepdims=True)) @ np.ones((1, x.shape[1]))  # noqa: E731
+            _, _, gradient, _ = apply(Space(dim), body.nodes, body.nodes, pairs, field, spread=0.0)
+            exact = 4.0 * np.cos(3.0 * body.nodes[:, 0] + body.nodes.sum(1))
+            square += ((gradient[:, 0, 0] - exact) ** 2).mean()
+        errors.append(np.sqrt(square / 3.0))
+    assert np.polyfit(np.log(spacings), np.log(errors), 1)[0] >= 1.0
+
+
 def test_ranks_tell_what_the_neighbours_span() -> None:
     sources = np.array([[0.0, 0.0], [1.0, 0.0]])
     targets = np.array([[0.5, 0.0], [0.2, 0.6], [9.0, 9.0]])

@@ -7,8 +7,8 @@ from wsph_integrators.runge_kutta import Chain, Tableau, imaginary_limit
 
 import wsph
 from wsph import registry
-from wsph.composition import Composition, compose
-from wsph.testing import temporal_order
+from wsph.composition import compose
+from wsph.testing import drift, temporal_order
 
 FORMS = ("stress-points", "total-lagrangian")
 NEO_HOOKEAN = {"model": "neo-hookean", "poisson_ratio": 0.3}
@@ -111,29 +111,6 @@ def block(
     return wsph.Scene(schema=1, dim=dim, run=run, bodies=[data])
 
 
-def drift(composition: Composition, steps: int) -> tuple[float, float, float]:
-    """How far linear momentum, angular momentum and energy go in `steps` steps, relative."""
-    run = composition.bodies[0]
-    system, mass = run.system, run.system.volume * run.system.density
-
-    def sums() -> tuple[np.ndarray, np.ndarray, float]:
-        x = system.position / composition.scales.length + system.state.read("displacement")
-        v = system.state.read("velocity")
-        spin = [mass @ (x[:, i] * v[:, j] - x[:, j] * v[:, i]) for i, j in ((0, 1), (1, 2), (0, 2)) if j < x.shape[1]]
-        ledger = run.diagnostics.measure(system.state)
-        return ledger.momentum, np.array(spin), ledger.kinetic + ledger.strain + system.hourglass_energy()
-
-    p, L, e = sums()
-    size = np.sqrt(mass.sum() * (mass @ (system.state.read("velocity") ** 2).sum(1)))
-    worst = [0.0, 0.0, 0.0]
-    for _ in range(10):
-        composition.program.run(steps // 10)
-        now = sums()
-        gaps = (np.abs(now[0] - p).max() / size, np.abs(now[1] - L).max() / np.abs(L).max(), abs(now[2] / e - 1.0))
-        worst = [max(a, float(b)) for a, b in zip(worst, gaps, strict=True)]
-    return worst[0], worst[1], worst[2]
-
-
 class TestConservation:
     """2000 steps of a free body that turns by a third and stretches."""
 
@@ -161,7 +138,7 @@ class TestConservation:
         assert found[2] < 5e-4
 
 
-@pytest.mark.parametrize(("precision", "gate"), [("f64", 1e-12), ("f32", 2e-6)])
+@pytest.mark.parametrize(("precision", "gate"), [("f64", 1e-12), ("f32", 1e-6)])
 @pytest.mark.parametrize("formulation", FORMS)
 def test_a_turn_of_a_thousand_degrees_is_free_of_stress(formulation: str, precision: str, gate: float) -> None:
     composition = compose(block(formulation, precision=precision, state="stress"))
@@ -170,7 +147,7 @@ def test_a_turn_of_a_thousand_degrees_is_free_of_stress(formulation: str, precis
     turn = np.array([[c, -s], [s, c]]) - np.eye(2)
     system.state.write("displacement", (system.position - 0.1) @ turn.T / composition.scales.length)
     system.rate(system.state, system.new(), "velocity")
-    assert np.abs(system.state.read("stress")).max() < gate
+    assert np.abs(system.state.read("stress")).max() * composition.scales.stress < gate  # E is one
 
 
 COMPOSED = [
