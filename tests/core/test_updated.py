@@ -118,6 +118,19 @@ class TestTensileInstability:
     def test_without_tension_nothing_grows(self) -> None:
         assert stretched("updated-lagrangian", 1.0) < 2.0
 
+    def test_a_run_says_so_when_it_has_grown(self) -> None:
+        """A bar that is pulled by a tenth, and one that is not."""
+        body = {"name": "b", "shape": {"type": "box", "min": [0.0], "max": [1.0]}, "spacing": 0.025, "state": "strain",
+                "velocity": ["0.1*x"], "material": {"model": "neo-hookean", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}}  # fmt: skip
+        run = {"integrator": "leapfrog", "formulation": "updated-lagrangian", "end": 2.0, "cfl": 0.2}
+        ends = [{"body": "b", "face": "-x", "fixed": ["x"]}, {"body": "b", "face": "+x", "velocity": {"x": 0.1}}]
+        scene = wsph.Scene(schema=1, dim=1, run=run, bodies=[body], boundary=ends)
+        with pytest.warns(RuntimeWarning, match=r"step \d+: particles of body 'b' clump together.*use formulation"):
+            wsph.run(scene)
+        wsph.run(scene.with_(formulation="total-lagrangian"))
+        still = {"bodies.0.velocity": ["1e-4*x"], "boundary": ends[:1]}
+        wsph.run(scene.with_(**still))
+
 
 def test_what_the_form_does_not_take_is_refused() -> None:
     for part in ("hourglass", "residual"):
