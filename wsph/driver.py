@@ -30,7 +30,7 @@ half a step (tests/benchmarks/guards.py)."""
 MOST_APART, CHANGE = 256, 0.01
 """With `run.cfl` the time step follows the deformation: it is looked at as often as that changes by CHANGE, at least once in
 so many steps, whatever else is due when: the same bits for every cadence of records."""
-CLUMPED = float(np.log(1e3))
+CLUMPED = float(np.log(100.0))
 """e-folds of a growing mode after which a run says so."""
 OCTAVE = 16
 """The time step shrinks in parts of an octave."""
@@ -291,7 +291,7 @@ class Simulation:
                 pace = run.system.growth * self._time.dt / self.c.scales.time
                 _warn(
                     f"step {step}: particles of body {run.body.name!r} clump together: a mode grows by {pace:.2g} a step about its"
-                    " deformed state, by more than 1000 so far, which no energy tells (tensile instability of pairs that follow the"
+                    " deformed state, by more than 100 so far, which no energy tells (tensile instability of pairs that follow the"
                     ' motion); use formulation = "total-lagrangian" or "stress-points", whose pairs do not'
                 )
 
