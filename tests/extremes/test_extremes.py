@@ -100,6 +100,23 @@ def test_limits_are_bracketed(method: tuple[str, str]) -> None:
     assert grown(1.1 * limit / 0.98) > 10.0
 
 
+@pytest.mark.filterwarnings("ignore:.*energy was")
+@pytest.mark.parametrize("integrator", ["tsph", "ul-tsph"])
+def test_the_papers_limit_is_bracketed(integrator: str) -> None:
+    """C = 1 in one dimension (Herreros & Mabssout 2011; Serroukh & Mabssout 2022)."""
+    body = {"name": "b", "shape": _box((0.0,), (1.0,)), "spacing": 0.025, "state": "strain",
+            "velocity": ["1e-6*(x + sin(120*x))"], "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}}  # fmt: skip
+    run = {"integrator": integrator, "end": 1.0, "cfl": 0.95, "guard": "off"}
+    scene = wsph.Scene(schema=1, dim=1, run=run, bodies=[body], stop={"energy": 1e30})
+
+    def grown(courant: float) -> float:
+        kinetic = wsph.run(scene, cfl=courant, end=50.0 * courant, throw=False).history["kinetic"]
+        return float(min(np.nanmax(kinetic), 1e6) / kinetic[0])
+
+    assert grown(0.95) <= 1.0 + 1e-9
+    assert grown(1.1) > 1e4
+
+
 def _ring(steps: int, precision: str, integrator: str) -> wsph.Scene:
     """A small elastic bar, free, that vibrates."""
     body: dict[str, Any] = {"name": "b", "shape": {"type": "box", "min": [0.0], "max": [1.0]}, "spacing": 0.1, "state": "strain",
@@ -152,7 +169,7 @@ def _few(method: tuple[str, str], shape: dict[str, Any]) -> wsph.Scene:
     return wsph.Scene(schema=1, dim=2, run=run, bodies=[body])
 
 
-def _box(low: tuple[float, float], high: tuple[float, float]) -> dict[str, Any]:
+def _box(low: tuple[float, ...], high: tuple[float, ...]) -> dict[str, Any]:
     return {"type": "box", "min": list(low), "max": list(high)}
 
 
