@@ -162,7 +162,7 @@ def _check(options: argparse.Namespace) -> int:
     ]
     for run in composition.bodies:
         material = f"{run.body.material.model} ({registry.origin('materials', run.body.material.model)})"
-        bytes_each = run.system.nbytes / run.system.count
+        device, host = (size / run.system.count for size in (run.system.nbytes, run.system.host_bytes))
         limit = (
             f"limit {run.limit:.3f} ({run.limit_reason})"
             if run.limit is not None
@@ -170,7 +170,10 @@ def _check(options: argparse.Namespace) -> int:
         )
         rows += [
             (f"body {run.body.name}", f"{material}, {run.constitutive.state.name}, {run.system.formulation}"),
-            ("  particles", f"{run.system.count}, {run.system.pairs} pairs, {bytes_each:.0f} bytes per particle"),
+            (
+                "  particles",
+                f"{run.system.count}, {run.system.pairs} pairs, {device:.0f} bytes per particle on the device, {host:.0f} on the host",
+            ),
             ("  stability", f"Courant number {run.courant:.6g}, {limit}"),
             (
                 "  material",

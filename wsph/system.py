@@ -155,6 +155,16 @@ class System:
         return self.density / np.linalg.det(F)
 
     @property
+    def host_bytes(self) -> int:
+        """Memory of the lattice and of what else stays on the host as arrays [bytes]; each once, however many see it."""
+        owners = {}
+        for holder in (self, self.lattice, self.lattice.faces):
+            for array in (value for value in vars(holder).values() if isinstance(value, np.ndarray)):
+                owner = array if array.base is None or not isinstance(array.base, np.ndarray) else array.base
+                owners[id(owner)] = owner.nbytes
+        return sum(owners.values())
+
+    @property
     def state_bytes(self) -> int:
         """Device memory of all states, the integrator's too [bytes]."""
         derived = self.state.derived.buffer.capacity if self.state.derived is not None else 0

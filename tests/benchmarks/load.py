@@ -4,7 +4,7 @@ is as fast as the first.
     python tests/benchmarks/load.py [--rows 12 20 36 46]
 
 A 3D block, total-Lagrangian, bare, f64, all cores. Bytes are those that the composition counts and that `wsph check`
-prints, of the device, beside what the process has grown by: the lattice stays on the host too. Each size is a process of
+prints, on the device (here memory too) and on the host, beside what the process has grown by. Each size is a process of
 its own.
 """
 
@@ -46,7 +46,8 @@ def one(rows: int) -> dict[str, float]:
         "particles": n,
         "microseconds": 1e6 * statistics.median(seconds) / n,
         "last_over_first": statistics.median(seconds[-5:]) / statistics.median(seconds[:5]),
-        "bytes_counted": composition.bodies[0].system.nbytes / n,
+        "bytes_device": composition.bodies[0].system.nbytes / n,
+        "bytes_host": composition.bodies[0].system.host_bytes / n,
         "bytes_grown": (resident() - before) / n,
     }
 

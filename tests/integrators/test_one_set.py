@@ -138,6 +138,28 @@ class TestConservation:
         assert found[2] < 5e-4
 
 
+@pytest.mark.parametrize(("precision", "linear", "angular"), [("f64", 1e-14, 1e-12), ("f32", 1e-6, 1e-6)])
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("formulation", FORMS)
+def test_forces_and_their_moments_sum_to_nothing(
+    formulation: str, dim: int, precision: str, linear: float, angular: float
+) -> None:
+    """Of one evaluation about a random state, of their sum without signs."""
+    composition = compose(block(formulation, dim, precision=precision, model="elastic"))
+    system = composition.bodies[0].system
+    system.state.write("displacement", 0.1 * np.random.default_rng(5).standard_normal((system.count, dim)))
+    out = system.new()
+    system.rate(system.state, out, "velocity")
+    force = out.read("velocity") * (system.density * system.volume)[:, None]
+    x = system.position / composition.scales.length + system.state.read("displacement")
+    assert np.abs(force.sum(0)).max() < linear * np.abs(force).sum()
+    for i, j in ((0, 1), (1, 2), (0, 2)):
+        if j < dim:
+            assert (
+                abs((x[:, i] * force[:, j] - x[:, j] * force[:, i]).sum()) < angular * (np.abs(x) * np.abs(force)).sum()
+            )
+
+
 @pytest.mark.parametrize(("precision", "gate"), [("f64", 1e-12), ("f32", 1e-6)])
 @pytest.mark.parametrize("formulation", FORMS)
 def test_a_turn_of_a_thousand_degrees_is_free_of_stress(formulation: str, precision: str, gate: float) -> None:

@@ -43,7 +43,7 @@ def _kalthoff_phase_field(full: bool) -> Iterator[Row]:
         forms += [("10 % jitter", {"bodies.0.jitter": 0.1}), ("Jaumann's rate", {"bodies.0.material.model": "jaumann"})]
         forms += [
             (f"half the spacing, lattice at {t} degrees", {**fine, "bodies.0.lattice_rotate": float(t)})
-            for t in (0, 30)
+            for t in (0, 15, 30, 45)
         ]
     for words, changes in forms:
         result = _run(plate, **changes)
