@@ -63,7 +63,9 @@ def plan(shape: Shape, spacing: float | tuple[float, ...], lattice_rotate: Rotat
         ends = np.array(list(product(*zip(low, high, strict=True))))
         turned = middle + (ends - middle) @ turn
         low, high, edges = turned.min(0), turned.max(0), [np.zeros(0)] * dim
-    if not ((high - low) / steps < 1e15).all():
+    with np.errstate(over="ignore"):
+        small = not ((high - low) / steps < 1e15).all()
+    if small:
         raise ValueError(f"{steps.min():g} m is too small for a body of {(high - low).max():g} m")
     lines = [_lines(k, low[k], high[k], float(steps[k]), edges[k]) for k in range(dim)]
     first, last, count = (np.array(column) for column in zip(*lines, strict=True))

@@ -10,6 +10,7 @@ import difflib
 import importlib.util
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 
@@ -34,6 +35,12 @@ class Entry:
 
 def entries(group: str, installed: Callable[..., metadata.EntryPoints] = metadata.entry_points) -> list[Entry]:
     """Every entry of a group ("integrators", "materials"), sorted by name, without importing a plugin."""
+    return list(_entries(group, installed))
+
+
+@cache
+def _entries(group: str, installed: Callable[..., metadata.EntryPoints]) -> tuple[Entry, ...]:
+    """Found once a process: reading the metadata of all that is installed takes 10 ms."""
     found: dict[tuple[str, str, str], Entry] = {}
     for point in installed(group=GROUPS[group]):
         distribution = point.dist
@@ -44,7 +51,7 @@ def entries(group: str, installed: Callable[..., metadata.EntryPoints] = metadat
     owners: dict[str, set[str]] = {}
     for entry in every:
         owners.setdefault(entry.name, set()).add(f"{entry.distribution} ({entry.target})")
-    return [_with_owners(entry, owners[entry.name]) for entry in every]
+    return tuple(_with_owners(entry, owners[entry.name]) for entry in every)
 
 
 def described(group: str, installed: Callable[..., metadata.EntryPoints] = metadata.entry_points) -> list[Entry]:
@@ -91,6 +98,11 @@ def find(group: str, name: str, installed: Callable[..., metadata.EntryPoints] =
     every = entries(group, installed)
     matching = [e for e in every if e.name == name]
     if not matching:
+        # It may have been installed since.
+        _entries.cache_clear()
+        every = entries(group, installed)
+        matching = [e for e in every if e.name == name]
+    if not matching:
         names = sorted({e.name for e in every})
         close = difflib.get_close_matches(name, names, 1)
         hint = f"did you mean {close[0]!r}? " if close else ""
@@ -104,7 +116,7 @@ def find(group: str, name: str, installed: Callable[..., metadata.EntryPoints] =
 def load(group: str, name: str, installed: Callable[..., metadata.EntryPoints] = metadata.entry_points) -> type:
     """Import the plugin class registered under `name`. Raises PluginError naming the distribution at fault."""
     entry = find(group, name, installed)
-    point = next(p for p in installed(group=GROUPS[group]) if p.name == name)
+    point = metadata.EntryPoint(entry.name, entry.target, GROUPS[group])
     try:
         plugin = point.load()
     except (
