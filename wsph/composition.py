@@ -82,7 +82,7 @@ class BodyRun:
     @property
     def adapts(self) -> bool:
         """Whether deformation can bring its Courant number beyond its limit."""
-        return self.limit is not None and (self.system.follows_courant or self.system.measures)
+        return bool(self.limit) and (self.system.follows_courant or self.system.measures)
 
     def follow(self, distortion: float) -> None:
         """Find the limit anew where a body has deformed by ANEW since, nearer to the limit by less: its stiffness has

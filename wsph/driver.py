@@ -307,13 +307,13 @@ class Simulation:
         for run, ledger in zip(self.c.bodies, ledgers, strict=True):
             if run.adapts:
                 run.follow(ledger.distortion)
-                share = self._local(run, ledger) / run.limit
+                share = self._local(run, ledger) / run.limit if run.limit else np.inf
                 if share > 0.5 * (1.0 + run.share) * (1.0 + SLACK):
                     factor = min(factor, run.share / share)
         if factor == 1.0 or step >= self._last:
             return
         # By whole parts of an octave: what rounding changes of the deformation changes no step.
-        factor = 2.0 ** (np.floor(OCTAVE * np.log2(factor)) / OCTAVE)
+        factor = 2.0 ** (np.floor(OCTAVE * np.log2(max(factor, 0.1 * LEAST_STEP))) / OCTAVE)
         dt = self._time.dt * factor
         if dt < LEAST_STEP * self.c.dt:
             what = f"deformation asks for steps of {dt:.3g} s, below a thousandth of the first"
@@ -339,7 +339,7 @@ class Simulation:
     def _follow(self, step: int, run: Any, ledger: Ledger) -> None:
         """Where operators follow the deformation, so does the Courant number; where the stiffness does, so does its
         limit."""
-        if run.limit is None or self.scene.run.guard == "off" or self._adapts:
+        if not run.limit or self.scene.run.guard == "off" or self._adapts:
             return
         run.follow(ledger.distortion)
         local = self._local(run, ledger)

@@ -250,6 +250,12 @@ def test_the_limit_follows_the_deformation(model: str, formulation: str) -> None
         assert abs(result.summary["energy"]["residual"]) < 2e-3 * result.summary["energy"]["external_work"]
 
 
+def test_a_method_without_a_stable_step_runs_where_that_is_only_warned_of() -> None:
+    scene = block("total-lagrangian").with_(integrator="euler", cfl=0.01, guard="warn", end=0.1)
+    with pytest.warns(RuntimeWarning, match="is beyond its stability limit 0.000"):
+        assert wsph.run(scene).status == "completed"
+
+
 def test_rkc_with_viscosity_and_a_moving_boundary_closes_its_ledger() -> None:
     push = [{"body": "b", "face": "+x", "velocity": {"x": "t"}}, {"body": "b", "face": "-x", "fixed": ["x"]}]
     rkc = {"name": "rkc", "stages": 4}
