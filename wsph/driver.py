@@ -280,7 +280,8 @@ class Simulation:
     def _clump(self, step: int) -> None:
         """Warn of bodies whose particles have begun to clump together: the tensile instability of pairs that follow the
         motion (Swegle et al. 1995). Energy is kept in it, so that nothing else tells."""
-        passed, self._since = (step - self._since) * self._time.dt / self.c.scales.time, step
+        passed = (self._time.time(step) - self._time.time(self._since)) / self.c.scales.time
+        self._since = step
         if self.scene.run.guard == "off":
             return
         for k, run in enumerate(self.c.bodies):
@@ -463,7 +464,7 @@ class Simulation:
     def _probe_columns(self, probe: Recorder) -> dict[str, np.ndarray]:
         scales = self._units | probe.body.constitutive.internal_scales
         columns = probe.columns(scales, probe.body.density * self.c.scales.density)
-        return {"time": np.array([self._time.time(step) for step in probe.steps]), **columns}
+        return {"time": self._time.times(probe.steps), **columns}
 
     def _fields(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
         """Fields of all bodies, SI, with position, id and body."""

@@ -5,6 +5,8 @@ import signal
 import threading
 from typing import Any
 
+import numpy as np
+
 from wsph.errors import Refused
 
 MOST_STEPS = 1e12
@@ -36,6 +38,12 @@ class Timeline:
         """Time of a step [s]."""
         first, t, dt = next(piece for piece in reversed(self.pieces) if piece[0] <= step)
         return t + (step - first) * dt
+
+    def times(self, steps: list[int]) -> np.ndarray:
+        """Times of many steps [s]."""
+        first, t, dt = np.array(self.pieces).T
+        piece = np.searchsorted(first, steps, side="right") - 1
+        return t[piece] + (np.asarray(steps) - first[piece]) * dt[piece]
 
     def at_or_after(self, t: float, least: int = 0) -> int:
         """The first step of the last piece at or after a time, 1e-9 of a step early being in time; not below `least`."""

@@ -33,7 +33,7 @@ class TaylorSPH:
             return (
                 0.0,
                 f"the interpolation's second moment m2 = {moment:.3g} is not positive: run.support does not suit these"
-                " particles; on a lattice 1.2 does, with jitter up to .2 too, 1.8 with more",
+                " particles: 1.2 does on a lattice, 1.8 with jitter up to .2",
             )
         limit = 2.0 * math.sqrt(moment)
         if self.system.space.dim == 1:

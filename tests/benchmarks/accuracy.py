@@ -26,7 +26,7 @@ import wsph
 from wsph.composition import compose
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from peers import loop_time
+from peers import HEAD, LAW, loop_time
 
 ROOT = Path(__file__).resolve().parents[2]
 YOUNGS, NU, DENSITY, LENGTH, WIDTH, ROOT_OF_MODE = 2e6, 0.3975, 1000.0, 0.2, 0.02, 1.875104
@@ -94,15 +94,9 @@ def ours(dim: int, rows: int, expected: float) -> dict[str, float]:
     }
 
 
-DECK = """
-units si
-boundary f f f
-atom_style smd
-atom_modify map array
-comm_modify vel yes
-neigh_modify every 10 delay 0 check yes
-newton off
-lattice sc {edge!r} origin 0.5 {offset!r} {deep!r}
+DECK = (
+    HEAD
+    + """lattice sc {edge!r} origin 0.5 {offset!r} {deep!r}
 region all block {left!r} {right!r} {low!r} {high!r} {under!r} {over!r} units box
 create_box 1 all
 region body block {clamp!r} {length!r} {half_low!r} {half!r} {near!r} {far!r} units box
@@ -120,15 +114,14 @@ set group all smd/contact/radius {radius!r}
 variable bend atom (x>0)*{mode}
 velocity all set 0.0 v_bend 0.0 sum no units box
 fix hold root smd/setvel 0.0 0.0 0.0
-pair_style smd/tlsph
-pair_coeff 1 1 *COMMON {density!r} {youngs!r} {nu!r} 0.06 0.0 10.0 1.0 *STRENGTH_LINEAR *EOS_LINEAR *END
-fix move all smd/integrate_tlsph
-timestep {dt!r}
-thermo 100000000
+"""
+    + LAW
+    + """thermo 100000000
 variable tip equal xcm(end,y)
 fix record all ave/time {every} 1 {every} v_tip file {tip} format ' %.14g'
 run {steps}
 """
+)
 
 
 def lammps(python: str, dim: int, rows: int, expected: float) -> dict[str, float]:

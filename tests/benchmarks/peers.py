@@ -78,7 +78,7 @@ def rate(composition: Composition, seconds: float = SECONDS) -> float:
     return best[1]
 
 
-DECK = """
+HEAD = """
 units si
 boundary f f f
 atom_style smd
@@ -86,7 +86,17 @@ atom_modify map array
 comm_modify vel yes
 neigh_modify every 10 delay 0 check yes
 newton off
-lattice sc {edge!r} origin 0.5 0.5 0.5
+"""
+LAW = """pair_style smd/tlsph
+pair_coeff 1 1 *COMMON {density!r} {youngs!r} {nu!r} 0.06 0.0 10.0 1.0 *STRENGTH_LINEAR *EOS_LINEAR *END
+fix move all smd/integrate_tlsph
+timestep {dt!r}
+"""
+"""What LAMMPS is told in every comparison: before there is a lattice, and of the law and its integration."""
+
+DECK = (
+    HEAD
+    + """lattice sc {edge!r} origin 0.5 0.5 0.5
 region all block {low!r} {right!r} {low!r} {side!r} {low!r} {side!r} units box
 create_box 1 all
 region body block 0 {length!r} 0 {width!r} 0 {width!r} units box
@@ -103,14 +113,13 @@ velocity all set 0.0 0.0 0.0
 variable push atom x
 velocity all set 0.0 v_push 0.0 sum no units box
 fix hold root smd/setvel 0.0 0.0 0.0
-pair_style smd/tlsph
-pair_coeff 1 1 *COMMON {density!r} {youngs!r} {nu!r} 0.06 0.0 10.0 1.0 *STRENGTH_LINEAR *EOS_LINEAR *END
-fix move all smd/integrate_tlsph
-timestep {dt!r}
-thermo 1000000
+"""
+    + LAW
+    + """thermo 1000000
 run 5
 run {steps}
 """
+)
 
 
 def lammps(python: str, rows: int, steps: int) -> tuple[float, int]:
