@@ -5,6 +5,7 @@ from functools import cache
 import warp as wp
 
 from wsph.constitutive import Laws
+from wsph.contiguous import element
 from wsph.space import Space
 from wsph.state import Layout, fields_struct
 
@@ -35,6 +36,7 @@ def gather(space: Space, laws: Laws, layout: Layout) -> wp.Function:
     stress, internal, sourced, kept = laws.stress, laws.internal, laws.source is not None, "internals" in dict(layout)
     slopes = space.matrix(len(laws.state.components), space.dim)
     Rows, Fields = rows_struct(space), fields_struct(space, layout)
+    at = element(wp.int32, space.scalar, vec, stress, internal)
 
     @wp.func
     def sums(rows: Rows, i: int, fields: Fields, sources: Fields, v0: vec, s0: stress):
@@ -47,21 +49,21 @@ def gather(space: Space, laws: Laws, layout: Layout) -> wp.Function:
         slope = slopes()
         G = vec()
         for k in range(rows.offsets[i], rows.offsets[i + 1]):
-            j = rows.indices[k]
-            w = rows.weight[k]
-            g = rows.gradient[k]
-            dv = fields.velocity[j] - v0
-            ds = fields.stress[j] - s0
+            j = at(rows.indices, k)
+            w = at(rows.weight, k)
+            g = at(rows.gradient, k)
+            dv = at(fields.velocity, j) - v0
+            ds = at(fields.stress, j) - s0
             v += w * dv
             s += w * ds
             L += wp.outer(dv, g)
             slope += wp.outer(ds, g)
             G += g
             if wp.static(kept):
-                q += w * fields.internals[j]
+                q += w * at(fields.internals, j)
             if wp.static(sourced):
-                S += w * sources.stress[j]
-                Q += w * sources.internals[j]
+                S += w * at(sources.stress, j)
+                Q += w * at(sources.internals, j)
         return v, s, q, S, Q, L, slope, G
 
     return sums

@@ -8,6 +8,7 @@ import warp as wp
 
 from wsph.body_force import Parts, acceleration, inertia_struct
 from wsph.constitutive import Laws
+from wsph.contiguous import element
 from wsph.operators import generalized_inverse, misfit
 from wsph.pair_forces import PairParts, opposing_stress, pair_struct, viscous_push
 from wsph.phase_field import damaged, phase_struct
@@ -99,14 +100,14 @@ def _seen(space: Space, layout: Layout, form: Form, smoothing: str) -> wp.Functi
     """Warp function (pair, weight, node, fields, i, j, k) -> (r, w) of pair k, from i to j: from the reference configuration
     as stored, or from the current one."""
     real, vec, Fields, Pair = space.scalar, space.vec, fields_struct(space, layout), pair_struct(space)
-    slope = SMOOTHING[smoothing](space)[1]
+    slope, at = SMOOTHING[smoothing](space)[1], element(real, vec)
     if form.moving:
 
         @wp.func
         def now(
             pair: Pair, weight: wp.array(dtype=real), node: wp.array(dtype=vec), fields: Fields, i: int, j: int, k: int
         ):
-            r = (node[j] - node[i]) + (fields.displacement[j] - fields.displacement[i])
+            r = (at(node, j) - at(node, i)) + (at(fields.displacement, j) - at(fields.displacement, i))
             return r, -slope(wp.length(r) / pair.h)
 
         return now
@@ -115,7 +116,7 @@ def _seen(space: Space, layout: Layout, form: Form, smoothing: str) -> wp.Functi
     def at_start(
         pair: Pair, weight: wp.array(dtype=real), node: wp.array(dtype=vec), fields: Fields, i: int, j: int, k: int
     ):
-        return node[j] - node[i], weight[k]
+        return at(node, j) - at(node, i), at(weight, k)
 
     return at_start
 
@@ -126,6 +127,7 @@ def _gathered(space: Space, layout: Layout, form: Form, smoothing: str, averaged
     r over the pairs of i, where `averaged` the weighted mean of f, and with `damage` the sum of w d_j."""
     real, vec, mat, Fields, Pair = space.scalar, space.vec, space.mat, fields_struct(space, layout), pair_struct(space)
     points, seen, Phase = form.points, _seen(space, layout, form, smoothing), phase_struct(space)
+    at = element(wp.int32, real, vec)
 
     @wp.func
     def gathered(pair: Pair, phase: Phase, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
@@ -141,18 +143,18 @@ def _gathered(space: Space, layout: Layout, form: Form, smoothing: str, averaged
         k = offsets[i]
         end = offsets[i + 1]
         while k < end:
-            j = indices[k]
+            j = at(indices, k)
             if wp.static(points):
-                r = node[j] - c
-                w = weight[k]
+                r = at(node, j) - c
+                w = at(weight, k)
             else:
                 r, w = seen(pair, weight, node, others, i, j, k)
-            df = w * (field[j] - f0)
+            df = w * (at(field, j) - f0)
             gradient = gradient + wp.outer(df, r)
             if wp.static(averaged):
                 mean = mean + df
             if wp.static(damage):
-                near_damage = near_damage + w * phase.damage[j]
+                near_damage = near_damage + w * at(phase.damage, j)
             k += 1
         return gradient, f0 + mean, near_damage
 
@@ -192,6 +194,7 @@ def _force_from_points_kernel(space: Space, layout: Layout, parts: Parts, form: 
     """Accelerations of nodes from the points that see them."""
     real, vec, mat, dim, Fields = space.scalar, space.vec, space.mat, space.dim, fields_struct(space, layout)
     accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
+    at = element(wp.int32, real, vec, mat)
 
     @wp.kernel(module="unique", enable_backward=False, module_options=PAIR_LOOPS)
     def force_from_points(first: int, body: Inertia, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
@@ -205,11 +208,11 @@ def _force_from_points_kernel(space: Space, layout: Layout, parts: Parts, form: 
         k = offsets[i]
         end = offsets[i + 1]
         while k < end:
-            p = indices[k]
-            push = corrected[p] * (x - centre[p])
+            p = at(indices, k)
+            push = at(corrected, p) * (x - at(centre, p))
             if wp.static(form.residual):
-                push = push + (stiffness * share[p]) * (u - mean[p])
-            f = f - weight[k] * push
+                push = push + (stiffness * at(share, p)) * (u - at(mean, p))
+            f = f - at(weight, k) * push
             k += 1
         if wp.static(form.loaded):
             for a in range(wp.static(dim)):
@@ -227,6 +230,7 @@ def _force_between_kernel(space: Space, layout: Layout, parts: Parts, form: Form
     viscous, approach = bool(form.parts.viscosity), form.parts.viscosity == "approach"
     hourglass, artificial, holding = form.parts.hourglass, form.parts.artificial, form.parts.holding
     push, seen = viscous_push(space, form.parts.viscosity), _seen(space, layout, form, smoothing)
+    at = element(wp.int32, real, vec, mat)
 
     @wp.kernel(module="unique", enable_backward=False, module_options=_loops(form))
     def force_between(first: int, body: Inertia, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
@@ -253,37 +257,37 @@ def _force_between_kernel(space: Space, layout: Layout, parts: Parts, form: Form
         k = offsets[i]
         end = offsets[i + 1]
         while k < end:
-            j = indices[k]
+            j = at(indices, k)
             r, w = seen(pair, weight, node, others, i, j, k)
             wr = w * r
             if wp.static(form.paper):
-                f = f + (A + corrected[j]) * (M * wr)
+                f = f + (A + at(corrected, j)) * (M * wr)
             else:
-                f = f + (A + corrected[j]) * wr
+                f = f + (A + at(corrected, j)) * wr
             both = real(0.0)
             if wp.static(residual or viscous or hourglass):
-                both = w * (own + share[j])
+                both = w * (own + at(share, j))
             if wp.static(residual):
                 # What is left of du beside H r: that part stands in the corrected stress.
-                f = f + (stiffness * both) * (others.displacement[j] - u)
+                f = f + (stiffness * both) * (at(others.displacement, j) - u)
             if wp.static(viscous or holding):
                 apart = r
                 if wp.static(not form.moving):
-                    apart = r + (others.displacement[j] - u)
+                    apart = r + (at(others.displacement, j) - u)
                 square = wp.dot(apart, apart)
                 if wp.static(viscous):
-                    closing = wp.dot(others.velocity[j] - v, apart)
+                    closing = wp.dot(at(others.velocity, j) - v, apart)
                     if wp.static(approach):
                         closing = wp.min(closing, real(0.0))
                     pressure = push(pair, body.density, closing, square)
                     drag = drag + (real(wp.static(0.5 * dim)) * pressure * both) * apart
                 if wp.static(hourglass):
                     # Twice the distance less what both deformations say of it, along the line between.
-                    gap = real(2.0) - wp.dot((H + fields.deformation[j]) * r, apart) / square
+                    gap = real(2.0) - wp.dot((H + at(fields.deformation, j)) * r, apart) / square
                     hold = hold + (pair.spring * both * gap) * apart
                 if wp.static(artificial):
                     near = wp.pow(value(wp.sqrt(square) / pair.h) / pair.at_spacing, pair.exponent)
-                    hold = hold + near * ((opposing_stress[i] + opposing_stress[j]) * wr)
+                    hold = hold + near * ((opposing_stress[i] + at(opposing_stress, j)) * wr)
             k += 1
         if wp.static(form.loaded):
             for a in range(wp.static(dim)):
@@ -421,7 +425,7 @@ def _moments_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smooth
     total, artificial = laws.total or laws.respond, form.parts.artificial
     determinant, _ = determinant_and_inverse(space)
     seen, opposing, plane = _seen(space, layout, form, smoothing), opposing_stress(space), in_plane(space)
-    (unpack, _), inverse = packing(space, laws.state), generalized_inverse(space)
+    (unpack, _), inverse, at = packing(space, laws.state), generalized_inverse(space), element(wp.int32)
 
     @wp.kernel(module="unique", enable_backward=False)
     def moments(first: int, p: Params, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
@@ -433,7 +437,7 @@ def _moments_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smooth
         k = offsets[i]
         end = offsets[i + 1]
         while k < end:
-            r, w = seen(pair, weight, node, fields, i, indices[k], k)
+            r, w = seen(pair, weight, node, fields, i, at(indices, k), k)
             moment = moment + wp.outer(w * r, r)
             k += 1
         b, rank = inverse(moment, real(0.0))

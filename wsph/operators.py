@@ -19,6 +19,7 @@ from functools import cache
 import numpy as np
 import warp as wp
 
+from wsph.contiguous import element
 from wsph.neighbours import Pairs, find_pairs
 from wsph.particles import Lattice
 from wsph.smoothing import SMOOTHING, SUPPORT
@@ -208,7 +209,7 @@ def gradient_weights(space: Space, pairs: Pairs, targets: np.ndarray, sources: n
 def misfit(space: Space) -> wp.Function:
     """Warp function (i, u, centre, H, offsets, indices, weight, node, displacement) -> sum of w |e|^2 over the pairs of i:
     what a linear field of gradient H, u at the centre, leaves of the displacements."""
-    real, vec, mat = space.scalar, space.vec, space.mat
+    real, vec, mat, at = space.scalar, space.vec, space.mat, element(wp.int32, space.scalar, space.vec)
 
     @wp.func
     def left_over(i: int, u: vec, centre: vec, H: mat, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
@@ -217,9 +218,9 @@ def misfit(space: Space) -> wp.Function:
         k = offsets[i]
         end = offsets[i + 1]
         while k < end:
-            j = indices[k]
-            e = displacement[j] - u - H * (node[j] - centre)
-            square = square + weight[k] * wp.dot(e, e)
+            j = at(indices, k)
+            e = at(displacement, j) - u - H * (at(node, j) - centre)
+            square = square + at(weight, k) * wp.dot(e, e)
             k += 1
         return square
 

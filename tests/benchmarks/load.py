@@ -32,9 +32,9 @@ def one(rows: int) -> dict[str, float]:
     """Measure one size."""
     from peers import block
 
-    block(3, "bare", threads=0)  # compiled and loaded before memory is looked at
+    block(3, 3, "bare", threads=0)  # compiled and loaded before memory is looked at
     before = resident()
-    composition = block(rows, "bare", threads=0)
+    composition = block(3, rows, "bare", threads=0)
     n = composition.particles
     steps = max(int(2e6 / n), 3)
     seconds = []
