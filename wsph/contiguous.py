@@ -20,4 +20,14 @@ def element(*dtypes: Any) -> wp.Function:
         @wp.func_native("return a.data[k];")
         def element(a: wp.array(dtype=dtype), k: int) -> dtype: ...
 
-    return element  # pyright: ignore[reportPossiblyUnbound]
+    return element  # pyright: ignore[reportPossiblyUnboundVariable]
+
+
+@cache
+def placed(dtype: Any) -> wp.Function:
+    """Warp function (contiguous array of `dtype`, index, value): sets an element."""
+
+    @wp.func_native("a.data[k] = value;")
+    def placed(a: wp.array(dtype=dtype), k: int, value: dtype): ...
+
+    return placed

@@ -28,7 +28,7 @@ from wsph.scene import Body, Scene, damage_model
 from wsph.smoothing import SMOOTHING, SUPPORT
 from wsph.space import Space
 from wsph.spectrum import extremes, largest_damping
-from wsph.state import Derived, State, combine_kernel, layout_of
+from wsph.state import ENTRIES, Derived, State, combine_kernel, layout_of
 from wsph.system import System
 from wsph.units import Scales
 from wsph.work import ConstraintWork, LoadWork
@@ -171,8 +171,9 @@ class OneSetSystem(System):
         split = self.count * self.space.dim
         start, end = {"all": (0, len(out.buffer)), "velocity": (0, split), "rest": (split, len(out.buffer))}[part]
         kernel = combine_kernel(self.space, len(plain), len(timed), len(squared))
-        inputs = [self.clock.time, start, self.space.vector(7)(*coefficients), *states, *rates]
-        self.clock.launch(kernel, end - start, inputs, [out.buffer])
+        entries = 1 if wp.get_device(self.device).is_cuda else ENTRIES
+        inputs = [self.clock.time, start, end, entries, self.space.vector(7)(*coefficients), *states, *rates]
+        self.clock.launch(kernel, -(-(end - start) // entries), inputs, [out.buffer])
 
     def impose(self, state: State, c: float | tuple[float, float]) -> None:
         """Set the prescribed velocities of a state, and the loads for the rates to come, at t + c dt."""

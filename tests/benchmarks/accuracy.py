@@ -38,7 +38,7 @@ def ours(dim: int, rows: int, expected: float) -> dict[str, float]:
     edge = beam.WIDTH / rows
     half = [beam.WIDTH / 2] * (dim - 1)
     body = {"name": "b", "shape": {"type": "box", "min": [0.0, *(-h for h in half)], "max": [beam.LENGTH, *half]}, "spacing": edge,
-            "velocity": ["0", beam.mode("x"), "0"][:dim],
+            "velocity": ["0", beam.mode(), "0"][:dim],
             "material": beam.material()}  # fmt: skip
     if dim == 2:
         body["state"] = "strain"

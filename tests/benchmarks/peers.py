@@ -2,11 +2,11 @@
 
     python tests/benchmarks/peers.py [--sizes 3:12 3:21 3:37 2:97] [--lammps PYTHON] [--pysph PYTHON] [--million] [--write]
 
-A size is dimensions:rows. Ours is timed with LAMMPS's own parts (hourglass control and viscosity), with viscosity alone, with
-viscosity on all pairs (pair damping), with the residual, bare, bare with its root moved by an expression, and in the default
-form (stress points); on one core, and the first, the bare and the default on all. The C loops (`reference.c`, -O3
--march=native -ffast-math) have our data: the same pairs, stored W'/r and order; they do the two loops over pairs and no more,
-beside our kernels of the two, in both precisions.
+A size is dimensions:rows. Ours is timed with LAMMPS's own parts (hourglass control and viscosity), with viscosity alone, on
+approaching or on all pairs (pair damping), with the residual, bare, bare with its root moved by an expression, and in the
+default form (stress points); on one core, and the first, the bare and the default on all. The C loops (`reference.c`, -O3
+-march=native -ffast-math) have our data: the same pairs, stored W'/r and order; they do the two loops over pairs and no
+more, beside our kernels of the two, in both precisions.
 
 Sides alternate, rounds over; medians of ratios. A particle-step is one particle through one step: leapfrog evaluates its
 forces once in it, PySPH's integrator twice. --write leaves docs/peers.json for docs/make.py.

@@ -17,7 +17,6 @@ from pysph.sph.solid_mech.basic import ElasticSolidsScheme, get_particle_array_e
 ASKED, FOUND = sys.argv[1:3]
 with open(ASKED) as file:
     BEAM = json.load(file)
-FUNCTIONS = {name: getattr(np, name) for name in ("sin", "cos", "sinh", "cosh")}
 
 
 class Scheme(ElasticSolidsScheme):
@@ -48,9 +47,8 @@ class Beam(Application):
 
     def create_particles(self):
         dim, rows, edge = BEAM["dim"], BEAM["rows"], BEAM["spacing"]
-        along = (np.arange(-BEAM["held"], round(BEAM["length"] / edge)) + 0.5) * edge
         across = (np.arange(rows) - 0.5 * (rows - 1)) * edge
-        grids = np.meshgrid(along, *[across] * (dim - 1), indexing="ij")
+        grids = np.meshgrid(BEAM["along"], *[across] * (dim - 1), indexing="ij")
         place = dict(zip("xyz", (g.ravel() for g in grids), strict=False))
         h = 0.5 * BEAM["support"] * edge
         constants = {
@@ -63,11 +61,11 @@ class Beam(Application):
         beam = get_particle_array_elastic_dynamics(
             name="beam", m=BEAM["density"] * edge**dim, h=h, rho=BEAM["density"], constants=constants, **place
         )
-        beam.v[:] = np.where(beam.x > 0.0, eval(BEAM["mode"], FUNCTIONS, {"x": beam.x}), 0.0)
+        beam.v[:] = np.interp(beam.x, BEAM["along"], BEAM["velocity"])
         self.held = np.flatnonzero(beam.x < 0.0)
         self.start = [a[self.held].copy() for a in (beam.x, beam.y, beam.z)]
         middle = edge if rows % 2 == 0 else 0.5 * edge
-        self.end = np.flatnonzero((beam.x > BEAM["length"] - edge) & (np.abs(beam.y) < middle))
+        self.end = np.flatnonzero((beam.x > BEAM["along"][-1] - 0.5 * edge) & (np.abs(beam.y) < middle))
         return [beam]
 
     def pre_step(self, solver):
@@ -89,5 +87,10 @@ beam = Beam(fname="beam", output_dir="out")
 steps = BEAM["warm"] + BEAM["steps"]
 beam.run(["--max-steps", str(steps), "--disable-output", "-q", "--no-openmp"])
 with open(FOUND, "w") as file:
-    found = {"cpu_seconds": beam.seconds, "particles": beam.particles[0].get_number_of_particles(), "times": beam.times, "tip": beam.path}
+    found = {
+        "cpu_seconds": beam.seconds,
+        "particles": beam.particles[0].get_number_of_particles(),
+        "times": beam.times,
+        "tip": beam.path,
+    }
     json.dump(found, file)
