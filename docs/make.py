@@ -158,30 +158,93 @@ def speed() -> list[str]:
     return rows
 
 
+PEERS = ("LAMMPS", "PySPH")
+
+
 def peers() -> list[str]:
-    """Rows of the comparison with LAMMPS and with C, from docs/peers.json."""
-    path = ROOT / "docs" / "peers.json"
-    found = json.loads(path.read_text())
-    rows = [
-        "| one core, f64 | particle-steps/s | over LAMMPS | both cores over one | bytes per particle |",
-        "| --- | --- | --- | --- | --- |",
-    ]
-    size = found["sizes"][-1]
+    """Rows of the comparison with LAMMPS, PySPH and C, from docs/peers.json, and docs/peers.png."""
+    found = json.loads((ROOT / "docs" / "peers.json").read_text())
+    size = max((s for s in found["sizes"] if s["dim"] == 3 and s["rows"] <= 21), key=lambda s: s["rows"])
+    there = [name for name in PEERS if f"over {name}" in size]
+    heads = ["one core, f64", "particle-steps/s", *(f"over {n}" for n in there), "ns per pair", "both cores over one", "bytes per particle"]  # fmt: skip
+    rows = ["| " + " | ".join(heads) + " |", "| " + " | ".join("---" for _ in heads) + " |"]
     for form, each in size["bytes_per_particle"].items():
-        rate, ratio = size["rates"][form], size.get("ratio_to_lammps", {}).get(form)
-        two = size["cores_ratio"].get(form)
-        over, both = (f"{x:.2f}" if x is not None else "" for x in (ratio, two))
-        rows.append(f"| {form} | {rate / 1e6:.2f}M | {over} | {both} | {each:.0f} |")
-    if "LAMMPS" in size["rates"]:
-        rows.append(f"| LAMMPS `smd/tlsph` (hourglass, viscosity) | {size['rates']['LAMMPS'] / 1e6:.3f}M | 1 | | |")
-    rows += ["", f"3D block of {size['particles']} particles, {size['pairs_per_particle']:.0f} neighbours (stress points: fewer and nearer);"
-             f" the two loops over pairs alone take {size['loops_in_c_us']:.2f} us per particle in C, our two kernels, material included,"
-             f" {size['our_rate_us']:.2f}."]  # fmt: skip
+        over = [f"{size[f'over {name}'][form]:.1f}" for name in there]
+        both = f"{size['cores_ratio'][form]:.2f}" if form in size["cores_ratio"] else ""
+        pair = 1e9 / (size["rates"][form] * size["pairs_per_particle"][form])
+        cells = [form, f"{size['rates'][form] / 1e6:.2f}M", *over, f"{pair:.1f}", both, f"{each:.0f}"]
+        rows.append("| " + " | ".join(cells) + " |")
+    for name in there:
+        pair = 1e9 / (size["rates"][name] * size["pairs_per_particle"]["bare"])
+        rows.append(
+            "| "
+            + " | ".join([WHO[name], f"{size['rates'][name] / 1e6:.3f}M", *[""] * len(there), f"{pair:.0f}", "", ""])
+            + " |"
+        )
+    heads = ["one core, f64", "particles", "stress points", "hourglass and viscosity", *there]
+    rows += ["", f"3D block of {size['particles']} particles, {size['pairs_per_particle']['bare']:.0f} neighbours (stress points: fewer and nearer)."
+             f" Motion prescribed by an expression costs {100 * size['cost_of_moving']:.1f} %. Other sizes, particle-steps/s:",
+             "", "| " + " | ".join(heads) + " |", "| " + " | ".join("---" for _ in heads) + " |"]  # fmt: skip
+    for other in found["sizes"]:
+        cells = [f"{other['dim']}D, {other['rows']} rows", str(other["particles"])]
+        cells += [
+            f"{other['rates'][name] / 1e6:.3g}M" if name in other["rates"] else ""
+            for name in ("stress points", "hourglass and viscosity", *there)
+        ]
+        rows.append("| " + " | ".join(cells) + " |")
+    said = [
+        f"{precision} {r['c_us']:.3f} us a particle in C, {r['ours_us']:.3f} in our two kernels, material included ({100 * r['share_of_c']:.0f} %)"
+        for precision, r in found["reference"].items()
+    ]
+    rows += ["", f"The two loops over pairs alone, bare, 21 rows in 3D: {'; '.join(said)}."]
     for precision in ("f64", "f32"):
         if (large := found.get(f"million_{precision}")) is not None:
             rows.append(f"{large['particles']} particles, bare, {precision}, all cores: {large['rate_all_cores'] / 1e6:.2f}M particle-steps/s,"
                         f" {large['bytes_per_particle']:.0f} bytes each.")  # fmt: skip
     rows.append(f"({found['machine']}, Warp {found['warp']}; `python tests/benchmarks/peers.py`.)")
+    _peers_picture(size, there)
+    return rows
+
+
+WHO = {
+    "LAMMPS": "LAMMPS `smd/tlsph` (hourglass, viscosity)",
+    "PySPH": "PySPH, Gray's elastic solids (two evaluations a step)",
+}
+
+
+def _peers_picture(size: dict, there: list[str]) -> None:
+    """docs/peers.png: particle-steps per second, a bar a side."""
+    import pyvista as pv
+
+    names = ["stress points", "bare", "residual", "viscosity", "pair damping", "hourglass and viscosity", *there]
+    rates = [size["rates"][name] / 1e6 for name in names]
+    plotter = pv.Plotter(off_screen=True, window_size=[900, 420])
+    chart = pv.Chart2D(x_label="", y_label="million particle-steps per second, one core")
+    ours = len(names) - len(there)
+    places = np.arange(len(names), dtype=float)
+    chart.bar(places[:ours], rates[:ours], color="#1f5fa8", label="wsph")
+    chart.bar(places[ours:], rates[ours:], color="#c0392b", label="peers")
+    chart.x_axis.tick_locations, chart.x_axis.tick_labels = places, names
+    chart.x_range = [-0.6, len(names) - 0.4]
+    chart.title = f"{size['particles']} particles in 3D, f64"
+    plotter.add_chart(chart)
+    plotter.screenshot(str(ROOT / "docs" / "peers.png"))
+    plotter.close()
+
+
+def methods() -> list[str]:
+    """Rows of what a step of every method costs, from docs/methods.json."""
+    found = json.loads((ROOT / "docs" / "methods.json").read_text())
+    rows = [
+        "| 3D, one core, f64 | right-hand sides a step | us per particle and step | us per particle and right-hand side | the rest of a step |",
+        "| --- | --- | --- | --- | --- |",
+    ]
+    for name, row in found.items():
+        rows.append(
+            f"| `{name}` | {row['evaluations']} | {row['step_us']:.2f} | {row['rhs_us']:.3f} | {100 * row['overhead']:.1f} % |"
+        )
+    particles = sorted({row["particles"] for row in found.values()})
+    rows += ["", f"(A cube of {particles[0]} particles, {particles[-1]} for Taylor-SPH; `rkc` with viscosity; `python tests/benchmarks/methods.py`.)"]  # fmt: skip
     return rows
 
 
@@ -191,25 +254,26 @@ def _rounded(number: float) -> str:
 
 
 def accuracy() -> list[str]:
-    """Rows of the time to accuracy beside LAMMPS, from docs/accuracy.json."""
+    """Rows of the time to accuracy beside LAMMPS and PySPH, from docs/accuracy.json."""
     found = json.loads((ROOT / "docs" / "accuracy.json").read_text())
     rows = [
         "| cantilever, one period | rows across | particles | period off by | CPU seconds |",
         "| --- | --- | --- | --- | --- |",
     ]
     for dim in ("2D", "3D"):
-        for side, name in (("ours", "wsph, default form"), ("LAMMPS", "LAMMPS `smd/tlsph`")):
-            for row in found[dim][side]["rows"]:
+        for side, name in (("ours", "wsph, default form"), *WHO.items()):
+            for row in found[dim].get(side, {"rows": []})["rows"]:
                 rows.append(
                     f"| {dim}, {name} | {row['rows']} | {row['particles']} | {100 * row['error']:.2f} % | {row['cpu_seconds']:.3g} |"
                 )
     said = [
-        f"{dim} {100 * float(wanted.split()[-1]):g} %: about {_rounded(found[dim][f'ratio {wanted}'])} times"
+        f"{name} in {dim} to {100 * float(wanted.split()[-1]):g} %: about {_rounded(ratio)} times"
         for dim in ("2D", "3D")
-        for wanted in ("to 0.02", "to 0.01")
+        for name, ratios in found[dim]["ratios"].items()
+        for wanted, ratio in sorted(ratios.items(), reverse=True)
     ]
-    rows += ["", f"CPU seconds of LAMMPS over ours until the period is that near to the finite-element one: {'; '.join(said)}. LAMMPS's are",
-             "extrapolated from its two finest rows, at the order they show and a cost of rows^(dim + 1). (One core; `python tests/benchmarks/accuracy.py`.)"]  # fmt: skip
+    rows += ["", f"CPU seconds of the others over ours until the period is that near to the finite-element one: {'; '.join(said)}. Theirs are",
+             "extrapolated from their two finest rows, at the order they show and a cost of rows^(dim + 1). (One core; `python tests/benchmarks/accuracy.py`.)"]  # fmt: skip
     return rows
 
 
@@ -241,7 +305,7 @@ def main() -> None:
     """Fill the README."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--speed", action="store_true")
-    tables = {f.__name__: f for f in (validation, growth, trade, speed, peers, accuracy)}
+    tables = {f.__name__: f for f in (validation, growth, trade, speed, peers, methods, accuracy)}
     parser.add_argument("--only", nargs="+", choices=list(tables), help="these tables, and no pictures")
     parser.add_argument("--cases", nargs="+", default=[], help="these published cases, and nothing else")
     options = parser.parse_args()

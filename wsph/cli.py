@@ -39,6 +39,13 @@ def main(arguments: list[str] | None = None) -> int:
         return 130
 
 
+def _count(text: str) -> int:
+    """A number of processes, 0 for one a core."""
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 on")
+    return int(text)
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="wsph", description="Solid mechanics by smoothed particle hydrodynamics on NVIDIA Warp."
@@ -77,6 +84,9 @@ def _parser() -> argparse.ArgumentParser:
     study.add_argument("study", type=Path)
     study.add_argument(
         "-o", "--out", type=Path, metavar="DIR", help="output folder (default: the study's name with -out)"
+    )
+    study.add_argument(
+        "--workers", type=_count, default=0, metavar="N", help="processes to spread the runs over (default: one a core)"
     )
     study.set_defaults(command=_study)
     view = commands.add_parser("view", help="show or save a picture of a run")
@@ -243,6 +253,7 @@ def _study(options: argparse.Namespace) -> int:
         scene,
         options.study.parent,
         lambda done, of: print(f"{done} of {of}", file=sys.stderr) if sys.stderr.isatty() else None,
+        options.workers,
     )
     write_study(rows, study, folder)
     for row in rows:

@@ -16,23 +16,35 @@ norm = 1
 
 import itertools
 import json
+import multiprocessing
+import time
 import tomllib
+import warnings
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
+import warp as wp
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, model_validator
 
+from wsph.device import pick_device
 from wsph.driver import run
-from wsph.errors import Fault, Refused, SceneError
+from wsph.errors import Fault, Refused, SceneError, WsphError
 from wsph.expressions import compile_expression
 from wsph.faults import of_validation
 from wsph.lines import line_of, lines
 from wsph.output import write_text
+from wsph.program import cores
 from wsph.result import Result
 from wsph.scene import Model, Scene, load
 from wsph.shapes import as_tuple
+
+SPREAD_SECONDS = 5.0
+"""A study that would go on for less after its first run stays in its process: another one starts in two seconds."""
 
 
 def _expression(text: str) -> str:
@@ -129,7 +141,11 @@ def load_study(path: Path) -> tuple[Study, Scene]:
     return study, load(path.parent / study.scene)
 
 
-def scenes(study: Study, scene: Scene) -> Iterator[tuple[str, dict[str, Any], Scene]]:
+Planned = tuple[str, dict[str, Any], Scene]
+"""A run to be made: the variant's name, its place in the grid, and the scene."""
+
+
+def scenes(study: Study, scene: Scene) -> Iterator[Planned]:
     """Every variant at every place of the grid. Raises SceneError for an override that the scene cannot take."""
     for variant in study.variants:
         for values in itertools.product(*study.grid.values()):
@@ -138,40 +154,79 @@ def scenes(study: Study, scene: Scene) -> Iterator[tuple[str, dict[str, Any], Sc
 
 
 def run_study(
-    study: Study, scene: Scene, folder: Path, progress: Callable[[int, int], None] | None = None
+    study: Study, scene: Scene, folder: Path, progress: Callable[[int, int], None] | None = None, workers: int = 1
 ) -> list[dict[str, Any]]:
     """Run a study whose files are in `folder`: one row of plain data a run. What is refused or unstable is a row that says
-    so."""
+    so.
+
+    With more than one of `workers` (0: one a core), runs that are worth it go to processes of their own, each on one core:
+    the same rows, but for their seconds. Processes import the main module, which has to be importable.
+    """
     planned = list(scenes(study, scene))
-    rows = []
-    for done, (name, place, changed) in enumerate(planned, 1):
-        row: dict[str, Any] = {
-            "variant": name,
-            **{k: v if isinstance(v, (int, float, str)) else json.dumps(v) for k, v in place.items()},
-        }
-        try:
-            result = run(changed, throw=False)
-        except Refused as error:
-            row |= {"status": "refused", "reason": str(error).splitlines()[0]}
-        else:
-            s = result.summary
-            rate, energy = s["particle_steps_per_second"], s["energy"]
-            row |= {
-                "status": result.status,
-                "reason": result.reason.split(":")[0],
-                "particles": s["particles"],
-                "steps": s["steps"],
-                "right_hand_sides": s["right_hand_sides"],
-                "pair_visits": s["pairs"] * s["right_hand_sides"],
-                "seconds": s["particles"] * s["steps"] / rate if rate > 0.0 else 0.0,
-                "energy_residual": energy["residual"] / energy["external_work"] if energy["external_work"] else 0.0,
-            }
-            if study.oracle is not None and result.status == "completed":
-                row["error"] = study.oracle.error(result, folder)
+    rows: list[dict[str, Any]] = []
+
+    def keep(row: dict[str, Any]) -> None:
         rows.append(row)
         if progress is not None:
-            progress(done, len(planned))
+            progress(len(rows), len(planned))
+
+    started = time.perf_counter()
+    keep(_row(study, folder, planned[0]))
+    rest = planned[1:]
+    worth = (time.perf_counter() - started) * len(rest) > SPREAD_SECONDS
+    workers = min(workers or len(cores()), len(rest))
+    if workers < 2 or not worth or wp.get_device(pick_device(scene.run.device)).is_cuda:
+        for each in rest:
+            keep(_row(study, folder, each))
+        return rows
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, context, _quiet) as pool:
+        try:
+            for row in pool.map(partial(_row, study, folder, threads=1), rest):
+                keep(row)
+        except BrokenProcessPool:
+            raise WsphError(
+                "a process of the study ended by itself, for lack of memory perhaps: use --workers 1"
+            ) from None
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
     return rows
+
+
+def _quiet() -> None:
+    """As the command line has it: the table says what the warnings would."""
+    warnings.simplefilter("ignore")
+
+
+def _row(study: Study, folder: Path, planned: Planned, threads: int | None = None) -> dict[str, Any]:
+    """One run, with so many threads where the scene leaves that open."""
+    name, place, changed = planned
+    if threads is not None and changed.run.threads == 0:
+        changed = changed.with_(threads=threads)
+    row: dict[str, Any] = {
+        "variant": name,
+        **{k: v if isinstance(v, (int, float, str)) else json.dumps(v) for k, v in place.items()},
+    }
+    try:
+        result = run(changed, throw=False)
+    except Refused as error:
+        return row | {"status": "refused", "reason": str(error).splitlines()[0]}
+    s = result.summary
+    rate, energy = s["particle_steps_per_second"], s["energy"]
+    row |= {
+        "status": result.status,
+        "reason": result.reason.split(":")[0],
+        "particles": s["particles"],
+        "steps": s["steps"],
+        "right_hand_sides": s["right_hand_sides"],
+        "pair_visits": s["pairs"] * s["right_hand_sides"],
+        "seconds": s["particles"] * s["steps"] / rate if rate > 0.0 else 0.0,
+        "energy_residual": energy["residual"] / energy["external_work"] if energy["external_work"] else 0.0,
+    }
+    if study.oracle is not None and result.status == "completed":
+        row["error"] = study.oracle.error(result, folder)
+    return row
 
 
 def write_study(rows: list[dict[str, Any]], study: Study, folder: Path) -> None:

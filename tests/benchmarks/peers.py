@@ -9,7 +9,7 @@ default form (stress points); on one core, and the first, the bare and the defau
 more, beside our kernels of the two, in both precisions.
 
 Sides alternate, rounds over; medians of ratios. A particle-step is one particle through one step: leapfrog evaluates its
-forces once in it, PySPH's integrator twice. --write leaves docs/peers.json for docs/make.py.
+forces once in it, PySPH's integrator twice. --write leaves docs/peers.json, where sizes that were not asked for stay, and makes the README's table and docs/peers.png of it.
 """
 
 import argparse
@@ -132,8 +132,8 @@ def compare(dim: int, rows: int, options: argparse.Namespace) -> dict:
     for _ in range(ROUNDS):
         for name, composition in made.items():
             rates.setdefault(name, []).append(rate(composition))
-        for name, composition in spread.items():
-            rates.setdefault(f"{name}, all cores", []).append(rate(composition))
+            if name in spread:
+                rates.setdefault(f"{name}, all cores", []).append(rate(spread[name]))
         for name, (measured, python) in sides.items():
             if python:
                 peer = measured(python, dim, rows, steps, COURANT, warm=5)
@@ -163,12 +163,14 @@ def main() -> None:
     parser.add_argument("--million", action="store_true", help="a block of a million particles too")
     parser.add_argument("--write", action="store_true")
     options = parser.parse_args()
+    kept = ROOT / "docs" / "peers.json"
     found: dict = {"machine": f"{platform.machine()}, {len(wsph.program.cores())} cores", "warp": wp.config.version}
-    found["sizes"] = []
+    sizes = {(s["dim"], s["rows"]): s for s in json.loads(kept.read_text())["sizes"]} if kept.exists() else {}
     for size in options.sizes:
         dim, rows = (int(word) for word in size.split(":"))
-        found["sizes"].append(compare(dim, rows, options))
-        print(json.dumps(found["sizes"][-1], indent=1), flush=True)
+        sizes[dim, rows] = compare(dim, rows, options)
+        print(json.dumps(sizes[dim, rows], indent=1), flush=True)
+    found["sizes"] = [sizes[key] for key in sorted(sizes, key=lambda key: (-key[0], key[1]))]
     found["reference"] = {}
     for precision in ("f64", "f32"):
         found["reference"][precision] = reference(block(3, 21, "bare", precision=precision))
@@ -182,7 +184,8 @@ def main() -> None:
             print(json.dumps(found[f"million_{precision}"]), flush=True)
             del composition, system
     if options.write:
-        (ROOT / "docs" / "peers.json").write_text(json.dumps(found, indent=1) + "\n")
+        kept.write_text(json.dumps(found, indent=1) + "\n")
+        subprocess.run([sys.executable, str(ROOT / "docs" / "make.py"), "--only", "peers"], check=True)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ import pytest
 
 from wsph.cli import main
 from wsph.errors import SceneError
-from wsph.study import load_study
+from wsph.study import load_study, run_study
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = f"""
@@ -51,6 +51,17 @@ def test_rows_of_cost_and_error(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert [row["status"] for row in table] == [row["status"] for row in rows]
     assert float(table[0]["error"]) == rows[0]["error"]
     assert (tmp_path / "out" / "front.png").stat().st_size > 5000
+
+
+def test_processes_make_the_same_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    loaded, scene = load_study(study(tmp_path))
+    alone = run_study(loaded, scene, tmp_path)
+    monkeypatch.setattr("wsph.study.SPREAD_SECONDS", 0.0)
+    seen: list[tuple[int, int]] = []
+    spread = run_study(loaded, scene, tmp_path, lambda done, of: seen.append((done, of)), workers=2)
+    timeless = [[{k: v for k, v in row.items() if k != "seconds"} for row in rows] for rows in (alone, spread)]
+    assert timeless[0] == timeless[1]
+    assert seen == [(k, 6) for k in range(1, 7)]
 
 
 def test_a_reference_from_a_file(tmp_path: Path) -> None:
