@@ -5,7 +5,6 @@ import platform
 import signal
 import threading
 import time
-import warnings
 from collections.abc import Callable
 from importlib import metadata
 from pathlib import Path
@@ -15,7 +14,7 @@ import numpy as np
 import warp as wp
 
 from wsph import checkpoint, fields, registry
-from wsph.composition import SLACK, Composition, compose
+from wsph.composition import BodyRun, Composition, compose
 from wsph.diagnostics import Ledger
 from wsph.errors import CheckpointError, OutputError, Unstable
 from wsph.output import OutputFolder, check_writable
@@ -23,19 +22,11 @@ from wsph.probes import RING, Recorder
 from wsph.result import Result
 from wsph.scene import Scene, load
 from wsph.schedule import Events, Interrupts, Timeline
+from wsph.watch import Watch, warn
 
 CHECK_STEPS = 100
 """Steps between checks where steps are not captured in blocks; those are checked at the end of a block. A check costs about
 half a step (tests/benchmarks/guards.py)."""
-MOST_APART, CHANGE = 256, 0.01
-"""With `run.cfl` the time step follows the deformation: it is looked at as often as that changes by CHANGE, at least once in
-so many steps, whatever else is due when: the same bits for every cadence of records."""
-CLUMPED = float(np.log(100.0))
-"""e-folds of a growing mode after which a run says so."""
-OCTAVE = 16
-"""The time step shrinks in parts of an octave."""
-LEAST_STEP = 1e-3
-"""A time step that has shrunk below this part of the first is the end of a run."""
 HISTORY_ROWS = 100
 Found = tuple[Path, dict[str, Any], dict[str, np.ndarray]]
 """A checkpoint: its file, its facts and its arrays."""
@@ -93,10 +84,6 @@ def _last_checkpoint(scene: Scene, folder: Path | None, overwrite: bool) -> Foun
     return files[-1], facts, arrays
 
 
-def _warn(text: str) -> None:
-    warnings.warn(text, RuntimeWarning, stacklevel=5)
-
-
 class Simulation:
     """One run in progress."""
 
@@ -120,13 +107,10 @@ class Simulation:
         self._frames = Events(output.every, self._time)
         self._slow = [(p, Events(p.probe.every, self._time)) for p in composition.probes if not p.every_step]
         self._fast = [(p, Events(p.probe.every, self._time)) for p in composition.probes if p.every_step]
-        guarded = self.scene.run.cfl is not None and self.scene.run.guard != "off"
-        self._adapts = guarded and any(run.adapts for run in composition.bodies)
-        self._pace, self._look, self._seen = 1, 1, 0.0
+        self._watch = Watch(composition, self._time)
         self._rows: list[list[float]] = []
         self._largest = 0.0
-        self._warned = self._followed = False
-        self._folds, self._since = [0.0] * len(composition.bodies), 0
+        self._warned = False
         self._stiffening = 0.0
         self._written = 0.0
         s = composition.scales
@@ -176,8 +160,8 @@ class Simulation:
         if self._checkpoints is not None:
             events.append(self._checkpoints)
         due = [e.next for e in events if e.next > step]
-        if self._adapts:
-            due.append(self._look)
+        if self._watch.adapts:
+            due.append(self._watch.look)
         return min(min([self._last, *due]) - step, RING if program.captured and not program.followed else CHECK_STEPS)
 
     def _keep(self, step: int, asked: bool = False) -> None:
@@ -207,9 +191,7 @@ class Simulation:
             "warned": self._warned,
             "frames": self._writer.times,
             "timeline": self._time.pieces,
-            "clumps": [self._folds, self._since],
-            "pace": [self._pace, self._look, self._seen],
-            "limits": [[run.limit, run.distortion] for run in self.c.bodies],
+            "watch": self._watch.kept(),
             "probes": [[p.probe.model_dump_json(), probes[k]] for k, p in enumerate(self.c.probes)],
         }
         self._write_tables()
@@ -222,11 +204,7 @@ class Simulation:
         step = facts["step"]
         self._time.pieces[:] = [tuple(piece) for piece in facts["timeline"]]
         self._last = self._time.last
-        self._folds, self._since = facts["clumps"]
-        self._pace, self._look, self._seen = facts["pace"]
-        for run, (limit, distortion) in zip(self.c.bodies, facts["limits"], strict=True):
-            run.courant *= self._time.dt / self.c.dt
-            run.limit, run.distortion = limit, distortion
+        self._watch.restore(facts["watch"])
         if step >= self._last:
             raise CheckpointError(f"{path}: stands at step {step}; the run ends at step {self._last}: raise run.end")
         checkpoint.restore(path, self.c, arrays)
@@ -238,7 +216,7 @@ class Simulation:
             if (known := there.get(recorder.probe.model_dump_json())) is not None:
                 recorder.go_on(arrays[f"probe{known[0]}"], known[1])
             else:
-                _warn(f"probe {recorder.probe.name!r} is not one of the checkpoint's: its record begins at step {step}")
+                warn(f"probe {recorder.probe.name!r} is not one of the checkpoint's: its record begins at step {step}")
             events.skip(step)
         for events in (self._history, self._frames, *([self._checkpoints] if self._checkpoints is not None else [])):
             events.skip(step)
@@ -255,9 +233,9 @@ class Simulation:
         self._stiffening = sum(run.system.hourglass_energy() for run in self.c.bodies)
         for run, ledger in zip(self.c.bodies, ledgers, strict=True):
             if ledger.bad >= 0:
-                position = run.system.position[ledger.bad]
-                raise self._unstable(step, run, *self._broken(run, ledger.bad), position)
-            self._follow(step, run, ledger)
+                name, what = self._broken(run, ledger.bad)
+                raise self._watch.unstable(step, run, name, what, ledger.bad, run.system.position[ledger.bad])
+        self._watch.check_limits(step, ledgers)
         if step > ENERGY_AFTER:
             total, work = self._total(ledgers), self._work()
             self._largest = max(self._largest, abs(total), abs(work))
@@ -266,108 +244,26 @@ class Simulation:
                 self._row(step, ledgers)
                 share, bound = f"{100 * created:.3g} %", f"{self.scene.stop.energy:g}"
                 what = f"energy was created: {share} of the largest seen, beyond stop.energy = {bound}"
-                raise self._unstable(step, self.c.bodies[0], "energy", -1, what)
+                raise self._watch.unstable(step, self.c.bodies[0], "energy", what)
             if created > ENERGY_WARNING and not self._warned:
                 self._warned = True
-                _warn(f"step {step}: energy was created, {100 * created:.3g} % of the largest seen")
+                warn(f"step {step}: energy was created, {100 * created:.3g} % of the largest seen")
             if step == self._last and -created > LOSS_WARNING:
-                _warn(f"energy was lost by the end, {-100 * created:.3g} % of the largest seen: numerical dissipation")
-        if self._adapts and step == self._look:
-            self._adapt(step, ledgers)
-        self._clump(step)
+                warn(f"energy was lost by the end, {-100 * created:.3g} % of the largest seen: numerical dissipation")
+        if self._watch.follow(step, ledgers):
+            self._last = self._time.last
+            for events in (self._history, self._frames, *(e for _, e in (*self._slow, *self._fast))):
+                events.retimed()
+        self._watch.clump(step)
         return ledgers
 
-    def _clump(self, step: int) -> None:
-        """Warn of bodies whose particles have begun to clump together: the tensile instability of pairs that follow the
-        motion (Swegle et al. 1995). Energy is kept in it, so that nothing else tells."""
-        passed = (self._time.time(step) - self._time.time(self._since)) / self.c.scales.time
-        self._since = step
-        if self.scene.run.guard == "off":
-            return
-        for k, run in enumerate(self.c.bodies):
-            if not run.system.clumps or self._folds[k] > CLUMPED:
-                continue
-            self._folds[k] += run.system.growth * passed
-            if self._folds[k] > CLUMPED:
-                pace = run.system.growth * self._time.dt / self.c.scales.time
-                _warn(
-                    f"step {step}: particles of body {run.body.name!r} clump together: a mode grows by {pace:.2g} a step about its"
-                    " deformed state, by more than 100 so far, which no energy tells (tensile instability of pairs that follow the"
-                    ' motion); use formulation = "total-lagrangian" or "stress-points", whose pairs do not'
-                )
-
-    def _adapt(self, step: int, ledgers: list[Ledger]) -> None:
-        """Shorten the time step where deformation has brought a body's Courant number half of the way to its limit: to the
-        share of the limit that it began with."""
-        seen = max(float(np.log(max(ledger.stretch, ledger.distortion))) for ledger in ledgers)
-        change, self._seen = abs(seen - self._seen), seen
-        paces = self._pace * CHANGE / change if change > 0.0 else np.inf
-        self._pace = int(np.clip(min(paces, 2.0 * self._pace), 1, MOST_APART))
-        self._look = step + self._pace
-        factor = 1.0
-        for run, ledger in zip(self.c.bodies, ledgers, strict=True):
-            if run.adapts:
-                run.follow(ledger.distortion)
-                share = self._local(run, ledger) / run.limit if run.limit else np.inf
-                if share > 0.5 * (1.0 + run.share) * (1.0 + SLACK):
-                    factor = min(factor, run.share / share)
-        if factor == 1.0 or step >= self._last:
-            return
-        # By whole parts of an octave: what rounding changes of the deformation changes no step.
-        factor = 2.0 ** (np.floor(OCTAVE * np.log2(max(factor, 0.1 * LEAST_STEP))) / OCTAVE)
-        dt = self._time.dt * factor
-        if dt < LEAST_STEP * self.c.dt:
-            what = f"deformation asks for steps of {dt:.3g} s, below a thousandth of the first"
-            raise self._unstable(step, self.c.bodies[0], "time step", -1, what)
-        self.c.shorten(factor)
-        self._time.shorten(step, dt)
-        self._last = self._time.last
-        for events in (self._history, self._frames, *(e for _, e in (*self._slow, *self._fast))):
-            events.retimed()
-
-    def _local(self, run: Any, ledger: Ledger) -> float:
-        """The largest Courant number of a particle."""
-        return run.courant * (ledger.stretch if run.system.follows_courant else 1.0)
-
-    def _broken(self, run: Any, particle: int) -> tuple[str, int, str]:
-        """What is wrong with a particle's state: field, particle and words."""
+    def _broken(self, run: BodyRun, particle: int) -> tuple[str, str]:
+        """What is wrong with a particle's state: field and words."""
         state = run.system.state
         finite = all(np.isfinite(state.read(name)[particle]).all() for name in ("velocity", "stress"))
         if finite and "deformation" in state.widths:
-            return "deformation", particle, "has turned it inside out (J <= 0)"
-        return "velocity or stress", particle, "is not finite" if not finite else "is too large to square"
-
-    def _follow(self, step: int, run: Any, ledger: Ledger) -> None:
-        """Where operators follow the deformation, so does the Courant number; where the stiffness does, so does its
-        limit."""
-        if not run.limit or self.scene.run.guard == "off" or self._adapts:
-            return
-        run.follow(ledger.distortion)
-        local = self._local(run, ledger)
-        if local <= run.limit * (1.0 + SLACK) or not (run.system.follows_courant or run.distortion != 1.0):
-            return
-        if run.system.follows_courant:
-            what = f"a particle's own Courant number has become {local:.6g} by deformation; use a smaller run.dt, or run.cfl, with which it follows"
-        else:
-            what = "its stability limit has fallen below its Courant number by deformation; use a smaller run.dt, or run.cfl, with which it follows"
-        if self.scene.run.guard == "refuse":
-            raise self._unstable(step, run, "time step", -1, what)
-        if not self._followed:
-            self._followed = True
-            _warn(f"step {step}: {what}, limit {run.limit:.3f}")
-
-    def _unstable(self, step: int, run: Any, name: str, particle: int, what: str, position: Any = ()) -> Unstable:
-        t, limit = self._time.time(step), run.limit
-        place = f" of particle {particle} at ({', '.join(f'{x:g}' for x in position)}) m" if particle >= 0 else ""
-        bound = (
-            f"; Courant number {run.courant:.6g}, limit {limit:.3f}"
-            if limit is not None
-            else f"; Courant number {run.courant:.6g}"
-        )
-        message = f"found unstable at step {step}, t = {t:.6g} s (dt = {self._time.dt:.4g} s): {name}{place} of body {run.body.name!r}: {what}{bound}"
-        return Unstable(
-            message, step=step, time=t, dt=self._time.dt, field=name, particle=particle, position=position, limit=limit
-        )
+            return "deformation", "has turned it inside out (J <= 0)"
+        return "velocity or stress", "is not finite" if not finite else "is too large to square"
 
     def _dissipated(self, ledgers: list[Ledger]) -> float:
         systems = [run.system for run in self.c.bodies]

@@ -39,7 +39,7 @@ from wsph.neighbours import Pairs, find_pairs
 from wsph.one_set import OneSetSystem
 from wsph.operators import Weights, average, outward_weights, unparted
 from wsph.particles import Lattice
-from wsph.phase_field import PhaseDamage
+from wsph.phase_field import PhaseDamage, Sight
 from wsph.program import Clock
 from wsph.scene import Body, Scene
 from wsph.smoothing import SUPPORT
@@ -193,8 +193,10 @@ class LagrangianSystem(OneSetSystem):
     def _set_up_damage(self, body: Body) -> None:
         space, scales, device, state = self.space, self.scales, self.device, self.state
         if body.phase_field is not None:
-            self.damage = PhaseDamage(body.phase_field, space, scales, self._spread, self._share, self.point_volume, state,
-                                      self._pairs, self._weight, self._x, self.residual, device)  # fmt: skip
+            back = (self._back, self._back_weight) if self.points else ()
+            sight = Sight(self._pairs, self._weight, self._spread, self._x, self._centre, self._mean, *back)
+            self.damage = PhaseDamage(body.phase_field, space, scales, sight, self._share, self.point_volume, state,
+                                      self.residual, device)  # fmt: skip
             self._phase = self.damage.struct
         if body.links is not None:
             part, spacing = body.links, self.spacing
@@ -379,7 +381,7 @@ class StressPointSystem(LagrangianSystem):
     """Nodes on the lattice and its faces, stresses at the cell centres."""
 
     formulation = "stress-points"
-    parts_taken = ("residual",)
+    parts_taken = ("residual", "phase_field")
     points = True
     splits = True
     default_support = 1.8

@@ -154,7 +154,7 @@ def _gathered(space: Space, layout: Layout, form: Form, smoothing: str, averaged
             if wp.static(averaged):
                 mean = mean + df
             if wp.static(damage):
-                near_damage = near_damage + w * at(phase.damage, j)
+                near_damage = near_damage + w * at(phase.seen, j)
             k += 1
         return gradient, f0 + mean, near_damage
 

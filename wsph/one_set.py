@@ -206,6 +206,8 @@ class OneSetSystem(System):
             self.damage.clear()
 
     def restored(self) -> None:
+        if isinstance(self.damage, PhaseDamage):
+            self.damage.restored(self.clock)
         self.refresh(self.state)
 
     @property

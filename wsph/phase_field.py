@@ -15,11 +15,17 @@ No flux leaves at faces and notches; pairs keep no state of their own, so cracks
 bounded: it adds no limit to the time step, but it spreads damage by about a support a step, so that fast cracks want small
 steps.
 
+Stress points have no pairs among themselves: what they see is the damage averaged to the nodes, once a step, d_j = sum_q
+v_jq d_q with weights v of sum one, so that S = sum_j w_pj d_j is a sum over the points around, of positive weights, and
+c = dim/sum_j w_pj sum_q v_jq |x_q - x_p|^2.
+
 A linear elastic material takes e = U - I with F = R U (Biot), P = F sum (s_a/u_a) n_a n_a^T: forces are the gradient of the
 energy at fixed damage. Any other takes its rate law: the stress that evolves is the undamaged one, e = C^-1 sigma of it,
-and g sigma+ + sigma- acts.
+and g sigma+ + sigma- acts. In plane (and uniaxial) stress the strain out of the plane is the one at which g sigma+ + sigma-
+vanishes there: the minimum of the energy over it.
 """
 
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -27,6 +33,7 @@ import numpy as np
 import warp as wp
 
 from wsph.constitutive import Laws
+from wsph.contiguous import element
 from wsph.errors import Refused
 from wsph.neighbours import Pairs
 from wsph.operators import misfit
@@ -39,6 +46,8 @@ from wsph.units import Scales
 
 KEPT = 1e-6
 """The part of the opening stiffness that a broken point keeps."""
+TINY = 1e-30
+"""A sum of weights below which nothing is seen."""
 SMALL, ITERATIONS = 0.01, 7
 """A strain below which the roots of I + 2 E are found by iteration, to rounding in so many."""
 BROKEN = 0.95
@@ -47,14 +56,15 @@ BROKEN = 0.95
 
 @cache
 def phase_struct(space: Space) -> type:
-    """Struct of a phase field as kernels take it: q per psi+ and b of the sweep, the damage that the step starts from,
-    psi+ of the last evaluation, shares times g, and sums of the weights."""
+    """Struct of a phase field as kernels take it: q per psi+ and b of the sweep, the damage that the step starts from and
+    what pairs see of it, psi+ of the last evaluation, shares times g, and sums of the weights."""
     real = space.scalar
     array = wp.array(dtype=real)
     annotations = {
         "per_energy": real,
         "spread": real,
         "damage": array,
+        "seen": array,
         "opening": array,
         "share": array,
         "weights": array,
@@ -144,7 +154,23 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
     parted, axes_of, sweep, degraded = split(space, Params), principal(space), swept(space, model), degradation(space)
     determinant, inverse = determinant_and_inverse(space)
     (unpack, pack), plane, strain_of = packing(space, laws.state), in_plane(space), elastic_strain(space, Params)
-    quick = dim == 3 and model == "AT1"
+    quick, free, beyond = dim == 3 and model == "AT1", bool(laws.state.free), 3 - dim
+
+    @wp.func
+    def outward(p: Params, e: vec, g: real) -> real:
+        # The strain out of the plane at which g s+ + s- vanishes there. It has the sign against that of the plane's trace,
+        # and the trace of all keeps the plane's.
+        lame = p.elastic_bulk - real(2.0) / real(3.0) * p.elastic_shear
+        trace = real(0.0)
+        for a in range(wp.static(dim)):
+            trace += e[a]
+        of_trace = lame
+        of_out = real(2.0) * p.elastic_shear
+        if trace > real(0.0):
+            of_trace *= g
+        else:
+            of_out *= g
+        return -of_trace * trace / (real(beyond) * of_trace + of_out)
 
     @wp.func
     def spread_out(block: mat, out: real) -> tensor:
@@ -191,9 +217,17 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
                         whole,
                     )
         axes, e = biot(H)
-        opening, _closing, tension, pressure, out_plus, out_minus = parted(p, e, real(0.0))
+        out = real(0.0)
+        if wp.static(free):
+            out = outward(p, e, degraded(old))
+        opening, _closing, tension, pressure, out_plus, out_minus = parted(p, e, out)
         d = sweep(phase, old, opening, S, D)
         g = degraded(d)
+        thickness = real(1.0)
+        if wp.static(free):
+            out = outward(p, e, g)
+            opening, _closing, tension, pressure, out_plus, out_minus = parted(p, e, out)
+            thickness = wp.pow(wp.max(real(1.0) + out, real(1e-3)), real(beyond))
         scaled = mat()
         for a in range(wp.static(dim)):
             # What is turned inside out has u_a = 0 on its way: it is broken then, and kept finite.
@@ -204,28 +238,37 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
             scaled = scaled + ((g * tension[a] + pressure[a]) / u) * wp.outer(n, n)
         F = wp.identity(n=dim, dtype=real) + H
         P = F * scaled
-        J = wp.max(determinant(F), real(1e-3))
+        J = thickness * wp.max(determinant(F), real(1e-3))
         cauchy = spread_out(P * wp.transpose(F) / J, (g * out_plus + out_minus) / J)
         return d, opening, g, pack(cauchy), P
 
     @wp.func
     def linear_energy(p: Params, H: mat, undamaged: stress, d: real) -> real:
         _axes, e = biot(H)
-        opening, closing, _t, _p, _o, _i = parted(p, e, real(0.0))
+        out = real(0.0)
+        if wp.static(free):
+            out = outward(p, e, degraded(d))
+        opening, closing, _t, _p, _o, _i = parted(p, e, out)
         return degraded(d) * opening + closing
 
     @wp.func
-    def strained(p: Params, undamaged: stress):
+    def strained(p: Params, undamaged: stress, d: real):
         strain = strain_of(p, unpack(undamaged))
         axes, e = axes_of(plane(strain))
-        return axes, e, strain[2, 2]
+        out = strain[2, 2]
+        if wp.static(free):
+            out = outward(p, e, degraded(d))
+        return axes, e, out
 
     @wp.func
     def evolved(p: Params, phase: Phase, H: mat, undamaged: stress, old: real, S: real, D: real):
-        axes, e, out = strained(p, undamaged)
+        axes, e, out = strained(p, undamaged, old)
         opening, _closing, tension, pressure, out_plus, out_minus = parted(p, e, out)
         d = sweep(phase, old, opening, S, D)
         g = degraded(d)
+        if wp.static(free):
+            out = outward(p, e, g)
+            opening, _closing, tension, pressure, out_plus, out_minus = parted(p, e, out)
         acting = mat()
         for a in range(wp.static(dim)):
             n = vec()
@@ -240,7 +283,7 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
 
     @wp.func
     def evolved_energy(p: Params, H: mat, undamaged: stress, d: real) -> real:
-        _axes, e, out = strained(p, undamaged)
+        _axes, e, out = strained(p, undamaged, d)
         opening, closing, _t, _p, _o, _i = parted(p, e, out)
         return degraded(d) * opening + closing
 
@@ -254,15 +297,15 @@ def _advance_kernel(space: Space) -> wp.Kernel:
     @wp.kernel(module="unique", enable_backward=False)
     def advance(first: int, volume: wp.array(dtype=real), damage: wp.array(dtype=space.vector(1)), opening: wp.array(dtype=real),
                 stiffness: real, share: wp.array(dtype=real), offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
-                weight: wp.array(dtype=real), node: wp.array(dtype=vec), u: wp.array(dtype=vec), H: wp.array(dtype=mat),
-                old_out: wp.array(dtype=real), opened_out: wp.array(dtype=real), released_out: wp.array(dtype=real)):  # fmt: skip
+                weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), mean: wp.array(dtype=vec),
+                u: wp.array(dtype=vec), H: wp.array(dtype=mat), old_out: wp.array(dtype=real), opened_out: wp.array(dtype=real), released_out: wp.array(dtype=real)):  # fmt: skip
         i = first + wp.tid()
         d = damage[i][0]
         psi = opening[i]
         old = old_out[i]
         if d > old:
             # The residual's energy is degraded with the stress.
-            square = left_over(i, u[i], node[i], H[i], offsets, indices, weight, node, u)
+            square = left_over(i, mean[i], centre[i], H[i], offsets, indices, weight, node, u)
             # psi as the mean of both ends: as the trapezoidal rule takes the work of the forces.
             set_free = real(0.5) * volume[i] * (psi + opened_out[i]) + real(0.5) * stiffness * share[i] * square
             released_out[i] = released_out[i] + set_free * (degraded(old) - degraded(d))
@@ -272,24 +315,78 @@ def _advance_kernel(space: Space) -> wp.Kernel:
     return advance
 
 
+@cache
+def _average_kernel(space: Space) -> wp.Kernel:
+    real, at = space.scalar, element(wp.int32, space.scalar)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def seen_at_nodes(first: int, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
+                      damage: wp.array(dtype=real), seen_out: wp.array(dtype=real)):  # fmt: skip
+        j = first + wp.tid()
+        total = real(0.0)
+        mean = real(0.0)
+        for k in range(offsets[j], offsets[j + 1]):
+            total += at(weight, k)
+            mean += at(weight, k) * at(damage, at(indices, k))
+        # A node that no point sees is seen by none.
+        seen_out[j] = mean / wp.max(total, real(wp.static(TINY)))
+
+    return seen_at_nodes
+
+
+@dataclass(frozen=True)
+class Sight:
+    """What the points of a body see: their pairs, weights (sums `weights` (m,) and spreads sum w r^2 (m,)), the places of
+    the nodes and of the points, displacements at the points; and where they are not the nodes, the pairs back, to points
+    from nodes, with the weights in their order."""
+
+    pairs: Pairs
+    weight: wp.array
+    spread: np.ndarray
+    node: wp.array
+    centre: wp.array
+    mean: wp.array
+    back: Pairs | None = None
+    back_weight: wp.array | None = None
+
+    def averaged(self, values: np.ndarray) -> np.ndarray:
+        """What pairs see of values at the points, (m, ...) to (n, ...)."""
+        if self.back is None or self.back_weight is None:
+            return values
+        weight, rows, points = self.back_weight.numpy().astype(float), self.back.rows(), self.back.indices.numpy()
+        total = np.maximum(np.bincount(rows, weight, self.back.targets), TINY)
+        flat = values.reshape(len(values), -1)
+        sums = [np.bincount(rows, weight * column[points], self.back.targets) / total for column in flat.T]
+        return np.stack(sums, 1).reshape(-1, *values.shape[1:])
+
+    def squares(self, values: np.ndarray) -> np.ndarray:
+        """Sum of w times the mean square of what a pair sees of `values` (m, k) less the point's own, (m,)."""
+        indices, rows, weight = self.pairs.indices.numpy(), self.pairs.rows(), self.weight.numpy().astype(float)
+        first, second = self.averaged(values), self.averaged((values**2).sum(1))
+        own = values[rows]
+        each = second[indices] - 2.0 * (first[indices] * own).sum(1) + (own**2).sum(1)
+        return np.bincount(rows, weight * each, len(values))
+
+
 class PhaseDamage:
     """The phase field of a body. `struct` goes to the kernels; `advance` makes the damage of the last evaluation that of
     the step to come, and counts the energy that it released."""
 
-    def __init__(self, part: PhaseField, space: Space, scales: Scales, spread: np.ndarray, share: wp.array,
-                 volume: np.ndarray, state: State, pairs: Pairs, weight: wp.array, node: wp.array,
-                 stiffness: float, device: str):  # fmt: skip
-        """`spread` (m,) = sum w r^2, `share` and `volume` (m,) and `stiffness` (of the residual) nondimensional; evaluations
-        write the damage to `state`."""
-        self.part, self._space, self._state = part, space, state
-        self._pairs, self._weight, self._node = pairs, weight, node
+    def __init__(self, part: PhaseField, space: Space, scales: Scales, sight: Sight, share: wp.array, volume: np.ndarray,
+                 state: State, stiffness: float, device: str):  # fmt: skip
+        """`share` and `volume` (m,) and `stiffness` (of the residual) nondimensional; evaluations write the damage to
+        `state`."""
+        self.part, self._space, self._state, self._sight = part, space, state, sight
         self._stiffness = space.scalar(stiffness)
         self._share = share
         real, n = space.scalar, len(volume)
         self._volume = wp.array(volume, dtype=real, device=device)
         self.toughness = part.fracture_energy / (scales.stress * scales.length)
         self.length = part.length / scales.length
-        # Particles inside: those at faces and notches see less.
+        # Of points inside: those at faces and notches see less.
+        spread = sight.spread
+        if sight.back is not None:
+            spread = sight.squares(sight.centre.numpy().astype(float))
         self.laplacian = space.dim / float(np.median(spread[spread > 0.999 * np.quantile(spread, 0.9)]))
         first = part.model == "AT1"
         self.struct = phase_struct(space)()
@@ -297,7 +394,10 @@ class PhaseDamage:
         self.struct.spread = real((4.0 if first else 2.0) * self.length**2 * self.laplacian)
         for name in ("damage", "opening"):
             setattr(self.struct, name, wp.zeros(n, dtype=real, device=device))
-        sums = np.bincount(pairs.rows(), weight.numpy().astype(float), n)
+        self.struct.seen = self.struct.damage
+        if sight.back is not None:
+            self.struct.seen = wp.zeros(sight.back.targets, dtype=real, device=device)
+        sums = np.bincount(sight.pairs.rows(), sight.weight.numpy().astype(float), n)
         self.struct.weights = wp.array(sums, dtype=real, device=device)
         self.struct.share = wp.clone(share)
         self._opened = wp.zeros(n, dtype=real, device=device)
@@ -305,16 +405,37 @@ class PhaseDamage:
 
     def advance(self, clock: Any) -> None:
         """Close a step (a launch)."""
-        state = self._state.struct
-        inputs = [self._volume, state.damage, self.struct.opening, self._stiffness, self._share, self._pairs.offsets]
-        inputs += [self._pairs.indices, self._weight, self._node, state.displacement, state.deformation]
+        state, sight = self._state.struct, self._sight
+        mean = sight.mean if sight.back is not None else state.displacement
+        inputs = [self._volume, state.damage, self.struct.opening, self._stiffness, self._share, sight.pairs.offsets]
+        inputs += [
+            sight.pairs.indices,
+            sight.weight,
+            sight.node,
+            sight.centre,
+            mean,
+            state.displacement,
+            state.deformation,
+        ]
         outputs = [self.struct.damage, self._opened, self._released]
         clock.launch(_advance_kernel(self._space), len(self._volume), inputs, outputs)
+        self._look(clock)
+
+    def _look(self, clock: Any) -> None:
+        """What pairs see of the damage (a launch where that is an average)."""
+        back, weight = self._sight.back, self._sight.back_weight
+        if back is not None:
+            inputs = [back.offsets, back.indices, weight, self.struct.damage]
+            clock.launch(_average_kernel(self._space), back.targets, inputs, [self.struct.seen])
 
     def clear(self) -> None:
         """Intact again."""
-        for array in self.kept().values():
+        for array in (*self.kept().values(), self.struct.seen):
             array.zero_()
+
+    def restored(self, clock: Any) -> None:
+        """After what is kept was put back."""
+        self._look(clock)
 
     def kept(self) -> dict[str, wp.array]:
         """What a checkpoint holds of it."""
@@ -333,9 +454,7 @@ class PhaseDamage:
     def _surface_energy(self) -> float:
         d = self.struct.damage.numpy().astype(float)
         volume = self._volume.numpy().astype(float)
-        indices, rows = self._pairs.indices.numpy(), self._pairs.rows()
-        steps = self._weight.numpy().astype(float) * (d[indices] - d[rows]) ** 2
-        gradient = self.laplacian * np.bincount(rows, steps, len(d)) * self.length
+        gradient = self.laplacian * self._sight.squares(d[:, None]) * self.length
         if self.part.model == "AT1":
             return float(0.375 * self.toughness * volume @ (d / self.length + gradient))
         return float(0.5 * self.toughness * volume @ (d * d / self.length + gradient))
@@ -344,7 +463,14 @@ class PhaseDamage:
     def nbytes(self) -> int:
         """Device memory [bytes]."""
         return sum(
-            a.capacity for a in (*self.kept().values(), self.struct.opening, self.struct.share, self.struct.weights)
+            a.capacity
+            for a in (
+                *self.kept().values(),
+                self.struct.seen,
+                self.struct.opening,
+                self.struct.share,
+                self.struct.weights,
+            )
         )
 
 
@@ -352,10 +478,11 @@ def refuse(body: Body, part: PhaseField, material: Any, who: str, spacing: float
     """Refuse what a phase field cannot do."""
     if body.map is not None:
         raise Refused(f"body {body.name!r}: phase_field needs a lattice of one spacing, without `map`: leave one out")
-    if free:
+    bulk, shear = material.moduli()
+    if free and bulk < 2.0 / 3.0 * shear:
         raise Refused(
-            f'body {body.name!r}: phase_field needs state = "strain" (or 3D): degraded by parts, the stress out of a plane of zero'
-            " stress would not stay zero"
+            f"body {body.name!r}: with a Poisson ratio below zero phase_field finds no strain out of a plane of zero stress: use"
+            ' state = "strain" (or 3D)'
         )
     if not (getattr(material, "linear", False) or turns(material)):
         raise Refused(

@@ -34,7 +34,10 @@ class Leapfrog:
         if not isinstance(lagged, bool):
             raise ValueError(f"lagged = {lagged!r}: true or false")
         self.system, self.state, self.lagged = system, system.state, lagged
-        self.k, self.old = system.new(), system.new()
+        # Where forces ask for no velocity there is nothing to predict, and one acceleration is enough.
+        self.predicts = not lagged and (system.viscous or system.force.parts.damped)
+        self.k = system.new()
+        self.old = system.new() if self.predicts else self.k
 
     def begin(self) -> None:
         """The forces at the start."""
@@ -60,17 +63,17 @@ class Leapfrog:
         s.rate(y, k, "rest", ahead=0.5)
         s.combine(y, plain=[(1.0, y)], timed=[(1.0, k)], part="rest")
         s.project(y)
-        if self.lagged:
-            s.rate(y, k, "velocity")
-            s.combine(y, plain=[(1.0, y)], timed=[(0.5, k)], part="velocity")
-        else:
+        if self.predicts:
             # The velocity at the end, predicted with the old acceleration, for what depends on it; then with the mean of
             # both.
             s.combine(y, plain=[(1.0, y)], timed=[(0.5, old)], part="velocity")
+        if not self.lagged:
             s.constrain(y, 1.0)
-            s.rate(y, k, "velocity")
-            s.combine(y, plain=[(1.0, y)], timed=[(0.5, k), (-0.5, old)], part="velocity")
-        s.combine(old, plain=[(1.0, k)], part="velocity")
+        s.rate(y, k, "velocity")
+        change = [(0.5, k), (-0.5, old)] if self.predicts else [(0.5, k)]
+        s.combine(y, plain=[(1.0, y)], timed=change, part="velocity")
+        if self.predicts:
+            s.combine(old, plain=[(1.0, k)], part="velocity")
         s.accept(y)
 
 

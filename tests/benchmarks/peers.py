@@ -9,7 +9,8 @@ default form (stress points); on one core, and the first, the bare and the defau
 more, beside our kernels of the two, in both precisions.
 
 Sides alternate, rounds over; medians of ratios. A particle-step is one particle through one step: leapfrog evaluates its
-forces once in it, PySPH's integrator twice. --write leaves docs/peers.json, where sizes that were not asked for stay, and makes the README's table and docs/peers.png of it.
+forces once in it, PySPH's integrator twice. --write leaves docs/peers.json, where sizes that were not asked for stay, and
+makes the README's table and docs/peers.png of it.
 """
 
 import argparse
