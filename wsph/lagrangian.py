@@ -242,8 +242,7 @@ class LagrangianSystem(OneSetSystem):
         if part != "velocity":
             self.clock.launch(self.kernels.drift, self.count, [state.struct], [out.struct])
             if not self.form.total:
-                inputs = [self.clock.time, self.space.scalar(ahead), self.constitutive.params, self.pair, self._phase]
-                inputs += self._rows
+                inputs = [self.clock.time, self.space.scalar(ahead), self.constitutive.params, self.pair, *self._rows]
                 inputs += [self._x, self._centre, self._moment, state.struct, self._others(state)]
                 self.clock.launch(self.kernels.flow, len(self.point_volume), inputs, [out.struct])
 

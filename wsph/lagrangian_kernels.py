@@ -11,7 +11,7 @@ from wsph.constitutive import Laws
 from wsph.contiguous import element
 from wsph.operators import generalized_inverse, misfit
 from wsph.pair_forces import PairParts, opposing_stress, pair_struct, viscous_push
-from wsph.phase_field import damaged, phase_struct
+from wsph.phase_field import damage_around, damaged, phase_struct
 from wsph.smoothing import SMOOTHING
 from wsph.space import Space, determinant_and_inverse, in_plane
 from wsph.state import Layout, fields_struct
@@ -122,15 +122,14 @@ def _seen(space: Space, layout: Layout, form: Form, smoothing: str) -> wp.Functi
 
 
 @cache
-def _gathered(space: Space, layout: Layout, form: Form, smoothing: str, averaged: bool, damage: bool) -> wp.Function:
-    """Warp function (pair, phase, offsets, indices, weight, node, centre, others, field, i) -> the sum of w (f_j - f_i) (x)
-    r over the pairs of i, where `averaged` the weighted mean of f, and with `damage` the sum of w d_j."""
+def _gathered(space: Space, layout: Layout, form: Form, smoothing: str, averaged: bool) -> wp.Function:
+    """Warp function (pair, offsets, indices, weight, node, centre, others, field, i) -> the sum of w (f_j - f_i) (x) r over
+    the pairs of i, and where `averaged` the weighted mean of f."""
     real, vec, mat, Fields, Pair = space.scalar, space.vec, space.mat, fields_struct(space, layout), pair_struct(space)
-    points, seen, Phase = form.points, _seen(space, layout, form, smoothing), phase_struct(space)
-    at = element(wp.int32, real, vec)
+    points, seen, at = form.points, _seen(space, layout, form, smoothing), element(wp.int32, real, vec)
 
     @wp.func
-    def gathered(pair: Pair, phase: Phase, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
+    def gathered(pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
                  node: wp.array(dtype=vec), centre: wp.array(dtype=vec), others: Fields, field: wp.array(dtype=vec), i: int):  # fmt: skip
         near = i
         if wp.static(points):
@@ -138,7 +137,6 @@ def _gathered(space: Space, layout: Layout, form: Form, smoothing: str, averaged
         f0 = field[near]
         gradient = mat()
         mean = vec()
-        near_damage = real(0.0)
         c = centre[i]
         k = offsets[i]
         end = offsets[i + 1]
@@ -153,10 +151,8 @@ def _gathered(space: Space, layout: Layout, form: Form, smoothing: str, averaged
             gradient = gradient + wp.outer(df, r)
             if wp.static(averaged):
                 mean = mean + df
-            if wp.static(damage):
-                near_damage = near_damage + w * at(phase.seen, j)
             k += 1
-        return gradient, f0 + mean, near_damage
+        return gradient, f0 + mean
 
     return gathered
 
@@ -319,17 +315,15 @@ def _flow_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothing
     real, vec, mat, dim, Fields = space.scalar, space.vec, space.mat, space.dim, fields_struct(space, layout)
     Params, Pair, respond, internal = laws.Params, pair_struct(space), laws.respond, laws.internal
     kept, midpoint, inverse = "internals" in dict(layout), laws.depends_on_stress, determinant_and_inverse(space)[1]
-    of_velocity, Phase = _gathered(space, layout, form, smoothing, False, False), phase_struct(space)
+    of_velocity = _gathered(space, layout, form, smoothing, False)
     determinant = determinant_and_inverse(space)[0]
 
     @wp.kernel(module="unique", enable_backward=False, module_options=_loops(form))
-    def flow(first: int, clock: wp.array(dtype=wp.float64), ahead: real, p: Params, pair: Pair, phase: Phase, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
+    def flow(first: int, clock: wp.array(dtype=wp.float64), ahead: real, p: Params, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
              weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat),
              fields: Fields, others: Fields, rate_out: Fields):  # fmt: skip
         i = first + wp.tid()
-        gradient, _mean, _S = of_velocity(
-            pair, phase, offsets, indices, weight, node, centre, others, others.velocity, i
-        )
+        gradient, _mean = of_velocity(pair, offsets, indices, weight, node, centre, others, others.velocity, i)
         change = gradient * moment[i]
         dt = ahead * real(clock[1])
         F = wp.identity(n=dim, dtype=real)
@@ -365,7 +359,7 @@ def _strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothi
     Params, Fields, Pair = laws.Params, fields_struct(space, layout), pair_struct(space)
     total, artificial, averaged = laws.total or laws.respond, form.parts.artificial, form.points and form.residual
     breaks, Phase, apart = form.damage in ("AT1", "AT2"), phase_struct(space), not form.total
-    of_displacement = _gathered(space, layout, form, smoothing, averaged, breaks)
+    of_displacement, around = _gathered(space, layout, form, smoothing, averaged), damage_around(space)
     damaging = damaged(space, laws, form.damage)[0] if breaks else laws.respond
     determinant, inverse = determinant_and_inverse(space)
     (unpack, _), opposing, plane = packing(space, laws.state), opposing_stress(space), in_plane(space)
@@ -376,9 +370,7 @@ def _strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothi
                share: wp.array(dtype=real), stiffness: real, pair: Pair, phase: Phase, fields: Fields, others: Fields, mean_out: wp.array(dtype=vec), corrected_out: wp.array(dtype=mat),
                opposing_out: wp.array(dtype=mat)):  # fmt: skip
         i = first + wp.tid()
-        gradient, mean, S = of_displacement(
-            pair, phase, offsets, indices, weight, node, centre, others, others.displacement, i
-        )
+        gradient, mean = of_displacement(pair, offsets, indices, weight, node, centre, others, others.displacement, i)
         H = gradient * moment[i]
         fields.deformation[i] = H
         if wp.static(averaged):
@@ -388,6 +380,7 @@ def _strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothi
         if wp.static(form.residual):
             hold = share[i]
         if wp.static(breaks):
+            S = around(phase, offsets, indices, weight, i)
             d, opening, g, s, P = damaging(p, phase, H, fields.stress[i], phase.damage[i], S, phase.weights[i])
             fields.damage[i][0] = d
             phase.opening[i] = opening

@@ -39,7 +39,7 @@ from wsph.neighbours import Pairs
 from wsph.operators import misfit
 from wsph.plugins import turns
 from wsph.scene import Body, PhaseField
-from wsph.space import Space, determinant_and_inverse, in_plane, principal
+from wsph.space import Space, determinant_and_inverse, in_plane, spectral
 from wsph.state import State
 from wsph.stress_state import elastic_strain, packing
 from wsph.units import Scales
@@ -48,8 +48,10 @@ KEPT = 1e-6
 """The part of the opening stiffness that a broken point keeps."""
 TINY = 1e-30
 """A sum of weights below which nothing is seen."""
-SMALL, ITERATIONS = 0.01, 7
-"""A strain below which the roots of I + 2 E are found by iteration, to rounding in so many."""
+SMALL = 0.01
+ROOT_SERIES = (1.0, -1 / 2, 1 / 2, -5 / 8, 7 / 8, -21 / 16, 33 / 16, -429 / 128)
+INVERSE_SERIES = (1.0, -3 / 2, 5 / 2, -35 / 8, 63 / 8, -231 / 16, 429 / 16, -6435 / 128)
+"""sqrt(1 + 2 E) - 1 and 1 - 1/sqrt(1 + 2 E) by powers of E, to rounding where E is below SMALL."""
 BROKEN = 0.95
 """A damage above which a point is counted as broken, and its deformation says nothing of the body's."""
 
@@ -57,7 +59,8 @@ BROKEN = 0.95
 @cache
 def phase_struct(space: Space) -> type:
     """Struct of a phase field as kernels take it: q per psi+ and b of the sweep, the damage that the step starts from and
-    what pairs see of it, psi+ of the last evaluation, shares times g, and sums of the weights."""
+    what pairs see of it, which points have damage in their sight, psi+ of the last evaluation, shares times g, and sums of
+    the weights."""
     real = space.scalar
     array = wp.array(dtype=real)
     annotations = {
@@ -65,6 +68,7 @@ def phase_struct(space: Space) -> type:
         "spread": real,
         "damage": array,
         "seen": array,
+        "near": wp.array(dtype=wp.int32),
         "opening": array,
         "share": array,
         "weights": array,
@@ -99,6 +103,26 @@ def swept(space: Space, model: str) -> wp.Function:
         return wp.max(old, wp.min(real(1.0), at))
 
     return sweep
+
+
+@cache
+def damage_around(space: Space) -> wp.Function:
+    """Warp function (phase, offsets, indices, weight, i) -> S = sum w d_j over the pairs of i. Most points have no damage in
+    their sight, and their pairs are not asked."""
+    real, Phase, at = space.scalar, phase_struct(space), element(wp.int32, space.scalar)
+
+    @wp.func
+    def around(phase: Phase, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real), i: int) -> real:  # fmt: skip
+        S = real(0.0)
+        if phase.near[i] != 0:
+            k = offsets[i]
+            end = offsets[i + 1]
+            while k < end:
+                S = S + at(weight, k) * at(phase.seen, at(indices, k))
+                k += 1
+        return S
+
+    return around
 
 
 @cache
@@ -143,6 +167,66 @@ def split(space: Space, Params: type) -> wp.Function:
 
 
 @cache
+def shrinkage(space: Space) -> wp.Function:
+    """Warp function H -> (I - U^-1, tr e, a bound of e : e, whether they are known), U = I + e = sqrt(F^T F), without axes.
+
+    In 2D U = (C + J I)/sqrt(tr C + 2 J), of what is not turned inside out; in 3D, for strains below SMALL, the series of the
+    roots, whose powers Cayley and Hamilton bring back to I, E and E^2. Differences from I are taken where they are small.
+    """
+    real, mat, dim = space.scalar, space.mat, space.dim
+    roots, inverses = (wp.types.vector(length=len(c), dtype=real)(*c) for c in (ROOT_SERIES, INVERSE_SERIES))
+    if dim == 2:
+
+        @wp.func
+        def in_two(H: mat):
+            G = H + wp.transpose(H) + wp.transpose(H) * H
+            change = wp.trace(H) + wp.determinant(H)  # J - 1
+            if not (change > real(-0.9)):
+                return mat(), real(0.0), real(0.0), False
+            square = wp.trace(G) + real(2.0) * change
+            s = wp.sqrt(real(4.0) + square)
+            e = (G + (change - square / (s + real(2.0))) * wp.identity(n=dim, dtype=real)) / s
+            trace = wp.trace(e)
+            m = (e + (change - trace) * wp.identity(n=dim, dtype=real)) / (real(1.0) + change)
+            return m, trace, wp.ddot(e, e), True
+
+        return in_two
+
+    @wp.func
+    def in_space(H: mat):
+        E = real(0.5) * (H + wp.transpose(H) + wp.transpose(H) * H)
+        square = wp.ddot(E, E)
+        if not (square < real(wp.static(SMALL * SMALL))):
+            return mat(), real(0.0), real(0.0), False
+        first = wp.trace(E)
+        second = real(0.5) * (first * first - square)
+        third = wp.determinant(E)
+        a = real(0.0)
+        b = real(0.0)
+        c = real(0.0)
+        x = real(0.0)
+        y = real(0.0)
+        z = real(0.0)
+        for n in range(wp.static(len(ROOT_SERIES))):
+            k = wp.static(len(ROOT_SERIES) - 1) - n
+            # Horner: (a I + b E + c E^2) E = c I3 I + (a - c I2) E + (b + c I1) E^2
+            old = a + inverses[k]
+            grown = b + c * first
+            b = old - c * second
+            a = c * third
+            c = grown
+            old = x + roots[k]
+            grown = y + z * first
+            y = old - z * second
+            x = z * third
+            z = grown
+        m = a * wp.identity(n=3, dtype=real) + b * E + c * (E * E)
+        return m, real(3.0) * x + y * first + z * square, real(wp.static(1.0 + 3.0 * SMALL)) * square, True
+
+    return in_space
+
+
+@cache
 def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Function]:
     """What a damaged point answers, and its energy.
 
@@ -151,10 +235,18 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
     """
     real, vec, mat, tensor, dim = space.scalar, space.vec, space.mat, space.tensor, space.dim
     Params, stress, Phase = laws.Params, laws.stress, phase_struct(space)
-    parted, axes_of, sweep, degraded = split(space, Params), principal(space), swept(space, model), degradation(space)
+    parted, (axes_of, sum_of), shrunk = split(space, Params), spectral(space), shrinkage(space)
+    sweep, degraded = swept(space, model), degradation(space)
     determinant, inverse = determinant_and_inverse(space)
     (unpack, pack), plane, strain_of = packing(space, laws.state), in_plane(space), elastic_strain(space, Params)
-    quick, free, beyond = dim == 3 and model == "AT1", bool(laws.state.free), 3 - dim
+    quick, free, beyond = dim > 1 and model == "AT1", bool(laws.state.free), 3 - dim
+
+    @wp.func
+    def thick(out: real) -> real:
+        # How much thicker a free plane has become.
+        if wp.static(free):
+            return wp.pow(wp.max(real(1.0) + out, real(1e-3)), real(beyond))
+        return real(1.0)
 
     @wp.func
     def outward(p: Params, e: vec, g: real) -> real:
@@ -192,30 +284,33 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
         return axes, e
 
     @wp.func
+    def intact(p: Params, phase: Phase, H: mat, damage: real):
+        # What is whole, far from damage and too little strained to break needs no axes: the energy of all of e bounds psi+.
+        m, trace, squares, known = shrunk(H)
+        if damage > real(0.0) or not known:
+            return False, real(0.0), stress(), mat()
+        one = wp.identity(n=dim, dtype=real)
+        lame = p.elastic_bulk - real(2.0) / real(3.0) * p.elastic_shear
+        out = real(0.0)
+        if wp.static(free):
+            out = -lame * trace / (real(beyond) * lame + real(2.0) * p.elastic_shear)
+            trace += real(beyond) * out
+            squares += real(beyond) * out * out
+        bound = real(0.5) * wp.max(lame, real(0.0)) * trace * trace + p.elastic_shear * squares
+        # (lambda tr e + 2 mu e) U^-1
+        P = (one + H) * (lame * trace * one + (real(2.0) * p.elastic_shear - lame * trace) * m)
+        J = thick(out) * determinant(one + H)
+        across = lame * trace + real(2.0) * p.elastic_shear * out
+        cauchy = pack(spread_out(P * wp.transpose(one + H) / J, across / J))
+        return phase.per_energy * bound < real(1.0), bound, cauchy, P
+
+    @wp.func
     def linear(p: Params, phase: Phase, H: mat, undamaged: stress, old: real, S: real, D: real):
-        # In 3D eigenvectors cost as much as all pairs. What is whole, far from damage and too little strained to break
-        # needs none: e + e^2/2 = E is solved by iteration, and the energy of all of e bounds psi+.
-        if wp.static(quick) and old + S == real(0.0):
-            E = real(0.5) * (H + wp.transpose(H) + wp.transpose(H) * H)
-            if wp.ddot(E, E) < real(wp.static(SMALL * SMALL)):
-                small = E
-                for _ in range(wp.static(ITERATIONS)):
-                    small = E - real(0.5) * (small * small)
-                lame = p.elastic_bulk - real(2.0) / real(3.0) * p.elastic_shear
-                trace = wp.trace(small)
-                bound = real(0.5) * wp.max(lame, real(0.0)) * trace * trace + p.elastic_shear * wp.ddot(small, small)
-                if phase.per_energy * bound < real(1.0):
-                    one = wp.identity(n=dim, dtype=real)
-                    elastic = lame * trace * one + real(2.0) * p.elastic_shear * small
-                    whole = (one + H) * (elastic * inverse(one + small))
-                    kirchhoff = whole * wp.transpose(one + H)
-                    return (
-                        real(0.0),
-                        bound,
-                        real(1.0),
-                        pack(spread_out(kirchhoff / determinant(one + H), real(0.0))),
-                        whole,
-                    )
+        if wp.static(quick):
+            whole, bound, elastic, first = intact(p, phase, H, old + S)
+            if whole:
+                return real(0.0), bound, real(1.0), elastic, first
+        one = wp.identity(n=dim, dtype=real)
         axes, e = biot(H)
         out = real(0.0)
         if wp.static(free):
@@ -223,23 +318,16 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
         opening, _closing, tension, pressure, out_plus, out_minus = parted(p, e, out)
         d = sweep(phase, old, opening, S, D)
         g = degraded(d)
-        thickness = real(1.0)
         if wp.static(free):
             out = outward(p, e, g)
             opening, _closing, tension, pressure, out_plus, out_minus = parted(p, e, out)
-            thickness = wp.pow(wp.max(real(1.0) + out, real(1e-3)), real(beyond))
-        scaled = mat()
+        each = vec()
         for a in range(wp.static(dim)):
             # What is turned inside out has u_a = 0 on its way: it is broken then, and kept finite.
-            u = wp.max(real(1.0) + e[a], real(1e-3))
-            n = vec()
-            for b in range(wp.static(dim)):
-                n[b] = axes[b, a]
-            scaled = scaled + ((g * tension[a] + pressure[a]) / u) * wp.outer(n, n)
-        F = wp.identity(n=dim, dtype=real) + H
-        P = F * scaled
-        J = thickness * wp.max(determinant(F), real(1e-3))
-        cauchy = spread_out(P * wp.transpose(F) / J, (g * out_plus + out_minus) / J)
+            each[a] = (g * tension[a] + pressure[a]) / wp.max(real(1.0) + e[a], real(1e-3))
+        P = (one + H) * sum_of(axes, each)
+        J = thick(out) * wp.max(determinant(one + H), real(1e-3))
+        cauchy = spread_out(P * wp.transpose(one + H) / J, (g * out_plus + out_minus) / J)
         return d, opening, g, pack(cauchy), P
 
     @wp.func
@@ -262,6 +350,19 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
 
     @wp.func
     def evolved(p: Params, phase: Phase, H: mat, undamaged: stress, old: real, S: real, D: real):
+        F = wp.identity(n=dim, dtype=real) + H
+        back = mat()
+        if determinant(F) > real(0.0):
+            back = determinant(F) * wp.transpose(inverse(F))
+        if wp.static(model == "AT1") and old + S == real(0.0):
+            # The stress that evolves is the one that acts.
+            strain = strain_of(p, unpack(undamaged))
+            lame = p.elastic_bulk - real(2.0) / real(3.0) * p.elastic_shear
+            bound = real(0.5) * wp.max(lame, real(0.0)) * wp.trace(strain) * wp.trace(
+                strain
+            ) + p.elastic_shear * wp.ddot(strain, strain)
+            if phase.per_energy * bound < real(1.0):
+                return real(0.0), bound, real(1.0), undamaged, plane(unpack(undamaged)) * back
         axes, e, out = strained(p, undamaged, old)
         opening, _closing, tension, pressure, out_plus, out_minus = parted(p, e, out)
         d = sweep(phase, old, opening, S, D)
@@ -269,17 +370,8 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
         if wp.static(free):
             out = outward(p, e, g)
             opening, _closing, tension, pressure, out_plus, out_minus = parted(p, e, out)
-        acting = mat()
-        for a in range(wp.static(dim)):
-            n = vec()
-            for b in range(wp.static(dim)):
-                n[b] = axes[b, a]
-            acting = acting + (g * tension[a] + pressure[a]) * wp.outer(n, n)
-        F = wp.identity(n=dim, dtype=real) + H
-        P = mat()
-        if determinant(F) > real(0.0):
-            P = determinant(F) * acting * wp.transpose(inverse(F))
-        return d, opening, g, pack(spread_out(acting, g * out_plus + out_minus)), P
+        acting = sum_of(axes, g * tension + pressure)
+        return d, opening, g, pack(spread_out(acting, g * out_plus + out_minus)), acting * back
 
     @wp.func
     def evolved_energy(p: Params, H: mat, undamaged: stress, d: real) -> real:
@@ -298,7 +390,8 @@ def _advance_kernel(space: Space) -> wp.Kernel:
     def advance(first: int, volume: wp.array(dtype=real), damage: wp.array(dtype=space.vector(1)), opening: wp.array(dtype=real),
                 stiffness: real, share: wp.array(dtype=real), offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
                 weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), mean: wp.array(dtype=vec),
-                u: wp.array(dtype=vec), H: wp.array(dtype=mat), old_out: wp.array(dtype=real), opened_out: wp.array(dtype=real), released_out: wp.array(dtype=real)):  # fmt: skip
+                u: wp.array(dtype=vec), H: wp.array(dtype=mat), old_out: wp.array(dtype=real), opened_out: wp.array(dtype=real),
+                released_out: wp.array(dtype=real), reached_out: wp.array(dtype=wp.int32)):  # fmt: skip
         i = first + wp.tid()
         d = damage[i][0]
         psi = opening[i]
@@ -311,6 +404,9 @@ def _advance_kernel(space: Space) -> wp.Kernel:
             released_out[i] = released_out[i] + set_free * (degraded(old) - degraded(d))
             old_out[i] = d
         opened_out[i] = psi
+        if d > real(0.0):
+            for k in range(offsets[i], offsets[i + 1]):
+                reached_out[indices[k]] = 1
 
     return advance
 
@@ -320,16 +416,20 @@ def _average_kernel(space: Space) -> wp.Kernel:
     real, at = space.scalar, element(wp.int32, space.scalar)
 
     @wp.kernel(module="unique", enable_backward=False)
-    def seen_at_nodes(first: int, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
-                      damage: wp.array(dtype=real), seen_out: wp.array(dtype=real)):  # fmt: skip
+    def seen_at_nodes(first: int, reached: wp.array(dtype=wp.int32), offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
+                      weight: wp.array(dtype=real), damage: wp.array(dtype=real), seen_out: wp.array(dtype=real),
+                      near_out: wp.array(dtype=wp.int32)):  # fmt: skip
         j = first + wp.tid()
+        if reached[j] == 0:
+            return
         total = real(0.0)
         mean = real(0.0)
         for k in range(offsets[j], offsets[j + 1]):
+            q = at(indices, k)
             total += at(weight, k)
-            mean += at(weight, k) * at(damage, at(indices, k))
-        # A node that no point sees is seen by none.
-        seen_out[j] = mean / wp.max(total, real(wp.static(TINY)))
+            mean += at(weight, k) * at(damage, q)
+            near_out[q] = 1
+        seen_out[j] = mean / total
 
     return seen_at_nodes
 
@@ -394,9 +494,11 @@ class PhaseDamage:
         self.struct.spread = real((4.0 if first else 2.0) * self.length**2 * self.laplacian)
         for name in ("damage", "opening"):
             setattr(self.struct, name, wp.zeros(n, dtype=real, device=device))
-        self.struct.seen = self.struct.damage
+        self.struct.near = wp.zeros(n, dtype=wp.int32, device=device)
+        self.struct.seen, self._reached = self.struct.damage, self.struct.near
         if sight.back is not None:
             self.struct.seen = wp.zeros(sight.back.targets, dtype=real, device=device)
+            self._reached = wp.zeros(sight.back.targets, dtype=wp.int32, device=device)
         sums = np.bincount(sight.pairs.rows(), sight.weight.numpy().astype(float), n)
         self.struct.weights = wp.array(sums, dtype=real, device=device)
         self.struct.share = wp.clone(share)
@@ -417,7 +519,7 @@ class PhaseDamage:
             state.displacement,
             state.deformation,
         ]
-        outputs = [self.struct.damage, self._opened, self._released]
+        outputs = [self.struct.damage, self._opened, self._released, self._reached]
         clock.launch(_advance_kernel(self._space), len(self._volume), inputs, outputs)
         self._look(clock)
 
@@ -425,16 +527,19 @@ class PhaseDamage:
         """What pairs see of the damage (a launch where that is an average)."""
         back, weight = self._sight.back, self._sight.back_weight
         if back is not None:
-            inputs = [back.offsets, back.indices, weight, self.struct.damage]
-            clock.launch(_average_kernel(self._space), back.targets, inputs, [self.struct.seen])
+            inputs = [self._reached, back.offsets, back.indices, weight, self.struct.damage]
+            clock.launch(_average_kernel(self._space), back.targets, inputs, [self.struct.seen, self.struct.near])
 
     def clear(self) -> None:
         """Intact again."""
-        for array in (*self.kept().values(), self.struct.seen):
+        for array in (*self.kept().values(), self.struct.seen, self.struct.near, self._reached):
             array.zero_()
 
     def restored(self, clock: Any) -> None:
-        """After what is kept was put back."""
+        """After a damage was put in place: what sees it."""
+        pairs, reached = self._sight.pairs, self._reached.numpy()
+        reached[pairs.indices.numpy()[self.struct.damage.numpy()[pairs.rows()] > 0.0]] = 1
+        self._reached.assign(reached)
         self._look(clock)
 
     def kept(self) -> dict[str, wp.array]:
@@ -462,16 +567,11 @@ class PhaseDamage:
     @property
     def nbytes(self) -> int:
         """Device memory [bytes]."""
-        return sum(
-            a.capacity
-            for a in (
-                *self.kept().values(),
-                self.struct.seen,
-                self.struct.opening,
-                self.struct.share,
-                self.struct.weights,
-            )
-        )
+        of = self.struct
+        arrays = [*self.kept().values(), of.opening, of.share, of.weights, of.near]
+        if self._sight.back is not None:
+            arrays += [of.seen, self._reached]
+        return sum(a.capacity for a in arrays)
 
 
 def refuse(body: Body, part: PhaseField, material: Any, who: str, spacing: float, free: bool) -> None:

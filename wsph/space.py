@@ -156,3 +156,40 @@ def principal(space: Space) -> wp.Function:
         return axes, values
 
     return in_space
+
+
+@cache
+def spectral(space: Space) -> tuple[wp.Function, wp.Function]:
+    """Warp functions symmetric dim x dim -> (what its axes are known by, values), and (that, one number an axis) -> sum of
+    the numbers times n (x) n. In 2D the axes are known by (n1 n1 - n2 n2), which takes one root and one quotient."""
+    real, vec, mat, dim, axes_of = space.scalar, space.vec, space.mat, space.dim, principal(space)
+    if dim == 2:
+
+        @wp.func
+        def known_in_two(a: mat):
+            mean = real(0.5) * (a[0, 0] + a[1, 1])
+            half = real(0.5) * (a[0, 0] - a[1, 1])
+            radius = wp.sqrt(half * half + a[0, 1] * a[0, 1])
+            difference = mat()
+            if radius > real(0.0):
+                difference = mat(half, a[0, 1], a[0, 1], -half) / radius
+            return difference, vec(mean + radius, mean - radius)
+
+        @wp.func
+        def sum_in_two(difference: mat, c: vec) -> mat:
+            mean = real(0.5) * (c[0] + c[1])
+            return mean * wp.identity(n=2, dtype=real) + (real(0.5) * (c[0] - c[1])) * difference
+
+        return known_in_two, sum_in_two
+
+    @wp.func
+    def sum_of(axes: mat, c: vec) -> mat:
+        total = mat()
+        for k in range(wp.static(dim)):
+            n = vec()
+            for a in range(wp.static(dim)):
+                n[a] = axes[a, k]
+            total = total + c[k] * wp.outer(n, n)
+        return total
+
+    return axes_of, sum_of

@@ -135,7 +135,7 @@ class UpdatedLagrangianSystem(OneSetSystem):
         if part != "velocity":
             self.clock.launch(self.kernels.drift, self.count, [state.struct], [out.struct])
             inputs = [self.clock.time, self.space.scalar(ahead), self.constitutive.params, self.pair]
-            inputs += [self._phase, *self._rows]
+            inputs += self._rows
             inputs += [self._x, self._x, self._moment, state.struct, state.struct]
             self.clock.launch(self.kernels.flow, self.count, inputs, [out.struct])
 
