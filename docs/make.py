@@ -272,8 +272,9 @@ def accuracy() -> list[str]:
         for name, ratios in found[dim]["ratios"].items()
         for wanted, ratio in sorted(ratios.items(), reverse=True)
     ]
-    rows += ["", f"CPU seconds of the others over ours until the period is that near to the finite-element one: {'; '.join(said)}. Theirs are",
-             "extrapolated from their two finest rows, at the order they show and a cost of rows^(dim + 1). (One core; `python tests/benchmarks/accuracy.py`.)"]  # fmt: skip
+    rows += ["", f"CPU seconds over ours until the period is that near to the finite-element one: {'; '.join(said)}. Theirs are extrapolated",
+             "from the two finest rows, at the order they show and a cost of rows^(dim + 1), and not said where they are too far away. (One core;",
+             "`python tests/benchmarks/accuracy.py`.)"]  # fmt: skip
     return rows
 
 

@@ -1,7 +1,7 @@
 """The cantilever of beam.py in PySPH, run by PySPH's own Python: `pysph_beam.py ASKED.json FOUND.json`.
 
 The scheme is PySPH's `ElasticSolidsScheme` with its own coefficients; in 3D its velocity gradient, which has two components,
-is replaced by PySPH's of three. Held layers are put back after every step.
+is replaced by PySPH's of three. Layers with held = 1 do not move, while their stress goes on.
 """
 
 import json
@@ -12,6 +12,7 @@ import numpy as np
 from pysph.base.kernels import CubicSpline
 from pysph.solver.application import Application
 from pysph.sph.basic_equations import VelocityGradient2D, VelocityGradient3D
+from pysph.sph.equation import Equation
 from pysph.sph.solid_mech.basic import ElasticSolidsScheme, get_particle_array_elastic_dynamics
 
 ASKED, FOUND = sys.argv[1:3]
@@ -19,11 +20,25 @@ with open(ASKED) as file:
     BEAM = json.load(file)
 
 
+class Hold(Equation):
+    """No acceleration, and no XSPH drift, of what is held."""
+
+    def post_loop(self, d_idx, d_held, d_au, d_av, d_aw, d_ax, d_ay, d_az):
+        if d_held[d_idx] > 0.5:
+            d_au[d_idx] = 0.0
+            d_av[d_idx] = 0.0
+            d_aw[d_idx] = 0.0
+            d_ax[d_idx] = 0.0
+            d_ay[d_idx] = 0.0
+            d_az[d_idx] = 0.0
+
+
 class Scheme(ElasticSolidsScheme):
-    """The scheme in two or three dimensions."""
+    """The scheme in two or three dimensions, with layers that are held."""
 
     def get_equations(self):
         groups = super().get_equations()
+        groups[-1].equations.append(Hold(dest="beam", sources=None))
         for group in groups if self.dim == 3 else ():
             group.equations = [
                 VelocityGradient3D(dest=e.dest, sources=e.sources) if isinstance(e, VelocityGradient2D) else e
@@ -62,8 +77,7 @@ class Beam(Application):
             name="beam", m=BEAM["density"] * edge**dim, h=h, rho=BEAM["density"], constants=constants, **place
         )
         beam.v[:] = np.interp(beam.x, BEAM["along"], BEAM["velocity"])
-        self.held = np.flatnonzero(beam.x < 0.0)
-        self.start = [a[self.held].copy() for a in (beam.x, beam.y, beam.z)]
+        beam.add_property("held", data=(beam.x < 0.0).astype(float))
         middle = edge if rows % 2 == 0 else 0.5 * edge
         self.end = np.flatnonzero((beam.x > BEAM["along"][-1] - 0.5 * edge) & (np.abs(beam.y) < middle))
         return [beam]
@@ -74,10 +88,6 @@ class Beam(Application):
 
     def post_step(self, solver):
         beam = self.particles[0]
-        for a, start in zip((beam.x, beam.y, beam.z), self.start, strict=True):
-            a[self.held] = start
-        for a in (beam.u, beam.v, beam.w):
-            a[self.held] = 0.0
         self.times.append(solver.t)
         self.path.append(float(beam.y[self.end].mean()))
         self.seconds = time.process_time() - self.started

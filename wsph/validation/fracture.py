@@ -45,8 +45,18 @@ def _kalthoff_phase_field(full: bool) -> Iterator[Row]:
             (f"half the spacing, lattice at {t} degrees", {**fine, "bodies.0.lattice_rotate": float(t)})
             for t in (0, 15, 30, 45)
         ]
-    for words, changes in forms:
-        result = _run(plate, **changes)
+    plates = [(words, plate.with_(**changes)) for words, changes in forms]
+    plates.append(("stress points, lattice at 0 degrees", _at_points(plate)))
+    if full:
+        # Cracks between points run along the lattice: on a turned one the notch is a slot.
+        slots = [
+            (turned, _at_points(plate, slot=True, **{"bodies.0.lattice_rotate": float(turned)}))
+            for turned in (15, 30, 45)
+        ]
+        plates += [(f"stress points, a slot, lattice at {turned} degrees", slotted) for turned, slotted in slots]
+        plates.append(("stress points, 10 % jitter", _at_points(plate, **{"bodies.0.jitter": 0.1})))
+    for words, each in plates:
+        result = _run(each)
         yield between(f"{words}: angle of the crack", "about 70", crack_angle(result), 62.0, 68.0, "degrees")
         # The coarse plates break 3 us later: their strength is that of a longer l.
         yield between(f"{words}: first break", "-", 1e6 * first_break(result), 23.0, 28.0, "us")
@@ -56,6 +66,21 @@ def _kalthoff_phase_field(full: bool) -> Iterator[Row]:
         yield between(
             "3D slice of 4 particles: angle of the crack", "about 70", crack_angle(result), 62.0, 68.0, "degrees"
         )
+
+
+def _at_points(plate: Scene, slot: bool = False, **changes: Any) -> Scene:
+    """The plate on stress points, whose first particles are on its faces; its notch a crack, or a slot of two spacings."""
+    data = plate.data()
+    data["run"]["formulation"] = "stress-points"
+    body, edges = data["bodies"][0], data["boundary"]
+    del body["viscosity"]
+    if slot:
+        del body["cracks"]
+        notch = {"type": "box", "min": [-0.01, 0.024], "max": [0.05, 0.026]}
+        body["shape"] = {"type": "difference", "shapes": [body["shape"], notch]}
+    else:
+        edges[0]["where"], edges[1]["where"] = "x < 0.0005 and y < 0.025", "y < 0.0005"
+    return Scene(**data).with_(**changes)
 
 
 def _slice(plate: Scene) -> Scene:
