@@ -7,7 +7,8 @@ import numpy as np
 import warp as wp
 
 from wsph.constitutive import Constitutive, Laws
-from wsph.phase_field import BROKEN, damaged
+from wsph.phase_field import BROKEN
+from wsph.phase_laws import damaged
 from wsph.space import Space, determinant_and_inverse
 from wsph.state import Layout, State, fields_struct
 

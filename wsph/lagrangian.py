@@ -80,6 +80,7 @@ class LagrangianSystem(OneSetSystem):
         seen = len(self._x)  # particles, and ghosts
         self._corrected = wp.zeros(m if self._ghosts is None else seen, dtype=space.mat, device=device)
         self._opposing = wp.zeros(m if self.parts.artificial else 1, dtype=space.mat, device=device)
+        self._dragging = wp.zeros(m if self.points and self.viscous else 1, dtype=space.mat, device=device)
         self._volume = wp.array(self.volume, dtype=space.scalar, device=device)
         self._point_volume = self._volume
         if self.points:
@@ -283,12 +284,13 @@ class LagrangianSystem(OneSetSystem):
             self._point_volume,
             self._share,
             self._stiffness,
+            self.space.scalar(self.density),
             self.pair,
             self._phase,
             state.struct,
             self._others(state),
         ]
-        outputs = [self._mean, self._corrected, self._opposing]
+        outputs = [self._mean, self._corrected, self._opposing, self._dragging]
         self.clock.launch(self.kernels.strain, len(self.point_volume), inputs, outputs)
         if self._ghosts is not None:
             inputs = [self.count, *self._images, self._sign, self._step, self._load_vectors]
@@ -310,11 +312,12 @@ class LagrangianSystem(OneSetSystem):
                 self._stiffness,
                 self._mean,
                 self._corrected,
+                self._dragging,
                 self._load_vectors,
                 self._volume,
                 state.struct,
             ]
-            self.clock.launch(self.kernels.force, self.count, inputs, [out.struct])
+            self.clock.launch(self.kernels.force, self.count, inputs, [self.drag, out.struct])
             return
         others = state.struct if self._ghosts is None else self._everyone.struct
         inputs = [self.force.struct, self.pair, *self._rows, self._x, self._moment, self._acting_share, self._volume]
@@ -362,7 +365,7 @@ class LagrangianSystem(OneSetSystem):
     def nbytes(self) -> int:
         """Device memory of the body [bytes]: pairs, weights and all states, the integrator's too."""
         own = [self._weight, self._moment, self._share, self._x, self._corrected, self._mean, self._volume]
-        own += [self.drag, self._hold, self._opposing]
+        own += [self.drag, self._hold, self._opposing, self._dragging]
         if self.points:
             own += [self._centre, self._back.offsets, self._back.indices, self._back_weight, self._point_volume]
         damage = self.damage.nbytes if self.damage is not None else 0
@@ -380,7 +383,7 @@ class StressPointSystem(LagrangianSystem):
     """Nodes on the lattice and its faces, stresses at the cell centres."""
 
     formulation = "stress-points"
-    parts_taken = ("residual", "phase_field")
+    parts_taken = ("viscosity", "residual", "phase_field")
     points = True
     splits = True
     default_support = 1.8

@@ -10,8 +10,9 @@ from wsph.body_force import Parts, acceleration, inertia_struct
 from wsph.constitutive import Laws
 from wsph.contiguous import element
 from wsph.operators import generalized_inverse, misfit
-from wsph.pair_forces import PairParts, opposing_stress, pair_struct, viscous_push
-from wsph.phase_field import damage_around, damaged, phase_struct
+from wsph.pair_forces import PairParts, opposing_stress, pair_struct, viscous_push, viscous_stress
+from wsph.phase_field import damage_around
+from wsph.phase_laws import damaged, phase_struct
 from wsph.smoothing import SMOOTHING
 from wsph.space import Space, determinant_and_inverse, in_plane
 from wsph.state import Layout, fields_struct
@@ -190,15 +191,16 @@ def _force_from_points_kernel(space: Space, layout: Layout, parts: Parts, form: 
     """Accelerations of nodes from the points that see them."""
     real, vec, mat, dim, Fields = space.scalar, space.vec, space.mat, space.dim, fields_struct(space, layout)
     accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
-    at = element(wp.int32, real, vec, mat)
+    at, viscous = element(wp.int32, real, vec, mat), bool(form.parts.viscosity)
 
     @wp.kernel(module="unique", enable_backward=False, module_options=PAIR_LOOPS)
     def force_from_points(first: int, body: Inertia, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
               weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), share: wp.array(dtype=real), stiffness: real,
-              mean: wp.array(dtype=vec), corrected: wp.array(dtype=mat), loads: wp.array(dtype=vec),
-              own: wp.array(dtype=real), fields: Fields, rate_out: Fields):  # fmt: skip
+              mean: wp.array(dtype=vec), corrected: wp.array(dtype=mat), dragging: wp.array(dtype=mat), loads: wp.array(dtype=vec),
+              own: wp.array(dtype=real), fields: Fields, viscous_out: wp.array(dtype=vec), rate_out: Fields):  # fmt: skip
         i = first + wp.tid()
         f = vec()
+        drag = vec()
         u = fields.displacement[i]
         x = node[i]
         k = offsets[i]
@@ -209,10 +211,15 @@ def _force_from_points_kernel(space: Space, layout: Layout, parts: Parts, form: 
             if wp.static(form.residual):
                 push = push + (stiffness * at(share, p)) * (u - at(mean, p))
             f = f - at(weight, k) * push
+            if wp.static(viscous):
+                drag = drag - at(weight, k) * (at(dragging, p) * (x - at(centre, p)))
             k += 1
         if wp.static(form.loaded):
             for a in range(wp.static(dim)):
                 f += loads[i * dim + a]
+        if wp.static(viscous):
+            viscous_out[i] = drag / (own[i] * body.density)
+            f += drag
         rate_out.velocity[i] = accelerated(body, f / own[i], fields.velocity[i])
 
     return force_from_points
@@ -363,12 +370,16 @@ def _strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothi
     damaging = damaged(space, laws, form.damage)[0] if breaks else laws.respond
     determinant, inverse = determinant_and_inverse(space)
     (unpack, _), opposing, plane = packing(space, laws.state), opposing_stress(space), in_plane(space)
+    # Between particles of one set viscosity is a force of pairs, at points of their own it is a stress.
+    viscous, drags = form.points and bool(form.parts.viscosity), viscous_stress(space, form.parts.viscosity)
+    of_velocity = _gathered(space, layout, form, smoothing, False)
 
     @wp.kernel(module="unique", enable_backward=False, module_options=PAIR_LOOPS)
     def strain(first: int, p: Params, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
                node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat), volume: wp.array(dtype=real),
-               share: wp.array(dtype=real), stiffness: real, pair: Pair, phase: Phase, fields: Fields, others: Fields, mean_out: wp.array(dtype=vec), corrected_out: wp.array(dtype=mat),
-               opposing_out: wp.array(dtype=mat)):  # fmt: skip
+               share: wp.array(dtype=real), stiffness: real, density: real, pair: Pair, phase: Phase, fields: Fields, others: Fields,
+               mean_out: wp.array(dtype=vec), corrected_out: wp.array(dtype=mat), opposing_out: wp.array(dtype=mat),
+               dragging_out: wp.array(dtype=mat)):  # fmt: skip
         i = first + wp.tid()
         gradient, mean = of_displacement(pair, offsets, indices, weight, node, centre, others, others.displacement, i)
         H = gradient * moment[i]
@@ -401,6 +412,14 @@ def _strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothi
                 P = cauchy * back
             if wp.static(artificial):
                 opposing_out[i] = volume[i] * (opposing(pair.epsilon, cauchy) * back) * moment[i]
+        if wp.static(viscous):
+            rate, _v = of_velocity(pair, offsets, indices, weight, node, centre, others, others.velocity, i)
+            drag = mat()
+            # Across a crack, or turned inside out, F says nothing.
+            if determinant(wp.identity(n=dim, dtype=real) + H) > real(0.1):
+                to_start = inverse(wp.identity(n=dim, dtype=real) + H)
+                drag = drags(pair, density, rate * moment[i] * to_start) * wp.transpose(to_start)
+            dragging_out[i] = volume[i] * drag * moment[i]
         A = volume[i] * P
         if wp.static(not form.paper):
             A = A * moment[i]

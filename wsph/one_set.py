@@ -21,7 +21,8 @@ from wsph.neighbours import Pairs
 from wsph.operators import spanning_weights
 from wsph.pair_forces import pair_struct, parts_of
 from wsph.particles import Lattice
-from wsph.phase_field import PhaseDamage, phase_struct
+from wsph.phase_field import PhaseDamage
+from wsph.phase_laws import phase_struct
 from wsph.prescribed import BoundaryValues
 from wsph.program import Clock
 from wsph.scene import Body, Scene, damage_model

@@ -3,7 +3,9 @@ there only where a scene names it, and its work is on the ledger.
 
 - viscosity (He & Seaid 2016, eq 17): h v.x/(x^2 + .01 h^2), linear and quadratic, on approaching pairs or, linear, on all.
   It acts along the current line of two particles, with the weights of the hourglass control in place of a gradient: angular
-  momentum is kept to rounding;
+  momentum is kept to rounding. Stress points, which have no pairs among nodes, have it as a stress, the mean over all
+  directions of what pairs do: rho alpha c h (tr D I + 2 D)/(2 (dim + 2)) on all motion, or against compression
+  rho/2 (alpha c h tr D - beta (h tr D)^2) I, the bulk viscosity of von Neumann and Richtmyer;
 - hourglass control (Ganzenmueller 2015): a spring along the current line of two particles against what their deformation
   gradients say of their distance. The weights |W'|/r, which sum with r^2 to one, stand for his V_j W_ij/X^2, which do too;
 - artificial stress (He & Seaid 2016, eqs 19-23; principal stresses by eigenvectors in any dimension): tension is opposed
@@ -64,6 +66,24 @@ def viscous_push(space: Space, kind: str) -> wp.Function:
         return density * pressure
 
     return push
+
+
+@cache
+def viscous_stress(space: Space, kind: str) -> wp.Function:
+    """Warp function (pair, density, velocity gradient) -> the viscous stress of a point."""
+    real, mat, dim, Pair, approach = space.scalar, space.mat, space.dim, pair_struct(space), kind == "approach"
+
+    @wp.func
+    def viscous(pair: Pair, density: real, L: mat) -> mat:
+        one = wp.identity(n=dim, dtype=real)
+        trace = wp.trace(L)
+        if wp.static(approach):
+            phi = pair.h * wp.min(trace, real(0.0))
+            return real(0.5) * density * (pair.alpha * pair.speed * phi - pair.beta * phi * phi) * one
+        scale = real(wp.static(0.5 / (dim + 2.0))) * density * pair.alpha * pair.speed * pair.h
+        return scale * (trace * one + L + wp.transpose(L))
+
+    return viscous
 
 
 @cache

@@ -83,9 +83,10 @@ def largest_damping(system: Any) -> float:
     moved, change = system.temporary(), system.temporary()
     start = system.state.buffer.numpy().copy()
     split, growth = len(free), 0.0
-    # Alternating from particle to particle: the mode that pairs damp most; the switch passes half of its pairs.
-    index = np.rint(system.grid_index).sum(1)
-    x = np.repeat((-1.0) ** index, system.space.dim) * free
+    # Alternating from particle to particle: the mode that pairs damp most; the switch passes half of its pairs. Points see
+    # it where it alternates along one axis, along which it moves.
+    index = np.rint(system.grid_index)
+    x = np.repeat((-1.0) ** (index[:, 0] if system.points else index.sum(1)), system.space.dim) * free
     for _ in range(10):
         x /= np.linalg.norm(x)
         state = start.astype(np.float64)

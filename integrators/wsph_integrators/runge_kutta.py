@@ -119,7 +119,9 @@ def limit_of(system, polynomial: np.ndarray) -> tuple[float, str]:
 
 
 DAMPED = {"approach": (0.2, 1.6), "pair": (0.12, 1.2)}
-"""How much less and more than in proportion to its stiffness a mode may be damped, by the kind of viscosity."""
+"""How much less and more than in proportion to its stiffness a mode may be damped, by the kind of viscosity of pairs."""
+AT_POINTS = (0.0, 1.6)
+"""The same where viscosity is a stress at points: what their gradients do not see is not damped, which RKC amplifies."""
 
 
 def damped_limit(system, polynomial: np.ndarray) -> tuple[float, str]:
@@ -134,7 +136,8 @@ def damped_limit(system, polynomial: np.ndarray) -> tuple[float, str]:
     if nu <= 0.0:
         return 0.0, "it amplifies undamped waves, and the viscosity damps none"
     share = np.concatenate([np.geomspace(1e-6, 1e-2, 60), np.linspace(0.01, 1.0, 200)])
-    d = nu * np.outer(np.linspace(*DAMPED[system.parts.viscosity], 12), share).ravel()
+    bounds = AT_POINTS if system.points else DAMPED[system.parts.viscosity]
+    d = nu * np.outer(np.linspace(*bounds, 12), share).ravel()
     k = np.tile(omega**2 * share, 12)
     root = np.sqrt((0.5 * d) ** 2 - k + 0j)
     modes = np.concatenate([-0.5 * d + root, -0.5 * d - root])

@@ -73,7 +73,6 @@ def _at_points(plate: Scene, slot: bool = False, **changes: Any) -> Scene:
     data = plate.data()
     data["run"]["formulation"] = "stress-points"
     body, edges = data["bodies"][0], data["boundary"]
-    del body["viscosity"]
     if slot:
         del body["cracks"]
         notch = {"type": "box", "min": [-0.01, 0.024], "max": [0.05, 0.026]}
