@@ -273,7 +273,7 @@ def accuracy() -> list[str]:
         for wanted, ratio in sorted(ratios.items(), reverse=True)
     ]
     rows += ["", f"CPU seconds over ours until the period is that near to the finite-element one: {'; '.join(said)}. Theirs are extrapolated",
-             "from the two finest rows, at the order they show and a cost of rows^(dim + 1), and not said where they are too far away. (One core;",
+             "from the two finest rows, at the order they show and a cost of rows^(dim + 1), over a factor of eleven in the error at most. (One core;",
              "`python tests/benchmarks/accuracy.py`.)"]  # fmt: skip
     return rows
 

@@ -35,7 +35,7 @@ def main(arguments: list[str] | None = None) -> int:
             print(f"error: {line}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        print("error: interrupted before the first step; nothing was written", file=sys.stderr)
+        print("error: interrupted; nothing was written", file=sys.stderr)
         return 130
 
 

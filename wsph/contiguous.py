@@ -2,8 +2,8 @@
 
 Indexing an array takes its stride as it comes at run time and wraps indices below zero. In a loop over pairs this hides from
 the compiler that a row's indices and weights lie side by side, so that it gathers them, and adds arithmetic to every gather
-of a neighbour: the two loops of a step in 3D take .73 of the time without (tests/benchmarks/peers.py). Nothing checks the
-index or the stride here: it is for pairs that `wsph.neighbours` made, and for arrays that were allocated whole.
+of a neighbour: the two loops of a step in 3D took a third longer so. Nothing checks the index or the stride here: it is for
+pairs that `wsph.neighbours` made, and for arrays that were allocated whole.
 """
 
 from functools import cache

@@ -20,7 +20,7 @@ Two forms of it:
 
 H follows from the displacements in every evaluation: nothing drifts, and single precision keeps the digits of small strains.
 Forces between pairs beside the stress (`wsph.pair_forces`) are parts of the one-set form; hourglass control takes the
-residual's place there unless both are named.
+residual's place there unless both are named. Viscosity is a stress at stress points, added to P above.
 """
 
 from functools import cached_property
@@ -76,7 +76,8 @@ class LagrangianSystem(OneSetSystem):
         with blame(constitutive.who):
             self.kernels = kernels(space, laws, self.state.layout, self.force.parts, self.form, scene.run.kernel)
         m = len(self.point_volume)
-        self._mean = wp.zeros(m if self.form.residual and self.points else 1, dtype=space.vec, device=device)
+        averaged = self.points and (self.form.residual or bool(self.damage_model))
+        self._mean = wp.zeros(m if averaged else 1, dtype=space.vec, device=device)
         seen = len(self._x)  # particles, and ghosts
         self._corrected = wp.zeros(m if self._ghosts is None else seen, dtype=space.mat, device=device)
         self._opposing = wp.zeros(m if self.parts.artificial else 1, dtype=space.mat, device=device)

@@ -1,5 +1,5 @@
-"""What acts between two particles of one set beside the stress: viscosity, hourglass control, artificial stress. Each is
-there only where a scene names it, and its work is on the ledger.
+"""What acts between two particles of one set beside the stress: viscosity, which stress points have too, hourglass control,
+artificial stress. Each is there only where a scene names it, and its work is on the ledger.
 
 - viscosity (He & Seaid 2016, eq 17): h v.x/(x^2 + .01 h^2), linear and quadratic, on approaching pairs or, linear, on all.
   It acts along the current line of two particles, with the weights of the hourglass control in place of a gradient: angular

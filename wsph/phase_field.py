@@ -111,16 +111,17 @@ def _average_kernel(space: Space) -> wp.Kernel:
             total += at(weight, k)
             mean += at(weight, k) * at(damage, q)
             near_out[q] = 1
-        seen_out[j] = mean / total
+        if total > real(0.0):
+            seen_out[j] = mean / total
 
     return seen_at_nodes
 
 
 @dataclass(frozen=True)
 class Sight:
-    """What the points of a body see: their pairs, weights (sums `weights` (m,) and spreads sum w r^2 (m,)), the places of
-    the nodes and of the points, displacements at the points; and where they are not the nodes, the pairs back, to points
-    from nodes, with the weights in their order."""
+    """What the points of a body see: their pairs, weights and spreads sum w r^2 (m,), the places of the nodes and of the
+    points, displacements at the points; and where they are not the nodes, the pairs back, to points from nodes, with the
+    weights in their order."""
 
     pairs: Pairs
     weight: wp.array

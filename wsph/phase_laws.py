@@ -20,14 +20,14 @@ KEPT = 1e-6
 SMALL = 0.01
 ROOT_SERIES = (1.0, -1 / 2, 1 / 2, -5 / 8, 7 / 8, -21 / 16, 33 / 16, -429 / 128)
 INVERSE_SERIES = (1.0, -3 / 2, 5 / 2, -35 / 8, 63 / 8, -231 / 16, 429 / 16, -6435 / 128)
-"""sqrt(1 + 2 E) - 1 and 1 - 1/sqrt(1 + 2 E) by powers of E, to rounding where E is below SMALL."""
+"""sqrt(1 + 2 E) - 1 and 1 - 1/sqrt(1 + 2 E) by powers of E, to 1e-14 of it where E is below SMALL."""
 
 
 @cache
 def phase_struct(space: Space) -> type:
     """Struct of a phase field as kernels take it: q per psi+ and b of the sweep, the damage that the step starts from and
-    what pairs see of it, which points have damage in their sight, psi+ of the last evaluation, shares times g, and sums of
-    the weights."""
+    what pairs see of it, which points have damage in their sight, psi+ of the last evaluation (of whole points a bound of
+    it), shares times g, and sums of the weights."""
     real = space.scalar
     array = wp.array(dtype=real)
     annotations = {
@@ -252,14 +252,9 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
         return phase.per_energy * bound < real(1.0), bound, cauchy, P
 
     @wp.func
-    def linear(p: Params, phase: Phase, H: mat, undamaged: stress, old: real, S: real, D: real):
-        if wp.static(quick):
-            whole, bound, elastic, first = intact(p, phase, H, old + S)
-            if whole:
-                return real(0.0), bound, real(1.0), elastic, first
-        one = wp.identity(n=dim, dtype=real)
-        axes, e = biot(H)
-        out = real(0.0)
+    def answered(p: Params, phase: Phase, e: vec, given: real, old: real, S: real, D: real):
+        # Damage, psi+, g, the stress along each axis, that out of the plane and the strain there.
+        out = given
         if wp.static(free):
             out = outward(p, e, degraded(old))
         opening, _closing, tension, pressure, out_plus, out_minus = parted(p, e, out)
@@ -268,14 +263,23 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
         if wp.static(free):
             out = outward(p, e, g)
             opening, _closing, tension, pressure, out_plus, out_minus = parted(p, e, out)
-        each = vec()
+        return d, opening, g, g * tension + pressure, g * out_plus + out_minus, out
+
+    @wp.func
+    def linear(p: Params, phase: Phase, H: mat, undamaged: stress, old: real, S: real, D: real):
+        if wp.static(quick):
+            whole, bound, elastic, first = intact(p, phase, H, old + S)
+            if whole:
+                return real(0.0), bound, real(1.0), elastic, first
+        one = wp.identity(n=dim, dtype=real)
+        axes, e = biot(H)
+        d, opening, g, each, across, out = answered(p, phase, e, real(0.0), old, S, D)
         for a in range(wp.static(dim)):
             # What is turned inside out has u_a = 0 on its way: it is broken then, and kept finite.
-            each[a] = (g * tension[a] + pressure[a]) / wp.max(real(1.0) + e[a], real(1e-3))
+            each[a] = each[a] / wp.max(real(1.0) + e[a], real(1e-3))
         P = (one + H) * sum_of(axes, each)
         J = thick(out) * wp.max(determinant(one + H), real(1e-3))
-        cauchy = spread_out(P * wp.transpose(one + H) / J, (g * out_plus + out_minus) / J)
-        return d, opening, g, pack(cauchy), P
+        return d, opening, g, pack(spread_out(P * wp.transpose(one + H) / J, across / J)), P
 
     @wp.func
     def linear_energy(p: Params, H: mat, undamaged: stress, d: real) -> real:
@@ -311,14 +315,9 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
             if phase.per_energy * bound < real(1.0):
                 return real(0.0), bound, real(1.0), undamaged, plane(unpack(undamaged)) * back
         axes, e, out = strained(p, undamaged, old)
-        opening, _closing, tension, pressure, out_plus, out_minus = parted(p, e, out)
-        d = sweep(phase, old, opening, S, D)
-        g = degraded(d)
-        if wp.static(free):
-            out = outward(p, e, g)
-            opening, _closing, tension, pressure, out_plus, out_minus = parted(p, e, out)
-        acting = sum_of(axes, g * tension + pressure)
-        return d, opening, g, pack(spread_out(acting, g * out_plus + out_minus)), acting * back
+        d, opening, g, each, across, out = answered(p, phase, e, out, old, S, D)
+        acting = sum_of(axes, each)
+        return d, opening, g, pack(spread_out(acting, across)), acting * back
 
     @wp.func
     def evolved_energy(p: Params, H: mat, undamaged: stress, d: real) -> real:

@@ -118,6 +118,19 @@ def in_plane(space: Space) -> wp.Function:
 
 
 @cache
+def _circle(space: Space) -> wp.Function:
+    """Warp function symmetric 2 x 2 -> middle, half the difference of the normals, and radius of Mohr's circle."""
+    real, mat = space.scalar, space.mat
+
+    @wp.func
+    def circle(a: mat):
+        half = real(0.5) * (a[0, 0] - a[1, 1])
+        return real(0.5) * (a[0, 0] + a[1, 1]), half, wp.sqrt(half * half + a[0, 1] * a[0, 1])
+
+    return circle
+
+
+@cache
 def principal(space: Space) -> wp.Function:
     """Warp function symmetric dim x dim -> (axes in columns, values)."""
     real, vec, mat, dim = space.scalar, space.vec, space.mat, space.dim
@@ -129,12 +142,11 @@ def principal(space: Space) -> wp.Function:
 
         return along
     if dim == 2:
+        circle = _circle(space)
 
         @wp.func
         def in_two(a: mat):
-            mean = real(0.5) * (a[0, 0] + a[1, 1])
-            half = real(0.5) * (a[0, 0] - a[1, 1])
-            radius = wp.sqrt(half * half + a[0, 1] * a[0, 1])
+            mean, half, radius = circle(a)
             c = real(1.0)
             s = real(0.0)
             if radius > real(0.0):
@@ -164,12 +176,11 @@ def spectral(space: Space) -> tuple[wp.Function, wp.Function]:
     the numbers times n (x) n. In 2D the axes are known by (n1 n1 - n2 n2), which takes one root and one quotient."""
     real, vec, mat, dim, axes_of = space.scalar, space.vec, space.mat, space.dim, principal(space)
     if dim == 2:
+        circle = _circle(space)
 
         @wp.func
         def known_in_two(a: mat):
-            mean = real(0.5) * (a[0, 0] + a[1, 1])
-            half = real(0.5) * (a[0, 0] - a[1, 1])
-            radius = wp.sqrt(half * half + a[0, 1] * a[0, 1])
+            mean, half, radius = circle(a)
             difference = mat()
             if radius > real(0.0):
                 difference = mat(half, a[0, 1], a[0, 1], -half) / radius

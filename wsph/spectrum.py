@@ -84,9 +84,10 @@ def largest_damping(system: Any) -> float:
     start = system.state.buffer.numpy().copy()
     split, growth = len(free), 0.0
     # Alternating from particle to particle: the mode that pairs damp most; the switch passes half of its pairs. Points see
-    # it where it alternates along one axis, along which it moves.
+    # what moves along an axis and alternates along that.
     index = np.rint(system.grid_index)
-    x = np.repeat((-1.0) ** (index[:, 0] if system.points else index.sum(1)), system.space.dim) * free
+    along = index if system.points else np.repeat(index.sum(1)[:, None], system.space.dim, 1)
+    x = ((-1.0) ** along).ravel() * free
     for _ in range(10):
         x /= np.linalg.norm(x)
         state = start.astype(np.float64)

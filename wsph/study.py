@@ -17,6 +17,7 @@ norm = 1
 import itertools
 import json
 import multiprocessing
+import os
 import time
 import tomllib
 import warnings
@@ -159,8 +160,9 @@ def run_study(
     """Run a study whose files are in `folder`: one row of plain data a run. What is refused or unstable is a row that says
     so.
 
-    With more than one of `workers` (0: one a core), runs that are worth it go to processes of their own, each on one core:
-    the same rows, but for their seconds. Processes import the main module, which has to be importable.
+    With more than one of `workers` (0: as many as there are cores for) every run that leaves its threads open takes one
+    core, and those after the first go to processes of their own where that is worth it: the same rows, but for their
+    seconds. Processes import the main module, which has to be importable. An interrupt ends the study (KeyboardInterrupt).
     """
     planned = list(scenes(study, scene))
     rows: list[dict[str, Any]] = []
@@ -170,28 +172,46 @@ def run_study(
         if progress is not None:
             progress(len(rows), len(planned))
 
-    started = time.perf_counter()
-    keep(_row(study, folder, planned[0]))
     rest = planned[1:]
-    worth = (time.perf_counter() - started) * len(rest) > SPREAD_SECONDS
-    workers = min(workers or len(cores()), len(rest))
-    if workers < 2 or not worth or wp.get_device(pick_device(scene.run.device)).is_cuda:
+    each_takes = max(1, *(changed.run.threads for _, _, changed in planned))
+    workers = min(workers or len(cores()) // each_takes, len(rest))
+    if any(_on_cuda(changed) for _, _, changed in planned):
+        workers = 1
+    row = partial(_row, study, folder, threads=1 if workers > 1 else None)
+    started = time.perf_counter()
+    keep(row(planned[0]))
+    if workers < 2 or (time.perf_counter() - started) * len(rest) < SPREAD_SECONDS:
         for each in rest:
-            keep(_row(study, folder, each))
+            keep(row(each))
         return rows
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(workers, context, _quiet) as pool:
         try:
-            for row in pool.map(partial(_row, study, folder, threads=1), rest):
-                keep(row)
+            for found in pool.map(partial(_in_process, row), rest):
+                keep(found)
         except BrokenProcessPool:
             raise WsphError(
-                "a process of the study ended by itself, for lack of memory perhaps: use --workers 1"
+                "a process of the study ended, by an interrupt or for lack of memory perhaps: use --workers 1"
             ) from None
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     return rows
+
+
+def _on_cuda(scene: Scene) -> bool:
+    try:
+        return wp.get_device(pick_device(scene.run.device)).is_cuda
+    except Refused:  # which its row will say
+        return False
+
+
+def _in_process(row: Callable[[Planned], dict[str, Any]], planned: Planned) -> dict[str, Any]:
+    """A row made by a process of its own, which an interrupt ends."""
+    try:
+        return row(planned)
+    except KeyboardInterrupt:
+        os._exit(130)
 
 
 def _quiet() -> None:
@@ -212,6 +232,8 @@ def _row(study: Study, folder: Path, planned: Planned, threads: int | None = Non
         result = run(changed, throw=False)
     except Refused as error:
         return row | {"status": "refused", "reason": str(error).splitlines()[0]}
+    if result.status == "interrupted":
+        raise KeyboardInterrupt
     s = result.summary
     rate, energy = s["particle_steps_per_second"], s["energy"]
     row |= {

@@ -71,7 +71,8 @@ class Watch:
     def _check_limit(self, step: int, run: BodyRun, ledger: Ledger) -> None:
         run.follow(ledger.distortion)
         local, moves = _local(run, ledger), run.system.follows_courant
-        if local <= (run.limit or np.inf) * (1.0 + SLACK) or not (moves or run.distortion != 1.0):
+        limit = run.limit if run.limit is not None else np.inf  # zero where nothing is stable any more
+        if local <= limit * (1.0 + SLACK) or not (moves or run.distortion != 1.0):
             return
         if moves:
             what = f"a particle's own Courant number has become {local:.6g} by deformation"

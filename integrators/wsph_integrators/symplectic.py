@@ -34,8 +34,9 @@ class Leapfrog:
         if not isinstance(lagged, bool):
             raise ValueError(f"lagged = {lagged!r}: true or false")
         self.system, self.state, self.lagged = system, system.state, lagged
-        # Where forces ask for no velocity there is nothing to predict, and one acceleration is enough.
-        self.predicts = not lagged and (system.viscous or system.force.parts.damped)
+        # Where neither forces nor the work of moved particles ask for a velocity there is nothing to predict, and one
+        # acceleration is enough.
+        self.predicts = not lagged and (system.viscous or system.force.parts.damped or system.moved)
         self.k = system.new()
         self.old = system.new() if self.predicts else self.k
 

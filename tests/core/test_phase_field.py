@@ -209,6 +209,15 @@ def test_a_tearing_block_keeps_momentum_and_creates_no_energy(
     assert 0.0 <= result.field("damage").min() <= result.field("damage").max() <= 1.0
 
 
+@pytest.mark.parametrize("form", FORMS)
+def test_it_breaks_without_a_residual_too(form: str) -> None:
+    scene = block(velocity=["0.8*x", "-0.1*y"], end=1.0, run={"cfl": 0.1, "formulation": form}, residual=False)
+    result = wsph.run(scene)
+    assert result.summary["fracture"]["b"]["broken"] > 0
+    assert np.isfinite(result.summary["fracture"]["b"]["released_energy"])
+    assert abs(result.summary["energy"]["residual"]) < 1e-2 * result.summary["energy"]["external_work"]
+
+
 @pytest.mark.parametrize(("body", "text"), [
     ({"state": "stress", "material": {**ELASTIC, "poisson_ratio": -0.2}}, "Poisson ratio below zero"),
     ({"material": {**ELASTIC, "model": "neo-hookean"}}, "use elastic or jaumann"),

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from wsph import run
 from wsph.cli import main
 from wsph.errors import SceneError
 from wsph.study import load_study, run_study
@@ -62,6 +63,15 @@ def test_processes_make_the_same_rows(tmp_path: Path, monkeypatch: pytest.Monkey
     timeless = [[{k: v for k, v in row.items() if k != "seconds"} for row in rows] for rows in (alone, spread)]
     assert timeless[0] == timeless[1]
     assert seen == [(k, 6) for k in range(1, 7)]
+
+
+def test_an_interrupt_ends_a_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    loaded, scene = load_study(study(tmp_path))
+    interrupted = run(scene, end=1e-4)
+    interrupted.status = "interrupted"
+    monkeypatch.setattr("wsph.study.run", lambda *_, **__: interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        run_study(loaded, scene, tmp_path)
 
 
 def test_a_reference_from_a_file(tmp_path: Path) -> None:
