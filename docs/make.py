@@ -218,13 +218,13 @@ def _peers_picture(size: dict, there: list[str]) -> None:
 
     names = ["stress points", "bare", "residual", "viscosity", "pair damping", "hourglass and viscosity", *there]
     rates = [size["rates"][name] / 1e6 for name in names]
-    plotter = pv.Plotter(off_screen=True, window_size=[900, 420])
+    plotter = pv.Plotter(off_screen=True, window_size=[1200, 420])
     chart = pv.Chart2D(x_label="", y_label="million particle-steps per second, one core")
-    ours = len(names) - len(there)
-    places = np.arange(len(names), dtype=float)
-    chart.bar(places[:ours], rates[:ours], color="#1f5fa8", label="wsph")
-    chart.bar(places[ours:], rates[ours:], color="#c0392b", label="peers")
-    chart.x_axis.tick_locations, chart.x_axis.tick_labels = places, names
+    places, theirs = np.arange(len(names), dtype=float), np.isin(names, there)
+    stacks = [np.where(theirs, 0.0, rates), np.where(theirs, rates, 0.0)]
+    chart.bar(places, stacks, color=["#1f5fa8", "#c0392b"], label=["wsph", "peers"])
+    chart.x_axis.tick_locations = places
+    chart.x_axis.tick_labels = [name.replace("hourglass and ", "hourglass, ") for name in names]
     chart.x_range = [-0.6, len(names) - 0.4]
     chart.title = f"{size['particles']} particles in 3D, f64"
     plotter.add_chart(chart)
