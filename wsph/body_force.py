@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from wsph.program import Clock
+from wsph.clock import Clock
 from wsph.scene import Body, Scene
 from wsph.space import Space
 from wsph.state import Layout, State, fields_struct

@@ -212,9 +212,9 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _replayed(program: Any) -> str:
-    if program.captured:
-        return "replayed from a captured graph"
-    return "replayed one by one" + (f", long ones over {program.threads} cores" if program.threads > 1 else "")
+    return "replayed from a captured graph" + (
+        f", long launches shared by {program.threads} cores" if program.threads > 1 else ""
+    )
 
 
 def _list(options: argparse.Namespace) -> int:

@@ -13,6 +13,7 @@ import numpy as np
 import warp as wp
 
 from wsph import fields, links, phase_field, registry
+from wsph.clock import Clock
 from wsph.constitutive import Constitutive, blame
 from wsph.contact import Contacts
 from wsph.device import pick_device
@@ -26,7 +27,7 @@ from wsph.one_set import OneSetSystem
 from wsph.particles import Lattice, lattice
 from wsph.plugins import build
 from wsph.probes import Recorder
-from wsph.program import Clock, Program
+from wsph.program import Program
 from wsph.scene import Body, Scene
 from wsph.schedule import Timeline
 from wsph.space import Space

@@ -25,10 +25,10 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from wsph.clock import Clock
 from wsph.errors import Refused
 from wsph.neighbours import Pairs, find_pairs
 from wsph.one_set import OneSetSystem
-from wsph.program import Clock
 from wsph.scene import Contact
 from wsph.skin import Skin
 from wsph.space import Space

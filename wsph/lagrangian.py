@@ -29,6 +29,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from wsph.clock import Clock
 from wsph.conditions import select
 from wsph.constitutive import Constitutive, blame
 from wsph.errors import Refused
@@ -40,7 +41,6 @@ from wsph.one_set import OneSetSystem
 from wsph.operators import Weights, average, outward_weights, unparted
 from wsph.particles import Lattice
 from wsph.phase_field import PhaseDamage, Sight
-from wsph.program import Clock
 from wsph.scene import Body, Scene
 from wsph.smoothing import SUPPORT
 from wsph.space import Space

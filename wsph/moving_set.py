@@ -18,10 +18,10 @@ import numpy as np
 import warp as wp
 
 from wsph.body_force import Parts, acceleration, inertia_struct
+from wsph.clock import Clock
 from wsph.constitutive import Constitutive, Laws
 from wsph.gather import divergence, gather, rows_struct
 from wsph.particles import Lattice
-from wsph.program import Clock
 from wsph.scene import Body, Scene
 from wsph.space import Space, determinant_and_inverse
 from wsph.state import Layout, State, fields_struct, layout_of

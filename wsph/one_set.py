@@ -11,6 +11,7 @@ import numpy as np
 import warp as wp
 
 from wsph.body_force import BodyForce
+from wsph.clock import Clock
 from wsph.conditions import Conditions, layer_conditions, node_conditions, nonzero
 from wsph.constitutive import Constitutive
 from wsph.errors import Refused
@@ -24,7 +25,6 @@ from wsph.particles import Lattice
 from wsph.phase_field import PhaseDamage
 from wsph.phase_laws import phase_struct
 from wsph.prescribed import BoundaryValues
-from wsph.program import Clock
 from wsph.scene import Body, Scene, damage_model
 from wsph.smoothing import SMOOTHING, SUPPORT
 from wsph.space import Space

@@ -10,9 +10,9 @@ from functools import cache
 import numpy as np
 import warp as wp
 
+from wsph.clock import Clock
 from wsph.conditions import Conditions, Prescribed
 from wsph.expressions import OPERATIONS, Expression
-from wsph.program import Clock
 from wsph.space import Space
 from wsph.state import State
 

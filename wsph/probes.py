@@ -12,9 +12,9 @@ import numpy as np
 import warp as wp
 
 from wsph import fields
+from wsph.clock import Clock
 from wsph.conditions import select
 from wsph.errors import Fault, SceneError
-from wsph.program import Clock
 from wsph.scene import Probe
 from wsph.space import Space
 

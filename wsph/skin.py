@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import warp as wp
 
-from wsph.program import Clock
+from wsph.clock import Clock
 from wsph.space import Space
 
 BLOCK = 1024

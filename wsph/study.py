@@ -32,6 +32,7 @@ import numpy as np
 import warp as wp
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, model_validator
 
+from wsph.crew import cores
 from wsph.device import pick_device
 from wsph.driver import run
 from wsph.errors import Fault, Refused, SceneError, WsphError
@@ -39,7 +40,6 @@ from wsph.expressions import compile_expression
 from wsph.faults import of_validation
 from wsph.lines import line_of, lines
 from wsph.output import write_text
-from wsph.program import cores
 from wsph.result import Result
 from wsph.scene import Model, Scene, load
 from wsph.shapes import as_tuple

@@ -6,10 +6,10 @@ import numpy as np
 import warp as wp
 
 from wsph.body_force import BodyForce
+from wsph.clock import Clock
 from wsph.constitutive import Constitutive, project_kernel
 from wsph.particles import Lattice
 from wsph.prescribed import BoundaryValues
-from wsph.program import Clock
 from wsph.space import Space
 from wsph.state import Layout, State
 from wsph.units import Scales

@@ -13,6 +13,7 @@ import numpy as np
 import warp as wp
 
 from wsph.body_force import BodyForce, Parts, acceleration, inertia_struct
+from wsph.clock import Clock
 from wsph.conditions import Conditions, face_conditions
 from wsph.constitutive import Constitutive, Laws, blame
 from wsph.errors import Refused
@@ -21,7 +22,6 @@ from wsph.neighbours import Pairs, find_pairs
 from wsph.operators import Weights, average, gradient_weights, interpolation_weights, outward_weights, unparted
 from wsph.particles import Lattice
 from wsph.prescribed import BoundaryValues
-from wsph.program import Clock
 from wsph.scene import Body, Scene
 from wsph.space import Space
 from wsph.state import Layout, State, fields_struct, layout_of

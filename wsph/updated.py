@@ -19,6 +19,7 @@ ascend, so that when they are found changes no bit of the sums.
 import numpy as np
 import warp as wp
 
+from wsph.clock import Clock
 from wsph.constitutive import Constitutive, blame
 from wsph.errors import Refused
 from wsph.lagrangian_kernels import Form, Kernels, kernels
@@ -26,7 +27,6 @@ from wsph.neighbours import Pairs, find_pairs
 from wsph.one_set import OneSetSystem
 from wsph.operators import unparted
 from wsph.particles import Lattice
-from wsph.program import Clock
 from wsph.scene import Body, Scene
 from wsph.skin import Skin
 from wsph.space import Space

@@ -7,9 +7,9 @@ import numpy as np
 import warp as wp
 
 from wsph.body_force import BLOCK, Works
+from wsph.clock import Clock
 from wsph.conditions import Conditions
 from wsph.prescribed import BoundaryValues
-from wsph.program import Clock
 from wsph.space import Space, determinant_and_inverse
 from wsph.state import Layout, State, fields_struct
 

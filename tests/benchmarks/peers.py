@@ -165,7 +165,7 @@ def main() -> None:
     parser.add_argument("--write", action="store_true")
     options = parser.parse_args()
     kept = ROOT / "docs" / "peers.json"
-    found: dict = {"machine": f"{platform.machine()}, {len(wsph.program.cores())} cores", "warp": wp.config.version}
+    found: dict = {"machine": f"{platform.machine()}, {len(wsph.crew.cores())} cores", "warp": wp.config.version}
     sizes = {(s["dim"], s["rows"]): s for s in json.loads(kept.read_text())["sizes"]} if kept.exists() else {}
     for size in options.sizes:
         dim, rows = (int(word) for word in size.split(":"))

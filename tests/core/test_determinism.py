@@ -45,8 +45,8 @@ def digest(result: wsph.Result) -> str:
 @pytest.mark.parametrize("formulation", ["stress-points", "total-lagrangian", "updated-lagrangian"])
 def test_one_hash(formulation: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     captured = digest(wsph.run(scene(formulation)))
-    monkeypatch.setattr(program, "GRAPH_PAIRS", 0)
-    monkeypatch.setattr(program, "SPLIT_SECONDS", 0.0)
+    monkeypatch.setattr(program, "SMALL_PAIRS", 0)
+    monkeypatch.setattr(program, "SHARED_SECONDS", 0.0)
     found = {captured}
     for threads, every, resumed in itertools.product((1, 2, 4), (3, 50), (False, True)):
         whole = scene(formulation, threads, every)

@@ -14,7 +14,7 @@ import pytest
 import wsph
 from wsph.composition import compose
 from wsph.errors import OutputError, Unstable
-from wsph.program import GRAPH_PAIRS, Program
+from wsph.program import SMALL_PAIRS, Program
 
 
 def test_records_are_the_first_state_at_or_after_their_time(shock_bar: wsph.Scene) -> None:
@@ -50,10 +50,10 @@ def test_the_cadence_of_records_does_not_change_the_bits(shock_bar: wsph.Scene) 
 
 def test_a_captured_graph_gives_the_bits_of_direct_launches(shock_bar: wsph.Scene) -> None:
     states = []
-    for pairs in (1, GRAPH_PAIRS + 1):
+    for pairs in (1, SMALL_PAIRS + 1):
         composition = compose(shock_bar.with_(cfl=0.7))
         program = Program(composition.program.step, composition.clock, pairs)
-        assert program.captured == (pairs == 1)
+        assert program.small == (pairs == 1)
         program.run(301)
         states.append(composition.bodies[0].system.state.buffer.numpy())
     assert np.array_equal(*states)

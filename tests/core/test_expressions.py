@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from wsph_materials.elastic import Elastic
 
+from wsph.clock import Clock
 from wsph.conditions import Conditions
 from wsph.constitutive import Constitutive
 from wsph.expressions import Expression, compile_expression
 from wsph.prescribed import BoundaryValues
-from wsph.program import Clock
 from wsph.scene import Function
 from wsph.space import Space
 from wsph.state import State, layout_of
