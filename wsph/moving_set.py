@@ -104,9 +104,9 @@ def _frame_kernel(space: Space, layout: Layout) -> wp.Kernel:
     across = _normal(space)
 
     @wp.kernel(module="unique", enable_backward=False)
-    def frames(clock: wp.array(dtype=wp.float64), share: real, axis: wp.array(dtype=wp.int32), offsets: wp.array(dtype=wp.int32),
+    def frames(first: int, clock: wp.array(dtype=wp.float64), share: real, axis: wp.array(dtype=wp.int32), offsets: wp.array(dtype=wp.int32),
                indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=vec), grid: mat, fields: Fields, frame_out: wp.array(dtype=mat)):  # fmt: skip
-        e = wp.tid()
+        e = first + wp.tid()
         dt = share * real(clock[1])
         near = indices[offsets[e]]
         start = fields.displacement[near] + dt * fields.velocity[near]
@@ -266,8 +266,8 @@ class Kernels(SourceKernels):
                 fields_out.internals[i] = fields_out.internals[i] + dt * dq
 
         @wp.kernel(module="unique", enable_backward=False)
-        def turn(particles: wp.array(dtype=wp.int32), frames: wp.array(dtype=mat), to_frame: int, fields_out: Real):
-            e = wp.tid()
+        def turn(first: int, particles: wp.array(dtype=wp.int32), frames: wp.array(dtype=mat), to_frame: int, fields_out: Real):
+            e = first + wp.tid()
             i = particles[e]
             axes = frames[e]
             if to_frame == 0:

@@ -16,6 +16,9 @@ from wsph.expressions import OPERATIONS, Expression
 from wsph.space import Space
 from wsph.state import State
 
+CONSTANT = -1
+"""The program of an entry that never changes: its scale is its value. Most faces are free: thousands of zeros."""
+
 Stack = wp.types.vector(length=16, dtype=wp.float64)
 
 
@@ -181,17 +184,20 @@ def _impose_kernel(space: Space) -> wp.Kernel:
     real = space.scalar
 
     @wp.kernel(module="unique", enable_backward=False)
-    def impose(bank: Bank, clock: wp.array(dtype=wp.float64), from_dt: wp.float64, to_dt: wp.float64, second: wp.float64,
+    def impose(first: int, bank: Bank, clock: wp.array(dtype=wp.float64), from_dt: wp.float64, to_dt: wp.float64, second: wp.float64,
                place: wp.array(dtype=wp.int32), program: wp.array(dtype=wp.int32), scale: wp.array(dtype=wp.float64),
                position: wp.array(dtype=wp.vec3d), state_out: wp.array(dtype=real)):  # fmt: skip
-        e = wp.tid()
-        dt = clock[1] * second
-        t = clock[0] * second
-        slack = wp.float64(1.0e-9) * dt
-        value = _evaluate(bank, program[e], position[e], t + from_dt * dt, slack)
-        if to_dt != from_dt:
-            value = wp.float64(0.5) * (value + _evaluate(bank, program[e], position[e], t + to_dt * dt, slack))
-        state_out[place[e]] = real(value * scale[e])
+        e = first + wp.tid()
+        value = scale[e]
+        if program[e] != wp.static(CONSTANT):
+            dt = clock[1] * second
+            t = clock[0] * second
+            slack = wp.float64(1.0e-9) * dt
+            now = _evaluate(bank, program[e], position[e], t + from_dt * dt, slack)
+            if to_dt != from_dt:
+                now = wp.float64(0.5) * (now + _evaluate(bank, program[e], position[e], t + to_dt * dt, slack))
+            value = now * value
+        state_out[place[e]] = real(value)
 
     return impose
 
@@ -210,12 +216,14 @@ class BoundaryValues:
         kept: list[Prescribed] = []
         for (name, component), values in sorted(conditions.entries.items(), key=lambda item: item[0]):
             for particle, value in sorted(values.items()):
-                if id(value) not in programs:
+                factor = conditions.scales.get((name, component), {}).get(particle, 1.0) / units[name]
+                number = _constant(value)
+                if number is None and id(value) not in programs:
                     programs[id(value)] = len(kept)
                     kept.append(value)
                 place.append(state.index(name, particle, component))
-                program.append(programs[id(value)])
-                scale.append(conditions.scales.get((name, component), {}).get(particle, 1.0) / units[name])
+                program.append(programs[id(value)] if number is None else CONSTANT)
+                scale.append(factor if number is None else number * factor)
                 points.append(position[particle])
                 owners.append(particle)
         self.count = len(place)
@@ -238,6 +246,14 @@ class BoundaryValues:
         inputs = [self._bank, clock.time, wp.float64(first), wp.float64(last), wp.float64(self._second)]
         inputs += [self.place, self._program, self._scale, self._position]
         clock.launch(_impose_kernel(self.space), self.count, inputs, [state.buffer])
+
+
+def _constant(value: Prescribed) -> float | None:
+    """The number that a value always is, if its program says no more."""
+    if isinstance(value, Expression) and len(value.program) == 1:
+        code, number = value.program[0]
+        return number if code == OPERATIONS["constant"] else None
+    return None
 
 
 def _bank(values: list[Prescribed], device: str) -> Bank:

@@ -47,8 +47,8 @@ def _source_kernel(laws: Laws, Fields: type) -> wp.Kernel:
     Params, at_rest = laws.Params, laws.source or laws.respond
 
     @wp.kernel(module="unique", enable_backward=False)
-    def source(p: Params, fields: Fields, source_out: Fields):
-        i = wp.tid()
+    def source(first: int, p: Params, fields: Fields, source_out: Fields):
+        i = first + wp.tid()
         rate, dq = at_rest(p, fields.stress[i], fields.internals[i])
         source_out.stress[i] = rate
         source_out.internals[i] = dq
@@ -142,8 +142,8 @@ class Kernels(SourceKernels):
                 fields_out.displacement[i] = fields_out.displacement[i] + real(0.5) * dt * v0
 
         @wp.kernel(module="unique", enable_backward=False)
-        def turn(particles: wp.array(dtype=wp.int32), axes: mat, fields_out: Real):
-            i = particles[wp.tid()]
+        def turn(first: int, particles: wp.array(dtype=wp.int32), axes: mat, fields_out: Real):
+            i = particles[first + wp.tid()]
             fields_out.stress[i] = pack(turned(unpack(fields_out.stress[i]), axes))
 
         self.half_step, self.rate, self.turn = half_step, rate, turn

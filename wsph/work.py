@@ -21,9 +21,9 @@ def _work_kernel(space: Space, unpack: wp.Function, layout: Layout) -> wp.Kernel
     determinant, inverse = determinant_and_inverse(space)
 
     @wp.kernel(module="unique", enable_backward=False)
-    def work(count: int, clock: wp.array(dtype=wp.float64), particle: wp.array(dtype=wp.int32), axis: wp.array(dtype=wp.int32),
+    def work(first: int, count: int, clock: wp.array(dtype=wp.float64), particle: wp.array(dtype=wp.int32), axis: wp.array(dtype=wp.int32),
              area: wp.array(dtype=wp.float64), axes: mat, fields: Fields, power_out: wp.array2d(dtype=wp.float64), work_out: wp.array2d(dtype=wp.float64)):  # fmt: skip
-        block = wp.tid()
+        block = first + wp.tid()
         power = wp.float64(0.0)
         for row in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
             i = particle[row]
@@ -82,14 +82,14 @@ def _constraint_kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
     module = space.module("constraint")
 
     @wp.kernel(module=module, enable_backward=False)
-    def keep(place: wp.array(dtype=wp.int32), state: wp.array(dtype=real), free_out: wp.array(dtype=real)):
-        e = wp.tid()
+    def keep(first: int, place: wp.array(dtype=wp.int32), state: wp.array(dtype=real), free_out: wp.array(dtype=real)):
+        e = first + wp.tid()
         free_out[e] = state[place[e]]
 
     @wp.kernel(module=module, enable_backward=False)
-    def work(count: int, place: wp.array(dtype=wp.int32), mass: wp.array(dtype=real), free: wp.array(dtype=real),
+    def work(first: int, count: int, place: wp.array(dtype=wp.int32), mass: wp.array(dtype=real), free: wp.array(dtype=real),
              state: wp.array(dtype=real), old_out: wp.array(dtype=real), work_out: wp.array(dtype=wp.float64)):  # fmt: skip
-        block = wp.tid()
+        block = first + wp.tid()
         total = wp.float64(0.0)
         for e in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
             new = state[place[e]]

@@ -64,14 +64,14 @@ def measure(composition: Composition) -> dict[str, float]:
 
     def take(*launch: Any) -> None:
         started = time.perf_counter()
-        clock._run(*launch)
+        clock.launch_part(*launch)
         launches[-1].append(time.perf_counter() - started)
         rates.append(bool(inside))
 
     for _ in range(STEPS):
         launches.append([])
         rates.clear()
-        clock._taken(composition.program.step, take)
+        clock.taken(composition.program.step, take)
     best = [min(each) for each in zip(*launches, strict=True)]
     per = 1e6 / composition.particles
     step, rhs = sum(best), sum(t for t, is_rate in zip(best, rates, strict=True) if is_rate)
