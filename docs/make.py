@@ -166,11 +166,15 @@ def peers() -> list[str]:
     found = json.loads((ROOT / "docs" / "peers.json").read_text())
     size = max((s for s in found["sizes"] if s["dim"] == 3 and s["rows"] <= 21), key=lambda s: s["rows"])
     there = [name for name in PEERS if f"over {name}" in size]
-    heads = ["one core, f64", "particle-steps/s", *(f"over {n}" for n in there), "ns per pair", "both cores over one", "bytes per particle"]  # fmt: skip
+    heads = ["one core, f64", "particle-steps/s", *(f"over {n}" for n in there), "ns per pair", "all cores over one (copies)", "bytes per particle"]  # fmt: skip
     rows = ["| " + " | ".join(heads) + " |", "| " + " | ".join("---" for _ in heads) + " |"]
     for form, each in size["bytes_per_particle"].items():
         over = [f"{size[f'over {name}'][form]:.1f}" for name in there]
-        both = f"{size['cores_ratio'][form]:.2f}" if form in size["cores_ratio"] else ""
+        both = (
+            f"{size['cores'][form]['ratio']:.2f} ({size['cores'][form]['of_copies']:.2f})"
+            if form in size["cores"]
+            else ""
+        )
         pair = 1e9 / (size["rates"][form] * size["pairs_per_particle"][form])
         cells = [form, f"{size['rates'][form] / 1e6:.2f}M", *over, f"{pair:.1f}", both, f"{each:.0f}"]
         rows.append("| " + " | ".join(cells) + " |")

@@ -1,12 +1,38 @@
 """The clock of a run on the device: time, time step and step number, so that a step has no host numbers and can be captured
 once and replayed; and the one place that every launch of a step goes through."""
 
-import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 import warp as wp
+
+
+@dataclass(frozen=True)
+class Launch:
+    """A kernel over `n` threads. One whose first argument is `first`, which is not among the inputs, can be launched in
+    ranges that begin there."""
+
+    kernel: wp.Kernel
+    n: int
+    inputs: list[Any]
+    outputs: list[Any]
+    device: str
+
+    @property
+    def divisible(self) -> bool:
+        """Whether it can be in parts."""
+        return self.kernel.adj.args[0].label == "first"
+
+    def run(self, part: int = 0, parts: int = 1, record: bool = False) -> Any:
+        """Launch part `part` of `parts` of it, of a divisible one, or the whole; with `record` instead give the command
+        that does."""
+        low, high = self.n * part // parts, self.n * (part + 1) // parts
+        inputs = [low, *self.inputs] if self.divisible else self.inputs
+        return wp.launch(
+            self.kernel, high - low, inputs=inputs, outputs=self.outputs, device=self.device, record_cmd=record
+        )
 
 
 @cache
@@ -30,7 +56,7 @@ class Clock:
 
     def __init__(self, dt: float, device: str):
         self.device = device
-        self._take: Callable[..., None] = self.launch_part
+        self._listed: list[Launch] | None = None
         self.step = wp.zeros(1, dtype=wp.int64, device=device)
         self.time = wp.array([0.0, dt, 0.0, 0.0], dtype=wp.float64, device=device)
 
@@ -45,48 +71,22 @@ class Clock:
         self.time.assign([t, dt * factor, t, float(self.step.numpy()[0])])
 
     def launch(self, kernel: wp.Kernel, n: int, inputs: list[Any], outputs: list[Any]) -> None:
-        """Launch `kernel` over `n` threads. A kernel whose first argument is `first`, which is not among the inputs, can be
-        launched in ranges that begin there."""
-        self._take(kernel, n, inputs, outputs)
+        """A `Launch`, at once, or into the list that is being made."""
+        launch = Launch(kernel, n, inputs, outputs, self.device)
+        if self._listed is None:
+            launch.run()
+        else:
+            self._listed.append(launch)
 
-    def launch_part(self, kernel: wp.Kernel, n: int, inputs: list[Any], outputs: list[Any], part: int = 0, parts: int = 1) -> None:  # fmt: skip
-        """Part `part` of `parts` of a launch, at once; a kernel that takes no ranges has one."""
-        low, high = n * part // parts, n * (part + 1) // parts
-        if takes_ranges(kernel):
-            inputs = [low, *inputs]
-        wp.launch(kernel, high - low, inputs=inputs, outputs=outputs, device=self.device)
-
-    def taken(self, step: Callable[[], None], take: Callable[..., None]) -> None:
-        """`step`, whose launches go to `take`, with what `launch` is given."""
-        self._take = take
+    def launches(self, step: Callable[[], None]) -> list[Launch]:
+        """What `step` would launch, in order."""
+        self._listed = found = []
         try:
             step()
         finally:
-            self._take = self.launch_part
-
-    def timed(self, step: Callable[[], None]) -> list[float]:
-        """Run `step` and time its launches [s], in order."""
-        seconds: list[float] = []
-
-        def take(*launch: Any) -> None:
-            started = time.perf_counter()
-            self.launch_part(*launch)
-            seconds.append(time.perf_counter() - started)
-
-        self.taken(step, take)
-        return seconds
-
-    def list_launches(self, step: Callable[[], None]) -> list[wp.Kernel]:
-        """The kernels that `step` would launch, in order."""
-        kernels: list[wp.Kernel] = []
-        self.taken(step, lambda kernel, *_: kernels.append(kernel))
-        return kernels
+            self._listed = None
+        return found
 
     def advance(self) -> None:
         """t += dt (a launch)."""
         self.launch(_advance(), 1, [], [self.step, self.time])
-
-
-def takes_ranges(kernel: wp.Kernel) -> bool:
-    """Whether a launch of it can be in parts."""
-    return kernel.adj.args[0].label == "first"

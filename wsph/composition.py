@@ -143,7 +143,7 @@ class Composition:
 
     def launches(self) -> list[wp.Kernel]:
         """The kernels that a step launches, in order."""
-        return self.clock.list_launches(self.program.step)
+        return [launch.kernel for launch in self.clock.launches(self.program.step)]
 
     def compile(self) -> None:
         """Compile what a run launches: the step and the diagnostics. Raises PluginError where a law does not compile."""

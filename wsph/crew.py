@@ -1,25 +1,36 @@
 """Threads that share the launches of a step on the CPU.
 
-Every thread has a core and a captured graph of its own: its range of each launch that is shared, the first thread also the
-launches that are not. Between launches they meet, and wait for each other awake: on a shared machine a core that goes to
+A step is, for every thread, a list of stretches. Launches of a few microseconds to a millisecond stand in captured graphs,
+one a thread: its range of each, the first thread also the launches that are not shared. A launch that takes longer is cut
+into pieces that the threads take one after the other, so that cores of unequal speed, or ranges of unequal work, end
+together. After every shared launch the threads meet, and wait for each other awake: on a shared machine a core that goes to
 sleep between two launches is back late, by a tenth of a step of a hundred thousand particles. Who has waited a few
 microseconds offers its core to others between looks.
 
-Every row of a range is computed as it is in one piece: results are the same bits for any number of threads.
+Every row is computed as it is in one piece: results are the same bits for any number of threads.
 """
 
 import contextlib
 import ctypes
 import os
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cache
+from itertools import groupby
 from queue import SimpleQueue
 from typing import Any
 
 import warp as wp
 
-from wsph.clock import Clock, takes_ranges
+from wsph.clock import Launch
+
+ALONE_SECONDS = 2e-5
+"""A launch shorter than this is the first thread's alone: a meeting takes a microsecond, and one cache has the data."""
+PIECE_SECONDS = 2.5e-4
+"""About so long takes a piece of a launch that is cut: taking one costs some microseconds."""
+MOST_PIECES = 8
+"""More a thread make ends no more even."""
 
 LINE = 16
 """Counters stand so many int64 apart, so that no two of them share a cache line."""
@@ -60,6 +71,14 @@ def _give_way() -> int:
     return ctypes.cast(function, ctypes.c_void_p).value or 0 if function is not None else 0
 
 
+@dataclass(frozen=True)
+class Stretch:
+    """What the threads do between two points of a step: a graph each, or the pieces of one launch, whoever is free."""
+
+    graphs: list[wp.Graph]
+    pieces: list[Any]
+
+
 class Crew:
     """The caller and `threads` - 1 more."""
 
@@ -68,41 +87,52 @@ class Crew:
         self._cores = cores()
         self._met = wp.zeros(threads * LINE, dtype=wp.int64, device="cpu")
         self._address = wp.uint64(_give_way())
+        self._meetings = [self._meet(number, record=True) for number in range(threads)]
         self._jobs: list[SimpleQueue[Any]] = [SimpleQueue() for _ in range(threads - 1)]
         self._failed: list[BaseException] = []
-        for number, jobs in enumerate(self._jobs, 1):
-            threading.Thread(target=self._work, args=(number, jobs), daemon=True).start()
+        self._threads = [
+            threading.Thread(target=self._work, args=each, daemon=True) for each in enumerate(self._jobs, 1)
+        ]
+        for thread in self._threads:
+            thread.start()
 
-    def graphs(self, step: Callable[[], None], clock: Clock, shared: list[bool]) -> list[wp.Graph]:
-        """A captured graph of `step` for each thread; `shared` says of every launch, in order, whether it is worth it. The
-        kernels are loaded."""
+    def pieces(self, launch: Launch, seconds: float) -> int:
+        """Into how many pieces a launch of `seconds` [s] goes: 1 that of the first thread alone, one a thread, or more."""
+        if not launch.divisible or seconds <= ALONE_SECONDS:
+            return 1
+        return max(min(int(seconds / PIECE_SECONDS), MOST_PIECES * self.threads, launch.n), self.threads)
+
+    def stretches(self, launches: list[Launch], pieces: list[int]) -> list[Stretch]:
+        """What the threads do with the launches of a step, in so many pieces. Kernels are loaded."""
         found = []
-        for me in range(self.threads):
-            with wp.ScopedCapture(device="cpu", force_module_load=False) as capture:
-                self._capture(step, clock, shared, me)
-            found.append(capture.graph)
+        for cut, group in groupby(zip(launches, pieces, strict=True), lambda each: each[1] > self.threads):
+            if cut:
+                found += [
+                    Stretch([], [launch.run(k, parts, record=True) for k in range(parts)]) for launch, parts in group
+                ]
+            else:
+                planned = list(group)
+                found.append(Stretch([self._captured(planned, number) for number in range(self.threads)], []))
         return found
 
-    def _capture(self, step: Callable[[], None], clock: Clock, shared: list[bool], me: int) -> None:
-        worth = iter(shared)
-        apart = False  # whether others than the first thread may be at a launch
+    def _captured(self, planned: list[tuple[Launch, int]], number: int) -> wp.Graph:
+        """The graph of a thread."""
+        with wp.ScopedCapture(device="cpu", force_module_load=False) as capture:
+            shared = False
+            for launch, parts in planned:
+                if shared or parts > 1:
+                    self._meet(number)
+                shared = parts > 1
+                if shared:
+                    launch.run(number, parts)
+                elif number == 0:
+                    launch.run()
+            self._meet(number)
+        return capture.graph
 
-        def take(kernel: wp.Kernel, *launch: Any) -> None:
-            nonlocal apart
-            share = next(worth) and takes_ranges(kernel)
-            if share or apart:
-                self._meet(me)
-            if share:
-                clock.launch_part(kernel, *launch, part=me, parts=self.threads)
-            elif me == 0:
-                clock.launch_part(kernel, *launch)
-            apart = share
-
-        clock.taken(step, take)
-        self._meet(me)
-
-    def _meet(self, me: int) -> None:
-        wp.launch(meeting(), 1, inputs=[me, self.threads, self._address, self._met], device="cpu")
+    def _meet(self, number: int, record: bool = False) -> Any:
+        inputs = [number, self.threads, self._address, self._met]
+        return wp.launch(meeting(), 1, inputs=inputs, device="cpu", record_cmd=record)
 
     def _pin(self, number: int) -> None:
         """Unpinned, two threads sometimes share a core."""
@@ -118,9 +148,16 @@ class Crew:
                 self._failed.append(error)
                 self._leave(number)
 
-    def _replay(self, number: int, graphs: list[wp.Graph], times: int) -> None:
-        for _ in range(times):
-            wp.capture_launch(graphs[number])
+    def _replay(self, number: int, stretches: list[Stretch], left: list[list[Iterator[Any]]]) -> None:
+        """A thread's part of steps; `left` holds for each what is left of every stretch's pieces."""
+        for each in left:
+            for stretch, pieces in zip(stretches, each, strict=True):
+                if stretch.graphs:
+                    wp.capture_launch(stretch.graphs[number])
+                else:
+                    for piece in pieces:
+                        piece.launch()
+                    self._meetings[number].launch()
 
     def _leave(self, number: int) -> None:
         self._met.numpy()[number * LINE] = GONE
@@ -135,16 +172,21 @@ class Crew:
             if hasattr(os, "sched_setaffinity"):
                 os.sched_setaffinity(threading.get_native_id(), self._cores)
 
-    def run(self, graphs: list[wp.Graph], times: int) -> None:
-        """Replay the threads' graphs so often. After a fault in any thread the crew is of no more use."""
+    def run(self, stretches: list[Stretch], times: int) -> None:
+        """Go through a step so often. After a fault in any thread the crew is of no more use."""
+        left = [[iter(stretch.pieces) for stretch in stretches] for _ in range(times)]
         for jobs in self._jobs:
-            jobs.put((graphs, times))
+            jobs.put((stretches, left))
         try:
-            self._replay(0, graphs, times)
-        except BaseException:
+            self._replay(0, stretches, left)
+        except BaseException as error:
+            self._failed.insert(0, error)
             self._leave(0)
-            raise
         if self._failed:
+            # The others may still be at work in arrays that are about to be dropped.
+            self.dismiss()
+            for thread in self._threads:
+                thread.join()
             raise self._failed[0]
 
     def dismiss(self) -> None:

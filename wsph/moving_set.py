@@ -266,7 +266,13 @@ class Kernels(SourceKernels):
                 fields_out.internals[i] = fields_out.internals[i] + dt * dq
 
         @wp.kernel(module="unique", enable_backward=False)
-        def turn(first: int, particles: wp.array(dtype=wp.int32), frames: wp.array(dtype=mat), to_frame: int, fields_out: Real):
+        def turn(
+            first: int,
+            particles: wp.array(dtype=wp.int32),
+            frames: wp.array(dtype=mat),
+            to_frame: int,
+            fields_out: Real,
+        ):
             e = first + wp.tid()
             i = particles[e]
             axes = frames[e]

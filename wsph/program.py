@@ -1,25 +1,23 @@
 """Steps as programs: a fixed list of launches, captured once and replayed many times.
 
 On CUDA and for small scenes on the CPU a graph holds many steps (.2 us a launch). A larger scene on the CPU is timed for one
-step; its launches that are found to take long are shared by the cores (`wsph.crew`).
+step, and its cores share the launches that are found to take long (`wsph.crew`).
 """
 
 import contextlib
+import time
 from collections.abc import Callable
 
 import warp as wp
 
 from wsph.clock import Clock
-from wsph.crew import Crew, cores, meeting
+from wsph.crew import Crew, Stretch, cores, meeting
 
 SMALL_PAIRS = 200_000
 """Up to this many pairs a step is not worth sharing."""
 
 BLOCKS = (256, 32, 4, 1)
 """Steps in one captured graph of a small scene: any number of steps is a few replays of these."""
-
-SHARED_SECONDS = 2e-5
-"""A launch shorter than this is one thread's alone: two meetings take a microsecond, and one core's cache has its data."""
 
 STRETCH_SECONDS = 0.01
 """The threads of a crew go about so long without being asked whether to stop."""
@@ -43,12 +41,13 @@ class Program:
         self.small = pairs <= SMALL_PAIRS or on_cuda
         self.followed = before is not None
         self.threads = 1 if self.small else threads or len(cores())
+        self.pieces: list[int] = []
+        """Of every launch of a step, into how many pieces the cores share it: known after the first step."""
         self._blocks = BLOCKS if self.small and not self.followed else (1,)
-        self._graphs: dict[int, list[wp.Graph]] = {}
+        self._graphs: dict[int, wp.Graph] = {}
         self._crew: Crew | None = None
-        self.shared: list[bool] = []
-        """Of every launch of a step, whether the threads share it: known after the first step."""
-        self._stretch = 1
+        self._stretches: list[Stretch] = []
+        self._times = 1
 
     def __del__(self) -> None:
         crew = getattr(self, "_crew", None)
@@ -70,31 +69,38 @@ class Program:
         done = 0
         with self._crew.at_work() if self._crew is not None else contextlib.nullcontext():
             while done < steps and not stop():
-                done += self._advance(steps - done)
+                if self._before is not None and self._before():
+                    self._graphs, self._stretches = {}, []
+                done += self._replay(steps - done) if self._crew is None else self._share(self._crew, steps - done)
         return done
 
-    def _advance(self, most: int) -> int:
-        """Some steps at once, at most so many; returns how many."""
-        if self._before is not None and self._before():
-            self._graphs.clear()
-        if self._crew is None:
-            block = next(block for block in self._blocks if block <= most)
-            wp.capture_launch(self._captured(block)[0])
-            return block
-        if not self.shared:
-            seconds = self._clock.timed(self.step)
-            self.shared = [s > SHARED_SECONDS for s in seconds]
-            self._stretch = 1 if self.followed else 1 + int(STRETCH_SECONDS / sum(seconds))
-            return 1
-        stretch = min(self._stretch, most)
+    def _replay(self, most: int) -> int:
+        """A block of steps, at most so many; returns how many."""
+        block = next(block for block in self._blocks if block <= most)
+        wp.capture_launch(self._captured(block))
+        return block
+
+    def _share(self, crew: Crew, most: int) -> int:
+        """Some steps by all threads, at most so many, the first of all by one, timed; returns how many."""
+        if not self._stretches:
+            launches = self._clock.launches(self.step)
+            if not self.pieces:
+                seconds = []
+                for launch in launches:
+                    started = time.perf_counter()
+                    launch.run()
+                    seconds.append(time.perf_counter() - started)
+                self.pieces = [crew.pieces(launch, each) for launch, each in zip(launches, seconds, strict=True)]
+                self._times = 1 if self.followed else 1 + int(STRETCH_SECONDS / sum(seconds))
+                return 1
+            self._stretches = crew.stretches(launches, self.pieces)
+        times = min(self._times, most)
         try:
-            self._crew.run(self._captured(1), stretch)
+            crew.run(self._stretches, times)
         except BaseException:
-            # Its threads are at different steps.
-            self._crew.dismiss()
-            self._crew, self._graphs = None, {}
+            self._crew, self._stretches = None, []
             raise
-        return stretch
+        return times
 
     def compile(self, kernels: list[wp.Kernel]) -> None:
         """Compile and load the kernels that are not loaded yet.
@@ -106,14 +112,11 @@ class Program:
         if modules:
             wp.force_load(self._device, modules=modules, max_workers=0)
 
-    def _captured(self, block: int) -> list[wp.Graph]:
-        """The graphs of so many steps, one a thread."""
+    def _captured(self, block: int) -> wp.Graph:
+        """The graph of so many steps."""
         if block not in self._graphs:
-            if self._crew is not None:
-                self._graphs[block] = self._crew.graphs(self.step, self._clock, self.shared)
-            else:
-                with wp.ScopedCapture(device=self._device, force_module_load=False) as capture:
-                    for _ in range(block):
-                        self.step()
-                self._graphs[block] = [capture.graph]
+            with wp.ScopedCapture(device=self._device, force_module_load=False) as capture:
+                for _ in range(block):
+                    self.step()
+            self._graphs[block] = capture.graph
         return self._graphs[block]

@@ -4,7 +4,9 @@
 
 A size is dimensions:rows. Ours is timed with LAMMPS's own parts (hourglass control and viscosity), with viscosity alone, on
 approaching or on all pairs (pair damping), with the residual, bare, bare with its root moved by an expression, and in the
-default form (stress points); on one core, and the first, the bare and the default on all. The C loops (`reference.c`, -O3
+default form (stress points). The first, the bare and the default also on all cores, beside as many independent copies, a
+core each, which say what the machine's cores are worth together just then: cores that are shared with others are not always
+worth their number. The C loops (`reference.c`, -O3
 -march=native -ffast-math) have our data: the same pairs, stored W'/r and order; they do the two loops over pairs and no
 more, beside our kernels of the two, in both precisions.
 
@@ -16,11 +18,14 @@ makes the README's table and docs/peers.png of it.
 import argparse
 import ctypes
 import json
+import os
 import platform
 import subprocess
 import sys
 import tempfile
+import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -28,12 +33,14 @@ import warp as wp
 
 import wsph
 from wsph.composition import Composition, compose
+from wsph.crew import cores
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import beam
 
 HERE, ROOT = Path(__file__).resolve().parent, Path(__file__).resolve().parents[2]
 ROUNDS, SECONDS, COURANT = 3, 2.0, 0.3
+SLICES, SLICE_SECONDS = 11, 1.0
 VISCOSITY = {"alpha": 0.06, "kind": "approach"}
 PARTS = {
     "hourglass and viscosity": {"residual": False, "hourglass": {"coefficient": 0.1}, "viscosity": VISCOSITY},
@@ -86,6 +93,33 @@ def rate(composition: Composition, seconds: float = SECONDS) -> float:
     return best[1]
 
 
+def together(copies: list[Composition], seconds: float) -> float:
+    """Particle-steps per second of independent runs at the same time, each on a core of its own."""
+
+    def one(number: int) -> float:
+        os.sched_setaffinity(threading.get_native_id(), {cores()[number]})
+        return rate(copies[number], seconds)
+
+    with ThreadPoolExecutor(len(copies)) as pool:
+        return sum(pool.map(one, range(len(copies))))
+
+
+def worth_of_cores(dim: int, rows: int, form: str, single: Composition) -> dict[str, float]:
+    """What all cores do together over what one does, and what independent copies do: medians of alternating slices."""
+    every, count = block(dim, rows, form, threads=0), len(cores())
+    copies = [single, *(block(dim, rows, form) for _ in range(count - 1))]
+    found = []
+    for _ in range(SLICES):
+        alone, shared, apart = (
+            rate(single, SLICE_SECONDS),
+            rate(every, SLICE_SECONDS),
+            together(copies, SLICE_SECONDS),
+        )
+        found.append((shared / alone, apart / alone, shared / apart))
+    ratio, ceiling, share = np.median(found, 0)
+    return {"ratio": float(ratio), "of_copies": float(ceiling), "share": float(share)}
+
+
 def reference(composition: Composition) -> dict[str, float]:
     """Microseconds per particle of the two loops over pairs in C and of our two kernels, on the same arrays."""
     system = composition.bodies[0].system
@@ -125,7 +159,6 @@ def reference(composition: Composition) -> dict[str, float]:
 def compare(dim: int, rows: int, options: argparse.Namespace) -> dict:
     """One size, all sides."""
     made = {name: block(dim, rows, name) for name in PARTS}
-    spread = {name: block(dim, rows, name, threads=0) for name in ON_ALL_CORES}
     bare = made["bare"]
     sides = {"LAMMPS": (beam.lammps, options.lammps), "PySPH": (beam.pysph, options.pysph)}
     steps = max(int(2e6 / bare.particles), 10)
@@ -133,8 +166,6 @@ def compare(dim: int, rows: int, options: argparse.Namespace) -> dict:
     for _ in range(ROUNDS):
         for name, composition in made.items():
             rates.setdefault(name, []).append(rate(composition))
-            if name in spread:
-                rates.setdefault(f"{name}, all cores", []).append(rate(spread[name]))
         for name, (measured, python) in sides.items():
             if python:
                 peer = measured(python, dim, rows, steps, COURANT, warm=5)
@@ -146,7 +177,7 @@ def compare(dim: int, rows: int, options: argparse.Namespace) -> dict:
         "pairs_per_particle": {k: c.pairs / c.particles for k, c in made.items()},
         "rates": {k: float(np.median(v)) for k, v in rates.items()},
         "bytes_per_particle": {k: c.bodies[0].system.nbytes / c.particles for k, c in made.items()},
-        "cores_ratio": {k: float(np.median(np.array(rates[f"{k}, all cores"]) / rates[k])) for k in spread},
+        "cores": {name: worth_of_cores(dim, rows, name, made[name]) for name in ON_ALL_CORES},
         "cost_of_moving": float(np.median(np.array(rates["bare"]) / rates["bare, root moved"])) - 1.0,
     }
     for name, (_, python) in sides.items():
@@ -165,7 +196,7 @@ def main() -> None:
     parser.add_argument("--write", action="store_true")
     options = parser.parse_args()
     kept = ROOT / "docs" / "peers.json"
-    found: dict = {"machine": f"{platform.machine()}, {len(wsph.crew.cores())} cores", "warp": wp.config.version}
+    found: dict = {"machine": f"{platform.machine()}, {len(cores())} cores", "warp": wp.config.version}
     sizes = {(s["dim"], s["rows"]): s for s in json.loads(kept.read_text())["sizes"]} if kept.exists() else {}
     for size in options.sizes:
         dim, rows = (int(word) for word in size.split(":"))

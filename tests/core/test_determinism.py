@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import wsph
-from wsph import program
+from wsph import crew, program
 from wsph.composition import compose
 
 MISES = {"model": "mises", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3, "yield_stress": 2e-3}
@@ -46,7 +46,8 @@ def digest(result: wsph.Result) -> str:
 def test_one_hash(formulation: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     captured = digest(wsph.run(scene(formulation)))
     monkeypatch.setattr(program, "SMALL_PAIRS", 0)
-    monkeypatch.setattr(program, "SHARED_SECONDS", 0.0)
+    monkeypatch.setattr(crew, "ALONE_SECONDS", 0.0)
+    monkeypatch.setattr(crew, "PIECE_SECONDS", 2e-5)
     found = {captured}
     for threads, every, resumed in itertools.product((1, 2, 4), (3, 50), (False, True)):
         whole = scene(formulation, threads, every)

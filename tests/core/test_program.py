@@ -7,8 +7,7 @@ import pytest
 import warp as wp
 
 import wsph
-from wsph import crew, program
-from wsph.clock import takes_ranges
+from wsph import clock, crew, program
 from wsph.composition import compose
 
 
@@ -20,6 +19,13 @@ def block(threads: int, run: dict, **body: object) -> wsph.Scene:
     return wsph.Scene(
         schema=1, dim=3, run=runs, bodies=[data], boundary=[{"body": "b", "face": "-x", "fixed": ["x", "y", "z"]}]
     )
+
+
+def share(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Small scenes are shared as large ones are."""
+    monkeypatch.setattr(program, "SMALL_PAIRS", 0)
+    monkeypatch.setattr(crew, "ALONE_SECONDS", 0.0)
+    monkeypatch.setattr(crew, "PIECE_SECONDS", 2e-5)
 
 
 CASES = [
@@ -38,15 +44,14 @@ def test_any_number_of_threads_gives_the_same_bits(case: dict, monkeypatch: pyte
     captured = compose(block(1, case))
     captured.program.run(12)
     states.append(captured.bodies[0].system.state.buffer.numpy())
-    monkeypatch.setattr(program, "SMALL_PAIRS", 0)
-    monkeypatch.setattr(program, "SHARED_SECONDS", 0.0)
+    share(monkeypatch)
     for threads in (1, 2, 4):
         composition = compose(block(threads, case))
         assert not composition.program.small
         composition.program.run(12)
         assert composition.program.threads == threads
         if threads > 1:
-            assert any(composition.program.shared)
+            assert max(composition.program.pieces) >= threads
         states.append(composition.bodies[0].system.state.buffer.numpy())
     for other in states[1:]:
         assert np.array_equal(states[0], other)
@@ -54,46 +59,55 @@ def test_any_number_of_threads_gives_the_same_bits(case: dict, monkeypatch: pyte
 
 
 class Failing:
-    """A graph that the caller's or another thread cannot replay."""
+    """A graph that cannot be replayed, and a piece that cannot be launched."""
 
     @property
     def _native_graph(self) -> None:
+        self.launch()
+
+    def launch(self) -> None:
         raise ValueError("a part of a launch")
 
 
-@pytest.mark.parametrize("number", [0, 2])
-def test_a_part_that_fails_is_raised_where_the_step_is_run(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(program, "SMALL_PAIRS", 0)
+@pytest.mark.parametrize("broken", ["the caller's graph", "another's graph", "a piece"])
+def test_a_part_that_fails_is_raised_where_the_step_is_run(broken: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    share(monkeypatch)
     composition = compose(block(3, {}))
     composition.compile()
     run = composition.program
     assert run.run(2) == 2
-    captured = run._captured(1)
-    broken = [Failing() if k == number else graph for k, graph in enumerate(captured)]
-    monkeypatch.setattr(run, "_captured", lambda steps: broken)
+    kind = "pieces" if broken == "a piece" else "graphs"
+    parts = next(getattr(stretch, kind) for stretch in run._stretches if getattr(stretch, kind))
+    parts[0 if broken == "the caller's graph" else 2] = Failing()
     with pytest.raises(ValueError, match="a part of a launch"):
         run.run(40)
-    monkeypatch.undo()
     assert run.run(3) == 3  # with a crew of its own
 
 
-def test_threads_meet_after_every_launch_that_they_share() -> None:
-    composition = compose(block(2, {}))
-    composition.compile()
-    composition.program.run(1)
-    clock, step = composition.clock, composition.program.step
-    kernels = clock.list_launches(step)
+def test_threads_meet_after_every_launch_that_they_share(monkeypatch: pytest.MonkeyPatch) -> None:
+    @wp.kernel(enable_backward=False)
+    def ranged(first: int):
+        pass
+
+    @wp.kernel(enable_backward=False)
+    def whole(n: int):
+        pass
+
+    seen: list[str] = []
     found = crew.Crew(2)
-    taken: list[object] = []
-    for me, shared in ((0, True), (1, True), (0, False), (1, False)):
-        taken.clear()
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(wp, "launch", lambda kernel, *_, **__: taken.append(kernel))
-            found._capture(step, clock, [shared] * len(kernels), me)
-        meetings = taken.count(crew.meeting())
-        ranged = sum(takes_ranges(kernel) for kernel in kernels)
-        assert len(taken) - meetings == ((len(kernels), ranged) if shared else (len(kernels), 0))[me]
-        assert meetings > ranged if shared else meetings == 1
+    monkeypatch.setattr(found, "_meet", lambda number: seen.append("meet"))
+    monkeypatch.setattr(
+        clock.wp, "launch", lambda kernel, n, inputs, **_: seen.append(f"{kernel.key.split('_')[-1]}{n}")
+    )
+    launches = [clock.Launch(kernel, 9, [], [], "cpu") for kernel in (whole, ranged, ranged, whole, whole)]
+    assert [found.pieces(launch, seconds) for launch, seconds in zip(launches, (1.0, 1.0, 1e-4, 1.0, 1.0), strict=True)] \
+        == [1, 9, 2, 1, 1]  # fmt: skip
+    assert found.pieces(launches[1], 1e-6) == 1
+    found._captured([(launch, parts) for launch, parts in zip(launches, (1, 2, 2, 1, 1), strict=True)], 0)
+    first, _ = seen.copy(), seen.clear()
+    found._captured([(launch, parts) for launch, parts in zip(launches, (1, 2, 2, 1, 1), strict=True)], 1)
+    assert first == ["whole9", "meet", "ranged4", "meet", "ranged4", "meet", "whole9", "whole9", "meet"]
+    assert seen == ["meet", "ranged5", "meet", "ranged5", "meet", "meet"]
     found.dismiss()
 
 
