@@ -22,17 +22,14 @@ class Launch:
 
     @property
     def divisible(self) -> bool:
-        """Whether it can be in parts."""
+        """Whether it can be in ranges."""
         return self.kernel.adj.args[0].label == "first"
 
-    def run(self, part: int = 0, parts: int = 1, record: bool = False) -> Any:
-        """Launch part `part` of `parts` of it, of a divisible one, or the whole; with `record` instead give the command
-        that does."""
-        low, high = self.n * part // parts, self.n * (part + 1) // parts
+    def run(self, low: int = 0, high: int | None = None) -> None:
+        """Launch the range from `low` to `high` of it, of a divisible one, or the whole."""
         inputs = [low, *self.inputs] if self.divisible else self.inputs
-        return wp.launch(
-            self.kernel, high - low, inputs=inputs, outputs=self.outputs, device=self.device, record_cmd=record
-        )
+        wp.launch(self.kernel, (self.n if high is None else high) - low, inputs=inputs, outputs=self.outputs,
+                  device=self.device)  # fmt: skip
 
 
 @cache

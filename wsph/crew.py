@@ -1,11 +1,11 @@
 """Threads that share the launches of a step on the CPU.
 
-A step is, for every thread, a list of stretches. Launches of a few microseconds to a millisecond stand in captured graphs,
-one a thread: its range of each, the first thread also the launches that are not shared. A launch that takes longer is cut
-into pieces that the threads take one after the other, so that cores of unequal speed, or ranges of unequal work, end
-together. After every shared launch the threads meet, and wait for each other awake: on a shared machine a core that goes to
-sleep between two launches is back late, by a tenth of a step of a hundred thousand particles. Who has waited a few
-microseconds offers its core to others between looks.
+A step is, for every thread, a list of stretches. Every thread has a range of each shared launch. Launches of up to a
+millisecond stand in captured graphs, one a thread; the first thread's has the launches that are not shared too. In a launch
+that takes longer every thread goes through its range in pieces, ever smaller ones, and then takes what is last in others':
+so cores of unequal speed, or ranges of unequal work, end together. After every shared launch the threads meet, and wait for
+each other awake: on a shared machine a core that goes to sleep between two launches is back late, by a tenth of a step of a
+hundred thousand particles. Who has waited a few microseconds offers its core to others between looks.
 
 Every row is computed as it is in one piece: results are the same bits for any number of threads.
 """
@@ -14,9 +14,11 @@ import contextlib
 import ctypes
 import os
 import threading
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cache
+from enum import Enum
+from functools import cache, partial
 from itertools import groupby
 from queue import SimpleQueue
 from typing import Any
@@ -27,10 +29,12 @@ from wsph.clock import Launch
 
 ALONE_SECONDS = 2e-5
 """A launch shorter than this is the first thread's alone: a meeting takes a microsecond, and one cache has the data."""
-PIECE_SECONDS = 2.5e-4
-"""About so long takes a piece of a launch that is cut: taking one costs some microseconds."""
-MOST_PIECES = 8
-"""More a thread make ends no more even."""
+LONG_SECONDS = 1e-3
+"""A launch that takes longer is gone through in pieces."""
+PIECE_SECONDS = 1e-4
+"""The shortest piece: taking one costs a few microseconds."""
+PIECE = 0.3
+"""A piece's share of what a thread has left."""
 
 LINE = 16
 """Counters stand so many int64 apart, so that no two of them share a cache line."""
@@ -71,12 +75,42 @@ def _give_way() -> int:
     return ctypes.cast(function, ctypes.c_void_p).value or 0 if function is not None else 0
 
 
+def _captured(launch: Callable[[], None]) -> wp.Graph:
+    """A graph of launches, which start faster so: a recorded launch packs its arguments anew each time."""
+    with wp.ScopedCapture(device="cpu", force_module_load=False) as capture:
+        launch()
+    return capture.graph
+
+
+def _next(take: Callable[[], wp.Graph]) -> wp.Graph | None:
+    """What `take` takes from a queue, None where it is empty."""
+    try:
+        return take()
+    except IndexError:
+        return None
+
+
+def share(launch: Launch, seconds: float) -> "Share":
+    """How a launch that takes `seconds` [s] is shared."""
+    if not launch.divisible or seconds <= ALONE_SECONDS:
+        return Share.ALONE
+    return Share.PIECES if seconds > LONG_SECONDS else Share.RANGES
+
+
+class Share(Enum):
+    """How the threads share a launch."""
+
+    ALONE = "the first thread's"
+    RANGES = "a range each"
+    PIECES = "in pieces"
+
+
 @dataclass(frozen=True)
 class Stretch:
-    """What the threads do between two points of a step: a graph each, or the pieces of one launch, whoever is free."""
+    """What the threads do between two points of a step: a graph each, or each its pieces of a launch."""
 
     graphs: list[wp.Graph]
-    pieces: list[Any]
+    pieces: list[list[wp.Graph]]
 
 
 class Crew:
@@ -87,7 +121,7 @@ class Crew:
         self._cores = cores()
         self._met = wp.zeros(threads * LINE, dtype=wp.int64, device="cpu")
         self._address = wp.uint64(_give_way())
-        self._meetings = [self._meet(number, record=True) for number in range(threads)]
+        self._meetings = [_captured(partial(self._meet, number)) for number in range(threads)]
         self._jobs: list[SimpleQueue[Any]] = [SimpleQueue() for _ in range(threads - 1)]
         self._failed: list[BaseException] = []
         self._threads = [
@@ -96,43 +130,50 @@ class Crew:
         for thread in self._threads:
             thread.start()
 
-    def pieces(self, launch: Launch, seconds: float) -> int:
-        """Into how many pieces a launch of `seconds` [s] goes: 1 that of the first thread alone, one a thread, or more."""
-        if not launch.divisible or seconds <= ALONE_SECONDS:
-            return 1
-        return max(min(int(seconds / PIECE_SECONDS), MOST_PIECES * self.threads, launch.n), self.threads)
-
-    def stretches(self, launches: list[Launch], pieces: list[int]) -> list[Stretch]:
-        """What the threads do with the launches of a step, in so many pieces. Kernels are loaded."""
+    def stretches(self, launches: list[Launch], seconds: list[float]) -> list[Stretch]:
+        """What the threads do with the launches of a step, found to take `seconds` [s] each. Kernels are loaded."""
         found = []
-        for cut, group in groupby(zip(launches, pieces, strict=True), lambda each: each[1] > self.threads):
+        planned = [(launch, each, share(launch, each)) for launch, each in zip(launches, seconds, strict=True)]
+        for cut, group in groupby(planned, lambda each: each[2] is Share.PIECES):
             if cut:
-                found += [
-                    Stretch([], [launch.run(k, parts, record=True) for k in range(parts)]) for launch, parts in group
-                ]
+                found += [Stretch([], self._pieces(launch, each)) for launch, each, _ in group]
             else:
-                planned = list(group)
-                found.append(Stretch([self._captured(planned, number) for number in range(self.threads)], []))
+                plan = [(launch, how is Share.RANGES) for launch, _, how in group]
+                parts = [partial(self._part, plan, number) for number in range(self.threads)]
+                found.append(Stretch([_captured(part) for part in parts], []))
         return found
 
-    def _captured(self, planned: list[tuple[Launch, int]], number: int) -> wp.Graph:
-        """The graph of a thread."""
-        with wp.ScopedCapture(device="cpu", force_module_load=False) as capture:
-            shared = False
-            for launch, parts in planned:
-                if shared or parts > 1:
-                    self._meet(number)
-                shared = parts > 1
-                if shared:
-                    launch.run(number, parts)
-                elif number == 0:
-                    launch.run()
-            self._meet(number)
-        return capture.graph
+    def _range(self, n: int, number: int) -> tuple[int, int]:
+        return n * number // self.threads, n * (number + 1) // self.threads
 
-    def _meet(self, number: int, record: bool = False) -> Any:
-        inputs = [number, self.threads, self._address, self._met]
-        return wp.launch(meeting(), 1, inputs=inputs, device="cpu", record_cmd=record)
+    def _pieces(self, launch: Launch, seconds: float) -> list[list[wp.Graph]]:
+        """The pieces of every thread's range."""
+        least = max(int(PIECE_SECONDS / seconds * launch.n), 1)
+        found: list[list[wp.Graph]] = []
+        for number in range(self.threads):
+            low, end = self._range(launch.n, number)
+            found.append([])
+            while low < end:
+                high = min(low + max(int(PIECE * (end - low)), least), end)
+                found[-1].append(_captured(partial(launch.run, low, high)))
+                low = high
+        return found
+
+    def _part(self, plan: list[tuple[Launch, bool]], number: int) -> None:
+        """A thread's part of launches that are shared or not."""
+        before = False
+        for launch, shared in plan:
+            if shared or before:
+                self._meet(number)
+            if shared:
+                launch.run(*self._range(launch.n, number))
+            elif number == 0:
+                launch.run()
+            before = shared
+        self._meet(number)
+
+    def _meet(self, number: int) -> None:
+        wp.launch(meeting(), 1, inputs=[number, self.threads, self._address, self._met], device="cpu")
 
     def _pin(self, number: int) -> None:
         """Unpinned, two threads sometimes share a core."""
@@ -148,16 +189,17 @@ class Crew:
                 self._failed.append(error)
                 self._leave(number)
 
-    def _replay(self, number: int, stretches: list[Stretch], left: list[list[Iterator[Any]]]) -> None:
-        """A thread's part of steps; `left` holds for each what is left of every stretch's pieces."""
+    def _replay(self, number: int, stretches: list[Stretch], left: list[list[list[deque[wp.Graph]]]]) -> None:
+        """A thread's part of steps; `left` holds for each step, stretch and thread which pieces are left."""
         for each in left:
             for stretch, pieces in zip(stretches, each, strict=True):
                 if stretch.graphs:
                     wp.capture_launch(stretch.graphs[number])
-                else:
-                    for piece in pieces:
-                        piece.launch()
-                    self._meetings[number].launch()
+                    continue
+                for take in (pieces[number].popleft, *(each.pop for each in pieces)):
+                    while (piece := _next(take)) is not None:
+                        wp.capture_launch(piece)
+                wp.capture_launch(self._meetings[number])
 
     def _leave(self, number: int) -> None:
         self._met.numpy()[number * LINE] = GONE
@@ -174,7 +216,7 @@ class Crew:
 
     def run(self, stretches: list[Stretch], times: int) -> None:
         """Go through a step so often. After a fault in any thread the crew is of no more use."""
-        left = [[iter(stretch.pieces) for stretch in stretches] for _ in range(times)]
+        left = [[[deque(pieces) for pieces in stretch.pieces] for stretch in stretches] for _ in range(times)]
         for jobs in self._jobs:
             jobs.put((stretches, left))
         try:

@@ -41,8 +41,7 @@ class Program:
         self.small = pairs <= SMALL_PAIRS or on_cuda
         self.followed = before is not None
         self.threads = 1 if self.small else threads or len(cores())
-        self.pieces: list[int] = []
-        """Of every launch of a step, into how many pieces the cores share it: known after the first step."""
+        self._seconds: list[float] = []
         self._blocks = BLOCKS if self.small and not self.followed else (1,)
         self._graphs: dict[int, wp.Graph] = {}
         self._crew: Crew | None = None
@@ -84,16 +83,14 @@ class Program:
         """Some steps by all threads, at most so many, the first of all by one, timed; returns how many."""
         if not self._stretches:
             launches = self._clock.launches(self.step)
-            if not self.pieces:
-                seconds = []
+            if not self._seconds:
                 for launch in launches:
                     started = time.perf_counter()
                     launch.run()
-                    seconds.append(time.perf_counter() - started)
-                self.pieces = [crew.pieces(launch, each) for launch, each in zip(launches, seconds, strict=True)]
-                self._times = 1 if self.followed else 1 + int(STRETCH_SECONDS / sum(seconds))
+                    self._seconds.append(time.perf_counter() - started)
+                self._times = 1 if self.followed else 1 + int(STRETCH_SECONDS / sum(self._seconds))
                 return 1
-            self._stretches = crew.stretches(launches, self.pieces)
+            self._stretches = crew.stretches(launches, self._seconds)
         times = min(self._times, most)
         try:
             crew.run(self._stretches, times)

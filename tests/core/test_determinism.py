@@ -47,6 +47,7 @@ def test_one_hash(formulation: str, tmp_path: Path, monkeypatch: pytest.MonkeyPa
     captured = digest(wsph.run(scene(formulation)))
     monkeypatch.setattr(program, "SMALL_PAIRS", 0)
     monkeypatch.setattr(crew, "ALONE_SECONDS", 0.0)
+    monkeypatch.setattr(crew, "LONG_SECONDS", 5e-5)
     monkeypatch.setattr(crew, "PIECE_SECONDS", 2e-5)
     found = {captured}
     for threads, every, resumed in itertools.product((1, 2, 4), (3, 50), (False, True)):

@@ -25,6 +25,7 @@ def share(monkeypatch: pytest.MonkeyPatch) -> None:
     """Small scenes are shared as large ones are."""
     monkeypatch.setattr(program, "SMALL_PAIRS", 0)
     monkeypatch.setattr(crew, "ALONE_SECONDS", 0.0)
+    monkeypatch.setattr(crew, "LONG_SECONDS", 5e-5)
     monkeypatch.setattr(crew, "PIECE_SECONDS", 2e-5)
 
 
@@ -51,7 +52,9 @@ def test_any_number_of_threads_gives_the_same_bits(case: dict, monkeypatch: pyte
         composition.program.run(12)
         assert composition.program.threads == threads
         if threads > 1:
-            assert max(composition.program.pieces) >= threads
+            stretches = composition.program._stretches
+            assert {len(each.graphs) + len(each.pieces) for each in stretches} == {threads}
+            assert any(each.pieces for each in stretches)
         states.append(composition.bodies[0].system.state.buffer.numpy())
     for other in states[1:]:
         assert np.array_equal(states[0], other)
@@ -59,13 +62,10 @@ def test_any_number_of_threads_gives_the_same_bits(case: dict, monkeypatch: pyte
 
 
 class Failing:
-    """A graph that cannot be replayed, and a piece that cannot be launched."""
+    """A graph that cannot be replayed."""
 
     @property
     def _native_graph(self) -> None:
-        self.launch()
-
-    def launch(self) -> None:
         raise ValueError("a part of a launch")
 
 
@@ -76,9 +76,11 @@ def test_a_part_that_fails_is_raised_where_the_step_is_run(broken: str, monkeypa
     composition.compile()
     run = composition.program
     assert run.run(2) == 2
-    kind = "pieces" if broken == "a piece" else "graphs"
-    parts = next(getattr(stretch, kind) for stretch in run._stretches if getattr(stretch, kind))
-    parts[0 if broken == "the caller's graph" else 2] = Failing()
+    if broken == "a piece":
+        next(stretch.pieces for stretch in run._stretches if stretch.pieces)[1][0] = Failing()
+    else:
+        graphs = next(stretch.graphs for stretch in run._stretches if stretch.graphs)
+        graphs[0 if broken == "the caller's graph" else 2] = Failing()
     with pytest.raises(ValueError, match="a part of a launch"):
         run.run(40)
     assert run.run(3) == 3  # with a crew of its own
@@ -96,18 +98,25 @@ def test_threads_meet_after_every_launch_that_they_share(monkeypatch: pytest.Mon
     seen: list[str] = []
     found = crew.Crew(2)
     monkeypatch.setattr(found, "_meet", lambda number: seen.append("meet"))
-    monkeypatch.setattr(
-        clock.wp, "launch", lambda kernel, n, inputs, **_: seen.append(f"{kernel.key.split('_')[-1]}{n}")
-    )
-    launches = [clock.Launch(kernel, 9, [], [], "cpu") for kernel in (whole, ranged, ranged, whole, whole)]
-    assert [found.pieces(launch, seconds) for launch, seconds in zip(launches, (1.0, 1.0, 1e-4, 1.0, 1.0), strict=True)] \
-        == [1, 9, 2, 1, 1]  # fmt: skip
-    assert found.pieces(launches[1], 1e-6) == 1
-    found._captured([(launch, parts) for launch, parts in zip(launches, (1, 2, 2, 1, 1), strict=True)], 0)
-    first, _ = seen.copy(), seen.clear()
-    found._captured([(launch, parts) for launch, parts in zip(launches, (1, 2, 2, 1, 1), strict=True)], 1)
-    assert first == ["whole9", "meet", "ranged4", "meet", "ranged4", "meet", "whole9", "whole9", "meet"]
-    assert seen == ["meet", "ranged5", "meet", "ranged5", "meet", "meet"]
+
+    def note(kernel: wp.Kernel, n: int, inputs: list, **_: object) -> None:
+        seen.append(f"{kernel.key.split('_')[-1]} {inputs[0]}+{n}")
+
+    monkeypatch.setattr(clock.wp, "launch", note)
+    launches = [clock.Launch(kernel, 9, [], [], "cpu") for kernel in (whole, ranged)]
+    assert [crew.share(launches[1], seconds) for seconds in (1e-6, 1e-4, 1.0)] == list(crew.Share)
+    assert crew.share(launches[0], 1.0) is crew.Share.ALONE
+    launches[0].inputs.append(0)
+    plan = [(launches[k], k == 1) for k in (0, 1, 1, 0, 0)]
+    found._part(plan, 0)
+    assert seen == ["whole 0+9", "meet", "ranged 0+4", "meet", "ranged 0+4", "meet", "whole 0+9", "whole 0+9", "meet"]
+    seen.clear()
+    found._part(plan, 1)
+    assert seen == ["meet", "ranged 4+5", "meet", "ranged 4+5", "meet", "meet"]
+    seen.clear()
+    monkeypatch.setattr(crew, "PIECE", 0.5)
+    found._pieces(launches[1], 1.0)
+    assert seen == [f"ranged {each}" for each in ("0+2", "2+1", "3+1", "4+2", "6+1", "7+1", "8+1")]
     found.dismiss()
 
 
