@@ -166,7 +166,7 @@ def peers() -> list[str]:
     found = json.loads((ROOT / "docs" / "peers.json").read_text())
     size = max((s for s in found["sizes"] if s["dim"] == 3 and s["rows"] <= 21), key=lambda s: s["rows"])
     there = [name for name in PEERS if f"over {name}" in size]
-    heads = ["one core, f64", "particle-steps/s", *(f"over {n}" for n in there), "ns per pair", "all cores over one (copies)", "bytes per particle"]  # fmt: skip
+    heads = ["one core, f64", "particle-steps/s", *(f"over {n}" for n in there), "ns per pair", "both cores over one (best slice; copies)", "bytes per particle"]  # fmt: skip
     rows = ["| " + " | ".join(heads) + " |", "| " + " | ".join("---" for _ in heads) + " |"]
     for form, each in size["bytes_per_particle"].items():
         over = [f"{size[f'over {name}'][form]:.1f}" for name in there]

@@ -33,7 +33,7 @@ LONG_SECONDS = 1e-3
 """A launch that takes longer is gone through in pieces."""
 PIECE_SECONDS = 1e-4
 """The shortest piece: taking one costs a few microseconds."""
-PIECE = 0.3
+PIECE = 0.7
 """A piece's share of what a thread has left."""
 
 LINE = 16

@@ -171,10 +171,24 @@ class OneSetSystem(System):
             coefficients[6], rates[2] = squared[0][0], squared[0][1].buffer
         split = self.count * self.space.dim
         start, end = {"all": (0, len(out.buffer)), "velocity": (0, split), "rest": (split, len(out.buffer))}[part]
-        kernel = combine_kernel(self.space, len(plain), len(timed), len(squared))
-        entries = 1 if wp.get_device(self.device).is_cuda else ENTRIES
-        inputs = [self.clock.time, start, end, entries, self.space.vector(7)(*coefficients), *states, *rates]
-        self.clock.launch(kernel, -(-(end - start) // entries), inputs, [out.buffer])
+        self._combine((len(plain), len(timed), len(squared)), (start, end), coefficients, [*states, *rates], out.buffer)
+
+    def _combine(self, terms: tuple[int, int, int], span: tuple[int, int], coefficients: list[float], sources: list[wp.array],
+                 out: wp.array) -> None:  # fmt: skip
+        """`combine` on arrays, of which it takes the entries of a span."""
+        (start, end), entries = span, 1 if wp.get_device(self.device).is_cuda else ENTRIES
+        inputs = [self.clock.time, start, end, entries, self.space.vector(7)(*coefficients), *sources]
+        self.clock.launch(combine_kernel(self.space, *terms), -(-(end - start) // entries), inputs, [out])
+
+    def drift(self, state: State, k: State, c: float, ahead: float = 0.0) -> None:
+        """All of `state` but its velocity goes on by c dt: `rate` into `k` and `combine`, `ahead` as there; where only
+        displacements do, in one launch that leaves `k` as it is."""
+        if state.start.keys() != {"velocity", "displacement"}:
+            self.rate(state, k, "rest", ahead)
+            self.combine(state, plain=[(1.0, state)], timed=[(c, k)], part="rest")
+            return
+        u, v = state.flat("displacement"), state.flat("velocity")
+        self._combine((1, 1, 0), (0, len(u)), [1.0, 0.0, 0.0, c, 0.0, 0.0, 0.0], [u, u, u, v, v, v], u)
 
     def impose(self, state: State, c: float | tuple[float, float]) -> None:
         """Set the prescribed velocities of a state, and the loads for the rates to come, at t + c dt."""

@@ -121,6 +121,12 @@ class State:
         offset = 0 if buffer is self.buffer else len(self.buffer)
         return offset + start + particle * self.widths[name] + component
 
+    def flat(self, name: str) -> wp.array:
+        """A field's numbers in the buffer, one after the other."""
+        address = (self.buffer.ptr or 0) + self.start[name] * np.dtype(self.space.numpy).itemsize
+        size = self.counts[name] * self.widths[name]
+        return wp.array(ptr=address, dtype=self.space.scalar, shape=size, device=self.device, copy=False)
+
     def read(self, name: str) -> np.ndarray:
         """A copy of a field, (n, width), nondimensional, in double precision."""
         (buffer, start), width, n = self._place(name), self.widths[name], self.counts[name]

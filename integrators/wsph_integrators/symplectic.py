@@ -61,8 +61,7 @@ class Leapfrog:
         s, y, k, old = self.system, self.state, self.k, self.old
         s.combine(y, plain=[(1.0, y)], timed=[(0.5, old)], part="velocity")
         s.constrain(y, 0.5)
-        s.rate(y, k, "rest", ahead=0.5)
-        s.combine(y, plain=[(1.0, y)], timed=[(1.0, k)], part="rest")
+        s.drift(y, k, 1.0, ahead=0.5)
         s.project(y)
         if self.predicts:
             # The velocity at the end, predicted with the old acceleration, for what depends on it; then with the mean of
@@ -116,8 +115,7 @@ class BlanesMoan4:
         for kick, drift in zip(self._kicks, self._drifts, strict=False):
             s.combine(y, plain=[(1.0, y)], timed=[(kick, k)], part="velocity")
             s.constrain(y, time + 0.5 * drift)
-            s.rate(y, k, "rest", ahead=0.5 * drift)
-            s.combine(y, plain=[(1.0, y)], timed=[(drift, k)], part="rest")
+            s.drift(y, k, drift, ahead=0.5 * drift)
             s.project(y)
             time += drift
             s.constrain(y, time)
@@ -187,8 +185,7 @@ class ProcessedLeapfrog:
         s, inner = self.system, self.inner
         s.combine(inner, plain=[(1.0, inner)], timed=[(0.5, self.k)], part="velocity")
         s.impose(inner, 0.5)
-        s.rate(inner, self.first, "rest")
-        s.combine(inner, plain=[(1.0, inner)], timed=[(1.0, self.first)], part="rest")
+        s.drift(inner, self.first, 1.0)
         s.impose(inner, 1.0)
         self._modified()
         s.combine(inner, plain=[(1.0, inner)], timed=[(0.5, self.k)], part="velocity")

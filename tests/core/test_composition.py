@@ -150,7 +150,7 @@ def test_a_scene_pays_nothing_for_fracture_and_contact_that_it_has_not() -> None
         return wsph.Scene(schema=1, dim=2, run=run, bodies=[{**body, **part}])
 
     bare = compose(scene())
-    assert sorted(set(names(scene()))) == ["advance", "combine", "drift", "force_between", "strain"]
+    assert sorted(set(names(scene()))) == ["advance", "combine", "force_between", "strain"]
     assert not {"damage", "damaged_stress"} & set(bare.bodies[0].system.state.widths)
     assert bare.contacts is None
     assert not bare.program.followed
