@@ -34,7 +34,9 @@ class Mesh:
     material: dict[str, float]
 
     def __post_init__(self) -> None:
-        x, y = (np.linspace(a, b, n + 1) for a, b, n in zip(self.low, self.high, (self.columns, self.rows), strict=True))
+        x, y = (
+            np.linspace(a, b, n + 1) for a, b, n in zip(self.low, self.high, (self.columns, self.rows), strict=True)
+        )
         self.x = np.array([a.ravel() for a in np.meshgrid(x, y)])  # (2, nodes)
         first = (np.arange(self.rows)[:, None] * (self.columns + 1) + np.arange(self.columns)).ravel()
         self.nodes = np.array([first, first + 1, first + self.columns + 2, first + self.columns + 1])  # (4, elements)
