@@ -170,11 +170,8 @@ def peers() -> list[str]:
     rows = ["| " + " | ".join(heads) + " |", "| " + " | ".join("---" for _ in heads) + " |"]
     for form, each in size["bytes_per_particle"].items():
         over = [f"{size[f'over {name}'][form]:.1f}" for name in there]
-        both = (
-            f"{size['cores'][form]['ratio']:.2f} ({size['cores'][form]['of_copies']:.2f})"
-            if form in size["cores"]
-            else ""
-        )
+        worth = size["cores"].get(form)
+        both = f"{worth['ratio']:.2f} ({worth['best']:.2f}; {worth['of_copies']:.2f})" if worth else ""
         pair = 1e9 / (size["rates"][form] * size["pairs_per_particle"][form])
         cells = [form, f"{size['rates'][form] / 1e6:.2f}M", *over, f"{pair:.1f}", both, f"{each:.0f}"]
         rows.append("| " + " | ".join(cells) + " |")
@@ -186,7 +183,9 @@ def peers() -> list[str]:
             + " |"
         )
     heads = ["one core, f64", "particles", "stress points", "hourglass and viscosity", *there]
-    rows += ["", f"3D block of {size['particles']} particles, {size['pairs_per_particle']['bare']:.0f} neighbours (stress points: fewer and nearer)."
+    rows += ["", f"3D block of {size['particles']} particles, {size['pairs_per_particle']['bare']:.0f} neighbours (stress points: fewer and nearer). Both cores"
+             " over one: the median of alternating slices; in brackets the best slice, and what independent copies, a core each, do"
+             " together: what the cores of this shared machine are worth."
              f" Motion prescribed by an expression costs {100 * size['cost_of_moving']:.1f} %. Other sizes, particle-steps/s:",
              "", "| " + " | ".join(heads) + " |", "| " + " | ".join("---" for _ in heads) + " |"]  # fmt: skip
     for other in found["sizes"]:
