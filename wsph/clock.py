@@ -69,7 +69,7 @@ class Clock:
 
     def launch(self, kernel: wp.Kernel, n: int, inputs: list[Any], outputs: list[Any]) -> None:
         """A `Launch`, at once, or into the list that is being made."""
-        launch = Launch(kernel, n, inputs, outputs, self.device)
+        launch = Launch(kernel, n, list(inputs), list(outputs), self.device)
         if self._listed is None:
             launch.run()
         else:

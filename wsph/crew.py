@@ -3,9 +3,9 @@
 A step is, for every thread, a list of stretches. Every thread has a range of each shared launch. Launches of up to a
 millisecond stand in captured graphs, one a thread; the first thread's has the launches that are not shared too. In a launch
 that takes longer every thread goes through its range in pieces, ever smaller ones, and then takes what is last in others':
-so cores of unequal speed, or ranges of unequal work, end together. After every shared launch the threads meet, and wait for
-each other awake: on a shared machine a core that goes to sleep between two launches is back late, by a tenth of a step of a
-hundred thousand particles. Who has waited a few microseconds offers its core to others between looks.
+so cores of unequal speed, or ranges of unequal work, end together. Before and after a shared launch the threads meet, and
+wait for each other awake: on a shared machine a core that goes to sleep between two launches is back late, by a tenth of a
+step of a hundred thousand particles. Who has waited a few microseconds offers its core to others between looks.
 
 Every row is computed as it is in one piece: results are the same bits for any number of threads.
 """
@@ -15,7 +15,7 @@ import ctypes
 import os
 import threading
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache, partial
@@ -28,13 +28,13 @@ import warp as wp
 from wsph.clock import Launch
 
 ALONE_SECONDS = 2e-5
-"""A launch shorter than this is the first thread's alone: a meeting takes a microsecond, and one cache has the data."""
+"""A launch that takes less is the first thread's alone: a meeting takes a microsecond, and one cache has the data."""
 LONG_SECONDS = 1e-3
-"""A launch that takes longer is gone through in pieces."""
+"""A launch that takes one thread longer is gone through in pieces."""
 PIECE_SECONDS = 1e-4
 """The shortest piece: taking one costs a few microseconds."""
-PIECE = 0.7
-"""A piece's share of what a thread has left."""
+PIECE_SHARE = 0.7
+"""Of what a thread has left a piece takes so much."""
 
 LINE = 16
 """Counters stand so many int64 apart, so that no two of them share a cache line."""
@@ -47,6 +47,13 @@ GONE = 1 << 62
 def cores() -> list[int]:
     """The cores that this process may use."""
     return sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else list(range(os.cpu_count() or 1))
+
+
+def _keep_to(those: Iterable[int]) -> None:
+    """The calling thread on those cores alone, where the system lets it."""
+    if hasattr(os, "sched_setaffinity"):
+        with contextlib.suppress(OSError):
+            os.sched_setaffinity(threading.get_native_id(), those)
 
 
 @cache
@@ -75,7 +82,7 @@ def _give_way() -> int:
     return ctypes.cast(function, ctypes.c_void_p).value or 0 if function is not None else 0
 
 
-def _captured(launch: Callable[[], None]) -> wp.Graph:
+def captured(launch: Callable[[], None]) -> wp.Graph:
     """A graph of launches, which start faster so: a recorded launch packs its arguments anew each time."""
     with wp.ScopedCapture(device="cpu", force_module_load=False) as capture:
         launch()
@@ -121,7 +128,7 @@ class Crew:
         self._cores = cores()
         self._met = wp.zeros(threads * LINE, dtype=wp.int64, device="cpu")
         self._address = wp.uint64(_give_way())
-        self._meetings = [_captured(partial(self._meet, number)) for number in range(threads)]
+        self._meetings = [captured(partial(self._meet, number)) for number in range(threads)]
         self._jobs: list[SimpleQueue[Any]] = [SimpleQueue() for _ in range(threads - 1)]
         self._failed: list[BaseException] = []
         self._threads = [
@@ -140,7 +147,7 @@ class Crew:
             else:
                 plan = [(launch, how is Share.RANGES) for launch, _, how in group]
                 parts = [partial(self._part, plan, number) for number in range(self.threads)]
-                found.append(Stretch([_captured(part) for part in parts], []))
+                found.append(Stretch([captured(part) for part in parts], []))
         return found
 
     def _range(self, n: int, number: int) -> tuple[int, int]:
@@ -154,16 +161,16 @@ class Crew:
             low, end = self._range(launch.n, number)
             found.append([])
             while low < end:
-                high = min(low + max(int(PIECE * (end - low)), least), end)
-                found[-1].append(_captured(partial(launch.run, low, high)))
+                high = min(low + max(int(PIECE_SHARE * (end - low)), least), end)
+                found[-1].append(captured(partial(launch.run, low, high)))
                 low = high
         return found
 
     def _part(self, plan: list[tuple[Launch, bool]], number: int) -> None:
         """A thread's part of launches that are shared or not."""
-        before = False
+        before = None  # whether the last one was shared; at the start of a stretch all have met
         for launch, shared in plan:
-            if shared or before:
+            if before is not None and (shared or before):
                 self._meet(number)
             if shared:
                 launch.run(*self._range(launch.n, number))
@@ -177,8 +184,7 @@ class Crew:
 
     def _pin(self, number: int) -> None:
         """Unpinned, two threads sometimes share a core."""
-        if hasattr(os, "sched_setaffinity"):
-            os.sched_setaffinity(threading.get_native_id(), {self._cores[number % len(self._cores)]})
+        _keep_to({self._cores[number % len(self._cores)]})
 
     def _work(self, number: int, jobs: "SimpleQueue[Any]") -> None:
         self._pin(number)
@@ -188,11 +194,12 @@ class Crew:
             except BaseException as error:
                 self._failed.append(error)
                 self._leave(number)
+            job = None  # it would keep arrays that have been replaced
 
     def _replay(self, number: int, stretches: list[Stretch], left: list[list[list[deque[wp.Graph]]]]) -> None:
         """A thread's part of steps; `left` holds for each step, stretch and thread which pieces are left."""
-        for each in left:
-            for stretch, pieces in zip(stretches, each, strict=True):
+        for step in left:
+            for stretch, pieces in zip(stretches, step, strict=True):
                 if stretch.graphs:
                     wp.capture_launch(stretch.graphs[number])
                     continue
@@ -211,15 +218,14 @@ class Crew:
         try:
             yield
         finally:
-            if hasattr(os, "sched_setaffinity"):
-                os.sched_setaffinity(threading.get_native_id(), self._cores)
+            _keep_to(self._cores)
 
     def run(self, stretches: list[Stretch], times: int) -> None:
         """Go through a step so often. After a fault in any thread the crew is of no more use."""
         left = [[[deque(pieces) for pieces in stretch.pieces] for stretch in stretches] for _ in range(times)]
-        for jobs in self._jobs:
-            jobs.put((stretches, left))
         try:
+            for jobs in self._jobs:
+                jobs.put((stretches, left))
             self._replay(0, stretches, left)
         except BaseException as error:
             self._failed.insert(0, error)

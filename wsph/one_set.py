@@ -1,4 +1,4 @@
-"""What one-set integrators see of a body: `rate`, `combine`, `impose`, `accept` over one flat state.
+"""What one-set integrators see of a body: `rate`, `combine`, `drift`, `impose`, `constrain`, `accept` over one flat state.
 
 The forms that give the rates are in `wsph.lagrangian` and `wsph.updated`. Time steps are limited by what
 `wsph.spectrum` finds of the right-hand sides.
@@ -181,8 +181,8 @@ class OneSetSystem(System):
         self.clock.launch(combine_kernel(self.space, *terms), -(-(end - start) // entries), inputs, [out])
 
     def drift(self, state: State, k: State, c: float, ahead: float = 0.0) -> None:
-        """All of `state` but its velocity goes on by c dt: `rate` into `k` and `combine`, `ahead` as there; where only
-        displacements do, in one launch that leaves `k` as it is."""
+        """All of `state` but its velocity goes on by c dt: `rate` and `combine`, `ahead` as there, in one launch where only
+        displacements do. What `k` holds of the rest after it is undefined."""
         if state.start.keys() != {"velocity", "displacement"}:
             self.rate(state, k, "rest", ahead)
             self.combine(state, plain=[(1.0, state)], timed=[(c, k)], part="rest")

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import warp as wp
 
 from wsph.clock import Clock
-from wsph.crew import Crew, Stretch, cores, meeting
+from wsph.crew import Crew, Stretch, captured, cores, meeting
 
 SMALL_PAIRS = 200_000
 """Up to this many pairs a step is not worth sharing."""
@@ -21,6 +21,16 @@ BLOCKS = (256, 32, 4, 1)
 
 STRETCH_SECONDS = 0.01
 """The threads of a crew go about so long without being asked whether to stop."""
+
+
+def _timed(graphs: list[wp.Graph]) -> list[float]:
+    """Replay graphs and say how long each took [s]."""
+    seconds = []
+    for graph in graphs:
+        started = time.perf_counter()
+        wp.capture_launch(graph)
+        seconds.append(time.perf_counter() - started)
+    return seconds
 
 
 class Program:
@@ -84,10 +94,7 @@ class Program:
         if not self._stretches:
             launches = self._clock.launches(self.step)
             if not self._seconds:
-                for launch in launches:
-                    started = time.perf_counter()
-                    launch.run()
-                    self._seconds.append(time.perf_counter() - started)
+                self._seconds = _timed([captured(launch.run) for launch in launches])
                 self._times = 1 if self.followed else 1 + int(STRETCH_SECONDS / sum(self._seconds))
                 return 1
             self._stretches = crew.stretches(launches, self._seconds)

@@ -185,7 +185,11 @@ def run_study(
             keep(row(each))
         return rows
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, context, _quiet) as pool:
+    own = [cores()[k * each_takes : (k + 1) * each_takes] for k in range(max(len(cores()) // each_takes, 1))]
+    shares = context.Queue()
+    for k in range(workers):
+        shares.put(own[k % len(own)])
+    with ProcessPoolExecutor(workers, context, _begin, (shares,)) as pool:
         try:
             for found in pool.map(partial(_in_process, row), rest):
                 keep(found)
@@ -214,9 +218,12 @@ def _in_process(row: Callable[[Planned], dict[str, Any]], planned: Planned) -> d
         os._exit(130)
 
 
-def _quiet() -> None:
-    """As the command line has it: the table says what the warnings would."""
+def _begin(shares: Any) -> None:
+    """A process of a study: on cores of its own, and as quiet as the command line has it: the table says what warnings
+    would."""
     warnings.simplefilter("ignore")
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, shares.get())
 
 
 def _row(study: Study, folder: Path, planned: Planned, threads: int | None = None) -> dict[str, Any]:

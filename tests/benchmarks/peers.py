@@ -76,17 +76,17 @@ def block(dim: int, rows: int, form: str, threads: int = 1, precision: str = "f6
 
 
 def rate(composition: Composition, seconds: float = SECONDS) -> float:
-    """Particle-steps per second of wall time. A run that had less than .9 of its cores is repeated, up to five times; the
-    one that had most of them counts."""
-    best = (0.0, 0.0)
+    """Particle-steps per second of wall time. A run whose thread had less than .9 of its core is repeated, up to five
+    times; the one that had most of it counts."""
+    best, at_once = (0.0, 0.0), max(round(4e5 / composition.particles), 2)
     for _ in range(5):
-        steps, started, cpu = 0, time.perf_counter(), time.process_time()
+        steps, started, cpu = 0, time.perf_counter(), time.thread_time()
         while time.perf_counter() - started < seconds:
-            composition.program.run(2)
+            composition.program.run(at_once)
             wp.synchronize_device(composition.device)
-            steps += 2
+            steps += at_once
         wall = time.perf_counter() - started
-        share = (time.process_time() - cpu) / (wall * composition.program.threads)
+        share = (time.thread_time() - cpu) / wall
         best = max(best, (share, composition.particles * steps / wall))
         if share > 0.9:
             break

@@ -114,7 +114,7 @@ def test_threads_meet_after_every_launch_that_they_share(monkeypatch: pytest.Mon
     found._part(plan, 1)
     assert seen == ["meet", "ranged 4+5", "meet", "ranged 4+5", "meet", "meet"]
     seen.clear()
-    monkeypatch.setattr(crew, "PIECE", 0.5)
+    monkeypatch.setattr(crew, "PIECE_SHARE", 0.5)
     found._pieces(launches[1], 1.0)
     assert seen == [f"ranged {each}" for each in ("0+2", "2+1", "3+1", "4+2", "6+1", "7+1", "8+1")]
     found.dismiss()

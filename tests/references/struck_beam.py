@@ -25,18 +25,14 @@ GAUSS = [(s / np.sqrt(3.0), t / np.sqrt(3.0)) for s, t in ((-1, -1), (1, -1), (1
 
 @dataclass
 class Mesh:
-    """A block of `columns` x `rows` elements from `low` to `high`, nodes line by line."""
+    """A block of elements between lines of x and y, nodes line by line."""
 
-    low: tuple[float, float]
-    high: tuple[float, float]
-    columns: int
-    rows: int
+    lines: tuple[np.ndarray, np.ndarray]
     material: dict[str, float]
 
     def __post_init__(self) -> None:
-        x, y = (
-            np.linspace(a, b, n + 1) for a, b, n in zip(self.low, self.high, (self.columns, self.rows), strict=True)
-        )
+        x, y = self.lines
+        self.columns, self.rows = len(x) - 1, len(y) - 1
         self.x = np.array([a.ravel() for a in np.meshgrid(x, y)])  # (2, nodes)
         first = (np.arange(self.rows)[:, None] * (self.columns + 1) + np.arange(self.columns)).ravel()
         self.nodes = np.array([first, first + 1, first + self.columns + 2, first + self.columns + 1])  # (4, elements)
@@ -44,10 +40,9 @@ class Mesh:
         self.shear = m["youngs_modulus"] / (2.0 * (1.0 + m["poisson_ratio"]))
         self.bulk = m["youngs_modulus"] / (3.0 * (1.0 - 2.0 * m["poisson_ratio"]))
         self.speed = np.sqrt((self.bulk + 4.0 / 3.0 * self.shear) / m["density"])
-        self.edge = min(x[1] - x[0], y[1] - y[0])
+        self.edge = min(np.diff(x).min(), np.diff(y).min())
         self.v = np.zeros_like(self.x)
         self.stress = np.zeros((4, 4, len(first)))  # xx, yy, zz, xy; Gauss points; elements
-        self.mass = np.zeros(self.x.shape[1])
         _, volume = self.gradients(self.x)
         self.mass = self.gathered(np.repeat(m["density"] * volume.sum(0)[None] / 4.0, 4, 0))
 
@@ -91,7 +86,7 @@ class Mesh:
         s[3] *= back
         self._turn(0.5 * angle)
         self.x = self.x + dt * self.v
-        self.damping = -BULK * self.material["density"] * self.speed * self.edge * theta.mean(0)
+        self.damping = -BULK * self.material["density"] * self.speed * self.edge * theta[0]
 
     def _turn(self, angle: np.ndarray) -> None:
         c, s, (xx, yy, _, xy) = np.cos(angle), np.sin(angle), self.stress.copy()
@@ -114,11 +109,15 @@ class Mesh:
 def deflection(rows: int, speed: float) -> float:
     """The mean deflection of the middle [mm] with `rows` elements across the beam."""
     size = HEIGHT / rows
-    beam = Mesh((0.0, 0.0), (HALF, HEIGHT), round(HALF / size), rows, ALUMINIUM)
+    # With a line where the clamp begins.
+    free, clamped = (np.linspace(a, b, round((b - a) / size) + 1) for a, b in ((0.0, FREE), (FREE, HALF)))
+    beam = Mesh((np.concatenate([free, clamped[1:]]), np.linspace(0.0, HEIGHT, rows + 1)), ALUMINIUM)
     columns = round(WIDTH / size)
-    striker = Mesh((0.0, HEIGHT), (WIDTH, HEIGHT + LENGTH), columns, round(LENGTH / size), STEEL)
+    upwards = np.linspace(HEIGHT, HEIGHT + LENGTH, round(LENGTH / size) + 1)
+    striker = Mesh((np.linspace(0.0, WIDTH, columns + 1), upwards), STEEL)
     striker.v[1] = -speed
-    held = [(0, beam.x[0] < 1e-9), (0, beam.x[0] > FREE), (1, beam.x[0] > FREE)]
+    clamp = beam.x[0] > FREE - 1e-9
+    held = [(0, beam.x[0] < 1e-9), (0, clamp), (1, clamp)]
     middle = np.flatnonzero(beam.x[0] < 1e-9)
     upper, lower = slice(rows * (beam.columns + 1), None), slice(0, columns + 1)
     share = np.where(np.isin(np.arange(columns + 1), (0, columns)), 0.5, 1.0) * WIDTH / columns
