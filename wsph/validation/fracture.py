@@ -156,7 +156,7 @@ def _rigid_plastic_beam(full: bool) -> Iterator[Row]:
         yield between(words, there, found, 0.98 * elsewhere[rows], 1.02 * elsewhere[rows], "mm")
         yield reported(f"{words} over the formula's", "converges to it", found / oracles.rigid_plastic(20.0), "")
         if full:  # over the same time
-            over, allowed = found / oracles.STRUCK_BEAM[20.0], 0.02 if rows == 14 else 0.05
+            over, allowed = found / oracles.STRUCK_BEAM[20.0], 0.02 if rows == 14 else 0.06
             yield between(f"{words} over finite elements'", "-", over, 1.0 - allowed, 1.0 + allowed, "")
     for speed in (10.0, 30.0, 40.0) if full else ():
         found = _deflection(beam, 7, **late, **{"bodies.1.velocity": [0.0, -speed]})
@@ -165,7 +165,7 @@ def _rigid_plastic_beam(full: bool) -> Iterator[Row]:
         over = found / oracles.rigid_plastic(speed)
         yield between(f"7 rows, {speed:g} m/s: mean deflection over the formula's", "agrees", over, low, 1.06, "")
         over = found / oracles.STRUCK_BEAM[speed]
-        yield between(f"7 rows, {speed:g} m/s: mean deflection over finite elements'", "-", over, 0.95, 1.05, "")
+        yield between(f"7 rows, {speed:g} m/s: mean deflection over finite elements'", "-", over, 0.94, 1.06, "")
 
 
 def _deflection(beam: Scene, rows: int, **changes: Any) -> float:
