@@ -1,10 +1,12 @@
 """Shared by all tests: the scenes of the examples and short bars."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 import wsph
+from wsph import crew, program
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -19,3 +21,16 @@ def shock_bar() -> wsph.Scene:
 def viscoplastic_bar() -> wsph.Scene:
     """The shipped viscoplastic shock bar."""
     return wsph.load(ROOT / "examples" / "viscoplastic_bar.toml")
+
+
+@pytest.fixture
+def share(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
+    """From its call on the cores share small scenes as they do large ones."""
+
+    def begin() -> None:
+        monkeypatch.setattr(program, "SMALL_PAIRS", 0)
+        monkeypatch.setattr(crew, "ALONE_SECONDS", 0.0)
+        monkeypatch.setattr(crew, "LONG_SECONDS", 5e-5)
+        monkeypatch.setattr(crew, "PIECE_SECONDS", 2e-5)
+
+    return begin

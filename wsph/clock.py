@@ -32,6 +32,13 @@ class Launch:
                   device=self.device)  # fmt: skip
 
 
+def captured(launches: Callable[[], None], device: str = "cpu") -> wp.Graph:
+    """A graph of launches, whose kernels are loaded. It starts them faster: their arguments are packed once."""
+    with wp.ScopedCapture(device=device, force_module_load=False) as capture:
+        launches()
+    return capture.graph
+
+
 @cache
 def _advance() -> wp.Kernel:
     @wp.kernel(module="unique", enable_backward=False)

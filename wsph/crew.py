@@ -25,7 +25,7 @@ from typing import Any
 
 import warp as wp
 
-from wsph.clock import Launch
+from wsph.clock import Launch, captured
 
 ALONE_SECONDS = 2e-5
 """A launch that takes less is the first thread's alone: a meeting takes a microsecond, and one cache has the data."""
@@ -49,7 +49,7 @@ def cores() -> list[int]:
     return sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else list(range(os.cpu_count() or 1))
 
 
-def _keep_to(those: Iterable[int]) -> None:
+def keep_to(those: Iterable[int]) -> None:
     """The calling thread on those cores alone, where the system lets it."""
     if hasattr(os, "sched_setaffinity"):
         with contextlib.suppress(OSError):
@@ -82,13 +82,6 @@ def _give_way() -> int:
     return ctypes.cast(function, ctypes.c_void_p).value or 0 if function is not None else 0
 
 
-def captured(launch: Callable[[], None]) -> wp.Graph:
-    """A graph of launches, which start faster so: a recorded launch packs its arguments anew each time."""
-    with wp.ScopedCapture(device="cpu", force_module_load=False) as capture:
-        launch()
-    return capture.graph
-
-
 def _next(take: Callable[[], wp.Graph]) -> wp.Graph | None:
     """What `take` takes from a queue, None where it is empty."""
     try:
@@ -97,19 +90,19 @@ def _next(take: Callable[[], wp.Graph]) -> wp.Graph | None:
         return None
 
 
-def share(launch: Launch, seconds: float) -> "Share":
-    """How a launch that takes `seconds` [s] is shared."""
-    if not launch.divisible or seconds <= ALONE_SECONDS:
-        return Share.ALONE
-    return Share.PIECES if seconds > LONG_SECONDS else Share.RANGES
-
-
 class Share(Enum):
     """How the threads share a launch."""
 
     ALONE = "the first thread's"
     RANGES = "a range each"
     PIECES = "in pieces"
+
+
+def share(launch: Launch, seconds: float) -> Share:
+    """How a launch that takes `seconds` [s] is shared."""
+    if not launch.divisible or seconds <= ALONE_SECONDS:
+        return Share.ALONE
+    return Share.PIECES if seconds > LONG_SECONDS else Share.RANGES
 
 
 @dataclass(frozen=True)
@@ -184,7 +177,7 @@ class Crew:
 
     def _pin(self, number: int) -> None:
         """Unpinned, two threads sometimes share a core."""
-        _keep_to({self._cores[number % len(self._cores)]})
+        keep_to({self._cores[number % len(self._cores)]})
 
     def _work(self, number: int, jobs: "SimpleQueue[Any]") -> None:
         self._pin(number)
@@ -218,7 +211,7 @@ class Crew:
         try:
             yield
         finally:
-            _keep_to(self._cores)
+            keep_to(self._cores)
 
     def run(self, stretches: list[Stretch], times: int) -> None:
         """Go through a step so often. After a fault in any thread the crew is of no more use."""

@@ -162,7 +162,7 @@ class Simulation:
         due = [e.next for e in events if e.next > step]
         if self._watch.adapts:
             due.append(self._watch.look)
-        return min(min([self._last, *due]) - step, RING if program.small and not program.followed else CHECK_STEPS)
+        return min(min([self._last, *due]) - step, RING if program.batched else CHECK_STEPS)
 
     def _keep(self, step: int, asked: bool = False) -> None:
         """Write a checkpoint, where one is due or the run is asked to end."""

@@ -10,8 +10,8 @@ from collections.abc import Callable
 
 import warp as wp
 
-from wsph.clock import Clock
-from wsph.crew import Crew, Stretch, captured, cores, meeting
+from wsph.clock import Clock, captured
+from wsph.crew import Crew, Stretch, cores, meeting
 
 SMALL_PAIRS = 200_000
 """Up to this many pairs a step is not worth sharing."""
@@ -50,9 +50,11 @@ class Program:
         on_cuda = wp.get_device(self._device).is_cuda
         self.small = pairs <= SMALL_PAIRS or on_cuda
         self.followed = before is not None
+        self.batched = self.small and not self.followed
+        """Whether one graph may hold many steps."""
         self.threads = 1 if self.small else threads or len(cores())
         self._seconds: list[float] = []
-        self._blocks = BLOCKS if self.small and not self.followed else (1,)
+        self._blocks = BLOCKS if self.batched else (1,)
         self._graphs: dict[int, wp.Graph] = {}
         self._crew: Crew | None = None
         self._stretches: list[Stretch] = []
@@ -65,7 +67,7 @@ class Program:
 
     def prepare(self, steps: int) -> None:
         """Capture what `run(steps)` replays: about 1 ms per captured step, once."""
-        if self.small and not self.followed:
+        if self.batched:
             for block in self._blocks:
                 if steps >= block:
                     self._captured(block)
@@ -119,8 +121,10 @@ class Program:
     def _captured(self, block: int) -> wp.Graph:
         """The graph of so many steps."""
         if block not in self._graphs:
-            with wp.ScopedCapture(device=self._device, force_module_load=False) as capture:
+
+            def steps() -> None:
                 for _ in range(block):
                     self.step()
-            self._graphs[block] = capture.graph
+
+            self._graphs[block] = captured(steps, self._device)
         return self._graphs[block]

@@ -32,7 +32,7 @@ import numpy as np
 import warp as wp
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, model_validator
 
-from wsph.crew import cores
+from wsph.crew import cores, keep_to
 from wsph.device import pick_device
 from wsph.driver import run
 from wsph.errors import Fault, Refused, SceneError, WsphError
@@ -222,8 +222,7 @@ def _begin(shares: Any) -> None:
     """A process of a study: on cores of its own, and as quiet as the command line has it: the table says what warnings
     would."""
     warnings.simplefilter("ignore")
-    if hasattr(os, "sched_setaffinity"):
-        os.sched_setaffinity(0, shares.get())
+    keep_to(shares.get())
 
 
 def _row(study: Study, folder: Path, planned: Planned, threads: int | None = None) -> dict[str, Any]:

@@ -18,12 +18,10 @@ makes the README's table and docs/peers.png of it.
 import argparse
 import ctypes
 import json
-import os
 import platform
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -33,7 +31,7 @@ import warp as wp
 
 import wsph
 from wsph.composition import Composition, compose
-from wsph.crew import cores
+from wsph.crew import cores, keep_to
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import beam
@@ -96,8 +94,10 @@ def rate(composition: Composition, seconds: float = SECONDS) -> float:
 def together(copies: list[Composition], seconds: float) -> float:
     """Particle-steps per second of independent runs at the same time, each on a core of its own."""
 
+    available = cores()
+
     def one(number: int) -> float:
-        os.sched_setaffinity(threading.get_native_id(), {cores()[number]})
+        keep_to({available[number]})
         return rate(copies[number], seconds)
 
     with ThreadPoolExecutor(len(copies)) as pool:

@@ -6,13 +6,13 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import wsph
-from wsph import crew, program
 from wsph.composition import compose
 
 MISES = {"model": "mises", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3, "yield_stress": 2e-3}
@@ -43,12 +43,9 @@ def digest(result: wsph.Result) -> str:
 
 
 @pytest.mark.parametrize("formulation", ["stress-points", "total-lagrangian", "updated-lagrangian"])
-def test_one_hash(formulation: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_hash(formulation: str, tmp_path: Path, share: Callable[[], None]) -> None:
     captured = digest(wsph.run(scene(formulation)))
-    monkeypatch.setattr(program, "SMALL_PAIRS", 0)
-    monkeypatch.setattr(crew, "ALONE_SECONDS", 0.0)
-    monkeypatch.setattr(crew, "LONG_SECONDS", 5e-5)
-    monkeypatch.setattr(crew, "PIECE_SECONDS", 2e-5)
+    share()
     found = {captured}
     for threads, every, resumed in itertools.product((1, 2, 4), (3, 50), (False, True)):
         whole = scene(formulation, threads, every)

@@ -1,13 +1,14 @@
 """Steps replayed in pieces: the same bits for any number of threads, and faults that come back."""
 
 import os
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 import warp as wp
 
 import wsph
-from wsph import clock, crew, program
+from wsph import clock, crew
 from wsph.composition import compose
 
 
@@ -21,14 +22,6 @@ def block(threads: int, run: dict, **body: object) -> wsph.Scene:
     )
 
 
-def share(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Small scenes are shared as large ones are."""
-    monkeypatch.setattr(program, "SMALL_PAIRS", 0)
-    monkeypatch.setattr(crew, "ALONE_SECONDS", 0.0)
-    monkeypatch.setattr(crew, "LONG_SECONDS", 5e-5)
-    monkeypatch.setattr(crew, "PIECE_SECONDS", 2e-5)
-
-
 CASES = [
     {"formulation": "stress-points"},
     {"formulation": "total-lagrangian"},
@@ -40,12 +33,12 @@ CASES = [
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: "-".join(map(str, case.values())))
-def test_any_number_of_threads_gives_the_same_bits(case: dict, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_any_number_of_threads_gives_the_same_bits(case: dict, share: Callable[[], None]) -> None:
     states = []
     captured = compose(block(1, case))
     captured.program.run(12)
     states.append(captured.bodies[0].system.state.buffer.numpy())
-    share(monkeypatch)
+    share()
     for threads in (1, 2, 4):
         composition = compose(block(threads, case))
         assert not composition.program.small
@@ -70,8 +63,8 @@ class Failing:
 
 
 @pytest.mark.parametrize("broken", ["the caller's graph", "another's graph", "a piece"])
-def test_a_part_that_fails_is_raised_where_the_step_is_run(broken: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    share(monkeypatch)
+def test_a_part_that_fails_is_raised_where_the_step_is_run(broken: str, share: Callable[[], None]) -> None:
+    share()
     composition = compose(block(3, {}))
     composition.compile()
     run = composition.program
