@@ -28,7 +28,7 @@ from wsph.prescribed import BoundaryValues
 from wsph.scene import Body, Scene, damage_model
 from wsph.smoothing import SMOOTHING, SUPPORT
 from wsph.space import Space
-from wsph.spectrum import extremes, largest_damping
+from wsph.spectrum import Spectrum, modes, spectrum
 from wsph.state import ENTRIES, Derived, State, combine_kernel, layout_of
 from wsph.system import System
 from wsph.units import Scales
@@ -279,29 +279,45 @@ class OneSetSystem(System):
         return self.spacing / self.scales.length / float(self.pair.speed)
 
     @cached_property
-    def _extremes(self) -> tuple[float, float]:
-        return extremes(self)
+    def _spectrum(self) -> Spectrum:
+        return spectrum(self)
 
     @property
     def frequency(self) -> float:
         """The largest frequency about the state in which it was first asked for since `measure_anew`, nondimensional."""
-        return self._extremes[0]
+        return self._spectrum.frequency
 
     @property
     def growth(self) -> float:
         """The largest growth rate of a mode that does not oscillate, about the same state, nondimensional. Where pairs
         follow the motion it is that of particles that clump together under tension."""
-        return self._extremes[1]
+        return self._spectrum.growth
 
-    @cached_property
-    def damping(self) -> float:
-        """The largest damping rate of the viscosity about the same state, nondimensional."""
-        return largest_damping(self)
+    @property
+    def damped(self) -> bool:
+        """Whether small motions are damped: by viscosity, or in proportion to mass."""
+        return self.viscous or self.force.parts.damped
+
+    @property
+    def pencils(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Stiffness and damping (m, m) of the small motions about the same state, nondimensional, on what spans the
+        outermost of them. Several where a viscosity is switched by the motion or does not see all of it: a time step has
+        to suit each."""
+        found, shares = self._spectrum, (1.0,)
+        if self.parts.viscosity == "approach":
+            shares = found.approach()
+        if self.points:  # what their gradients do not see stays undamped
+            shares = (0.0, *shares)
+        return found.pencils(shares)
+
+    @property
+    def modes(self) -> np.ndarray:
+        """lambda of the small motions exp(lambda t) of all `pencils`, nondimensional."""
+        return np.concatenate([modes(*pencil) for pencil in self.pencils])
 
     def measure_anew(self) -> None:
-        """Forget frequency and damping: the next question finds those of the current state."""
-        self.__dict__.pop("_extremes", None)
-        self.__dict__.pop("damping", None)
+        """Forget the spectrum: the next question finds that of the current state."""
+        self.__dict__.pop("_spectrum", None)
 
     def courant(self, product: float) -> float:
         """The Courant number at which omega dt = `product` for the fastest mode."""

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from wsph_integrators.runge_kutta import damped_limit
+from wsph_integrators.runge_kutta import AMPLIFYING, damped_limit
 
 DAMPING = 2.0 / 13.0
 MOST_STAGES = 200
@@ -50,16 +50,13 @@ class Coefficients:
             before, last = last, new
         return last
 
-    def polynomial(self) -> np.ndarray:
-        """Coefficients of the stability polynomial, ascending."""
-        s = len(self.mu) - 1
-        one = np.eye(s + 1)[0]
-        z = lambda p: np.concatenate([[0.0], p[:-1]])  # noqa: E731
-        before, last = one, one + self.mu_tilde[1] * z(one)
-        for j in range(2, s + 1):
-            new = (1.0 - self.mu[j] - self.nu[j]) * one + self.mu[j] * last + self.nu[j] * before
-            new = new + self.mu_tilde[j] * z(last) + self.gamma[j] * z(one)
-            before, last = last, new
+    def amplification(self, z: np.ndarray) -> np.ndarray:
+        """The stability polynomial at z = lambda dt, by the recursion of a step: written in powers of z it would lose every
+        digit beyond some fifteen stages."""
+        before, last = np.ones_like(z), 1.0 + self.mu_tilde[1] * z
+        for j in range(2, len(self.mu)):
+            first = 1.0 - self.mu[j] - self.nu[j] + self.gamma[j] * z
+            before, last = last, first + (self.mu[j] + self.mu_tilde[j] * z) * last + self.nu[j] * before
         return last
 
 
@@ -96,9 +93,9 @@ class RungeKuttaChebyshev:
 
     def limit(self) -> tuple[float, str]:
         """Largest stable Courant number and where it comes from."""
-        if not self.system.viscous:
+        if not self.system.damped:
             return 0.0, "RKC amplifies every undamped wave: give the body viscosity, or use leapfrog"
-        return damped_limit(self.system, self.coefficients.polynomial())
+        return damped_limit(self.system, self.coefficients.amplification, self.evaluations, AMPLIFYING)
 
     def step(self) -> None:
         """One step, by launches alone."""

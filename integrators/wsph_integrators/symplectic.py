@@ -16,6 +16,10 @@ def splitting_limit(kicks: tuple[float, ...], drifts: tuple[float, ...]) -> floa
     return float(y[beyond[0] - 1]) if len(beyond) else float(y[-1])
 
 
+def _largest(matrix: np.ndarray) -> float:
+    return float(np.linalg.eigvalsh(0.5 * (matrix + matrix.T))[-1])
+
+
 class Leapfrog:
     """Kick, drift, kick (velocity Verlet), second order, one evaluation a step, omega dt <= 2: the default.
 
@@ -47,14 +51,16 @@ class Leapfrog:
     def limit(self) -> tuple[float, str]:
         """Largest stable Courant number and where it comes from."""
         s = self.system
-        if not s.viscous:
+        if not s.damped or not 0.0 < s.frequency < np.inf:
             return s.courant(1.96), "omega dt <= 2 for its fastest wave, times .98"
-        # omega dt = 2 (sqrt(1 + xi^2) - xi), xi = nu/(2 omega), bounds every mode with k <= omega^2, d <= nu where
-        # viscosity is lagged; predicted, the bound is that of twice the damping.
-        xi = s.damping / (2.0 * s.frequency)
-        ratio = xi if self.lagged else 2.0 * xi
-        bound = 1.96 * ((1.0 + ratio**2) ** 0.5 - ratio)
-        return s.courant(bound), f"its fastest wave and its viscosity, damping ratio {xi:.2g}"
+        # Motion that changes its sign from step to step is the first to grow: dt^2 K + 2 dt D = 4 where damping is lagged,
+        # dt^2 K + 4 dt D = 4 where it is predicted.
+        factor, low, high = 2.0 if self.lagged else 4.0, 0.0, 2.0 / s.frequency
+        while high - low > 1e-3 * high:
+            middle = 0.5 * (low + high)
+            most = max(_largest(middle**2 * K + factor * middle * D) for K, D in s.pencils)
+            low, high = (middle, high) if most <= 4.0 else (low, middle)
+        return s.courant(0.98 * s.frequency * low), f"dt^2 K + {factor:.0f} dt D <= 4 for its waves and their damping, times .98"
 
     def step(self) -> None:
         """One step, by launches alone."""
