@@ -355,8 +355,7 @@ def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: An
     system.hold(system.state, 0.0)
     if not np.isfinite(system.state.buffer.numpy()).all():
         raise Refused(f"body {body.name!r}: its initial velocity, or a value prescribed at t = 0, is not finite")
-    system.work.start(system.state, clock)
-    system.force.start(system.state, clock)
+    system.start_works()
     with blame(who, INTEGRATOR_SIGNATURE):
         try:
             integrator = plugin(system, **scene.run.integrator.options())
@@ -401,8 +400,7 @@ def _growth(run: BodyRun, steps: int) -> float:
     found = largest_growth(run.integrator.step, system.state, int(np.clip(steps // PRODUCTS, 10, 100)), units=units)
     # What the trial leaves behind, up to infinities, must not reach the run.
     system.clear_scratch()
-    system.work.start(system.state, system.clock)
-    system.force.start(system.state, system.clock)
+    system.start_works()
     if hasattr(run.integrator, "begin"):
         run.integrator.begin()
     return found

@@ -250,7 +250,7 @@ def _force_between_kernel(space: Space, layout: Layout, parts: Parts, form: Form
         H = mat()
         if wp.static(residual or viscous or hourglass):
             own = share[i]
-        if wp.static(form.paper):
+        if wp.static(form.paper or form.parts.own):
             M = moment[i]
         if wp.static(hourglass):
             H = real(2.0) * wp.identity(n=dim, dtype=real) + fields.deformation[i]
@@ -283,7 +283,10 @@ def _force_between_kernel(space: Space, layout: Layout, parts: Parts, form: Form
                     if wp.static(approach):
                         closing = wp.min(closing, real(0.0))
                     pressure = push(pair, body.density, closing, square)
-                    drag = drag + (real(wp.static(0.5 * dim)) * pressure * both) * apart
+                    if wp.static(form.parts.own):
+                        drag = drag + (pressure * volume[i]) * (M * wr)
+                    else:
+                        drag = drag + (real(wp.static(0.5 * dim)) * pressure * both) * apart
                 if wp.static(hourglass):
                     # Twice the distance less what both deformations say of it, along the line between.
                     gap = real(2.0) - wp.dot((H + at(fields.deformation, j)) * r, apart) / square
@@ -317,12 +320,45 @@ def _drift_kernel(space: Space, layout: Layout) -> wp.Kernel:
     return drift
 
 
+@cache
+def _gradient_ahead(space: Space, layout: Layout, smoothing: str) -> wp.Function:
+    """Warp function (pair, dt, offsets, indices, node, fields, i) -> the velocity gradient in the current configuration dt
+    ahead, by the pairs as they will be then."""
+    real, vec, mat, Fields, Pair = space.scalar, space.vec, space.mat, fields_struct(space, layout), pair_struct(space)
+    slope, inverse, at = SMOOTHING[smoothing](space)[1], generalized_inverse(space), element(wp.int32, real, vec)
+
+    @wp.func
+    def gradient_ahead(pair: Pair, dt: real, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
+                       node: wp.array(dtype=vec), fields: Fields, i: int):  # fmt: skip
+        v = fields.velocity[i]
+        place = node[i] + fields.displacement[i]
+        gradient = mat()
+        moment = mat()
+        k = offsets[i]
+        end = offsets[i + 1]
+        while k < end:
+            j = at(indices, k)
+            dv = at(fields.velocity, j) - v
+            r = ((at(node, j) + at(fields.displacement, j)) - place) + dt * dv
+            wr = -slope(wp.length(r) / pair.h) * r
+            gradient = gradient + wp.outer(dv, wr)
+            moment = moment + wp.outer(wr, r)
+            k += 1
+        b, _rank = inverse(moment, real(0.0))
+        return gradient * b
+
+    return gradient_ahead
+
+
 def _flow_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothing: str) -> wp.Kernel:
     """Rates of stress and internals of a rate law and, in the current configuration, of the deformation."""
     real, vec, mat, dim, Fields = space.scalar, space.vec, space.mat, space.dim, fields_struct(space, layout)
     Params, Pair, respond, internal = laws.Params, pair_struct(space), laws.respond, laws.internal
     kept, midpoint, inverse = "internals" in dict(layout), laws.depends_on_stress, determinant_and_inverse(space)[1]
-    of_velocity = _gathered(space, layout, form, smoothing, False)
+    of_velocity, ahead_gradient = (
+        _gathered(space, layout, form, smoothing, False),
+        _gradient_ahead(space, layout, smoothing),
+    )
     determinant = determinant_and_inverse(space)[0]
 
     @wp.kernel(module="unique", enable_backward=False, module_options=_loops(form))
@@ -330,21 +366,25 @@ def _flow_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothing
              weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat),
              fields: Fields, others: Fields, rate_out: Fields):  # fmt: skip
         i = first + wp.tid()
-        gradient, _mean = of_velocity(pair, offsets, indices, weight, node, centre, others, others.velocity, i)
-        change = gradient * moment[i]
         dt = ahead * real(clock[1])
-        F = wp.identity(n=dim, dtype=real)
+        L = mat()
         if wp.static(form.moving):
-            rate_out.deformation[i] = change * (F + fields.deformation[i])
+            # From where the particles are by then, and for the deformation by then, (F + dF)/2 in the middle of a step:
+            # second order, and a turn of any angle stays one.
+            L = ahead_gradient(pair, dt, offsets, indices, node, fields, i)
+            F = wp.identity(n=dim, dtype=real) + fields.deformation[i]
+            rate_out.deformation[i] = inverse(wp.identity(n=dim, dtype=real) - dt * L) * (L * F)
         else:
-            F += fields.deformation[i]
+            gradient, _mean = of_velocity(pair, offsets, indices, weight, node, centre, others, others.velocity, i)
+            change = gradient * moment[i]
+            later = wp.identity(n=dim, dtype=real) + fields.deformation[i] + dt * change
+            # Across a crack F says nothing: where it has no inverse, stress rests.
+            if wp.static(form.damage != "") and determinant(later) < real(0.1):
+                later = wp.identity(n=dim, dtype=real)
+                change = mat()
+            L = change * inverse(later)
         if wp.static(form.total):
             return
-        # Across a crack F says nothing: where it has no inverse, stress rests.
-        if wp.static(form.damage != "") and determinant(F + dt * change) < real(0.1):
-            F = wp.identity(n=dim, dtype=real)
-            change = mat()
-        L = change * inverse(F + dt * change)
         s = fields.stress[i]
         q = internal()
         if wp.static(kept):
@@ -442,7 +482,7 @@ def _moments_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smooth
     @wp.kernel(module="unique", enable_backward=False)
     def moments(first: int, p: Params, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
                 node: wp.array(dtype=vec), volume: wp.array(dtype=real), fields: Fields, moment_out: wp.array(dtype=mat),
-                share_out: wp.array(dtype=real), volume_out: wp.array(dtype=real), corrected_out: wp.array(dtype=mat), opposing_out: wp.array(dtype=mat),
+                share_out: wp.array(dtype=real), corrected_out: wp.array(dtype=mat), opposing_out: wp.array(dtype=mat),
                 rank_out: wp.array(dtype=wp.int32)):  # fmt: skip
         i = first + wp.tid()
         moment = mat()
@@ -459,9 +499,8 @@ def _moments_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smooth
             s, _P = total(p, fields.deformation[i])
             fields.stress[i] = s
         current = volume[i] * determinant(wp.identity(n=dim, dtype=real) + fields.deformation[i])
-        volume_out[i] = current
         if wp.static(form.parts.viscosity != ""):
-            share_out[i] = current / wp.trace(moment)
+            share_out[i] = volume[i] / wp.trace(moment)  # rho_0 V_0 = rho V
         cauchy = plane(unpack(fields.stress[i]))
         corrected_out[i] = current * cauchy * b
         if wp.static(artificial):

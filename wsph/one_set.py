@@ -101,7 +101,12 @@ class OneSetSystem(System):
         real, scales, material = self.space.scalar, self.scales, self.constitutive.material
         bulk, shear = material.moduli()
         self.youngs = 9.0 * bulk * shear / (3.0 * bulk + shear)
-        self.parts = parts_of(body)
+        self.parts = parts_of(body, scene.run.correction)
+        if self.parts.own and self.points:
+            raise Refused(
+                f'body {body.name!r}: viscosity.correction = "paper" is of pairs of particles; stress points have viscosity as a'
+                " stress: leave it out"
+            )
         self.viscous = bool(self.parts.viscosity)
         self.pair = pair_struct(self.space)()
         # The paper's own c, not the one of the stress state: sqrt(E/rho).

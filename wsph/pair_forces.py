@@ -3,7 +3,8 @@ artificial stress. Each is there only where a scene names it, and its work is on
 
 - viscosity (He & Seaid 2016, eq 17): h v.x/(x^2 + .01 h^2), linear and quadratic, on approaching pairs or, linear, on all.
   It acts along the current line of two particles, with the weights of the hourglass control in place of a gradient: angular
-  momentum is kept to rounding. Stress points, which have no pairs among nodes, have it as a stress, the mean over all
+  momentum is kept to rounding. The paper's acts along each particle's own corrected gradient and keeps no momentum at a
+  boundary (`correction`): it is there to compare with. Stress points, which have no pairs among nodes, have it as a stress, the mean over all
   directions of what pairs do: rho alpha c h (tr D I + 2 D)/(2 (dim + 2)) on all motion, or against compression
   rho/2 (alpha c h tr D - beta (h tr D)^2) I, the bulk viscosity of von Neumann and Richtmyer;
 - hourglass control (Ganzenmueller 2015): a spring along the current line of two particles against what their deformation
@@ -23,9 +24,11 @@ from wsph.space import Space, principal
 
 @dataclass(frozen=True)
 class PairParts:
-    """Which of them a composition has: part of what its kernels are made for. `viscosity` is its kind, "" for none."""
+    """Which of them a composition has: part of what its kernels are made for. `viscosity` is its kind, "" for none; with
+    `own` it acts along each particle's own corrected gradient."""
 
     viscosity: str = ""
+    own: bool = False
     hourglass: bool = False
     artificial: bool = False
 
@@ -35,12 +38,13 @@ class PairParts:
         return self.hourglass or self.artificial
 
 
-def parts_of(body: Body) -> PairParts:
-    """The pair forces that a body of a scene names."""
+def parts_of(body: Body, correction: str) -> PairParts:
+    """The pair forces that a body of a scene names; `correction` is that of the run."""
     hourglass = body.hourglass.coefficient if body.hourglass is not None else 0.0
-    return PairParts(
-        body.viscosity.kind if body.viscosity is not None else "", hourglass > 0.0, body.artificial_stress is not None
-    )
+    kind, own = "", False
+    if body.viscosity is not None:
+        kind, own = body.viscosity.kind, (body.viscosity.correction or correction) == "paper"
+    return PairParts(kind, own, hourglass > 0.0, body.artificial_stress is not None)
 
 
 @cache

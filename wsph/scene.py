@@ -139,11 +139,14 @@ class Damping(Model):
 
 class Viscosity(Model):
     """Artificial viscosity between particles (He & Seaid 2016, eq 17): `alpha` linear, `beta` quadratic in the closing
-    speed, on approaching pairs; kind "pair" damps all pairs, linearly."""
+    speed, on approaching pairs; kind "pair" damps all pairs, linearly. `correction`, that of the run where not said:
+    "symmetric" keeps momentum and angular momentum; "paper" acts along each particle's own corrected gradient, as it does
+    there, and keeps neither at a boundary."""
 
     alpha: _in("", ge=0)
     beta: _in("", ge=0) = 0.0
     kind: Literal["approach", "pair"] = "approach"
+    correction: Literal["symmetric", "paper"] | None = None
 
 
 class Residual(Model):

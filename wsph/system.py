@@ -59,6 +59,11 @@ class System:
         """Before a step: bring up to date what follows the motion; whether that changed what launches take."""
         return False
 
+    def start_works(self) -> None:
+        """Take the powers of the state as it is: those at the start of the run."""
+        self.work.start(self.state, self.clock)
+        self.force.start(self.state, self.clock)
+
     def hold(self, state: State, c: float | tuple[float, float]) -> None:
         """The same in a state that is to go on from there: where faces have axes of their own, in those."""
         self.impose(state, c)

@@ -63,7 +63,6 @@ class UpdatedLagrangianSystem(OneSetSystem):
         self._place = (self.position - self.position.mean(0)) / scales.length
         self._x = wp.array(self._place, dtype=space.vec, device=device)
         self._volume = wp.array(self.volume, dtype=space.scalar, device=device)
-        self._current = wp.zeros_like(self._volume)
         self._share = wp.zeros(self.count if self.viscous else 1, dtype=space.scalar, device=device)
         self._rank = wp.zeros(self.count, dtype=wp.int32, device=device)
         self._unused = wp.zeros(1, dtype=space.scalar, device=device)
@@ -122,7 +121,7 @@ class UpdatedLagrangianSystem(OneSetSystem):
         """`OneSetSystem.rate`; the rest takes the moments."""
         if part != "rest":
             self.refresh(state)
-            inputs = [self.force.struct, self.pair, *self._rows, self._x, self._moment, self._share, self._current]
+            inputs = [self.force.struct, self.pair, *self._rows, self._x, self._moment, self._share, self._volume]
             inputs += [
                 self.space.scalar(0.0),
                 self._corrected,
@@ -140,14 +139,14 @@ class UpdatedLagrangianSystem(OneSetSystem):
             self.clock.launch(self.kernels.flow, self.count, inputs, [out.struct])
 
     def refresh(self, state: State) -> None:
-        """Moments, current volumes and, of a total law, stress of a state (a launch)."""
+        """Moments and, of a total law, stress of a state (a launch)."""
         inputs = [self.constitutive.params, self.pair, *self._rows, self._x, self._volume, state.struct]
-        outputs = [self._moment, self._share, self._current, self._corrected, self._opposing, self._rank]
+        outputs = [self._moment, self._share, self._corrected, self._opposing, self._rank]
         self.clock.launch(self.kernels.moments, self.count, inputs, outputs)
 
     @property
     def nbytes(self) -> int:
         """Device memory of the body [bytes]: pairs and all states, the integrator's too."""
-        own = [self._moment, self._corrected, self._opposing, self._x, self._volume, self._current, self._rank]
+        own = [self._moment, self._corrected, self._opposing, self._x, self._volume, self._rank]
         own += [self.drag, self._hold, self._skin.found]
         return self._pairs.nbytes + sum(a.capacity for a in own) + self.state_bytes

@@ -121,13 +121,20 @@ AMPLIFYING = 0.95
 overestimate that by up to 5 %, and the outermost ones by up to 2."""
 
 
-def damped_limit(system, amplification: Callable[[np.ndarray], np.ndarray], stages: int, share: float) -> tuple[float, str]:
+LEAST = 0.02
+"""omega dt below which a step is not worth taking."""
+
+
+def damped_limit(
+    system, amplification: Callable[[np.ndarray], np.ndarray], stages: int, share: float
+) -> tuple[float, str]:
     """A share of the Courant number where damped motions leave the region |amplification(lambda dt)| <= 1. A method that
     amplifies waves may hold those that are damped."""
     if not 0.0 < system.frequency < np.inf:
         return system.courant(1.0), "its fastest wave"
     modes = system.modes
-    steps = np.geomspace(1e-4, 1.0, 400) * 2.0 * stages**2 / np.abs(modes).max()
+    # What needs a hundred times the steps of leapfrog is no region.
+    steps = np.geomspace(LEAST, 2.0 * stages**2, 400) / np.abs(modes).max()
     low, high = 0.0, steps[-1]
 
     def holds(dt: float) -> bool:

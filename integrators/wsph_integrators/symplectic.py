@@ -60,7 +60,9 @@ class Leapfrog:
             middle = 0.5 * (low + high)
             most = max(_largest(middle**2 * K + factor * middle * D) for K, D in s.pencils)
             low, high = (middle, high) if most <= 4.0 else (low, middle)
-        return s.courant(0.98 * s.frequency * low), f"dt^2 K + {factor:.0f} dt D <= 4 for its waves and their damping, times .98"
+        return s.courant(
+            0.98 * s.frequency * low
+        ), f"dt^2 K + {factor:.0f} dt D <= 4 for its waves and their damping, times .98"
 
     def step(self) -> None:
         """One step, by launches alone."""
