@@ -4,9 +4,9 @@ artificial stress. Each is there only where a scene names it, and its work is on
 - viscosity (He & Seaid 2016, eq 17): h v.x/(x^2 + .01 h^2), linear and quadratic, on approaching pairs or, linear, on all.
   It acts along the current line of two particles, with the weights of the hourglass control in place of a gradient: angular
   momentum is kept to rounding. The paper's acts along each particle's own corrected gradient and keeps no momentum at a
-  boundary (`correction`): it is there to compare with. Stress points, which have no pairs among nodes, have it as a stress, the mean over all
-  directions of what pairs do: rho alpha c h (tr D I + 2 D)/(2 (dim + 2)) on all motion, or against compression
-  rho/2 (alpha c h tr D - beta (h tr D)^2) I, the bulk viscosity of von Neumann and Richtmyer;
+  boundary (`correction`): it is there to compare with. Stress points, which have no pairs among nodes, have it as a stress,
+  the mean over all directions of what pairs do: rho alpha c h (tr D I + 2 D)/(2 (dim + 2)) on all motion, or against
+  compression rho/2 (alpha c h tr D - beta (h tr D)^2) I, the bulk viscosity of von Neumann and Richtmyer;
 - hourglass control (Ganzenmueller 2015): a spring along the current line of two particles against what their deformation
   gradients say of their distance. The weights |W'|/r, which sum with r^2 to one, stand for his V_j W_ij/X^2, which do too;
 - artificial stress (He & Seaid 2016, eqs 19-23; principal stresses by eigenvectors in any dimension): tension is opposed

@@ -34,8 +34,8 @@ STILL = 1e-4
 class Spectrum:
     """What is known of the small motions of a body, nondimensional.
 
-    `frequency` is the largest of the undamped body, an upper estimate, `growth` the largest rate of a mode that grows without
-    oscillating, zero where none is sure. `stiffness` and `damping`, (m, m), are those of the body on m orthonormal,
+    `frequency` is the largest of the undamped body, an upper estimate, `growth` the largest rate of a mode that grows
+    without oscillating, zero where none is sure. `stiffness` and `damping`, (m, m), are those of the body on m orthonormal,
     mass-weighted vectors; the damping is that of all pairs, whatever the kind of its viscosity. `rate` is that of the
     damping in proportion to mass.
     """
