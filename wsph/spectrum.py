@@ -4,7 +4,8 @@ Small motions are M u'' + D u' + K u = 0, and a step of any method multiplies ea
 of its own. Neither the largest frequency nor the largest damping rate says where that leaves 1 first: a wave that is damped
 is held further than one that is not, and a method that amplifies waves stops at the one that is damped least for its
 frequency. So K and D are projected on what a few dozen right-hand sides span, and the modes of the projection stand for the
-body's. Its outermost modes are within a few per cent of those of the whole (tests/integrators/test_beam.py holds limits to runs).
+body's. Its outermost modes are within a few per cent of those of the whole (tests/integrators/test_beam.py holds limits to
+runs).
 """
 
 from dataclasses import dataclass
