@@ -94,18 +94,21 @@ def _push_kernel(space: Space, law: str, rubbing: bool, itself: bool) -> wp.Kern
 
 
 @cache
-def _kick_kernel(space: Space) -> wp.Kernel:
+def _kick_kernel(space: Space, viscous: bool) -> wp.Kernel:
     real, vec = space.scalar, space.vec
 
     @wp.kernel(module="unique", enable_backward=False)
     def kick(first: int, density: real, volume: wp.array(dtype=real), free: wp.array(dtype=vec), impulse_out: wp.array(dtype=vec),
-             velocity_out: wp.array(dtype=vec), work_out: wp.array(dtype=wp.float64), held_out: wp.array(dtype=wp.float64)):  # fmt: skip
+             velocity_out: wp.array(dtype=vec), before_out: wp.array(dtype=vec), work_out: wp.array(dtype=wp.float64),
+             held_out: wp.array(dtype=wp.float64)):  # fmt: skip
         i = first + wp.tid()
         J = impulse_out[i]
         if wp.dot(J, J) > real(0.0):
             old = velocity_out[i]
             new = old + wp.cw_mul(free[i], J) / (density * volume[i])
             velocity_out[i] = new
+            if wp.static(viscous):
+                before_out[i] = new
             work_out[i] = work_out[i] + wp.float64(real(0.5) * wp.dot(J, old + new))
             # What holds a prescribed component takes the impulse, and the work.
             held_out[i] = held_out[i] - wp.float64(wp.dot(J - wp.cw_mul(free[i], J), old))
@@ -281,8 +284,8 @@ class Contacts:
                 self._clock.launch(kernel, side.count, inputs, [side.impulse])
         for side in self.sides.values():
             inputs = [self._space.scalar(side.system.density), side.volume, side.free]
-            outputs = [side.impulse, side.v, side.work, side.held]
-            self._clock.launch(_kick_kernel(self._space), side.count, inputs, outputs)
+            outputs = [side.impulse, side.v, side.system.work.loads.before, side.work, side.held]
+            self._clock.launch(_kick_kernel(self._space, side.system.viscous), side.count, inputs, outputs)
 
     @property
     def energy(self) -> float:

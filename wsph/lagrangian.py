@@ -318,12 +318,12 @@ class LagrangianSystem(OneSetSystem):
                 self._volume,
                 state.struct,
             ]
-            self.clock.launch(self.kernels.force, self.count, inputs, [self.drag, out.struct])
+            self.clock.launch(self.kernels.force, self.count, inputs, [out.struct])
             return
         others = state.struct if self._ghosts is None else self._everyone.struct
         inputs = [self.force.struct, self.pair, *self._rows, self._x, self._moment, self._acting_share, self._volume]
         inputs += [self._stiffness, self._corrected, self._opposing, self._load_vectors, state.struct, others]
-        self.clock.launch(self.kernels.force, self.count, inputs, [self.drag, self._hold, out.struct])
+        self.clock.launch(self.kernels.force, self.count, inputs, [self._hold, out.struct])
 
     def hourglass_energy(self) -> float:
         """Energy of the residual, of a state that is up to date, and work against the other holding forces, nondimensional
@@ -366,7 +366,7 @@ class LagrangianSystem(OneSetSystem):
     def nbytes(self) -> int:
         """Device memory of the body [bytes]: pairs, weights and all states, the integrator's too."""
         own = [self._weight, self._moment, self._share, self._x, self._corrected, self._mean, self._volume]
-        own += [self.drag, self._hold, self._opposing, self._dragging]
+        own += [self._hold, self._opposing, self._dragging]
         if self.points:
             own += [self._centre, self._back.offsets, self._back.indices, self._back_weight, self._point_volume]
         damage = self.damage.nbytes if self.damage is not None else 0

@@ -197,7 +197,7 @@ def _force_from_points_kernel(space: Space, layout: Layout, parts: Parts, form: 
     def force_from_points(first: int, body: Inertia, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
               weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), share: wp.array(dtype=real), stiffness: real,
               mean: wp.array(dtype=vec), corrected: wp.array(dtype=mat), dragging: wp.array(dtype=mat), loads: wp.array(dtype=vec),
-              own: wp.array(dtype=real), fields: Fields, viscous_out: wp.array(dtype=vec), rate_out: Fields):  # fmt: skip
+              own: wp.array(dtype=real), fields: Fields, rate_out: Fields):  # fmt: skip
         i = first + wp.tid()
         f = vec()
         drag = vec()
@@ -218,7 +218,7 @@ def _force_from_points_kernel(space: Space, layout: Layout, parts: Parts, form: 
             for a in range(wp.static(dim)):
                 f += loads[i * dim + a]
         if wp.static(viscous):
-            viscous_out[i] = drag / (own[i] * body.density)
+            rate_out.drag[i] = drag / (own[i] * body.density)
             f += drag
         rate_out.velocity[i] = accelerated(body, f / own[i], fields.velocity[i])
 
@@ -240,7 +240,7 @@ def _force_between_kernel(space: Space, layout: Layout, parts: Parts, form: Form
               weight: wp.array(dtype=real), node: wp.array(dtype=vec), moment: wp.array(dtype=mat), share: wp.array(dtype=real),
               volume: wp.array(dtype=real), stiffness: real, corrected: wp.array(dtype=mat),
               opposing_stress: wp.array(dtype=mat), loads: wp.array(dtype=vec), fields: Fields, others: Fields,
-              viscous_out: wp.array(dtype=vec), holding_out: wp.array(dtype=vec), rate_out: Fields):  # fmt: skip
+              holding_out: wp.array(dtype=vec), rate_out: Fields):  # fmt: skip
         i = first + wp.tid()
         u = fields.displacement[i]
         v = fields.velocity[i]
@@ -299,7 +299,7 @@ def _force_between_kernel(space: Space, layout: Layout, parts: Parts, form: Form
             for a in range(wp.static(dim)):
                 f += loads[i * dim + a]
         if wp.static(viscous):
-            viscous_out[i] = drag / (volume[i] * body.density)
+            rate_out.drag[i] = drag / (volume[i] * body.density)
             f += drag
         if wp.static(holding):
             holding_out[i] = hold / (volume[i] * body.density)

@@ -84,13 +84,11 @@ class OneSetSystem(System):
             ptr=self._loads.buffer.ptr, dtype=space.vec, shape=self._loads.n * space.dim, device=device, copy=False
         )
         self.force = BodyForce(scene, body, space, scales, self.density, self.volume, device)
-        self.drag = self._vectors(self.viscous)
         self._hold = self._vectors(self.parts.holding)
         mass = self.density * self.volume
         self.work = _Works(
             ConstraintWork(space, self.boundary, mass, device),
-            LoadWork(space, self.loads, self.state, self._loads, self.drag if self.viscous else None,
-                     self._hold if self.parts.holding else None, mass, device),
+            LoadWork(space, self.loads, self.state, self._loads, self._hold if self.parts.holding else None, mass, device),
         )  # fmt: skip
 
     def _vectors(self, used: bool) -> wp.array:
@@ -135,7 +133,7 @@ class OneSetSystem(System):
     def temporary(self) -> State:
         """A state that lives as long as who asks for it, not as long as the body."""
         m = len(self.point_volume)
-        layout = layout_of(self.space, self.constitutive, True, True, damage=self.damage_model)
+        layout = layout_of(self.space, self.constitutive, True, True, damage=self.damage_model, drag=self.viscous)
         counts = {name: m for name, _ in layout if name in ("stress", "internals", "deformation", *FRACTURE)}
         if self._derived is None:
             names = (*self.derived, *FRACTURE) + (("stress",) if self.constitutive.laws.total is not None else ())
@@ -165,8 +163,7 @@ class OneSetSystem(System):
         if not 1 <= len(plain) <= 3 or len(timed) + len(squared) > 3 or len(squared) > 1:
             counts = f"not {len(plain)}, {len(timed)} and {len(squared)}"
             raise ValueError(f"combine takes one to three states and up to three rates, one of them squared, {counts}")
-        split = self.count * self.space.dim
-        span = {"all": (0, len(out.buffer)), "velocity": (0, split), "rest": (split, len(out.buffer))}[part]
+        span = {"all": (0, len(out.buffer)), "velocity": (0, out.split), "rest": (out.split, len(out.buffer))}[part]
         terms = [[(c, x.buffer) for c, x in each] for each in (plain, timed, squared)]
         self._combine(*terms, span, out.buffer)
 
@@ -190,7 +187,7 @@ class OneSetSystem(System):
     def drift(self, state: State, k: State, c: float, ahead: float = 0.0) -> None:
         """All of `state` but its velocity goes on by c dt: `rate` and `combine`, `ahead` as there, in one launch where only
         displacements do. What `k` holds of the rest after it is undefined."""
-        if state.start.keys() != {"velocity", "displacement"}:
+        if state.start.keys() - {"drag"} != {"velocity", "displacement"}:
             self.rate(state, k, "rest", ahead)
             self.combine(state, plain=[(1.0, state)], timed=[(c, k)], part="rest")
             return

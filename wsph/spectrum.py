@@ -134,7 +134,7 @@ class _Products:
         state[: self._n] = 1e-9 * (w if self._closing is None else w + self._closing)
         self._assign(state)
         self.system.rate(self._moved, self._change, "velocity")
-        return -self.system.drag.numpy().reshape(-1)[: self._n].astype(np.float64) / 1e-9
+        return -self._change.flat("drag").numpy().astype(np.float64) / 1e-9
 
     def damping(self, x: np.ndarray) -> np.ndarray:
         """D x, of all pairs."""

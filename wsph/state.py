@@ -55,10 +55,12 @@ def layout_of(
     deformation: bool = False,
     spin: bool = False,
     damage: str = "",
+    drag: bool = False,
 ) -> Layout:
     """Fields and widths of a state, velocity first; `damage` is how a body breaks (`wsph.scene.damage_model`)."""
     widths = {
         "velocity": space.dim,
+        "drag": space.dim * drag,
         "stress": constitutive.width,
         "internals": len(constitutive.internals),
         "deformation": space.dim**2 * deformation,
@@ -76,6 +78,7 @@ class State:
     what is `derived` is not in the buffer.
 
     velocity       # (n,), vec
+    drag           # what viscosity has added to the velocity since the step began, (n,), vec, where there is any
     stress         # Cauchy, packed, (n,), vector(width)
     internals      # (n,), vector(number of internals), where the material has any
     deformation    # H = F - I, (n,), dim x dim, where the formulation evolves it
@@ -98,6 +101,8 @@ class State:
         self.type = fields_struct(space, self.layout)
         self.struct = self.type()
         self.start: dict[str, int] = {}
+        self.split = sum(self.counts[k] * w for k, w in own if k in ("velocity", "drag"))
+        """Where the rest begins: what integrators call the velocity is what comes before."""
         for name, array in shared.items():
             setattr(self.struct, name, array)
         start = 0

@@ -130,7 +130,7 @@ class UpdatedLagrangianSystem(OneSetSystem):
                 state.struct,
                 state.struct,
             ]
-            self.clock.launch(self.kernels.force, self.count, inputs, [self.drag, self._hold, out.struct])
+            self.clock.launch(self.kernels.force, self.count, inputs, [self._hold, out.struct])
         if part != "velocity":
             self.clock.launch(self.kernels.drift, self.count, [state.struct], [out.struct])
             inputs = [self.clock.time, self.space.scalar(ahead), self.constitutive.params, self.pair]
@@ -148,5 +148,5 @@ class UpdatedLagrangianSystem(OneSetSystem):
     def nbytes(self) -> int:
         """Device memory of the body [bytes]: pairs and all states, the integrator's too."""
         own = [self._moment, self._corrected, self._opposing, self._x, self._volume, self._rank]
-        own += [self.drag, self._hold, self._skin.found]
+        own += [self._hold, self._skin.found]
         return self._pairs.nbytes + sum(a.capacity for a in own) + self.state_bytes

@@ -141,12 +141,13 @@ class ConstraintWork:
 
 
 @cache
-def _load_kernel(space: Space, layout: Layout, loading: bool, viscous: bool, holding: bool) -> wp.Kernel:
-    dim, vec, Fields = space.dim, space.vec, fields_struct(space, layout)
+def _load_kernel(space: Space, layout: Layout, loading: bool, holding: bool) -> wp.Kernel:
+    dim, vec, Fields, viscous = space.dim, space.vec, fields_struct(space, layout), "drag" in dict(layout)
 
     @wp.kernel(module="unique", enable_backward=False)
-    def work(first: int, count: int, clock: wp.array(dtype=wp.float64), loads: wp.array(dtype=vec), drag: wp.array(dtype=vec),
-             hold: wp.array(dtype=vec), mass: wp.array(dtype=space.scalar), fields: Fields, power_out: wp.array2d(dtype=wp.float64), work_out: wp.array2d(dtype=wp.float64)):  # fmt: skip
+    def work(first: int, count: int, clock: wp.array(dtype=wp.float64), loads: wp.array(dtype=vec), hold: wp.array(dtype=vec),
+             mass: wp.array(dtype=space.scalar), fields: Fields, old_out: wp.array(dtype=vec), power_out: wp.array2d(dtype=wp.float64),
+             work_out: wp.array2d(dtype=wp.float64)):  # fmt: skip
         block = first + wp.tid()
         loaded = wp.float64(0.0)
         dragged = wp.float64(0.0)
@@ -157,14 +158,16 @@ def _load_kernel(space: Space, layout: Layout, loading: bool, viscous: bool, hol
                 for a in range(wp.static(dim)):
                     loaded += wp.float64(wp.dot(loads[i * dim + a], v))
             if wp.static(viscous):
-                dragged -= wp.float64(mass[i] * wp.dot(drag[i], v))
+                # What it has changed times the mean velocity of the step: exact, however long the step is beside it.
+                dragged -= wp.float64(mass[i] * wp.dot(fields.drag[i], v + old_out[i]))
+                old_out[i] = v
+                fields.drag[i] = vec()
             if wp.static(holding):
                 held -= wp.float64(mass[i] * wp.dot(hold[i], v))
         half = wp.float64(0.5) * clock[1]
         work_out[block, 0] = work_out[block, 0] + half * (loaded + power_out[block, 0])
-        work_out[block, 1] = work_out[block, 1] + half * (dragged + power_out[block, 1])
+        work_out[block, 1] = work_out[block, 1] + wp.float64(0.5) * dragged
         power_out[block, 0] = loaded
-        power_out[block, 1] = dragged
         if wp.static(holding):
             work_out[block, 2] = work_out[block, 2] + half * (held + power_out[block, 2])
             power_out[block, 2] = held
@@ -173,23 +176,30 @@ def _load_kernel(space: Space, layout: Layout, loading: bool, viscous: bool, hol
 
 
 class LoadWork(Works):
-    """Work of loads on a one-set body, of its viscosity and of the forces that hold spurious modes (both per mass)."""
+    """Work of loads on a one-set body and of the forces that hold spurious modes (per mass), by the trapezoidal rule; of its
+    viscosity, by what that adds to the velocities.
+
+    `before` are the velocities that a step begins from, (n,), vec, where there is viscosity."""
 
     columns = 3
 
-    def __init__(self, space: Space, loads: BoundaryValues, state: State, values: State, drag: wp.array | None,
-                 hold: wp.array | None, mass: np.ndarray, device: str):  # fmt: skip
-        super().__init__(state.n, loads.count > 0 or drag is not None or hold is not None, device)
-        self._kernel = _load_kernel(space, state.layout, loads.count > 0, drag is not None, hold is not None)
+    def __init__(self, space: Space, loads: BoundaryValues, state: State, values: State, hold: wp.array | None,
+                 mass: np.ndarray, device: str):  # fmt: skip
+        self._viscous = "drag" in state.widths
+        super().__init__(state.n, loads.count > 0 or self._viscous or hold is not None, device)
+        self._kernel = _load_kernel(space, state.layout, loads.count > 0, hold is not None)
+        self.before = wp.zeros(state.n if self._viscous else 1, dtype=space.vec, device=device)
         if self._acts:
             forces, count = values.buffer.ptr, values.n * space.dim
             self._loads = wp.array(ptr=forces, dtype=space.vec, shape=count, device=device, copy=False)
-            self._drag = drag if drag is not None else self._loads
             self._hold = hold if hold is not None else self._loads
             self._mass = wp.array(mass, dtype=space.scalar, device=device)
 
     def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[Any]]:
-        return self._kernel, [self._n, clock.time, self._loads, self._drag, self._hold, self._mass, state.struct]
+        return self._kernel, [self._n, clock.time, self._loads, self._hold, self._mass, state.struct, self.before]
+
+    def kept(self) -> dict[str, wp.array]:
+        return super().kept() | ({"before": self.before} if self._viscous else {})
 
     @property
     def total(self) -> float:
