@@ -72,7 +72,7 @@ def modes(stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
     return np.minimum(values.real, 0.0) + 1j * values.imag
 
 
-class _Products:
+class Products:
     """K and D of a body about its current state times mass-weighted vectors, prescribed components held."""
 
     def __init__(self, system: Any):
@@ -145,7 +145,7 @@ class _Products:
 class _Span:
     """Orthonormal vectors and their products."""
 
-    def __init__(self, products: _Products, damped: bool):
+    def __init__(self, products: Products, damped: bool):
         self._p, self._damped = products, damped
         self.vectors: list[np.ndarray] = []
         self._k: list[np.ndarray] = []
@@ -195,7 +195,7 @@ def spectrum(system: Any) -> Spectrum:
     rate = float(system.force.struct.damping)
     if not system.free_components.any():
         return Spectrum(0.0, 0.0, np.zeros((0, 0)), np.zeros((0, 0)), rate)
-    products = _Products(system)
+    products = Products(system)
     span = _Span(products, system.viscous)
     count, more = (DAMPED_RATES if products.evolved else DAMPED) if system.viscous else (LANCZOS, 0)
     start = np.random.default_rng(0).standard_normal(len(products.free)) * products.free

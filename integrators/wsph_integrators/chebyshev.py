@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from wsph_integrators.runge_kutta import AMPLIFYING, damped_limit
+from wsph_integrators.runge_kutta import damped_limit, margins
 
 DAMPING = 2.0 / 13.0
 MOST_STAGES = 200
@@ -95,7 +95,7 @@ class RungeKuttaChebyshev:
         """Largest stable Courant number and where it comes from."""
         if not self.system.damped:
             return 0.0, "RKC amplifies every undamped wave: give the body viscosity, or use leapfrog"
-        return damped_limit(self.system, self.coefficients.amplification, self.evaluations, AMPLIFYING)
+        return damped_limit(self.system, self.coefficients.amplification, self.evaluations, margins(self.system))
 
     def step(self) -> None:
         """One step, by launches alone."""

@@ -1,7 +1,6 @@
-"""Clamped beams against finite elements, and the guard's limits beside where runs begin to grow."""
+"""Clamped beams against finite elements."""
 
 import json
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -102,60 +101,6 @@ class TestBeam:
         )
         assert usual < 0.985
         assert mended == pytest.approx(1.0, abs=5e-3)
-
-
-class TestGuard:
-    """The limit from Lanczos' frequency beside where runs begin to grow."""
-
-    @pytest.mark.parametrize("formulation", FORMS)
-    @pytest.mark.parametrize("name", ["leapfrog", "rk4", "kg4-8", "lf4"])
-    def test_predicted_over_measured(self, name: str, formulation: str) -> None:
-        reference = REFERENCES["magnesium, L = .5, W = .1"]
-        material = {key: reference[key] for key in ("density", "youngs_modulus", "poisson_ratio")}
-        scene = beam(material, (0.5, 0.1), 6, integrator=name, formulation=formulation, omega=reference["omega"],
-                     periods=0.5, cfl=0.1, guard="off")  # fmt: skip
-        predicted = compose(scene).bodies[0].limit
-        assert predicted is not None
-
-        def grows(cfl: float) -> bool:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                result = wsph.run(scene.with_(cfl=cfl, stop={"energy": 1e6}), throw=False)
-            return result.status != "completed" or result.history["kinetic"].max() > 2.0 * result.history["kinetic"][0]
-
-        assert not grows(predicted)
-        assert grows(1.05 * predicted)
-
-    @pytest.mark.parametrize(("alpha", "name", "measured"), [
-        (2.5, "euler", 0.87), (2.5, "rk4", 1.26), (2.5, "rkc 3", 2.40), (2.5, "rkc 10", 3.80), (2.5, "leapfrog", 0.90),
-        (1.0, "pc2", 1.95), (1.0, "rk4", 3.10), (1.0, "rkc 5", 3.02), (1.0, "leapfrog", 2.11),
-    ])  # fmt: skip
-    def test_never_above_the_measured_limit_of_the_switched_viscous_bar(
-        self, alpha: float, name: str, measured: float
-    ) -> None:
-        method, _, stages = name.partition(" ")
-        options = {"stages": int(stages)} if stages else {"lagged": True} if method == "leapfrog" else {}
-        bar = example("magnesium_bar").with_(guard="off", probes=[], integrator={"name": method, **options})
-        limit = compose(bar.with_(**{"bodies.0.viscosity": {"alpha": alpha, "beta": alpha}})).bodies[0].limit
-        assert limit is not None
-        assert 0.6 * measured < limit < measured
-
-    def test_beyond_it_is_refused_by_name(self) -> None:
-        reference = REFERENCES["magnesium, L = .5, W = .1"]
-        material = {key: reference[key] for key in ("density", "youngs_modulus", "poisson_ratio")}
-        with pytest.raises(
-            wsph.Refused, match=r"leapfrog at Courant number 1.2 is beyond its stability limit 1\.03.*omega dt <= 2"
-        ):
-            compose(beam(material, (0.5, 0.1), 6, cfl=1.2))
-        with pytest.raises(
-            wsph.Refused,
-            match=r"limit 0.000 \(RKC amplifies every undamped wave: give the body viscosity, or use leapfrog",
-        ):
-            compose(beam(material, (0.5, 0.1), 6, cfl=0.1, integrator="rkc"))
-        with pytest.raises(
-            wsph.Refused, match="rk2 .*limit 0.000 .*amplifies every undamped wave: use leapfrog or rk4"
-        ):
-            compose(beam(material, (0.5, 0.1), 6, cfl=0.1, integrator="rk2"))
 
 
 def test_lf4_has_a_tenth_of_leapfrogs_error_in_time_at_the_same_cost() -> None:

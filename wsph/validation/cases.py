@@ -315,12 +315,23 @@ GROWING = {"rkc 3": 0.45, "rkc 5": 0.51, "rkc 10": 0.51}
 WINDOW = np.linspace(0.8e-3, 1.5e-3, 15)
 
 
-def _holds(scene: Scene, integrator: str, courant: float, most: float, times: tuple[float, ...]) -> bool:
-    """Whether the speed of all particles is below `most` [m/s] at the times [s]."""
+def fastest(scene: Scene) -> float:
+    """The largest speed along an axis that the first body begins with [m/s]."""
+    composition = compose(scene.with_(end=1e-7))
+    return float(np.abs(composition.bodies[0].system.state.read("velocity")).max() * composition.scales.velocity)
+
+
+def at_courant(scene: Scene, integrator: str, courant: float) -> Scene:
+    """A magnesium scene with a method of the table, such as "rkc 5", at a Courant number of c = sqrt(E/rho)."""
     name, _, stages = integrator.partition(" ")
     options = {"stages": int(stages)} if stages else {"lagged": True} if name == "leapfrog" else {}
     dt = courant * scene.bodies[0].spacing / oracles.MAGNESIUM_SPEED  # type: ignore[operator]
-    composition, done = compose(scene.with_(integrator={"name": name, **options}, dt=dt, end=times[-1])), 0
+    return scene.with_(integrator={"name": name, **options}, dt=dt)
+
+
+def holds(scene: Scene, integrator: str, courant: float, most: float, times: tuple[float, ...]) -> bool:
+    """Whether the speed of all particles is below `most` [m/s] at the times [s]."""
+    composition, done = compose(at_courant(scene, integrator, courant).with_(end=times[-1])), 0
     composition.compile()
     for time in times:
         steps = int(np.ceil(time / composition.dt - 1e-9))
@@ -333,16 +344,16 @@ def _holds(scene: Scene, integrator: str, courant: float, most: float, times: tu
     return True
 
 
-def _largest_courant(scene: Scene, integrator: str, there: float, most: float, times: tuple[float, ...]) -> float:
+def largest_courant(scene: Scene, integrator: str, there: float, most: float, times: tuple[float, ...]) -> float:
     """By bisection from a quarter below to a quarter above a figure; outside of that, the end that it left by."""
     low, high = 0.75 * there, 1.25 * there
-    if not _holds(scene, integrator, low, most, times):
+    if not holds(scene, integrator, low, most, times):
         return 0.5 * low
-    if _holds(scene, integrator, high, most, times):
+    if holds(scene, integrator, high, most, times):
         return 2.0 * high
     for _ in range(5):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if _holds(scene, integrator, middle, most, times) else (low, middle)
+        low, high = (middle, high) if holds(scene, integrator, middle, most, times) else (low, middle)
     return low
 
 
@@ -365,23 +376,22 @@ def _bar_stability(full: bool) -> Iterator[Row]:
         viscous = bar.with_(**{"bodies.0.viscosity": {"alpha": alpha, "beta": alpha} if alpha else None})
         for integrator, there in STABILITY[alpha].items():
             time = 1.2e-4 if (integrator, alpha) == SHORT_WINDOW else 4e-4
-            found = _largest_courant(viscous, integrator, there, 2.3, (time,))
+            found = largest_courant(viscous, integrator, there, 2.3, (time,))
             words = f"bar, alpha = {alpha:g}, {integrator}, {1e3 * time:g} ms: largest Courant number"
             yield between(words, f"{there:.2f}", found, 0.9 * there, 1.1 * there, "")
     if not full:
         return
-    still = compose(damped_beam(0.0).with_(end=1e-6))
-    most = 1.6 * float(np.abs(still.bodies[0].system.state.read("velocity")).max() * still.scales.velocity)
+    most = 1.6 * fastest(damped_beam(0.0))
     for alpha, row in DAMPED_BEAM.items():
         for integrator, there in row.items():
-            found = _largest_courant(damped_beam(alpha), integrator, there, most, tuple(WINDOW))
+            found = largest_courant(damped_beam(alpha), integrator, there, most, tuple(WINDOW))
             words = f"beam, alpha = {alpha:g} on all pairs, {integrator}: largest Courant number"
             yield between(words, f"{there:.2f}", found, 0.9 * there, 1.1 * there, "")
             if alpha:
-                found = _largest_courant(damped_beam(alpha, None), integrator, there, most, tuple(WINDOW))
+                found = largest_courant(damped_beam(alpha, None), integrator, there, most, tuple(WINDOW))
                 yield reported(f"{words}, viscosity along the line between", "-", found, "")
     for integrator, there in GROWING.items():
-        found = _largest_courant(damped_beam(0.0), integrator, there, most, tuple(WINDOW))
+        found = largest_courant(damped_beam(0.0), integrator, there, most, tuple(WINDOW))
         words = (
             f"beam, alpha = 0 on all pairs, {integrator}: Courant number up to which growth is unseen in this window"
         )
