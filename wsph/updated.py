@@ -5,8 +5,8 @@ A particle i sees j with r = x_j - x_i and w = |W'(r)|/r, h as at the start:
     M_i = (sum w r (x) r)^-1,   L_i = sum w (v_j - v_i) (x) r M_i,   dF/dt = L F,   rho = rho_0/J
     f_i = sum_j w (V_i sigma_i M_i + V_j sigma_j M_j) r,   V = J V_0
 
-The force is the dual of the gradient: linear momentum is kept to rounding, and the forces do the work of the stresses.
-Angular momentum is kept as far as sigma M is symmetric. J from F is the equation of continuity. Under tension such a kernel
+The force is the dual of the gradient: linear and angular momentum are kept to rounding, and the forces do the work of the
+stresses. J from F is the equation of continuity. Under tension such a kernel
 clumps (tensile instability, from a stretch of about 1.2), which artificial stress delays; the Lagrangian kernels
 (`wsph.lagrangian`) do not. Use it for what has no reference configuration any more; for solids that hold together the
 Lagrangian forms are more accurate, faster and stable.

@@ -125,6 +125,7 @@ class TestConservation:
         ("total-lagrangian", False, (1e-14, 1e-12, 1e-4)),
         ("total-lagrangian", None, (1e-14, 1e-12, 1e-4)),
         ("stress-points", None, (1e-13, 1e-13, 5e-4)),
+        ("updated-lagrangian", False, (1e-14, 1e-12, 1e-4)),
     ])  # fmt: skip
     def test_momentum_angular_momentum_and_energy(
         self, formulation: str, residual: object, gates: tuple, dim: int
@@ -146,7 +147,7 @@ class TestConservation:
 
 @pytest.mark.parametrize(("precision", "linear", "angular"), [("f64", 1e-14, 1e-12), ("f32", 1e-6, 1e-6)])
 @pytest.mark.parametrize("dim", [2, 3])
-@pytest.mark.parametrize("formulation", FORMS)
+@pytest.mark.parametrize("formulation", [*FORMS, "updated-lagrangian"])
 def test_forces_and_their_moments_sum_to_nothing(
     formulation: str, dim: int, precision: str, linear: float, angular: float
 ) -> None:
@@ -154,6 +155,9 @@ def test_forces_and_their_moments_sum_to_nothing(
     composition = compose(block(formulation, dim, precision=precision, model="elastic"))
     system = composition.bodies[0].system
     system.state.write("displacement", 0.1 * np.random.default_rng(5).standard_normal((system.count, dim)))
+    if system.follows:
+        system.state.write("deformation", 0.1 * np.random.default_rng(6).standard_normal((system.count, dim**2)))
+        system.follow()
     out = system.new()
     system.rate(system.state, out, "velocity")
     force = out.read("velocity") * (system.density * system.volume)[:, None]
