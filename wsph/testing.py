@@ -23,6 +23,7 @@ from wsph.driver import run
 from wsph.plugins import relaxes
 from wsph.scene import Scene
 from wsph.space import Space
+from wsph.spectrum import Products
 from wsph.stress_state import STRESS_STATES
 from wsph.units import Scales
 
@@ -233,12 +234,12 @@ def check_integrator(
     assert gap < 1e-4, f"{integrator}: single and double precision differ by {gap:.2e} of the velocity"
 
 
-def step_matrix(scene: Scene) -> np.ndarray:
+def step_matrix(scene: Scene, amplitude: float = 1.0) -> np.ndarray:
     """The linear part of a scene's step as a matrix over its flat nondimensional state, column by column from the program.
 
-    For linear materials and boundary values that do not depend on time; (m, m) for a state of m numbers, all bodies'
-    states one after the other. Prescribed values are imposed on every column first, so the constrained subspace is what it
-    acts on.
+    For boundary values that do not depend on time, and linear materials or a small `amplitude` of the columns; (m, m) for a
+    state of m numbers, all bodies' states one after the other. Prescribed values are imposed on every column first, so the
+    constrained subspace is what it acts on. Of methods that keep nothing else between steps (not leapfrog).
     """
     composition = compose(scene)
     composition.compile()
@@ -256,12 +257,24 @@ def step_matrix(scene: Scene) -> np.ndarray:
 
     total = sum(sizes)
     rest = step(np.zeros(total))
-    return np.stack([step(column) - rest for column in np.eye(total)], 1)
+    return np.stack([step(column) - rest for column in amplitude * np.eye(total)], 1) / amplitude
 
 
-def spectral_radius(scene: Scene) -> float:
+def spectral_radius(scene: Scene, amplitude: float = 1.0) -> float:
     """Largest |eigenvalue| of a scene's step: above 1 it grows by that factor per step."""
-    return float(np.abs(np.linalg.eigvals(step_matrix(scene))).max())
+    return float(np.abs(np.linalg.eigvals(step_matrix(scene, amplitude))).max())
+
+
+def whole_spectrum(system: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Stiffness and damping of all free components of a one-set body, (m, m), mass-weighted and nondimensional: a product
+    for every column of what `wsph.spectrum` projects. Without viscosity the damping is zero."""
+    products = Products(system)
+    free = np.flatnonzero(products.free)
+    units = np.eye(len(products.free))[free]
+    stiffness = np.array([products.stiffness(x)[free] for x in units]).T
+    damping = np.array([products.damping(x)[free] for x in units]).T if system.viscous else np.zeros_like(stiffness)
+    products.restore()
+    return stiffness, damping
 
 
 def drift(composition: Composition, steps: int) -> tuple[float, float, float]:

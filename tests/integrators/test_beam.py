@@ -2,12 +2,14 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import wsph
 from wsph.composition import compose
+from wsph.testing import whole_spectrum
 from wsph.validation.cases import example
 from wsph.validation.oracles import BEAM_FREQUENCY
 
@@ -88,6 +90,24 @@ class TestBeam:
         k = np.flatnonzero(np.diff(np.sign(u[1:])))[:2] + 1
         zero = t[k] - u[k] * (t[k + 1] - t[k]) / (u[k + 1] - u[k])
         assert np.pi / (zero[1] - zero[0]) / reference["omega"] == pytest.approx(1.0, abs=5e-3)
+
+    @pytest.mark.parametrize("case", ["magnesium, L = .5, W = .1", "slender, L = 10, W = 1"])
+    def test_no_spurious_mode_among_the_first_eight(self, case: str) -> None:
+        """All of them, past the third in bending, are modes of the finite elements; what nothing holds has others."""
+        reference = REFERENCES[case]
+        material = {key: reference[key] for key in ("density", "youngs_modulus", "poisson_ratio")}
+
+        def ratios(**keys: Any) -> np.ndarray:
+            system = compose(beam(material, tuple(reference["size"]), 6, cfl=0.1, **keys)).bodies[0].system
+            stiffness, _ = whole_spectrum(system)
+            squares = np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T))[:8]
+            return np.sqrt(np.maximum(squares, 0.0)) / system.scales.time / reference["modes"]
+
+        np.testing.assert_allclose(ratios(), 1.0, atol=0.01)
+        np.testing.assert_allclose(
+            ratios(formulation="total-lagrangian", placement="nodes", residual={"coefficient": 0.3}), 1.0, atol=0.05
+        )
+        assert ratios(formulation="total-lagrangian", residual=False)[2] < 0.7
 
     @pytest.mark.slow
     def test_three_dimensions(self) -> None:

@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Iterator
+from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,7 +13,8 @@ from wsph_integrators.runge_kutta import Midpoint, RungeKutta4, damped_limit, ma
 
 import wsph
 from wsph.composition import compose
-from wsph.spectrum import Products, modes
+from wsph.spectrum import modes
+from wsph.testing import spectral_radius, whole_spectrum
 from wsph.validation.cases import WINDOW, at_courant, damped_beam, example, fastest, holds
 from wsph.validation.oracles import MAGNESIUM_SPEED
 
@@ -47,16 +49,6 @@ def blocks() -> Iterator[tuple[float | None, float, float, int, int, int]]:
                 for jitter in (0.0, 0.4) if cells == 18 else (0.0, 0.2, 0.4):
                     for seed in (1, 2) if jitter else (1,):
                         yield coefficient, alpha, jitter, seed, dim, cells
-
-
-def whole_spectrum(system: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Stiffness and damping of all free components of a body, a product for every column."""
-    products = Products(system)
-    free = np.flatnonzero(products.free)
-    units = np.eye(len(products.free))[free]
-    found = [np.array([product(x)[free] for x in units]).T for product in (products.stiffness, products.damping)]
-    products.restore()
-    return found[0], found[1]
 
 
 def evaluations(system: Any) -> int:
@@ -135,6 +127,25 @@ def beam(integrator: str, formulation: str = "stress-points", **run: Any) -> wsp
     run |= {"integrator": integrator, "formulation": formulation, "end": np.pi / 2008.5}
     size = {"bodies.0.spacing": 0.1 / 6, "probes": []}
     return example("oscillating_beam").with_(**size, **{f"run.{key}": value for key, value in run.items()})
+
+
+@pytest.mark.parametrize("stages", [2, 3, 5, 10])
+def test_undamped_waves_grow_with_chebyshev_at_every_courant_number(stages: int) -> None:
+    """The spectral radius of the program's own step of a bar held at one end."""
+    body = {"name": "b", "shape": {"type": "box", "min": [0.0], "max": [1.0]}, "spacing": 1.0 / 12, "state": "strain",
+            "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}}  # fmt: skip
+    run = {
+        "integrator": {"name": "rkc", "stages": stages},
+        "formulation": "total-lagrangian",
+        "end": 100.0,
+        "cfl": 0.1,
+        "guard": "off",
+    }
+    scene = wsph.Scene(schema=1, dim=1, run=run, bodies=[body], boundary=[{"body": "b", "face": "-x", "fixed": ["x"]}])
+    grown = [spectral_radius(scene.with_(cfl=courant), 1e-6) - 1.0 for courant in (0.05, 0.1, 0.2, 0.4, 0.8)]
+    assert grown[0] > 1e-8
+    assert all(longer > 4.0 * shorter for shorter, longer in pairwise(grown)), grown
+    assert spectral_radius(scene.with_(cfl=0.8, integrator="rk4"), 1e-6) < 1.0 + 1e-8
 
 
 def predicted(scene: wsph.Scene, integrator: str) -> float:
