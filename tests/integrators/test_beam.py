@@ -73,6 +73,11 @@ class TestBeam:
         energy = result.history
         assert (energy["hourglass"][1:] / energy["strain"].max()).max() < 0.05
 
+    @pytest.mark.parametrize("scene", ["oscillating_beam", "plate_with_void"])
+    def test_what_holds_spurious_modes_has_half_a_per_cent_of_the_shipped_scenes(self, scene: str) -> None:
+        history = wsph.run(example(scene)).history
+        assert 0.0 < history["hourglass"].max() < 0.006 * history["strain"].max()
+
     @pytest.mark.slow
     @pytest.mark.parametrize("case", ["magnesium, L = .5, W = .05", "magnesium, L = .5, W = .1"])
     def test_fifteen_rows(self, case: str) -> None:

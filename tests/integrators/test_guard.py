@@ -173,7 +173,7 @@ class TestRuns:
             return result.status != "completed" or result.history["kinetic"].max() > 2.0 * result.history["kinetic"][0]
 
         assert not grows(limit)
-        assert grows(1.05 * limit)
+        assert grows(limit / 0.97)
 
     @pytest.mark.parametrize("correction", ["symmetric", pytest.param("paper", marks=pytest.mark.slow)])
     @pytest.mark.parametrize("alpha", [0.25, 2.5])
@@ -185,13 +185,11 @@ class TestRuns:
         assert holds(scene, name, limit, most, tuple(WINDOW))
         assert not holds(scene, name, limit / 0.92, most, tuple(WINDOW))
 
-    @pytest.mark.parametrize(("alpha", "name"), [
-        (2.5, "euler"), (2.5, "pc2"), (2.5, "leapfrog"), (2.5, "rk4"), (2.5, "rkc 3"), (2.5, "rkc 5"), (2.5, "rkc 10"),
-        (1.0, "pc2"), (1.0, "leapfrog"), (1.0, "rk4"), (1.0, "rkc 3"), (1.0, "rkc 5"), (1.0, "rkc 10"),
-    ])  # fmt: skip
-    def test_within_twenty_per_cent_on_the_switched_viscous_bar(self, alpha: float, name: str) -> None:
-        """Below 2.3 v0 at .4 ms. (Euler at alpha = 1 grows so slowly that the window decides: predicted .43, it holds .62
-        for .12 ms, .51 for .4 ms and .33 for 8 ms.)"""
+    @pytest.mark.parametrize("alpha", [2.5, 1.0])
+    @pytest.mark.parametrize("name", ["euler", "pc2", "leapfrog", "rk4", "rkc 3", "rkc 5", "rkc 10"])
+    def test_within_twenty_per_cent_on_the_switched_viscous_bar(self, name: str, alpha: float) -> None:
+        """Below 2.3 v0 at .4 ms. (Euler at alpha = 1 grows so slowly that the window decides: it holds .62 for .12 ms, .51
+        for .4 ms and .33 for 8 ms.)"""
         bar = example("magnesium_bar").with_(
             guard="off", probes=[], **{"bodies.0.viscosity": {"alpha": alpha, "beta": alpha}}
         )
