@@ -34,7 +34,8 @@ from wsph.conditions import select
 from wsph.constitutive import Constitutive, blame
 from wsph.errors import Refused
 from wsph.ghosts import Ghosts, ghost_kernels, ghosts
-from wsph.lagrangian_kernels import BLOCK, QUANTA, Form, kernels, set_up_kernel
+from wsph.lagrangian_kernels import BLOCK, Form, kernels
+from wsph.lagrangian_weights import QUANTA, set_up_kernel
 from wsph.links import LinkDamage, stretch_of_energy
 from wsph.neighbours import Pairs, find_pairs
 from wsph.one_set import OneSetSystem
@@ -136,12 +137,8 @@ class LagrangianSystem(OneSetSystem):
             moment = wp.zeros(len(points), dtype=double.mat, device=device)
             spread = wp.zeros(len(points), dtype=wp.float64, device=device)
             rank = wp.zeros(len(points), dtype=wp.int32, device=device)
-            inputs = [
-                wp.float64(self._support / SUPPORT),
-                wp.float64(QUANTA[space.precision]),
-                pairs.offsets,
-                pairs.indices,
-            ]
+            quantum = QUANTA["f64" if self.irregular else space.precision]
+            inputs = [wp.float64(self._support / SUPPORT), wp.float64(quantum), pairs.offsets, pairs.indices]
             inputs += [wp.array(a, dtype=double.vec, device=device) for a in (points, nodes, grid)]
             kernel = set_up_kernel(double, scene.run.kernel, self.points)
             wp.launch(kernel, len(points), device=device, inputs=inputs, outputs=[weight, centre, moment, spread, rank])

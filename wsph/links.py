@@ -210,6 +210,11 @@ def refuse(body: Body, material: Any, who: str, correction: str) -> None:
         raise Refused(
             f'body {body.name!r}: links need the symmetric correction: run.correction = "paper" keeps no momentum at a crack'
         )
+    if body.viscosity is not None and body.viscosity.correction == "paper":
+        raise Refused(
+            f'body {body.name!r}: links need symmetric viscosity: viscosity.correction = "paper" keeps no momentum at a crack; leave'
+            " it out"
+        )
     if not turns(material):
         raise Refused(
             f"body {body.name!r}: links need a rate law that turns with the body, whose stress does not jump where F does;"

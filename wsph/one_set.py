@@ -28,7 +28,7 @@ from wsph.prescribed import BoundaryValues
 from wsph.scene import Body, Scene, damage_model
 from wsph.smoothing import SMOOTHING, SUPPORT
 from wsph.space import Space
-from wsph.spectrum import Spectrum, modes, spectrum
+from wsph.spectrum import Spectrum, spectrum
 from wsph.state import ENTRIES, Derived, State, combine_kernel, layout_of
 from wsph.system import System
 from wsph.units import Scales
@@ -100,7 +100,7 @@ class OneSetSystem(System):
         bulk, shear = material.moduli()
         self.youngs = 9.0 * bulk * shear / (3.0 * bulk + shear)
         self.parts = parts_of(body, scene.run.correction)
-        if self.parts.own and self.points:
+        if self.parts.own and self.points and scene.run.correction != "paper":
             raise Refused(
                 f'body {body.name!r}: viscosity.correction = "paper" is of pairs of particles; stress points have viscosity as a'
                 " stress: leave it out"
@@ -276,6 +276,12 @@ class OneSetSystem(System):
         return any(nonzero(value) for values in self.conditions.entries.values() for value in values.values())
 
     @property
+    def irregular(self) -> bool:
+        """Whether its cells differ in size: by jitter or a map."""
+        index = self.lattice.index
+        return self.lattice.mapped or bool((index != np.rint(index)).any())
+
+    @property
     def bar_time(self) -> float:
         """The spacing over sqrt(E/rho), nondimensional: the time of the paper's Courant number."""
         return self.spacing / self.scales.length / float(self.pair.speed)
@@ -301,21 +307,22 @@ class OneSetSystem(System):
         return self.viscous or self.force.parts.damped
 
     @property
-    def pencils(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Stiffness and damping (m, m) of the small motions about the same state, nondimensional, on what spans the
-        outermost of them. Several where a viscosity is switched by the motion or does not see all of it: a time step has
-        to suit each."""
-        found, shares = self._spectrum, (1.0,)
-        if self.parts.viscosity == "approach":
-            shares = found.approach()
-        if self.points:  # what their gradients do not see stays undamped
-            shares = (0.0, *shares)
-        return found.pencils(shares)
+    def _shares(self) -> tuple[float, ...]:
+        """Shares of the viscosity that may act at once. Several where it is switched by the motion or does not see all of
+        it: a time step has to suit each."""
+        shares = self._spectrum.approach() if self.parts.viscosity == "approach" else (1.0,)
+        return (0.0, *shares) if self.points and self.viscous else shares  # gradients of points do not see all
 
     @property
     def modes(self) -> np.ndarray:
-        """lambda of the small motions exp(lambda t) of all `pencils`, nondimensional."""
-        return np.concatenate([modes(*pencil) for pencil in self.pencils])
+        """lambda of the small motions exp(lambda t) about the same state, (k,) complex, nondimensional: the outermost of
+        them and some tens of others, without those of the rigid body."""
+        return self._spectrum.modes(self._shares)
+
+    def largest(self, dt: float, factor: float) -> float:
+        """The largest eigenvalue of dt^2 K + factor dt D, stiffness and damping of the small motions about the same state,
+        an upper estimate; `dt` nondimensional."""
+        return self._spectrum.largest(dt, factor, self._shares)
 
     def measure_anew(self) -> None:
         """Forget the spectrum: the next question finds that of the current state."""

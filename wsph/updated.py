@@ -118,7 +118,7 @@ class UpdatedLagrangianSystem(OneSetSystem):
         return [self._pairs.offsets, self._pairs.indices, self._unused]
 
     def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None:
-        """`OneSetSystem.rate`; the rest takes the moments."""
+        """`OneSetSystem.rate`; the rest takes places and velocities alone."""
         if part != "rest":
             self.refresh(state)
             inputs = [self.force.struct, self.pair, *self._rows, self._x, self._moment, self._share, self._volume]

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from wsph_integrators.runge_kutta import damped_limit, margins
+from wsph_integrators.runge_kutta import damped_limit, margin
 
 DAMPING = 2.0 / 13.0
 MOST_STAGES = 200
@@ -95,7 +95,8 @@ class RungeKuttaChebyshev:
         """Largest stable Courant number and where it comes from."""
         if not self.system.damped:
             return 0.0, "RKC amplifies every undamped wave: give the body viscosity, or use leapfrog"
-        return damped_limit(self.system, self.coefficients.amplification, self.evaluations, margins(self.system))
+        share = margin(self.system, self.order, amplifies=True)
+        return damped_limit(self.system, self.coefficients.amplification, self.evaluations, share)
 
     def step(self) -> None:
         """One step, by launches alone."""

@@ -123,6 +123,7 @@ def test_links_break_only_where_the_scene_says() -> None:
     ({"material": {**JAUMANN, "model": "elastic"}}, wsph.Refused, "use jaumann, mises or perzyna"),
     ({"phase_field": {"fracture_energy": 1.0, "length": 0.1}}, wsph.Refused, "leave one out"),
     ({"run": {"correction": "paper"}}, wsph.Refused, "symmetric correction"),
+    ({"viscosity": {"alpha": 1.0, "correction": "paper"}}, wsph.Refused, "symmetric viscosity"),
     ({"links": {"criterion": "energy", "threshold": 0.1}}, wsph.SceneError, "needs fracture_energy and nothing else"),
     ({"links": {"criterion": "stretch"}}, wsph.SceneError, "needs threshold and nothing else"),
     ({"links": {"criterion": "stretch", "threshold": -0.1}}, wsph.SceneError, "not above zero"),

@@ -201,7 +201,7 @@ class TestFewParticles:
         assert result.summary["energy"]["kinetic"] > 0.0
 
 
-@pytest.mark.filterwarnings("ignore:.*energy was (lost|created)")
+@pytest.mark.filterwarnings("ignore:.*energy was lost")
 @pytest.mark.parametrize("alpha", [0.8, 3.0])
 @pytest.mark.parametrize("integrator", ["leapfrog", "rk4", "rkc"])
 def test_viscosity_from_little_to_much(integrator: str, alpha: float) -> None:
@@ -219,5 +219,5 @@ def test_viscosity_from_little_to_much(integrator: str, alpha: float) -> None:
     kinetic = result.history["kinetic"]
     assert (kinetic[1:] + result.history["strain"][1:] < kinetic[0]).all()
     assert kinetic[-1] < 0.5 * kinetic[0]
-    assert energy["residual"] > -CREATED * energy["external_work"]
-    assert energy["dissipated"] + energy["residual"] > 0.3 * energy["external_work"]
+    assert (result.history["residual"] > -1e-3 * energy["external_work"]).all()
+    assert energy["dissipated"] > 0.3 * energy["external_work"]
