@@ -158,7 +158,8 @@ def _load_kernel(space: Space, layout: Layout, loading: bool, holding: bool) -> 
                 for a in range(wp.static(dim)):
                     loaded += wp.float64(wp.dot(loads[i * dim + a], v))
             if wp.static(viscous):
-                # What it has changed times the mean velocity of the step: exact, however long the step is beside it.
+                # What it has changed times the mean velocity of the step: exact where the velocity is free, however long the
+                # step is beside the time in which it acts.
                 dragged -= wp.float64(mass[i] * wp.dot(fields.drag[i], v + old_out[i]))
                 old_out[i] = v
                 fields.drag[i] = vec()
