@@ -95,9 +95,10 @@ class Spectrum:
         """lambda of the motions exp(lambda t) on the vectors, for every share of the viscosity: frequencies and overdamped
         rates by as much higher as the highest of all may be."""
         found, one = [np.zeros(0, complex)], np.eye(len(self.stiffness))
-        if not self.finite or not self.frequency > 0.0:
+        known = _top(self.stiffness, self.squares[0])[0] if self.finite and len(self.stiffness) else 0.0
+        if not known > 0.0:
             return found[0]
-        higher = self.frequency**2 / _top(self.stiffness, self.squares[0])[0]
+        higher = self.frequency**2 / known
         stronger = self.viscous_rate / _top(self.damping, self.squares[2])[0] if self.viscous_rate > 0.0 else 1.0
         for share in shares:
             each = modes(higher * self.stiffness, share * self.damping + self.rate * one, self.still)
