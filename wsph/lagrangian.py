@@ -368,7 +368,7 @@ class LagrangianSystem(OneSetSystem):
     def nbytes(self) -> int:
         """Device memory of the body [bytes]: pairs, weights and all states, the integrator's too."""
         own = [self._weight, self._moment, self._share, self._x, self._corrected, self._mean, self._volume]
-        own += [self._hold, self._opposing, self._dragging]
+        own += [self._hold, self.work.loads.before, self._opposing, self._dragging]
         if self.points:
             own += [self._centre, self._back.offsets, self._back.indices, self._back_weight, self._point_volume]
         damage = self.damage.nbytes if self.damage is not None else 0

@@ -148,5 +148,5 @@ class UpdatedLagrangianSystem(OneSetSystem):
     def nbytes(self) -> int:
         """Device memory of the body [bytes]: pairs and all states, the integrator's too."""
         own = [self._moment, self._corrected, self._opposing, self._x, self._volume, self._rank]
-        own += [self._hold, self._skin.found]
+        own += [self._hold, self.work.loads.before, self._skin.found]
         return self._pairs.nbytes + sum(a.capacity for a in own) + self.state_bytes
