@@ -11,6 +11,7 @@ from wsph.constitutive import Laws
 from wsph.contiguous import element
 from wsph.operators import generalized_inverse, misfit
 from wsph.pair_forces import PairParts, opposing_stress, pair_struct, viscous_push, viscous_stress
+from wsph.pair_loops import PAIR_LOOPS
 from wsph.phase_field import damage_around
 from wsph.phase_laws import damaged, phase_struct
 from wsph.smoothing import SMOOTHING
@@ -20,17 +21,6 @@ from wsph.stress_state import packing
 
 BLOCK = 1024
 """Points in one partial sum: the same for any number of threads."""
-PAIR_LOOPS = {
-    "cpu_compiler_flags": " ".join(
-        (
-            wp.config.cpu_compiler_flags or "",
-            "-mreassociate -fno-signed-zeros -ffp-contract=fast -mprefer-vector-width=512",
-        )
-    ).strip()
-}
-"""How the loops over pairs are compiled for CPUs: sums may be taken in vectors, which is worth 1.2 to 1.8 in time;
-infinities and NaN stay what they are. LLVM's vectoriser takes `while` loops whose sums are written s = s + x, and no
-others."""
 
 
 @dataclass(frozen=True)

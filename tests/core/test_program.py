@@ -10,6 +10,7 @@ import warp as wp
 import wsph
 from wsph import clock, crew
 from wsph.composition import compose
+from wsph.pair_loops import PAIR_LOOPS, vector_width
 
 
 def block(threads: int, run: dict, **body: object) -> wsph.Scene:
@@ -121,3 +122,11 @@ def test_the_caller_gets_its_cores_back() -> None:
         assert len(os.sched_getaffinity(0)) == 1
     assert os.sched_getaffinity(0) == before
     found.dismiss()
+
+
+@pytest.mark.parametrize(
+    ("says", "width"), [("vendor_id\t: AuthenticAMD", 128), ("vendor_id\t: GenuineIntel", 512), ("", 512)]
+)
+def test_pair_loops_are_as_wide_as_the_processor_likes(says: str, width: int) -> None:
+    assert vector_width(says) == width
+    assert PAIR_LOOPS["cpu_compiler_flags"].endswith(("=128", "=512"))
