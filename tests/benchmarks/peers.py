@@ -11,7 +11,7 @@ worth their number. The C loops (`reference.c`, -O3
 more, beside our kernels of the two, in both precisions.
 
 Sides alternate, rounds over; medians of ratios. A particle-step is one particle through one step: leapfrog evaluates its
-forces once in it, PySPH's integrator twice. --write leaves docs/peers.json, where sizes that were not asked for stay, and
+forces once in it, PySPH's integrator twice. --write leaves docs/peers.json, where what was not asked for stays, and
 makes the README's table and docs/peers.png of it.
 """
 
@@ -193,8 +193,9 @@ def main() -> None:
     parser.add_argument("--write", action="store_true")
     options = parser.parse_args()
     kept = ROOT / "docs" / "peers.json"
-    found: dict = {"machine": f"{platform.machine()}, {len(cores())} cores", "warp": wp.config.version}
-    sizes = {(s["dim"], s["rows"]): s for s in json.loads(kept.read_text())["sizes"]} if kept.exists() else {}
+    before = json.loads(kept.read_text()) if kept.exists() else {"sizes": []}
+    found: dict = before | {"machine": f"{platform.machine()}, {len(cores())} cores", "warp": wp.config.version}
+    sizes = {(s["dim"], s["rows"]): s for s in before["sizes"]}
     for size in options.sizes:
         dim, rows = (int(word) for word in size.split(":"))
         sizes[dim, rows] = compare(dim, rows, options)
