@@ -214,8 +214,8 @@ class TestRuns:
     @pytest.mark.parametrize("alpha", [0.25, 2.5])
     @pytest.mark.parametrize("name", ["leapfrog", "rk4", "rkc 3", "rkc 5", "rkc 10"])
     def test_within_eight_per_cent_with_damping_of_all_pairs(self, name: str, alpha: float, correction: str) -> None:
-        """The ten rows of the table of stability, whose criterion it is: below 1.6 v0 from .8 to 1.5 ms. (Ten stages with the
-        paper's viscosity, alpha = 2.5, hold 9 % beyond.)"""
+        """The ten rows of the table of stability, whose criterion it is: below 1.6 v0 from .8 to 1.5 ms. (Ten stages with
+        the paper's viscosity, alpha = 2.5, hold 9 % beyond.)"""
         least = 0.9 if (name, alpha, correction) == ("rkc 10", 2.5, "paper") else 0.92
         scene = damped_beam(alpha, correction)
         limit, most = predicted(scene, name), 1.6 * fastest(scene)
