@@ -81,7 +81,7 @@ def test_what_is_compressed_on_one_side_keeps_momentum_and_energy(part: dict) ->
     for axis in "xy":
         momentum = history[f"momentum_{axis}"]
         assert np.ptp(momentum) < 1e-14
-    assert abs(energy["residual"]) < 2e-3 * energy["external_work"]
+    assert abs(energy["residual"]) < (2e-3 if "viscosity" in part else 1e-3) * energy["external_work"]
 
 
 def test_a_bar_carries_the_wave_of_the_lagrangian_form() -> None:

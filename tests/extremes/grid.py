@@ -220,9 +220,6 @@ def verdict(case: Case, precision: str, dt: float = 0.0) -> Verdict:
             return Verdict("warned", text, velocity=velocity)
     if -energy["residual"] > CREATED * largest:
         return Verdict("completed", fault=f"{-100 * energy['residual'] / largest:.3g} % of energy created")
-    kinetic = result.history["kinetic"]
-    if kinetic[-1] < 1e-12 * kinetic.max():  # what is left of the motion is less than single precision has of it
-        velocity = None
     steps = result.history["dt"]
     shortest = float(steps[-1]) if steps[-1] < steps[0] else 0.0
     return Verdict("completed", velocity=velocity, shortest=shortest, warned=" ".join(warned))
