@@ -51,7 +51,11 @@ class Spectrum:
     squares: tuple[np.ndarray, np.ndarray, np.ndarray]
     rate: float
     still: float
-    finite: bool = True
+
+    @cached_property
+    def finite(self) -> bool:
+        """Whether the body could be moved at all without leaving the numbers."""
+        return bool(np.isfinite(self.stiffness).all())
 
     @cached_property
     def frequency(self) -> float:
@@ -63,7 +67,7 @@ class Spectrum:
     @cached_property
     def growth(self) -> float:
         """The largest rate of a mode that grows without oscillating, zero where none is sure."""
-        if not len(self.stiffness):
+        if not self.finite or not len(self.stiffness):
             return 0.0
         value, gap = _top(self.stiffness, self.squares[0], 0)
         return float(np.sqrt(max(-value - gap, 0.0)))
@@ -225,14 +229,14 @@ class _Span:
         """-(D r_j + K r_(j-1)) of two vectors given by their coefficients."""
         return -(last @ self._d[: len(last)] + before @ self._k[: len(before)]).astype(np.float64)
 
-    def spectrum(self, rate: float, still: float, finite: bool) -> Spectrum:
+    def spectrum(self, rate: float, still: float) -> Spectrum:
         """What the products say."""
         m = self.count
         w, k, d = self._w[:m], self._k[:m], self._d[:m]
         none = np.zeros((m, m))
         damping, kd, dd = (w @ d.T, k @ d.T, d @ d.T) if len(self._d) else (none, none, none)
         arrays = [np.asarray(a, np.float64) for a in (w @ k.T, damping, k @ k.T, kd, dd)]
-        return Spectrum(arrays[0], arrays[1], (arrays[2], arrays[3], arrays[4]), rate, still, finite)
+        return Spectrum(arrays[0], arrays[1], (arrays[2], arrays[3], arrays[4]), rate, still)
 
 
 def spectrum(system: Any) -> Spectrum:
@@ -254,12 +258,8 @@ def spectrum(system: Any) -> Spectrum:
     span.add(start)
     while span.count < lanczos:
         known = span.count
-        w = span.last_stiffness()
-        if not np.isfinite(w).all():
-            products.restore()
-            return span.spectrum(rate, still, False)
-        span.add(w)
-        if span.count == known:
+        span.add(span.last_stiffness())
+        if span.count == known:  # nothing new, or nothing finite
             break
     before, last = np.zeros(1), np.eye(1)[0]
     for _ in range(3 * most if system.viscous else 0):
@@ -271,4 +271,4 @@ def spectrum(system: Any) -> Spectrum:
             break
         before, last = last / size, coefficients / size
     products.restore()
-    return span.spectrum(rate, still, True)
+    return span.spectrum(rate, still)

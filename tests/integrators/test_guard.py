@@ -219,8 +219,8 @@ class TestRuns:
         least = 0.9 if (name, alpha, correction) == ("rkc 10", 2.5, "paper") else 0.92
         scene = damped_beam(alpha, correction)
         limit, most = predicted(scene, name), 1.6 * fastest(scene)
-        assert holds(scene, name, limit, most, tuple(WINDOW))
-        assert not holds(scene, name, limit / least, most, tuple(WINDOW))
+        assert holds(scene, name, limit, most, WINDOW)
+        assert not holds(scene, name, limit / least, most, WINDOW)
 
     @pytest.mark.parametrize(("alpha", "name", "least"), [
         *((2.5, name, 0.8) for name in ("euler", "pc2", "leapfrog", "rk4", "rkc 3", "rkc 5", "rkc 10")),

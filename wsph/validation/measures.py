@@ -1,5 +1,6 @@
 """What is read off the runs of the published cases: plateaus, bands, stress intensity factors."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,18 @@ def finished(scene: Scene) -> Composition:
     composition = compose(scene)
     composition.program.run(composition.steps)
     return composition
+
+
+def at_times(scene: Scene, times: tuple[float, ...]) -> Iterator[Composition]:
+    """A composition at rising times [s]: with the first state at or after each."""
+    composition, done = compose(scene.with_(end=times[-1])), 0
+    composition.compile()
+    for time in times:
+        steps = int(np.ceil(time / composition.dt - 1e-9))
+        composition.program.run(steps - done)
+        composition.publish()
+        done = steps
+        yield composition
 
 
 def compression(result: Any) -> tuple[np.ndarray, np.ndarray]:
