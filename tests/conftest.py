@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import wsph
-from wsph import crew, program
+from wsph.backend import graph, threads
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -28,9 +28,9 @@ def share(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
     """From its call on the cores share small scenes as they do large ones."""
 
     def begin() -> None:
-        monkeypatch.setattr(program, "SMALL_PAIRS", 0)
-        monkeypatch.setattr(crew, "ALONE_SECONDS", 0.0)
-        monkeypatch.setattr(crew, "LONG_SECONDS", 5e-5)
-        monkeypatch.setattr(crew, "PIECE_SECONDS", 2e-5)
+        monkeypatch.setattr(graph, "SMALL_PAIRS", 0)
+        monkeypatch.setattr(threads, "ALONE_SECONDS", 0.0)
+        monkeypatch.setattr(threads, "LONG_SECONDS", 5e-5)
+        monkeypatch.setattr(threads, "PIECE_SECONDS", 2e-5)
 
     return begin

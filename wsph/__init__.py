@@ -4,10 +4,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from wsph.driver import run
     from wsph.errors import OutputError, PluginError, Refused, SceneError, Unstable, WsphError
-    from wsph.result import Result
-    from wsph.scene import Scene, load
+    from wsph.scene.load import load
+    from wsph.scene.scene import Scene
+    from wsph.simulation.compose import compose
+    from wsph.simulation.result import Result
+    from wsph.simulation.run import run
 
 __version__: str
 __all__ = [
@@ -20,11 +22,19 @@ __all__ = [
     "Unstable",
     "WsphError",
     "__version__",
+    "compose",
     "load",
     "run",
 ]
 
-_HOME = {"Result": "result", "run": "driver", "Scene": "scene", "load": "scene"}
+_HOME = {
+    "Result": "simulation.result",
+    "Scene": "scene.scene",
+    "compose": "simulation.compose",
+    "load": "scene.load",
+    "run": "simulation.run",
+}
+"""Modules of the public names; the others are errors."""
 
 
 def __getattr__(name: str) -> Any:

@@ -14,8 +14,8 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-from wsph import registry
 from wsph.errors import Unstable, WsphError
+from wsph.plugins import registry
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -111,8 +111,8 @@ def _overrides(pairs: list[str]) -> dict[str, Any]:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from wsph.driver import run
-    from wsph.scene import load
+    from wsph.scene.load import load
+    from wsph.simulation.run import run
 
     scene = load(options.scene, _overrides(options.set))
     folder = options.out if options.out is not None else Path(f"{options.scene.stem}-out")
@@ -161,8 +161,8 @@ class _Progress:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from wsph.composition import compose
-    from wsph.scene import load
+    from wsph.scene.load import load
+    from wsph.simulation.compose import compose
 
     composition = compose(load(options.scene, _overrides(options.set)))
     scene = composition.scene
@@ -243,7 +243,8 @@ def _list(options: argparse.Namespace) -> int:
 
 
 def _study(options: argparse.Namespace) -> int:
-    from wsph.study import load_study, run_study, write_study
+    from wsph.study.runs import run_study, write_study
+    from wsph.study.tables import load_study
 
     study, scene = load_study(options.study)
     folder = options.out if options.out is not None else Path(f"{options.study.stem}-out")
@@ -265,7 +266,7 @@ def _study(options: argparse.Namespace) -> int:
 
 
 def _validate(options: argparse.Namespace) -> int:
-    from wsph.validation import as_data, validate
+    from wsph.validation.validate import as_data, validate
 
     found, met = [], True
     for outcome in validate(options.cases, options.full):
@@ -285,7 +286,7 @@ def _validate(options: argparse.Namespace) -> int:
 
 
 def _view(options: argparse.Namespace) -> int:
-    from wsph.view import view
+    from wsph.output.view import view
 
     view(options.folder, options.field, options.save)
     return 0

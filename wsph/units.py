@@ -16,6 +16,7 @@ from decimal import Decimal, DecimalException
 import numpy as np
 
 MAX_POWER = 9
+
 Dimension = tuple[int, int, int]
 """Exponents of kilogram, metre and second."""
 

@@ -2,7 +2,7 @@
 
 import math
 
-from wsph.two_set import TwoSetSystem
+from wsph.formulations.taylor.system import TwoSetSystem
 
 
 class TaylorSPH:

@@ -21,7 +21,7 @@ import numpy as np
 import warp as wp
 
 import wsph
-from wsph.composition import compose
+from wsph.simulation.compose import compose
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import beam

@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from importlib import metadata
 from pathlib import Path
 
 import wsph
@@ -59,7 +60,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as cache:
         cold = shell(cache)
     start = time.perf_counter()
-    subprocess.run([sys.executable, "-c", "import wsph.driver"], check=True)
+    subprocess.run([sys.executable, "-c", "import wsph.simulation.run"], check=True)
     imported = time.perf_counter() - start
     rates = steps_per_second()
     figures = {
@@ -69,7 +70,7 @@ def main() -> None:
         "shell_warm_seconds": statistics.median(shell() for _ in range(5)),
         "shell_cold_seconds": cold,
         "import_seconds": imported,
-        "machine": f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}, Warp {wsph.driver.metadata.version('warp-lang')}",
+        "machine": f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}, Warp {metadata.version('warp-lang')}",
     }
     if options.json:
         print(json.dumps(figures, indent=2))

@@ -9,7 +9,8 @@ import time
 from typing import Any
 
 import wsph
-from wsph.composition import Composition, compose
+from wsph.simulation.compose import compose
+from wsph.simulation.composition import Composition
 
 
 def plate(dim: int, form: str, phase_field: bool) -> wsph.Scene:

@@ -8,9 +8,9 @@ import time
 from pathlib import Path
 
 import wsph
-from wsph.composition import compose
-from wsph.driver import CHECK_STEPS, Simulation
-from wsph.probes import RING
+from wsph.simulation.compose import compose
+from wsph.simulation.probes import RING
+from wsph.simulation.run import CHECK_STEPS, Simulation
 
 ROOT = Path(__file__).resolve().parents[2]
 

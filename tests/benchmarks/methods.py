@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import wsph
-from wsph.composition import Composition, compose
+from wsph.simulation.compose import compose
+from wsph.simulation.composition import Composition
 
 ROOT, STEPS = Path(__file__).resolve().parents[2], 12
 TWO_SETS = ("tsph", "ul-tsph")

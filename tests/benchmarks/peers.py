@@ -30,8 +30,9 @@ import numpy as np
 import warp as wp
 
 import wsph
-from wsph.composition import Composition, compose
-from wsph.crew import cores, keep_to
+from wsph.backend.threads import cores, keep_to
+from wsph.simulation.compose import compose
+from wsph.simulation.composition import Composition
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import beam

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import wsph
-from wsph import checkpoint
 from wsph.cli import main
+from wsph.simulation import checkpoint
 
 
 def block(**run: object) -> wsph.Scene:

@@ -7,8 +7,8 @@ import pytest
 import warp as wp
 
 import wsph
-from wsph.composition import compose
 from wsph.errors import Refused, SceneError
+from wsph.simulation.compose import compose
 
 
 def names(scene: wsph.Scene) -> list[str]:

@@ -8,10 +8,12 @@ import warp as wp
 from wsph_materials.elastic import Elastic
 from wsph_materials.perzyna import Perzyna
 
-from wsph.constitutive import Constitutive, Laws, blame
+from wsph.backend.space import Space
+from wsph.constitutive.constitutive import Constitutive
+from wsph.constitutive.laws import Laws
+from wsph.constitutive.stress_state import STRESS_STATES, StressState
 from wsph.errors import PluginError
-from wsph.space import Space
-from wsph.stress_state import STRESS_STATES, StressState
+from wsph.plugins.blame import blame
 from wsph.units import Scales
 
 E, NU, RHO = 3.0, 0.3, 2.0

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import wsph
-from wsph.composition import compose
 from wsph.errors import Refused
+from wsph.simulation.compose import compose
 
 SOFT = {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.0}
 SPEED = 1e-3

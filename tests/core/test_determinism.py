@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import wsph
-from wsph.composition import compose
+from wsph.simulation.compose import compose
 
 MISES = {"model": "mises", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3, "yield_stress": 2e-3}
 

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import wsph
-from wsph.composition import compose
+from wsph.backend.graph import SMALL_PAIRS, Program
 from wsph.errors import OutputError, Unstable
-from wsph.program import SMALL_PAIRS, Program
+from wsph.simulation.compose import compose
 
 
 def test_records_are_the_first_state_at_or_after_their_time(shock_bar: wsph.Scene) -> None:
@@ -129,7 +129,9 @@ def test_an_existing_run_is_never_clobbered(shock_bar: wsph.Scene, tmp_path: Pat
 def test_a_folder_that_cannot_be_written_is_refused_before_anything(
     shock_bar: wsph.Scene, where: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("wsph.driver.compose", lambda scene: pytest.fail("composed before the folder was checked"))
+    monkeypatch.setattr(
+        "wsph.simulation.run.compose", lambda scene: pytest.fail("composed before the folder was checked")
+    )
     with pytest.raises(OutputError):
         wsph.run(shock_bar, where)
 

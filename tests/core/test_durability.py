@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import wsph
-from wsph import checkpoint
+from wsph.simulation import checkpoint
 
 SCENE = """
 schema = 1

@@ -8,15 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from wsph_materials.elastic import Elastic
 
-from wsph.clock import Clock
-from wsph.conditions import Conditions
-from wsph.constitutive import Constitutive
-from wsph.expressions import Expression, compile_expression
-from wsph.prescribed import BoundaryValues
-from wsph.scene import Function
-from wsph.space import Space
-from wsph.state import State, layout_of
-from wsph.stress_state import STRESS_STATES
+from wsph.backend.clock import Clock
+from wsph.backend.expressions import Expression, compile_expression
+from wsph.backend.space import Space
+from wsph.backend.state import State
+from wsph.boundary.conditions import Conditions
+from wsph.boundary.values import BoundaryValues
+from wsph.constitutive.constitutive import Constitutive
+from wsph.constitutive.stress_state import STRESS_STATES
+from wsph.formulations.layout import layout_of
+from wsph.scene.tables import Function
 from wsph.units import Scales
 
 

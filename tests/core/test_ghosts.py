@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import wsph
-from wsph.composition import compose
-from wsph.validation.cases import example
+from wsph.simulation.compose import compose
+from wsph.validation.case import example
 
 
 def bar(**changes: object) -> wsph.Scene:

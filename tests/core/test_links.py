@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import wsph
-from wsph.composition import Composition, compose
+from wsph.simulation.compose import compose
+from wsph.simulation.composition import Composition
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*follow the lattice")
 JAUMANN = {"model": "jaumann", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.25}

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from wsph.neighbours import find_pairs
+from wsph.sph.pairs import find_pairs
 
 
 def brute_force(targets: np.ndarray, sources: np.ndarray, radius: float, same: bool) -> list[list[int]]:

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 import warp as wp
 
-from wsph import operators
-from wsph.neighbours import find_pairs
-from wsph.particles import lattice
-from wsph.shapes import Box
-from wsph.space import Space
+from wsph.backend.space import Space
+from wsph.geometry.lattice import lattice
+from wsph.geometry.shapes.box import Box
+from wsph.sph import weights
+from wsph.sph.pairs import find_pairs
+from wsph.testing import operators
 
 # The gates of the patch tests: rounding of a weighted sum, an order above what was measured.
 GATE = {"f64": 1e-12, "f32": 5e-5}
@@ -33,9 +34,9 @@ def apply(
         1.0 - spread, 1.0 + spread, len(sources)
     )  # they must not matter on the patch
     linear, constant = (
-        operators.interpolation_weights(space, pairs, targets, sources, volume, order=o) for o in ("linear", "constant")
+        weights.interpolation_weights(space, pairs, targets, sources, volume, order=o) for o in ("linear", "constant")
     )
-    slope = operators.gradient_weights(space, pairs, targets, sources, volume)
+    slope = weights.gradient_weights(space, pairs, targets, sources, volume)
     assert (linear.rank == space.dim).all()
     assert (slope.rank == space.dim).all()
     array = lambda v: wp.array(v, dtype=space.scalar, device="cpu")  # noqa: E731
@@ -106,9 +107,9 @@ def test_ranks_tell_what_the_neighbours_span() -> None:
     sources = np.array([[0.0, 0.0], [1.0, 0.0]])
     targets = np.array([[0.5, 0.0], [0.2, 0.6], [9.0, 9.0]])
     pairs = find_pairs(targets, sources, 1.2)
-    weights = operators.interpolation_weights(Space(2), pairs, targets, sources, np.ones(2))
-    gradients = operators.gradient_weights(Space(2), pairs, targets, sources, np.ones(2))
-    assert weights.rank.tolist() == [1, 1, -1]
+    found = weights.interpolation_weights(Space(2), pairs, targets, sources, np.ones(2))
+    gradients = weights.gradient_weights(Space(2), pairs, targets, sources, np.ones(2))
+    assert found.rank.tolist() == [1, 1, -1]
     assert gradients.rank.tolist() == [-1, 2, -1]  # on their line no gradient across it; beside it both
     with pytest.raises(ValueError, match="neither 'linear' nor 'constant'"):
-        operators.interpolation_weights(Space(2), pairs, targets, sources, np.ones(2), order="cubic")
+        weights.interpolation_weights(Space(2), pairs, targets, sources, np.ones(2), order="cubic")

@@ -13,8 +13,9 @@ import pytest
 
 import wsph
 from wsph.errors import OutputError
-from wsph.fields import von_mises
-from wsph.output import OutputFolder, write_atomically
+from wsph.output.fields import von_mises
+from wsph.output.files import write_atomically
+from wsph.output.folder import OutputFolder
 
 pv = pytest.importorskip("pyvista")
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import wsph
-from wsph.composition import compose
+from wsph.simulation.compose import compose
 
 
 def block(**body: object) -> wsph.Scene:

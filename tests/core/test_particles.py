@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter
 
-from wsph.grid import plan
-from wsph.particles import lattice
-from wsph.shapes import Box, Shape
+from wsph.geometry.grid import plan
+from wsph.geometry.lattice import lattice
+from wsph.geometry.shapes.box import Box
+from wsph.geometry.shapes.combined import Shape
 
 
 def box(dim: int, edge: float = 1.0) -> Box:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import wsph
-from wsph.composition import Composition, compose
+from wsph.simulation.compose import compose
+from wsph.simulation.composition import Composition
 
 ELASTIC = {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.25}
 TOUGH = {"fracture_energy": 1e-3, "length": 0.1}

@@ -8,9 +8,9 @@ import pytest
 import warp as wp
 
 import wsph
-from wsph import clock, crew
-from wsph.composition import compose
-from wsph.pair_loops import PAIR_LOOPS, vector_width
+from wsph.backend import launch, threads
+from wsph.backend.pair_loops import PAIR_LOOPS, vector_width
+from wsph.simulation.compose import compose
 
 
 def block(threads: int, run: dict, **body: object) -> wsph.Scene:
@@ -40,14 +40,14 @@ def test_any_number_of_threads_gives_the_same_bits(case: dict, share: Callable[[
     captured.program.run(12)
     states.append(captured.bodies[0].system.state.buffer.numpy())
     share()
-    for threads in (1, 2, 4):
-        composition = compose(block(threads, case))
+    for count in (1, 2, 4):
+        composition = compose(block(count, case))
         assert not composition.program.small
         composition.program.run(12)
-        assert composition.program.threads == threads
-        if threads > 1:
+        assert composition.program.threads == count
+        if count > 1:
             stretches = composition.program._stretches
-            assert {len(each.graphs) + len(each.pieces) for each in stretches} == {threads}
+            assert {len(each.graphs) + len(each.pieces) for each in stretches} == {count}
             assert any(each.pieces for each in stretches)
         states.append(composition.bodies[0].system.state.buffer.numpy())
     for other in states[1:]:
@@ -90,16 +90,16 @@ def test_threads_meet_after_every_launch_that_they_share(monkeypatch: pytest.Mon
         pass
 
     seen: list[str] = []
-    found = crew.Crew(2)
+    found = threads.Crew(2)
     monkeypatch.setattr(found, "_meet", lambda number: seen.append("meet"))
 
     def note(kernel: wp.Kernel, n: int, inputs: list, **_: object) -> None:
         seen.append(f"{kernel.key.split('_')[-1]} {inputs[0]}+{n}")
 
-    monkeypatch.setattr(clock.wp, "launch", note)
-    launches = [clock.Launch(kernel, 9, [], [], "cpu") for kernel in (whole, ranged)]
-    assert [crew.share(launches[1], seconds) for seconds in (1e-6, 1e-4, 1.0)] == list(crew.Share)
-    assert crew.share(launches[0], 1.0) is crew.Share.ALONE
+    monkeypatch.setattr(launch.wp, "launch", note)
+    launches = [launch.Launch(kernel, 9, [], [], "cpu") for kernel in (whole, ranged)]
+    assert [threads.share(launches[1], seconds) for seconds in (1e-6, 1e-4, 1.0)] == list(threads.Share)
+    assert threads.share(launches[0], 1.0) is threads.Share.ALONE
     launches[0].inputs.append(0)
     plan = [(launches[k], k == 1) for k in (0, 1, 1, 0, 0)]
     found._part(plan, 0)
@@ -108,7 +108,7 @@ def test_threads_meet_after_every_launch_that_they_share(monkeypatch: pytest.Mon
     found._part(plan, 1)
     assert seen == ["meet", "ranged 4+5", "meet", "ranged 4+5", "meet", "meet"]
     seen.clear()
-    monkeypatch.setattr(crew, "PIECE_SHARE", 0.5)
+    monkeypatch.setattr(threads, "PIECE_SHARE", 0.5)
     found._pieces(launches[1], 1.0)
     assert seen == [f"ranged {each}" for each in ("0+2", "2+1", "3+1", "4+2", "6+1", "7+1", "8+1")]
     found.dismiss()
@@ -117,7 +117,7 @@ def test_threads_meet_after_every_launch_that_they_share(monkeypatch: pytest.Mon
 @pytest.mark.skipif(not hasattr(os, "sched_getaffinity"), reason="no affinity here")
 def test_the_caller_gets_its_cores_back() -> None:
     before = os.sched_getaffinity(0)
-    found = crew.Crew(2)
+    found = threads.Crew(2)
     with found.at_work():
         assert len(os.sched_getaffinity(0)) == 1
     assert os.sched_getaffinity(0) == before

@@ -6,8 +6,8 @@ from importlib import metadata
 
 import pytest
 
-from wsph import registry
 from wsph.errors import PluginError
+from wsph.plugins import registry
 
 
 class Distribution(metadata.Distribution):

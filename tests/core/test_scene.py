@@ -150,7 +150,7 @@ def test_one_fault_gives_one_message(change: dict, message: str) -> None:
 def test_from_the_shell_it_is_exit_2_at_once_and_nothing_is_written(
     change: dict, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("wsph.driver.compose", lambda scene: pytest.fail("composed"))
+    monkeypatch.setattr("wsph.simulation.run.compose", lambda scene: pytest.fail("composed"))
     path = tmp_path / "scene.toml"
     path.write_text(tomli_w.dumps(changed(change)))
     started = time.perf_counter()

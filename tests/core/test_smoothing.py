@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import warp as wp
 
-from wsph.smoothing import SMOOTHING, SUPPORT
-from wsph.space import Space
+from wsph.backend.space import Space
+from wsph.sph.smoothing import SMOOTHING, SUPPORT
 
 
 def sample(name: str, space: Space, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

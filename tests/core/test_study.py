@@ -9,7 +9,8 @@ import pytest
 from wsph import run
 from wsph.cli import main
 from wsph.errors import SceneError
-from wsph.study import load_study, run_study
+from wsph.study.runs import run_study
+from wsph.study.tables import load_study
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = f"""

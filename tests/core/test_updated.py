@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import wsph
-from wsph import updated
-from wsph.composition import Composition, compose
+from wsph.formulations.updated import system
+from wsph.simulation.compose import compose
+from wsph.simulation.composition import Composition
 from wsph.testing import temporal_order
 
 
@@ -49,7 +50,7 @@ def test_when_pairs_are_found_changes_no_bit(monkeypatch: pytest.MonkeyPatch) ->
     scene = block(velocity=("-0.3*y", "0.3*x"), run={"end": 1.0})
     results = []
     for skin in (0.3, 1.1):
-        monkeypatch.setattr(updated, "SKIN", skin)
+        monkeypatch.setattr(system, "SKIN", skin)
         results.append(wsph.run(scene).particles)
     for name in ("velocity", "stress"):
         assert np.array_equal(results[0][name], results[1][name])

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import wsph
-from wsph.composition import Composition, compose
+from wsph.simulation.compose import compose
+from wsph.simulation.composition import Composition
 
 METHODS = [
     ("tsph", "small-strain"),

@@ -8,7 +8,7 @@ import pytest
 import wsph
 from wsph.cli import main
 from wsph.errors import OutputError
-from wsph.view import frames, picture
+from wsph.output.view import frames, picture
 
 pytest.importorskip("pyvista")
 Image = pytest.importorskip("PIL.Image")

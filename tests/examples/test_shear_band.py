@@ -3,7 +3,7 @@
 import pytest
 
 import wsph
-from wsph.validation.cases import example
+from wsph.validation.case import example
 from wsph.validation.measures import band
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import wsph
-from wsph.validation.cases import example
+from wsph.validation.case import example
 
 
 def twist(result: wsph.Result) -> tuple[float, float]:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import wsph
-from wsph.composition import compose
+from wsph.simulation.compose import compose
 from wsph.testing import drift
 
 STEPS = 2000

@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 
 import wsph
-from wsph.composition import compose
 from wsph.errors import WsphError
+from wsph.simulation.compose import compose
 
 STEPS = 200
 CREATED = 0.02

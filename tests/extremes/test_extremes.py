@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import wsph
-from wsph.composition import compose
+from wsph.simulation.compose import compose
 
 sys.path.insert(0, str(Path(__file__).parent))
 from grid import CREATED, LEVELS, cases, goes_together, in_working_range, outcomes, reviewed, table
@@ -150,7 +150,7 @@ def test_a_million_steps(integrator: str, precision: str, gate: float) -> None:
 
 def test_creation_is_bounded_as_the_warning_says() -> None:
     """The grid's bound is the driver's own."""
-    from wsph.driver import ENERGY_WARNING
+    from wsph.simulation.run import ENERGY_WARNING
 
     assert CREATED == ENERGY_WARNING
 

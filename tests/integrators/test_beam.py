@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import wsph
-from wsph.composition import compose
+from wsph.simulation.compose import compose
 from wsph.testing import whole_spectrum
-from wsph.validation.cases import example
+from wsph.validation.case import example
 from wsph.validation.oracles import BEAM_FREQUENCY
 
 FORMS = ("stress-points", "total-lagrangian")

@@ -14,10 +14,11 @@ from wsph_integrators.runge_kutta import Euler, Midpoint, RungeKutta4, damped_li
 from wsph_integrators.symplectic import Leapfrog
 
 import wsph
-from wsph.composition import compose
-from wsph.spectrum import modes
+from wsph.simulation.compose import compose
+from wsph.stability.spectrum import modes
 from wsph.testing import spectral_radius, whole_spectrum
-from wsph.validation.cases import WINDOW, at_courant, damped_beam, example, fastest, holds
+from wsph.validation.case import example
+from wsph.validation.he_seaid import WINDOW, at_courant, damped_beam, fastest, holds
 from wsph.validation.oracles import MAGNESIUM_SPEED
 
 FORMS = ("stress-points", "total-lagrangian")

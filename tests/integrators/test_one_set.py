@@ -6,8 +6,8 @@ from wsph_integrators.chebyshev import Coefficients, stages_for
 from wsph_integrators.runge_kutta import Chain, Tableau, imaginary_limit
 
 import wsph
-from wsph import registry
-from wsph.composition import compose
+from wsph.plugins import registry
+from wsph.simulation.compose import compose
 from wsph.testing import drift, temporal_order
 
 FORMS = ("stress-points", "total-lagrangian")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from wsph import registry
+from wsph.plugins import registry
 from wsph.testing import check_integrator
 
 ENTRIES = [entry for entry in registry.entries("integrators") if entry.status == "ok"]

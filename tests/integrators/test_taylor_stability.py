@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import wsph
-from wsph.composition import compose
-from wsph.growth import largest_growth
-from wsph.shapes import rotation_matrix
+from wsph.geometry.shapes.shape import rotation_matrix
+from wsph.simulation.compose import compose
+from wsph.stability.growth import largest_growth
 from wsph.testing import spectral_radius, step_matrix
 
 CONDITIONS: dict[str, list[dict]] = {

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import wsph
-from wsph.composition import compose
 from wsph.errors import Unstable
+from wsph.simulation.compose import compose
 
 
 @pytest.fixture(scope="module")

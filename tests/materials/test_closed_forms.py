@@ -11,9 +11,9 @@ from wsph_materials.mises import Mises
 from wsph_materials.neo_hookean import NeoHookean
 from wsph_materials.perzyna import Perzyna
 
-from wsph.constitutive import Constitutive
-from wsph.space import Space
-from wsph.stress_state import STRESS_STATES
+from wsph.backend.space import Space
+from wsph.constitutive.constitutive import Constitutive
+from wsph.constitutive.stress_state import STRESS_STATES
 from wsph.testing import LawSampler
 from wsph.units import Scales
 

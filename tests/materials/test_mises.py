@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import wsph
-from wsph.composition import compose
+from wsph.simulation.compose import compose
 
 E, NU, YIELD, HARDENING, STRAIN = 2e11, 0.3, 2e8, 1e9, 4e-3
 SHEAR = E / 2.6

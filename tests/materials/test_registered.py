@@ -11,10 +11,10 @@ from wsph_materials.mises import Mises
 from wsph_materials.neo_hookean import NeoHookean
 from wsph_materials.perzyna import Perzyna
 
-from wsph import registry
-from wsph.constitutive import Constitutive
-from wsph.space import Space
-from wsph.stress_state import STRESS_STATES
+from wsph.backend.space import Space
+from wsph.constitutive.constitutive import Constitutive
+from wsph.constitutive.stress_state import STRESS_STATES
+from wsph.plugins import registry
 from wsph.testing import check_material
 from wsph.units import Scales
 

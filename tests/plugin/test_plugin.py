@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import wsph
-from wsph import registry
 from wsph.errors import SceneError
+from wsph.plugins import registry
 from wsph.testing import check_integrator, check_material, vibrating_bar
 
 SCENE = Path(__file__).with_name("relaxing_bar.toml")

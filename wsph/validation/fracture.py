@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 import wsph
-from wsph.scene import Scene
+from wsph.scene.scene import Scene
 from wsph.validation import oracles
-from wsph.validation.cases import Row, at_most, between, case, example, reported
+from wsph.validation.case import Row, at_most, between, case, example, reported
 from wsph.validation.measures import crack_angle, crack_offset, first_break
 
 
@@ -34,7 +34,7 @@ def _finer(spacing: float, **body: Any) -> dict[str, Any]:
 @case(
     "kalthoff-phase-field", "Islam & Peng 2019, 5.3", "another implementation of the model; the experiment's 70 degrees"
 )
-def _kalthoff_phase_field(full: bool) -> Iterator[Row]:
+def kalthoff_phase_field(full: bool) -> Iterator[Row]:
     plate = example("kalthoff_winkler")
     fine = _finer(0.5e-3, **{"bodies.0.phase_field.length": 0.75e-3})
     forms: list[tuple[str, dict[str, Any]]] = [(f"lattice at {turned} degrees", {"bodies.0.lattice_rotate": float(turned)})
@@ -95,7 +95,7 @@ def _slice(plate: Scene) -> Scene:
 
 
 @case("kalthoff-links", "Islam & Peng 2019, 5.3", "the paper's 70 degrees on an aligned lattice")
-def _kalthoff_links(full: bool) -> Iterator[Row]:
+def kalthoff_links(full: bool) -> Iterator[Row]:
     plate = example("kalthoff_links")
     forms: list[tuple[str, dict[str, Any]]] = [("1 mm", {})]
     if full:
@@ -115,7 +115,7 @@ def _kalthoff_links(full: bool) -> Iterator[Row]:
 
 
 @case("mode-one-strip", "a notched strip, pulled", "its line of symmetry; G_c")
-def _mode_one_strip(full: bool) -> Iterator[Row]:
+def mode_one_strip(full: bool) -> Iterator[Row]:
     for turned in (0.0, 15.0, 30.0) if full else (0.0, 15.0):
         result = _run(example("mode_one_strip"), **{"bodies.0.lattice_rotate": turned})
         words = f"lattice at {turned:g} degrees"
@@ -126,7 +126,7 @@ def _mode_one_strip(full: bool) -> Iterator[Row]:
 
 
 @case("deep-beam", "Islam & Peng 2019, 5.4", "symmetry; the load's side")
-def _deep_beam(full: bool) -> Iterator[Row]:
+def deep_beam(full: bool) -> Iterator[Row]:
     for notch in (0.154, 0.102):
         result = _run(example("deep_beam"), **{"bodies.0.cracks": [{"from": [notch, 0.0], "to": [notch, 0.02]}]})
         broken = result.particles["position"][result.field("damage") > 0.2]
@@ -146,7 +146,7 @@ def _deep_beam(full: bool) -> Iterator[Row]:
     "Islam & Peng 2019, 5.1",
     "finite elements; the rigid-plastic formula (36), which leaves elasticity out",
 )
-def _rigid_plastic_beam(full: bool) -> Iterator[Row]:
+def rigid_plastic_beam(full: bool) -> Iterator[Row]:
     beam = example("rigid_plastic_beam")
     late = {"end": 1.5e-3} if full else {"end": 1.2e-3}
     elsewhere = {5: 5.64, 7: 5.57, 10: 5.49, 14: 5.47}
@@ -179,7 +179,7 @@ def _deflection(beam: Scene, rows: int, **changes: Any) -> float:
 
 
 @case("taylor-bar", "Taylor's test on copper", "21.4 to 21.5 mm in published codes")
-def _taylor_bar(full: bool) -> Iterator[Row]:
+def taylor_bar(full: bool) -> Iterator[Row]:
     for spacing in (0.648e-3, 0.4e-3) if full else (0.648e-3,):
         result = _run(example("taylor_bar"), **{"bodies.0.spacing": spacing})
         X = result.particles["position"]
@@ -196,7 +196,7 @@ def _taylor_bar(full: bool) -> Iterator[Row]:
 
 
 @case("two-rods", "Saint-Venant's impact of rods", "closed form")
-def _two_rods(full: bool) -> Iterator[Row]:
+def two_rods(full: bool) -> Iterator[Row]:
     for spacing in (1e-3, 0.5e-3) if full else (1e-3,):
         result = _run(
             example("two_rods"), **{"output.history": 1, "bodies.0.spacing": spacing, "bodies.1.spacing": spacing}
@@ -212,3 +212,6 @@ def _two_rods(full: bool) -> Iterator[Row]:
         yield between(f"{words}: contact time over two transits of the short rod", "1", ratio, 0.98, 1.02, "")
         momentum = result.history["momentum_x"]
         yield at_most(f"{words}: change of the momentum", "-", np.ptp(momentum) / abs(momentum[0]), 1e-13, "")
+
+
+CASES = (kalthoff_phase_field, kalthoff_links, mode_one_strip, deep_beam, rigid_plastic_beam, taylor_bar, two_rods)

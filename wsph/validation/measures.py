@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from wsph.composition import Composition, compose
-from wsph.scene import Scene
+from wsph.scene.scene import Scene
+from wsph.simulation.compose import compose
+from wsph.simulation.composition import Composition
 from wsph.validation import oracles
 
 BAND_COLUMNS = (0.1, 0.4)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 AMPLITUDE, ARRIVAL, DURATION = 8e5, 5e-3, 2.5e-3
+
 MARGIN = 4e-4
 """Time cut off at both ends of the plateau [s]: eight cells at 100 particles, four at 50. Three cells at each end would
 leave the foot of the front in: .27 % and 1.55 % in place of .0022 % and .50 %."""
@@ -75,7 +76,6 @@ BEAM_FREQUENCY = {0.05: 1026.18, 0.1: 2008.23}
 
 MAGNESIUM_SPEED = float(np.sqrt(45e9 / 1738.0))
 """sqrt(E/rho) of magnesium [m/s]: the speed in He & Seaid's Courant number."""
-
 
 STRUCK_BEAM = {10.0: 1.3, 20.0: 5.45, 30.0: 9.17, 40.0: 13.05}
 """Mean deflection of the middle of Islam & Peng's beam from .9 to 1.5 ms [mm], by speed [m/s], 14 rows of elements at

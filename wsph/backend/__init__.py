@@ -1,0 +1,1 @@
+"""How anything runs on a device: types, states, launches, graphs, threads. No mechanics."""

@@ -1,0 +1,131 @@
+"""Steps as programs: a fixed list of launches, captured once and replayed many times.
+
+On CUDA and for small scenes on the CPU a graph holds many steps (.2 us a launch). A larger scene on the CPU is timed for one
+step, and its cores share the launches that are found to take long (`wsph.backend.threads`).
+"""
+
+import contextlib
+import time
+from collections.abc import Callable
+
+import warp as wp
+
+from wsph.backend.clock import Clock
+from wsph.backend.launch import captured
+from wsph.backend.threads import Crew, Stretch, cores, meeting
+
+SMALL_PAIRS = 200_000
+"""Up to this many pairs a step is not worth sharing."""
+
+BLOCKS = (256, 32, 4, 1)
+"""Steps in one captured graph of a small scene: any number of steps is a few replays of these."""
+
+STRETCH_SECONDS = 0.01
+"""The threads of a crew go about so long without being asked whether to stop."""
+
+
+def _timed(graphs: list[wp.Graph]) -> list[float]:
+    """Replay graphs and say how long each took [s]."""
+    seconds = []
+    for graph in graphs:
+        started = time.perf_counter()
+        wp.capture_launch(graph)
+        seconds.append(time.perf_counter() - started)
+    return seconds
+
+
+class Program:
+    """A step as a list of launches. `run(n)` runs it n times."""
+
+    def __init__(
+        self,
+        step: Callable[[], None],
+        clock: Clock,
+        pairs: int,
+        threads: int = 0,
+        before: Callable[[], bool] | None = None,
+    ):
+        """`pairs` measures the work of a step; `threads` 0 means all cores; `before`, run on the host before every step,
+        says whether it changed what the step's launches take."""
+        self.step, self._clock, self._before, self._device = step, clock, before, clock.device
+        on_cuda = wp.get_device(self._device).is_cuda
+        self.small = pairs <= SMALL_PAIRS or on_cuda
+        self.followed = before is not None
+        self.batched = self.small and not self.followed
+        """Whether one graph may hold many steps."""
+        self.threads = 1 if self.small else threads or len(cores())
+        self._seconds: list[float] = []
+        self._blocks = BLOCKS if self.batched else (1,)
+        self._graphs: dict[int, wp.Graph] = {}
+        self._crew: Crew | None = None
+        self._stretches: list[Stretch] = []
+        self._times = 1
+
+    def __del__(self) -> None:
+        crew = getattr(self, "_crew", None)
+        if crew is not None:
+            crew.dismiss()
+
+    def prepare(self, steps: int) -> None:
+        """Capture what `run(steps)` replays: about 1 ms per captured step, once."""
+        if self.batched:
+            for block in self._blocks:
+                if steps >= block:
+                    self._captured(block)
+                    steps %= block
+
+    def run(self, steps: int, stop: Callable[[], bool] = lambda: False) -> int:
+        """Run `steps` steps, fewer where `stop()` asks for it between replays; returns how many."""
+        if self.threads > 1 and self._crew is None:
+            self._crew = Crew(self.threads)
+        done = 0
+        with self._crew.at_work() if self._crew is not None else contextlib.nullcontext():
+            while done < steps and not stop():
+                if self._before is not None and self._before():
+                    self._graphs, self._stretches = {}, []
+                done += self._replay(steps - done) if self._crew is None else self._share(self._crew, steps - done)
+        return done
+
+    def _replay(self, most: int) -> int:
+        """A block of steps, at most so many; returns how many."""
+        block = next(block for block in self._blocks if block <= most)
+        wp.capture_launch(self._captured(block))
+        return block
+
+    def _share(self, crew: Crew, most: int) -> int:
+        """Some steps by all threads, at most so many, the first of all by one, timed; returns how many."""
+        if not self._stretches:
+            launches = self._clock.launches(self.step)
+            if not self._seconds:
+                self._seconds = _timed([captured(launch.run) for launch in launches])
+                self._times = 1 if self.followed else 1 + int(STRETCH_SECONDS / sum(self._seconds))
+                return 1
+            self._stretches = crew.stretches(launches, self._seconds)
+        times = min(self._times, most)
+        try:
+            crew.run(self._stretches, times)
+        except BaseException:
+            self._crew, self._stretches = None, []
+            raise
+        return times
+
+    def compile(self, kernels: list[wp.Kernel]) -> None:
+        """Compile and load the kernels that are not loaded yet.
+
+        One after the other: each compiling thread would first spend 2 s on a precompiled header of its own.
+        """
+        needed = [*kernels, meeting()] if self.threads > 1 else kernels
+        modules = list(dict.fromkeys(kernel.module for kernel in needed))
+        if modules:
+            wp.force_load(self._device, modules=modules, max_workers=0)
+
+    def _captured(self, block: int) -> wp.Graph:
+        """The graph of so many steps."""
+        if block not in self._graphs:
+
+            def steps() -> None:
+                for _ in range(block):
+                    self.step()
+
+            self._graphs[block] = captured(steps, self._device)
+        return self._graphs[block]

@@ -1,0 +1,168 @@
+"""The stack machine that evaluates a scene's expressions and tables on the device.
+
+A prescribed value is a program for it (`wsph.backend.expressions`), a number and a table included, so that one kernel serves
+every boundary condition of every scene.
+"""
+
+import warp as wp
+
+from wsph.backend.expressions import OPERATIONS
+
+Stack = wp.types.vector(length=16, dtype=wp.float64)
+
+
+@wp.struct
+class Bank:
+    """Programs and tables on the device."""
+
+    start: wp.array(dtype=wp.int32)
+    code: wp.array(dtype=wp.int32)
+    number: wp.array(dtype=wp.float64)
+    table_start: wp.array(dtype=wp.int32)
+    table_step: wp.array(dtype=wp.int32)
+    table_t: wp.array(dtype=wp.float64)
+    table_value: wp.array(dtype=wp.float64)
+
+
+def _op(name: str) -> int:
+    return OPERATIONS[name]
+
+
+@wp.func
+def _first_at_or_after(values: wp.array(dtype=wp.float64), begin: int, end: int, t: wp.float64) -> int:
+    """First index in [begin, end) whose value is >= t, or `end` (wp.lower_bound returns end - 1 there)."""
+    low = begin
+    high = end
+    while low < high:
+        middle = (low + high) // 2
+        if values[middle] < t:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@wp.func
+def _look_up(bank: Bank, table: int, t: wp.float64, slack: wp.float64) -> wp.float64:
+    first = bank.table_start[table]
+    end = bank.table_start[table + 1]
+    if bank.table_step[table] == 1:
+        # value[k] holds on (t[k], t[k+1]]; a time a rounding above t[k+1] still counts as t[k+1].
+        k = _first_at_or_after(bank.table_t, first, end, t - slack)
+        return bank.table_value[wp.max(k - 1, first)]
+    k = _first_at_or_after(bank.table_t, first, end, t)
+    if k == first:
+        return bank.table_value[first]
+    if k == end:
+        return bank.table_value[end - 1]
+    s = (t - bank.table_t[k - 1]) / (bank.table_t[k] - bank.table_t[k - 1])
+    return bank.table_value[k - 1] + s * (bank.table_value[k] - bank.table_value[k - 1])
+
+
+@wp.func
+def _truth(holds: bool) -> wp.float64:
+    if holds:
+        return wp.float64(1.0)
+    return wp.float64(0.0)
+
+
+@wp.func
+def _apply_unary(code: int, a: wp.float64) -> wp.float64:
+    if code == wp.static(_op("negate")):
+        return -a
+    if code == wp.static(_op("not")):
+        return _truth(a == wp.float64(0.0))
+    if code == wp.static(_op("sin")):
+        return wp.sin(a)
+    if code == wp.static(_op("cos")):
+        return wp.cos(a)
+    if code == wp.static(_op("tan")):
+        return wp.tan(a)
+    if code == wp.static(_op("asin")):
+        return wp.asin(a)
+    if code == wp.static(_op("acos")):
+        return wp.acos(a)
+    if code == wp.static(_op("atan")):
+        return wp.atan(a)
+    if code == wp.static(_op("sinh")):
+        return wp.sinh(a)
+    if code == wp.static(_op("cosh")):
+        return wp.cosh(a)
+    if code == wp.static(_op("tanh")):
+        return wp.tanh(a)
+    if code == wp.static(_op("exp")):
+        return wp.exp(a)
+    if code == wp.static(_op("log")):
+        return wp.log(a)
+    if code == wp.static(_op("log10")):
+        return wp.log10(a)
+    if code == wp.static(_op("sqrt")):
+        return wp.sqrt(a)
+    if code == wp.static(_op("abs")):
+        return wp.abs(a)
+    if code == wp.static(_op("sign")):
+        return _truth(a > wp.float64(0.0)) - _truth(a < wp.float64(0.0))
+    if code == wp.static(_op("floor")):
+        return wp.floor(a)
+    return wp.ceil(a)
+
+
+@wp.func
+def _apply_binary(code: int, a: wp.float64, b: wp.float64) -> wp.float64:
+    if code == wp.static(_op("add")):
+        return a + b
+    if code == wp.static(_op("subtract")):
+        return a - b
+    if code == wp.static(_op("multiply")):
+        return a * b
+    if code == wp.static(_op("divide")):
+        return a / b
+    if code == wp.static(_op("power")):
+        return wp.pow(a, b)
+    if code == wp.static(_op("min")):
+        return wp.min(a, b)
+    if code == wp.static(_op("max")):
+        return wp.max(a, b)
+    if code == wp.static(_op("atan2")):
+        return wp.atan2(a, b)
+    if code == wp.static(_op("less")):
+        return _truth(a < b)
+    if code == wp.static(_op("less_equal")):
+        return _truth(a <= b)
+    if code == wp.static(_op("greater")):
+        return _truth(a > b)
+    if code == wp.static(_op("greater_equal")):
+        return _truth(a >= b)
+    if code == wp.static(_op("equal")):
+        return _truth(a == b)
+    if code == wp.static(_op("not_equal")):
+        return _truth(a != b)
+    if code == wp.static(_op("and")):
+        return _truth(a != wp.float64(0.0) and b != wp.float64(0.0))
+    return _truth(a != wp.float64(0.0) or b != wp.float64(0.0))
+
+
+@wp.func
+def evaluate(bank: Bank, program: int, x: wp.vec3d, t: wp.float64, slack: wp.float64) -> wp.float64:
+    stack = Stack()
+    top = int(-1)
+    for k in range(bank.start[program], bank.start[program + 1]):
+        code = bank.code[k]
+        if code == wp.static(_op("constant")):
+            top += 1
+            stack[top] = bank.number[k]
+        elif code == wp.static(_op("table")):
+            top += 1
+            stack[top] = _look_up(bank, int(bank.number[k]), t, slack)
+        elif code == wp.static(_op("t")):
+            top += 1
+            stack[top] = t
+        elif code <= wp.static(_op("z")):
+            top += 1
+            stack[top] = x[code - wp.static(_op("x"))]
+        elif code < wp.static(_op("add")):
+            stack[top] = _apply_unary(code, stack[top])
+        else:
+            top -= 1
+            stack[top] = _apply_binary(code, stack[top], stack[top + 1])
+    return stack[0]

@@ -1,0 +1,241 @@
+"""Threads that share the launches of a step on the CPU.
+
+A step is, for every thread, a list of stretches. Every thread has a range of each shared launch. Launches of up to a
+millisecond stand in captured graphs, one a thread; the first thread's has the launches that are not shared too. In a launch
+that takes longer every thread goes through its range in pieces, ever smaller ones, and then takes what is last in others':
+so cores of unequal speed, or ranges of unequal work, end together. Before and after a shared launch the threads meet, and
+wait for each other awake: on a shared machine a core that goes to sleep between two launches is back late, by a tenth of a
+step of a hundred thousand particles. Who has waited a few microseconds offers its core to others between looks.
+
+Every row is computed as it is in one piece: results are the same bits for any number of threads.
+"""
+
+import contextlib
+import ctypes
+import os
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from enum import Enum
+from functools import cache, partial
+from itertools import groupby
+from queue import SimpleQueue
+from typing import Any
+
+import warp as wp
+
+from wsph.backend.launch import Launch, captured
+
+ALONE_SECONDS = 2e-5
+"""A launch that takes less is the first thread's alone: a meeting takes a microsecond, and one cache has the data."""
+
+LONG_SECONDS = 1e-3
+"""A launch that takes one thread longer is gone through in pieces."""
+
+PIECE_SECONDS = 1e-4
+"""The shortest piece: taking one costs a few microseconds."""
+
+PIECE_SHARE = 0.7
+"""Of what a thread has left a piece takes so much."""
+
+LINE = 16
+"""Counters stand so many int64 apart, so that no two of them share a cache line."""
+
+LOOKS = 2000
+"""So often, a few microseconds long, who waits looks without offering its core."""
+
+GONE = 1 << 62
+"""The count of a thread that nobody is to wait for any more."""
+
+
+def cores() -> list[int]:
+    """The cores that this process may use."""
+    return sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else list(range(os.cpu_count() or 1))
+
+
+def keep_to(those: Iterable[int]) -> None:
+    """The calling thread on those cores alone, where the system lets it."""
+    if hasattr(os, "sched_setaffinity"):
+        with contextlib.suppress(OSError):
+            os.sched_setaffinity(threading.get_native_id(), those)
+
+
+@cache
+def meeting() -> wp.Kernel:
+    """The kernel by which thread `me` of `threads` waits until all have come as often as it has."""
+
+    @wp.func_native(f"""
+        const int64_t times = met.data[me * {LINE}] + 1;
+        __atomic_store_n(&met.data[me * {LINE}], times, __ATOMIC_RELEASE);
+        for (int32_t other = 0; other < threads; ++other)
+            for (int32_t looks = 0; __atomic_load_n(&met.data[other * {LINE}], __ATOMIC_ACQUIRE) < times;)
+                if (++looks > {LOOKS} && give_way) {{ looks = {LOOKS}; ((void (*)())give_way)(); }}
+    """)
+    def come(met: wp.array(dtype=wp.int64), me: int, threads: int, give_way: wp.uint64): ...
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def meet(me: int, threads: int, give_way: wp.uint64, met: wp.array(dtype=wp.int64)):
+        come(met, me, threads, give_way)
+
+    return meet
+
+
+def _give_way() -> int:
+    """Address of what offers the caller's core to others; 0 where there is none, and who waits keeps its core."""
+    function = getattr(ctypes.CDLL(None), "sched_yield", None) if os.name == "posix" else None
+    return ctypes.cast(function, ctypes.c_void_p).value or 0 if function is not None else 0
+
+
+def _next(take: Callable[[], wp.Graph]) -> wp.Graph | None:
+    """What `take` takes from a queue, None where it is empty."""
+    try:
+        return take()
+    except IndexError:
+        return None
+
+
+class Share(Enum):
+    """How the threads share a launch."""
+
+    ALONE = "the first thread's"
+    RANGES = "a range each"
+    PIECES = "in pieces"
+
+
+def share(launch: Launch, seconds: float) -> Share:
+    """How a launch that takes `seconds` [s] is shared."""
+    if not launch.divisible or seconds <= ALONE_SECONDS:
+        return Share.ALONE
+    return Share.PIECES if seconds > LONG_SECONDS else Share.RANGES
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """What the threads do between two points of a step: a graph each, or each its pieces of a launch."""
+
+    graphs: list[wp.Graph]
+    pieces: list[list[wp.Graph]]
+
+
+class Crew:
+    """The caller and `threads` - 1 more."""
+
+    def __init__(self, threads: int):
+        self.threads = threads
+        self._cores = cores()
+        self._met = wp.zeros(threads * LINE, dtype=wp.int64, device="cpu")
+        self._address = wp.uint64(_give_way())
+        self._meetings = [captured(partial(self._meet, number)) for number in range(threads)]
+        self._jobs: list[SimpleQueue[Any]] = [SimpleQueue() for _ in range(threads - 1)]
+        self._failed: list[BaseException] = []
+        self._threads = [
+            threading.Thread(target=self._work, args=each, daemon=True) for each in enumerate(self._jobs, 1)
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    def stretches(self, launches: list[Launch], seconds: list[float]) -> list[Stretch]:
+        """What the threads do with the launches of a step, found to take `seconds` [s] each. Kernels are loaded."""
+        found = []
+        planned = [(launch, each, share(launch, each)) for launch, each in zip(launches, seconds, strict=True)]
+        for cut, group in groupby(planned, lambda each: each[2] is Share.PIECES):
+            if cut:
+                found += [Stretch([], self._pieces(launch, each)) for launch, each, _ in group]
+            else:
+                plan = [(launch, how is Share.RANGES) for launch, _, how in group]
+                parts = [partial(self._part, plan, number) for number in range(self.threads)]
+                found.append(Stretch([captured(part) for part in parts], []))
+        return found
+
+    def _range(self, n: int, number: int) -> tuple[int, int]:
+        return n * number // self.threads, n * (number + 1) // self.threads
+
+    def _pieces(self, launch: Launch, seconds: float) -> list[list[wp.Graph]]:
+        """The pieces of every thread's range."""
+        least = max(int(PIECE_SECONDS / seconds * launch.n), 1)
+        found: list[list[wp.Graph]] = []
+        for number in range(self.threads):
+            low, end = self._range(launch.n, number)
+            found.append([])
+            while low < end:
+                high = min(low + max(int(PIECE_SHARE * (end - low)), least), end)
+                found[-1].append(captured(partial(launch.run, low, high)))
+                low = high
+        return found
+
+    def _part(self, plan: list[tuple[Launch, bool]], number: int) -> None:
+        """A thread's part of launches that are shared or not."""
+        before = None  # whether the last one was shared; at the start of a stretch all have met
+        for launch, shared in plan:
+            if before is not None and (shared or before):
+                self._meet(number)
+            if shared:
+                launch.run(*self._range(launch.n, number))
+            elif number == 0:
+                launch.run()
+            before = shared
+        self._meet(number)
+
+    def _meet(self, number: int) -> None:
+        wp.launch(meeting(), 1, inputs=[number, self.threads, self._address, self._met], device="cpu")
+
+    def _pin(self, number: int) -> None:
+        """Unpinned, two threads sometimes share a core."""
+        keep_to({self._cores[number % len(self._cores)]})
+
+    def _work(self, number: int, jobs: "SimpleQueue[Any]") -> None:
+        self._pin(number)
+        while (job := jobs.get()) is not None:
+            try:
+                self._replay(number, *job)
+            except BaseException as error:
+                self._failed.append(error)
+                self._leave(number)
+            job = None  # it would keep arrays that have been replaced
+
+    def _replay(self, number: int, stretches: list[Stretch], left: list[list[list[deque[wp.Graph]]]]) -> None:
+        """A thread's part of steps; `left` holds for each step, stretch and thread which pieces are left."""
+        for step in left:
+            for stretch, pieces in zip(stretches, step, strict=True):
+                if stretch.graphs:
+                    wp.capture_launch(stretch.graphs[number])
+                    continue
+                for take in (pieces[number].popleft, *(each.pop for each in pieces)):
+                    while (piece := _next(take)) is not None:
+                        wp.capture_launch(piece)
+                wp.capture_launch(self._meetings[number])
+
+    def _leave(self, number: int) -> None:
+        self._met.numpy()[number * LINE] = GONE
+
+    @contextlib.contextmanager
+    def at_work(self) -> Iterator[None]:
+        """The caller on a core of its own too, as long as it takes part."""
+        self._pin(0)
+        try:
+            yield
+        finally:
+            keep_to(self._cores)
+
+    def run(self, stretches: list[Stretch], times: int) -> None:
+        """Go through a step so often. After a fault in any thread the crew is of no more use."""
+        left = [[[deque(pieces) for pieces in stretch.pieces] for stretch in stretches] for _ in range(times)]
+        try:
+            for jobs in self._jobs:
+                jobs.put((stretches, left))
+            self._replay(0, stretches, left)
+        except BaseException as error:
+            self._failed.insert(0, error)
+            self._leave(0)
+        if self._failed:
+            # The others may still be at work in arrays that are about to be dropped.
+            self.dismiss()
+            for thread in self._threads:
+                thread.join()
+            raise self._failed[0]
+
+    def dismiss(self) -> None:
+        """End the threads."""
+        for jobs in self._jobs:
+            jobs.put(None)

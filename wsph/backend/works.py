@@ -1,0 +1,45 @@
+"""Works by the trapezoidal rule, on the device: what ledger entries are summed up by."""
+
+from typing import Any
+
+import warp as wp
+
+from wsph.backend.clock import Clock
+from wsph.backend.state import State
+
+BLOCK = 1024
+
+
+class Works:
+    """Works by the trapezoidal rule, one a column, summed in blocks of 1024 particles: `_launch` gives the kernel that adds
+    half a step of the power now and the power before, and its inputs."""
+
+    columns = 2
+
+    def __init__(self, n: int, acts: bool, device: str):
+        self._n, self._acts = n, acts
+        if acts:
+            self._power = wp.zeros((-(-n // BLOCK), self.columns), dtype=wp.float64, device=device)
+            self._work = wp.zeros_like(self._power)
+
+    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[Any]]:
+        raise NotImplementedError
+
+    def add(self, state: State, clock: Clock) -> None:
+        """Add the work of a step whose final values stand in `state` (a launch, where there is something)."""
+        if self._acts:
+            kernel, inputs = self._launch(state, clock)
+            clock.launch(kernel, self._work.shape[0], inputs, [self._power, self._work])
+
+    def start(self, state: State, clock: Clock) -> None:
+        """Take the power at the start of the run."""
+        if self._acts:
+            self.add(state, clock)
+            self._work.zero_()
+
+    def kept(self) -> dict[str, wp.array]:
+        """What a checkpoint holds of it."""
+        return {"power": self._power, "work": self._work} if self._acts else {}
+
+    def _total(self, column: int) -> float:
+        return float(self._work.numpy()[:, column].sum()) if self._acts else 0.0

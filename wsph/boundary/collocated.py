@@ -1,0 +1,78 @@
+"""Conditions of a two-set body, whose faces prescribe values."""
+
+import numpy as np
+
+from wsph.backend.expressions import constant_program
+from wsph.boundary.conditions import (
+    Conditions,
+    Prescribed,
+    face_component,
+    nonzero,
+    prescribed_velocities,
+    selected_conditions,
+)
+from wsph.errors import Fault, SceneError
+from wsph.geometry.lattice import Lattice
+from wsph.output.fields import AXES
+from wsph.scene.scene import Scene
+
+
+def face_conditions(scene: Scene, body: str, lattice: Lattice, labels: tuple[str, ...]) -> Conditions:
+    """Conditions of a two-set body. `labels` are the kept stress components. Raises SceneError where one selects nothing."""
+    faces, dim, n = lattice.faces, scene.dim, len(lattice.nodes)
+    result = Conditions(mirrored=np.ones(n))
+    moved = np.zeros((len(faces.area), dim), bool)
+    loaded = np.zeros(faces.nodes.shape, bool)
+    loads: list[tuple[str, np.ndarray, np.ndarray, Prescribed, str]] = []
+    zero = constant_program(0.0)
+    for k, condition, nodes, rows in selected_conditions(scene, body, lattice, lattice.nodes, faces.nodes):
+        velocities = prescribed_velocities(scene, condition)
+        if condition.symmetry:
+            result.mirrored[nodes] *= 2.0
+        if velocities and len(velocities) < dim and not lattice.frame.upright:
+            text = f"a turned body prescribes all {dim} components of the velocity, or stresses along the axes of its shape"
+            raise SceneError("scene", [Fault(0, f"boundary.{k}", text)])
+        for axis, value in velocities.items():
+            result.put("velocity", AXES.index(axis), nodes, value)
+            moved[rows, AXES.index(axis)] = True
+            loaded[rows] |= nonzero(value)
+        if condition.traction:
+            text = "two-set bodies prescribe stress on their faces: write stress = { xx = ... }"
+            raise SceneError("scene", [Fault(0, f"boundary.{k}.traction", text)])
+        for label, given in condition.stress.items():
+            value, key = scene.value(given, "Pa"), f"boundary.{k}.stress.{label}"
+            acting = rows & np.isin(faces.axis, [AXES.index(axis) for axis in label])
+            if not acting.any():
+                across = " or ".join(sorted(set(label)))
+                text = f"acts on no face selected here: {label} is a stress on a face across {across}"
+                raise SceneError("scene", [Fault(0, key, text)])
+            loads.append((label, acting, np.unique(faces.nodes[acting]), value, key))
+            if nonzero(value):
+                # At an edge of the body the same component acts on the face around the corner too.
+                beside = np.isin(faces.axis, [AXES.index(axis) for axis in label])
+                loaded |= beside[:, None] & np.isin(faces.nodes, faces.nodes[acting])
+    for axis in range(dim):
+        rows = faces.axis == axis
+        # The tip of a crack lies on both its sides: it belongs to what is whole.
+        tips = np.intersect1d(faces.nodes[rows & (faces.sign > 0)], faces.nodes[rows & (faces.sign < 0)])
+        for tangent in range(dim):
+            # Where a face in the same plane holds the velocity, as on the ligament beside a crack, that wins.
+            held = faces.nodes[rows & moved[:, tangent]]
+            free = np.setdiff1d(faces.nodes[rows & ~moved[:, tangent]], np.union1d(held, tips))
+            result.put("stress", labels.index(face_component(axis, tangent)), free, zero)
+    for label, acting, nodes, value, key in loads:
+        for axis in range(dim):
+            for tangent in range(dim):
+                if face_component(axis, tangent) == label and (acting & (faces.axis == axis) & moved[:, tangent]).any():
+                    text = f"the face prescribes the velocity {AXES[tangent]} too; a face prescribes one of v and stress per direction"
+                    raise SceneError("scene", [Fault(0, key, text)])
+        result.put("stress", labels.index(label), nodes, value)
+    result.free_normals = np.zeros(n, np.int32)
+    for axis in range(dim):
+        stressed = np.array(sorted(result.entries.get(("stress", axis), {})), int)
+        result.free_normals[stressed] |= 1 << axis
+    corners = faces.nodes.shape[1]
+    result.work_particle = faces.nodes[loaded].astype(np.int32)
+    result.work_axis = np.repeat(faces.axis, corners)[loaded.ravel()].astype(np.int32)
+    result.work_area = np.repeat(faces.sign * faces.area / corners, corners)[loaded.ravel()]
+    return result

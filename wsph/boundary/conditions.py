@@ -1,0 +1,113 @@
+"""Boundary conditions of a body: which components of which particles are prescribed, and by what.
+
+The rule at the faces of a two-set body (Herreros & Mabssout 2011, 3.2.4: essential conditions on the boundary particles):
+each face prescribes one of (v_n | sigma_nn) and one of (v_t | sigma_nt) per tangent; a particle on several faces takes the
+union, except that among faces in one plane what holds the velocity wins; a face that nothing is said of is free. The faces
+of a box by name are those of its outside: sides of holes and cracks are free unless `where` selects them. Where sigma_nn is
+prescribed the normal strain rate follows from its rate: also at a corner whose other face holds v_n (without it a
+cantilever's root grows by 2e-4 a step at nu = .499, C <= .5).
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from wsph.backend.expressions import Expression, constant_program
+from wsph.errors import Fault, SceneError
+from wsph.geometry.faces import Faces
+from wsph.geometry.lattice import Lattice
+from wsph.geometry.selection import select
+from wsph.output.fields import AXES
+from wsph.scene.scene import Scene
+from wsph.scene.tables import Boundary, Function
+
+Prescribed = Expression | Function
+
+
+@dataclass
+class Conditions:
+    """Prescribed components of one body and the faces that do work.
+
+    entries: (field, component) -> {particle: value}; free_normals: bit k of (n,) where sigma_kk is prescribed; work_*: rows
+    of (particle, axis, signed area [m^(dim-1)]) on faces that move or carry stress. mirrored (n,): how often a particle is
+    there with its images across planes of symmetry, 1, 2, 4 or 8: its volume times that is a whole particle's.
+    """
+
+    entries: dict[tuple[str, int], dict[int, Prescribed]] = field(default_factory=dict)
+    free_normals: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
+    work_particle: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
+    work_axis: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
+    work_area: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    loads: "Conditions | None" = None
+    mirrored: np.ndarray = field(default_factory=lambda: np.ones(0))
+    scales: dict[tuple[str, int], dict[int, float]] = field(default_factory=dict)
+
+    def put(self, name: str, component: int, particles: np.ndarray, value: Prescribed) -> None:
+        """Prescribe a component; what was said later holds."""
+        self.entries.setdefault((name, component), {}).update(dict.fromkeys(particles.tolist(), value))
+
+    def load(self, faces: Faces, on: np.ndarray, acting: np.ndarray, label: str, traction: bool, value: Prescribed,
+             lattice: Lattice) -> None:  # fmt: skip
+        """A stress component, or a traction along a coordinate axis, on the faces `acting`, as forces on their particles."""
+        dim, axes = lattice.frame.axes.shape[0], lattice.frame.axes
+        for axis in range(dim):
+            rows = acting & (faces.axis == axis)
+            if not rows.any():
+                continue
+            if traction:
+                pushes = [(AXES.index(label), 1.0)]
+            else:
+                i, j = (AXES.index(a) for a in label)
+                along = j if axis == i else i
+                pushes = [(k, float(axes[k, along])) for k in range(dim) if axes[k, along] != 0.0]
+            share = faces.area[rows] / on.shape[1] * (1.0 if traction else faces.sign[rows])
+            for direction, cosine in pushes:
+                key = ("load", axis * dim + direction)
+                area = np.bincount(on[rows].ravel(), np.repeat(share, on.shape[1]))
+                particles = np.flatnonzero(area)
+                self.put(*key, particles, value)
+                self.scales.setdefault(key, {}).update(
+                    dict(zip(particles.tolist(), (area[particles] * cosine).tolist(), strict=True))
+                )
+
+
+def nonzero(value: Prescribed) -> bool:
+    """Whether a prescribed value is anything but the constant zero."""
+    return not (isinstance(value, Expression) and value.program == constant_program(0.0).program)
+
+
+def face_component(axis: int, tangent: int) -> str:
+    """The stress component on a face across `axis`, along `tangent`."""
+    return "".join(AXES[k] for k in sorted((axis, tangent)))
+
+
+def prescribed_velocities(scene: Scene, condition: Boundary) -> dict[str, Prescribed]:
+    """The velocity components that a condition prescribes, those held at zero included."""
+    held = (*condition.fixed, *([condition.symmetry] if condition.symmetry else []))
+    moved = {axis: scene.value(value, "m/s") for axis, value in condition.velocity.items()}
+    return moved | dict.fromkeys(held, constant_program(0.0))
+
+
+def _nothing_selected(k: int, condition: Boundary) -> SceneError:
+    key, text = ("where", condition.where) if condition.where else ("face", condition.face)
+    return SceneError("scene", [Fault(0, f"boundary.{k}.{key}", f"{text!r} selects no particle of {condition.body!r}")])
+
+
+def selected_conditions(
+    scene: Scene, body: str, lattice: Lattice, position: np.ndarray, on: np.ndarray
+) -> Iterator[tuple[int, Boundary, np.ndarray, np.ndarray]]:
+    """The conditions of a body: number, condition, the particles that it selects and the rows of the faces (m,) bool. `on`
+    (m, k) are the particles of each face. Raises SceneError where one selects nothing."""
+    for k, condition in enumerate(scene.boundary):
+        if condition.body != body:
+            continue
+        if condition.face:
+            rows = lattice.faces.named(condition.face)
+            particles = np.unique(on[rows])
+        else:
+            chosen = select(condition.where or "", position, lattice.spacing)
+            particles, rows = np.flatnonzero(chosen), chosen[on].all(1)
+        if not len(particles):
+            raise _nothing_selected(k, condition)
+        yield k, condition, particles, rows

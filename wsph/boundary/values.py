@@ -1,0 +1,119 @@
+"""Prescribed values on the device: a list whose entries are a place in the flat state and a program for the stack machine
+(`wsph.backend.stack_machine`)."""
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import warp as wp
+
+from wsph.backend.clock import Clock
+from wsph.backend.expressions import OPERATIONS, Expression
+from wsph.backend.space import Space
+from wsph.backend.stack_machine import Bank, evaluate
+from wsph.backend.state import State
+from wsph.boundary.conditions import Conditions, Prescribed
+
+CONSTANT = -1
+"""The program of an entry that never changes: its scale is its value. Most faces are free: thousands of zeros."""
+
+
+@cache
+def _impose_kernel(space: Space) -> wp.Kernel:
+    real = space.scalar
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def impose(first: int, bank: Bank, clock: wp.array(dtype=wp.float64), from_dt: wp.float64, to_dt: wp.float64, second: wp.float64,
+               place: wp.array(dtype=wp.int32), program: wp.array(dtype=wp.int32), scale: wp.array(dtype=wp.float64),
+               position: wp.array(dtype=wp.vec3d), state_out: wp.array(dtype=real)):  # fmt: skip
+        e = first + wp.tid()
+        value = scale[e]
+        if program[e] != wp.static(CONSTANT):
+            dt = clock[1] * second
+            t = clock[0] * second
+            slack = wp.float64(1.0e-9) * dt
+            now = evaluate(bank, program[e], position[e], t + from_dt * dt, slack)
+            if to_dt != from_dt:
+                now = wp.float64(0.5) * (now + evaluate(bank, program[e], position[e], t + to_dt * dt, slack))
+            value = now * value
+        state_out[place[e]] = real(value)
+
+    return impose
+
+
+class BoundaryValues:
+    """The prescribed values of a body on the device, and the work they do.
+
+    `impose(state, c)` sets them in a state at t + c dt; c = (a, b) means the mean of both times.
+    """
+
+    def __init__(self, space: Space, conditions: Conditions, state: State, position: np.ndarray,
+                 units: dict[str, float], second: float, device: str):  # fmt: skip
+        self.space, self._second = space, second
+        place, program, scale, points, owners = [], [], [], [], []
+        programs: dict[int, int] = {}
+        kept: list[Prescribed] = []
+        for (name, component), values in sorted(conditions.entries.items(), key=lambda item: item[0]):
+            for particle, value in sorted(values.items()):
+                factor = conditions.scales.get((name, component), {}).get(particle, 1.0) / units[name]
+                number = _constant(value)
+                if number is None and id(value) not in programs:
+                    programs[id(value)] = len(kept)
+                    kept.append(value)
+                place.append(state.index(name, particle, component))
+                program.append(programs[id(value)] if number is None else CONSTANT)
+                scale.append(factor if number is None else number * factor)
+                points.append(position[particle])
+                owners.append(particle)
+        self.count = len(place)
+        if self.count == 0:
+            return
+        self._bank = _bank(kept, device)
+        padded = np.zeros((self.count, 3))
+        padded[:, : position.shape[1]] = points
+        self.particle = np.array(owners, np.int32)
+        self.place = wp.array(place, dtype=wp.int32, device=device)
+        self._program = wp.array(program, dtype=wp.int32, device=device)
+        self._scale = wp.array(scale, dtype=wp.float64, device=device)
+        self._position = wp.array(padded, dtype=wp.vec3d, device=device)
+
+    def impose(self, state: State, clock: Clock, c: float | tuple[float, float]) -> None:
+        """Set the prescribed values in `state` (a launch)."""
+        if self.count == 0:
+            return
+        first, last = c if isinstance(c, tuple) else (c, c)
+        inputs = [self._bank, clock.time, wp.float64(first), wp.float64(last), wp.float64(self._second)]
+        inputs += [self.place, self._program, self._scale, self._position]
+        clock.launch(_impose_kernel(self.space), self.count, inputs, [state.buffer])
+
+
+def _constant(value: Prescribed) -> float | None:
+    """The number that a value always is, if its program says no more."""
+    if isinstance(value, Expression) and len(value.program) == 1:
+        code, number = value.program[0]
+        return number if code == OPERATIONS["constant"] else None
+    return None
+
+
+def _bank(values: list[Prescribed], device: str) -> Bank:
+    start, code, number = [0], [], []
+    table_start, table_step, table_t, table_value = [0], [], [], []
+    for value in values:
+        if isinstance(value, Expression):
+            code += [c for c, _ in value.program]
+            number += [v for _, v in value.program]
+        else:
+            code.append(OPERATIONS["table"])
+            number.append(float(len(table_step)))
+            table_step.append(int(value.interp == "step"))
+            table_t += value.t or ()
+            table_value += value.value or ()
+            table_start.append(len(table_t))
+        start.append(len(code))
+    bank = Bank()
+    integers: Callable[[list[int]], wp.array] = lambda v: wp.array(v, dtype=wp.int32, device=device)  # noqa: E731
+    doubles: Callable[[list[float]], wp.array] = lambda v: wp.array(v, dtype=wp.float64, device=device)  # noqa: E731
+    bank.start, bank.code, bank.number = integers(start), integers(code), doubles(number)
+    bank.table_start, bank.table_step = integers(table_start), integers(table_step or [0])
+    bank.table_t, bank.table_value = doubles(table_t or [0.0]), doubles([float(v) for v in table_value] or [0.0])
+    return bank

@@ -1,0 +1,219 @@
+"""External work: what the prescribed motion and the loads do on a body, in blocks of fixed size."""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from wsph.backend.clock import Clock
+from wsph.backend.space import Space
+from wsph.backend.state import Layout, State, fields_struct
+from wsph.backend.tensors import determinant_and_inverse
+from wsph.backend.works import BLOCK, Works
+from wsph.boundary.conditions import Conditions
+from wsph.boundary.values import BoundaryValues
+
+
+@cache
+def _work_kernel(space: Space, unpack: wp.Function, layout: Layout) -> wp.Kernel:
+    dim, real, vec, mat = space.dim, space.scalar, space.vec, space.mat
+    Fields, deformed = fields_struct(space, layout), "deformation" in dict(layout)
+    determinant, inverse = determinant_and_inverse(space)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def work(first: int, count: int, clock: wp.array(dtype=wp.float64), particle: wp.array(dtype=wp.int32), axis: wp.array(dtype=wp.int32),
+             area: wp.array(dtype=wp.float64), axes: mat, fields: Fields, power_out: wp.array2d(dtype=wp.float64), work_out: wp.array2d(dtype=wp.float64)):  # fmt: skip
+        block = first + wp.tid()
+        power = wp.float64(0.0)
+        for row in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+            i = particle[row]
+            # Nanson: the current area vector is J F^-T N times the reference area.
+            normal = vec()
+            for a in range(wp.static(dim)):
+                normal[a] = axes[a, axis[row]]
+            if wp.static(deformed):
+                F = wp.identity(n=dim, dtype=real) + fields.deformation[i]
+                normal = determinant(F) * (wp.transpose(inverse(F)) * normal)
+            stress = unpack(fields.stress[i])
+            velocity = fields.velocity[i]
+            for a in range(wp.static(dim)):
+                for b in range(wp.static(dim)):
+                    power += area[row] * wp.float64(stress[a, b] * normal[b] * velocity[a])
+        work_out[block, 0] = work_out[block, 0] + wp.float64(0.5) * clock[1] * (power + power_out[block, 0])
+        power_out[block, 0] = power
+
+    return work
+
+
+class ExternalWork(Works):
+    """Work of the moved and loaded faces of a two-set body, one slot per 1024 face particles."""
+
+    columns = 1
+
+    def __init__(
+        self,
+        space: Space,
+        conditions: Conditions,
+        unpack: wp.Function,
+        area_unit: float,
+        axes: object,
+        layout: Layout,
+        device: str,
+    ):
+        super().__init__(len(conditions.work_particle), len(conditions.work_particle) > 0, device)
+        self._axes, self._kernel = axes, _work_kernel(space, unpack, layout)
+        if self._acts:
+            self._particle = wp.array(conditions.work_particle, dtype=wp.int32, device=device)
+            self._axis = wp.array(conditions.work_axis, dtype=wp.int32, device=device)
+            self._area = wp.array(conditions.work_area / area_unit, dtype=wp.float64, device=device)
+
+    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[Any]]:
+        return self._kernel, [self._n, clock.time, self._particle, self._axis, self._area, self._axes, state.struct]
+
+    @property
+    def total(self) -> float:
+        """Work so far, nondimensional."""
+        return self._total(0)
+
+
+@cache
+def _constraint_kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
+    real = space.scalar
+    module = space.module("constraint")
+
+    @wp.kernel(module=module, enable_backward=False)
+    def keep(first: int, place: wp.array(dtype=wp.int32), state: wp.array(dtype=real), free_out: wp.array(dtype=real)):
+        e = first + wp.tid()
+        free_out[e] = state[place[e]]
+
+    @wp.kernel(module=module, enable_backward=False)
+    def work(first: int, count: int, place: wp.array(dtype=wp.int32), mass: wp.array(dtype=real), free: wp.array(dtype=real),
+             state: wp.array(dtype=real), old_out: wp.array(dtype=real), work_out: wp.array(dtype=wp.float64)):  # fmt: skip
+        block = first + wp.tid()
+        total = wp.float64(0.0)
+        for e in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+            new = state[place[e]]
+            total += wp.float64(real(0.5) * mass[e] * (new - free[e]) * (new + old_out[e]))
+            old_out[e] = new
+        work_out[block] = work_out[block] + total
+
+    return keep, work
+
+
+class ConstraintWork:
+    """Work of prescribed velocities on a one-set body: the impulse that sets them times the mean velocity of the step."""
+
+    def __init__(self, space: Space, boundary: BoundaryValues, mass: np.ndarray, device: str):
+        self.count = boundary.count
+        self._space, self._boundary = space, boundary
+        if self.count:
+            self._mass = wp.array(mass[boundary.particle], dtype=space.scalar, device=device)
+            self._free = wp.zeros(self.count, dtype=space.scalar, device=device)
+            self._old = wp.zeros(self.count, dtype=space.scalar, device=device)
+            self._work = wp.zeros(-(-self.count // BLOCK), dtype=wp.float64, device=device)
+
+    def before(self, state: State, clock: Clock) -> None:
+        """Keep what the step gave before the velocities are set (a launch)."""
+        if self.count:
+            clock.launch(
+                _constraint_kernels(self._space)[0], self.count, [self._boundary.place, state.buffer], [self._free]
+            )
+
+    def after(self, state: State, clock: Clock) -> None:
+        """Add the work of setting them (a launch)."""
+        if self.count:
+            inputs = [self.count, self._boundary.place, self._mass, self._free, state.buffer]
+            clock.launch(_constraint_kernels(self._space)[1], self._work.shape[0], inputs, [self._old, self._work])
+
+    def kept(self) -> dict[str, wp.array]:
+        """What a checkpoint holds of it."""
+        return {"old": self._old, "work": self._work} if self.count else {}
+
+    def start(self, state: State, clock: Clock) -> None:
+        """Take the prescribed velocities at the start of the run."""
+        if self.count:
+            self._old.assign(state.buffer.numpy()[self._boundary.place.numpy()])
+
+    @property
+    def total(self) -> float:
+        """Work so far, nondimensional."""
+        return float(self._work.numpy().sum()) if self.count else 0.0
+
+
+@cache
+def _load_kernel(space: Space, layout: Layout, loading: bool, holding: bool) -> wp.Kernel:
+    dim, vec, Fields, viscous = space.dim, space.vec, fields_struct(space, layout), "drag" in dict(layout)
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def work(first: int, count: int, clock: wp.array(dtype=wp.float64), loads: wp.array(dtype=vec), hold: wp.array(dtype=vec),
+             mass: wp.array(dtype=space.scalar), fields: Fields, old_out: wp.array(dtype=vec), power_out: wp.array2d(dtype=wp.float64),
+             work_out: wp.array2d(dtype=wp.float64)):  # fmt: skip
+        block = first + wp.tid()
+        loaded = wp.float64(0.0)
+        dragged = wp.float64(0.0)
+        held = wp.float64(0.0)
+        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+            v = fields.velocity[i]
+            if wp.static(loading):
+                for a in range(wp.static(dim)):
+                    loaded += wp.float64(wp.dot(loads[i * dim + a], v))
+            if wp.static(viscous):
+                # What it has changed times the mean velocity of the step: exact where the velocity is free, however long the
+                # step is beside the time in which it acts.
+                dragged -= wp.float64(mass[i] * wp.dot(fields.drag[i], v + old_out[i]))
+                old_out[i] = v
+                fields.drag[i] = vec()
+            if wp.static(holding):
+                held -= wp.float64(mass[i] * wp.dot(hold[i], v))
+        half = wp.float64(0.5) * clock[1]
+        work_out[block, 0] = work_out[block, 0] + half * (loaded + power_out[block, 0])
+        work_out[block, 1] = work_out[block, 1] + wp.float64(0.5) * dragged
+        power_out[block, 0] = loaded
+        if wp.static(holding):
+            work_out[block, 2] = work_out[block, 2] + half * (held + power_out[block, 2])
+            power_out[block, 2] = held
+
+    return work
+
+
+class LoadWork(Works):
+    """Work of loads on a one-set body and of the forces that hold spurious modes (per mass), by the trapezoidal rule; of its
+    viscosity, by what that adds to the velocities.
+
+    `before` are the velocities that a step begins from, (n,), vec, where there is viscosity."""
+
+    columns = 3
+
+    def __init__(self, space: Space, loads: BoundaryValues, state: State, values: State, hold: wp.array | None,
+                 mass: np.ndarray, device: str):  # fmt: skip
+        self._viscous = "drag" in state.widths
+        super().__init__(state.n, loads.count > 0 or self._viscous or hold is not None, device)
+        self._kernel = _load_kernel(space, state.layout, loads.count > 0, hold is not None)
+        self.before = wp.zeros(state.n if self._viscous else 1, dtype=space.vec, device=device)
+        if self._acts:
+            forces, count = values.buffer.ptr, values.n * space.dim
+            self._loads = wp.array(ptr=forces, dtype=space.vec, shape=count, device=device, copy=False)
+            self._hold = hold if hold is not None else self._loads
+            self._mass = wp.array(mass, dtype=space.scalar, device=device)
+
+    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[Any]]:
+        return self._kernel, [self._n, clock.time, self._loads, self._hold, self._mass, state.struct, self.before]
+
+    def kept(self) -> dict[str, wp.array]:
+        return super().kept() | ({"before": self.before} if self._viscous else {})
+
+    @property
+    def total(self) -> float:
+        """Work of the loads so far, nondimensional."""
+        return self._total(0)
+
+    @property
+    def viscous(self) -> float:
+        """Energy that viscosity has taken so far, nondimensional."""
+        return self._total(1)
+
+    @property
+    def held(self) -> float:
+        """Work done against the holding forces so far, nondimensional."""
+        return self._total(2)

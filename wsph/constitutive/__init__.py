@@ -1,0 +1,1 @@
+"""Any material in any stress state."""

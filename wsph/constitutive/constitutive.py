@@ -1,0 +1,83 @@
+"""A material in a stress state, ready for kernels: its parameters, nondimensional, and its laws."""
+
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from wsph.backend.space import Space
+from wsph.constitutive.laws import Laws, laws_of, parameters
+from wsph.constitutive.stress_state import StressState
+from wsph.errors import Refused
+from wsph.plugins.blame import RATE_SIGNATURE, blame
+from wsph.plugins.traits import internal_units, internal_values
+from wsph.units import Scales
+
+
+def _refuse_what_is_not_applied(material: Any, who: str) -> None:
+    """A law's part that no formulation here applies would be dropped silently."""
+    if hasattr(material, "objective"):
+        raise Refused(f"{who} declares 'objective', which is not applied yet; give its whole law as `rate`")
+    if hasattr(material, "project") and not hasattr(material, "rate"):
+        raise Refused(f"{who} has `project` without `rate`: what is brought back is the stress that a rate gave")
+    if not (hasattr(material, "rate") or hasattr(material, "stress")):
+        raise Refused(f"{who} has neither `rate` nor `stress`; every formulation needs one of them: {RATE_SIGNATURE}")
+    reserved = {
+        "velocity",
+        "stress",
+        "displacement",
+        "density",
+        "von_mises",
+        "pressure",
+        "dissipation",
+        "damage",
+        "id",
+        "body",
+    }
+    taken = reserved.intersection(getattr(material, "internals", {}))
+    if taken:
+        raise Refused(f"{who} names an internal {sorted(taken)[0]!r}, which is a field of every body")
+
+
+class Constitutive:
+    """A material in a stress state, ready for kernels.
+
+    `params` (struct of inner, nondimensional numbers), `density`, `internals` (name -> initial value, the dissipation
+    included where the law relaxes), and the Warp functions of `laws`.
+    """
+
+    def __init__(self, space: Space, material: Any, state: StressState, scales: Scales, who: str):
+        self.space, self.material, self.state, self.who = space, material, state, who
+        bulk, shear = material.moduli()
+        self.wave_speed = state.wave_speed(bulk, shear, material.density)
+        self.internal_scales = {name: scales.of(unit) for name, unit in internal_units(material).items()}
+        self.internals = {name: value / self.internal_scales[name] for name, value in internal_values(material).items()}
+        _refuse_what_is_not_applied(material, who)
+        with blame(who):
+            self.laws = laws_of(space, material, state)
+        self.params = self.laws.Params()
+        for name, unit in parameters(material).items():
+            value = {"elastic_bulk": bulk, "elastic_shear": shear}.get(name)
+            value = getattr(material, name) if value is None else value
+            setattr(self.params, name, space.scalar(value / scales.of(unit)))
+        self.density = material.density / scales.density
+
+    @property
+    def width(self) -> int:
+        """Number of stress components kept."""
+        return len(self.state.components)
+
+
+@cache
+def project_kernel(space: Space, laws: Laws, fields: type) -> wp.Kernel:
+    """Bring the stresses of a state back, over its points."""
+    Params, project = laws.Params, laws.project or laws.respond
+
+    @wp.kernel(module="unique", enable_backward=False)
+    def bring_back(first: int, p: Params, fields_out: fields):
+        i = first + wp.tid()
+        stress, q = project(p, fields_out.stress[i], fields_out.internals[i])
+        fields_out.stress[i] = stress
+        fields_out.internals[i] = q
+
+    return bring_back

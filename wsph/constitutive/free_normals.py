@@ -1,0 +1,218 @@
+"""A plugin's laws with the normals that a stress state leaves free of stress.
+
+A rate is affine in the velocity gradient: probing it at unit normal rates gives those that keep the free stresses at zero.
+A total law and a return to the yield surface are not: there the free strain comes by a secant, from a start that is right
+where they are linear. In uniaxial stress both free normals of an isotropic solid strain alike.
+"""
+
+import inspect
+from typing import Any
+
+import warp as wp
+
+from wsph.backend.space import Space
+from wsph.constitutive.stress_state import StressState, packing, unit_normal
+from wsph.errors import PluginError
+
+TOTAL_SIGNATURE = "stress(self, space, Params) -> @wp.func (p: Params, H: space.tensor) -> Cauchy stress"
+PROJECT_SIGNATURE = "project(self, space, Params) -> @wp.func (p: Params, stress: space.tensor[, q]) -> stress[, q]"
+LEAST_SECANT = 1e-12
+
+SECANTS = 6
+"""Secant steps for the out-of-plane strain of a total law: the error squares, from the linear answer."""
+
+
+def free_rate(space: Space, law: wp.Function, Params: type, internal: type, free: tuple[int, ...]) -> wp.Function:
+    """The law with the static free normals at zero stress rate: (p, stress, L, q) -> (stress rate, q rate)."""
+    tensor, real = space.tensor, space.scalar
+    if not free:
+        return law
+    unit = unit_normal(space)
+    a = free[0]
+    if len(free) == 1:
+
+        @wp.func
+        def one(p: Params, stress: tensor, L: tensor, q: internal):
+            rate, dq = law(p, stress, L, q)
+            rate_a, dq_a = law(p, stress, L + unit(a), q)
+            x = -rate[a, a] / (rate_a[a, a] - rate[a, a])
+            return rate + x * (rate_a - rate), dq + x * (dq_a - dq)
+
+        return one
+    b = free[1]
+
+    @wp.func
+    def two(p: Params, stress: tensor, L: tensor, q: internal):
+        rate, dq = law(p, stress, L, q)
+        rate_a, dq_a = law(p, stress, L + unit(a), q)
+        rate_b, dq_b = law(p, stress, L + unit(b), q)
+        rate_a -= rate
+        rate_b -= rate
+        scale = real(1.0) / (rate_a[a, a] * rate_b[b, b] - rate_a[b, b] * rate_b[a, a])
+        x = (rate_b[a, a] * rate[b, b] - rate_b[b, b] * rate[a, a]) * scale
+        y = (rate_a[b, b] * rate[a, a] - rate_a[a, a] * rate[b, b]) * scale
+        return rate + x * rate_a + y * rate_b, dq + x * (dq_a - dq) + y * (dq_b - dq)
+
+    return two
+
+
+def total_laws(
+    space: Space, material: Any, state: StressState, Params: type
+) -> tuple[wp.Function | None, wp.Function | None]:
+    """The total law for the displacement gradients of a stress state, and its energy; None where the material has none."""
+    if not hasattr(material, "stress"):
+        return None, None
+    law, stored = material.stress(space, Params), None
+    if not isinstance(law, wp.Function) or len(inspect.signature(law.func).parameters) != 2:
+        raise PluginError(f"{type(material).__name__}.stress gave no law of two arguments; expected {TOTAL_SIGNATURE}")
+    real, tensor, mat, dim = space.scalar, space.tensor, space.mat, space.dim
+    _, pack = packing(space, state)
+    unit = unit_normal(space)
+    free = len(state.free)
+    first = state.free[0] if free else 0
+
+    @wp.func
+    def widened(h: mat, x: real) -> tensor:
+        H = tensor()
+        for i in range(wp.static(dim)):
+            for j in range(wp.static(dim)):
+                H[i, j] = h[i, j]
+        # The free normals of an isotropic solid in one of these states strain alike.
+        if wp.static(free > 0):
+            H += x * unit(first)
+        if wp.static(free > 1):
+            H += x * unit(2)
+        return H
+
+    @wp.func
+    def whole(p: Params, h: mat) -> tensor:
+        if wp.static(free == 0):
+            return widened(h, real(0.0))
+        # Start from St Venant-Kirchhoff's own answer, which no rotation changes; the secant then is of a law near it.
+        trace = real(0.5) * wp.ddot(h, h)
+        for i in range(wp.static(dim)):
+            trace += h[i, i]
+        lame = p.elastic_bulk - real(2.0) / real(3.0) * p.elastic_shear
+        stiffness = lame * real(free) + real(2.0) * p.elastic_shear
+        twice = wp.max(real(-2.0) * lame * trace / stiffness, real(-0.9375))
+        x = twice / (wp.sqrt(real(1.0) + twice) + real(1.0))
+        gap = law(p, widened(h, x))[first, first]
+        step = -gap / stiffness
+        slope = stiffness
+        for _ in range(SECANTS):
+            # Where the last step was a rounding its secant is noise: the slope before it stays.
+            if wp.abs(step) > real(LEAST_SECANT) * (real(1.0) + wp.abs(x)):
+                x += step
+                next_gap = law(p, widened(h, x))[first, first]
+                secant = (next_gap - gap) / step
+                if secant > real(0.05) * stiffness:
+                    slope = secant
+                gap = next_gap
+                step = -gap / slope
+        return widened(h, x)
+
+    # A law may give its first Piola stress itself: that is what forces take, and cheaper than there and back.
+    direct = hasattr(material, "piola")
+    nominal = material.piola(space, Params) if direct else law
+
+    @wp.func
+    def total(p: Params, h: mat):
+        H = whole(p, h)
+        F = wp.identity(n=3, dtype=real) + H
+        cauchy = tensor()
+        piola = tensor()
+        if wp.static(direct):
+            piola = nominal(p, H)
+            cauchy = piola * wp.transpose(F) / wp.determinant(F)
+        else:
+            cauchy = law(p, H)
+            piola = wp.determinant(F) * cauchy * wp.transpose(wp.inverse(F))
+        P = mat()
+        for i in range(wp.static(dim)):
+            for j in range(wp.static(dim)):
+                P[i, j] = piola[i, j]
+        return pack(cauchy), P
+
+    if hasattr(material, "energy"):
+        density = material.energy(space, Params)
+
+        @wp.func
+        def energy(p: Params, h: mat) -> real:
+            return density(p, whole(p, h))
+
+        stored = energy
+    return total, stored
+
+
+def projection(space: Space, material: Any, state: StressState, Params: type, internal: type) -> wp.Function | None:
+    """The plugin's return mapping for packed stresses and all internals, the dissipation among them; None without one."""
+    if not hasattr(material, "project"):
+        return None
+    law, count = material.project(space, Params), len(getattr(material, "internals", {}))
+    if not isinstance(law, wp.Function) or len(inspect.signature(law.func).parameters) != (3 if count else 2):
+        wanted = f"{3 if count else 2} arguments"
+        raise PluginError(f"{type(material).__name__}.project gave no law of {wanted}; expected {PROJECT_SIGNATURE}")
+    real, tensor, stress, own = (
+        space.scalar,
+        space.tensor,
+        space.vector(len(state.components)),
+        space.vector(max(count, 1)),
+    )
+    (unpack, pack), unit, free = packing(space, state), unit_normal(space), len(state.free)
+    first = state.free[0] if free else 0
+
+    @wp.func
+    def returned(p: Params, s: tensor, mine: own):
+        if wp.static(count == 0):
+            return law(p, s), mine
+        else:
+            t, changed = law(p, s, mine)
+            return t, changed
+
+    @wp.func
+    def strained(p: Params, s: tensor, x: real) -> tensor:
+        # The elastic stress of a strain x along each free normal.
+        strain = x * unit(first)
+        if wp.static(free > 1):
+            strain += x * unit(2)
+        lame = p.elastic_bulk - real(2.0) / real(3.0) * p.elastic_shear
+        return s + lame * wp.trace(strain) * wp.identity(n=3, dtype=real) + real(2.0) * p.elastic_shear * strain
+
+    @wp.func
+    def project(p: Params, packed: stress, q: internal):
+        s = unpack(packed)
+        mine = own()
+        for k in range(wp.static(count)):
+            mine[k] = q[k]
+        trial = s
+        t, changed = returned(p, s, mine)
+        if wp.static(free > 0):
+            stiffness = (p.elastic_bulk - real(2.0) / real(3.0) * p.elastic_shear) * real(free) + real(
+                2.0
+            ) * p.elastic_shear
+            gap = t[first, first]
+            step = -gap / stiffness
+            slope = stiffness
+            x = real(0.0)
+            for _ in range(SECANTS):
+                if wp.abs(step) > real(LEAST_SECANT):
+                    x += step
+                    trial = strained(p, s, x)
+                    t, changed = returned(p, trial, mine)
+                    secant = (t[first, first] - gap) / step
+                    if secant > real(0.05) * stiffness:
+                        slope = secant
+                    gap = t[first, first]
+                    step = -gap / slope
+        mean = wp.trace(t) / real(3.0)
+        lost = trial - t
+        mean_lost = wp.trace(lost) / real(3.0)
+        one = wp.identity(n=3, dtype=real)
+        plastic = wp.ddot(t - mean * one, lost - mean_lost * one) / (real(2.0) * p.elastic_shear)
+        kept = q
+        for k in range(wp.static(count)):
+            kept[k] = changed[k]
+        kept[count] = q[count] + plastic + mean * mean_lost / p.elastic_bulk
+        return pack(t), kept
+
+    return project

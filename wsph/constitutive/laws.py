@@ -1,0 +1,242 @@
+"""Any material in any stress state.
+
+A material gives a law for 3x3 tensors; this module wraps it for the stress components that a stress state keeps. The law
+is affine in the velocity gradient L, so evaluating it at unit normal rates gives the normal rates that meet prescribed
+normal stress rates: plane stress, uniaxial stress and the free faces of a body are one rule. Plane and uniaxial strain
+set those rates to zero.
+
+Where a law relaxes (its rate at L = 0 is not zero), one internal more is kept: the dissipated energy density, whose rate is
+-sigma : C^-1 : (stress rate at L = 0), with C the elastic moduli. Every integrator then integrates the dissipation as it
+integrates the rest. A law that is brought back to a yield surface (`project`) keeps it too: each return dissipates the
+work of the stress it ends at on the plastic strain C^-1 : (trial - returned). In plane and uniaxial stress the free normals
+strain by what keeps their stress zero after the return (`wsph.constitutive.free_normals`).
+"""
+
+import dataclasses
+import inspect
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import warp as wp
+
+from wsph.backend.space import Space
+from wsph.constitutive.free_normals import free_rate, projection, total_laws
+from wsph.constitutive.stress_state import StressState, packing, unit_normal
+from wsph.errors import PluginError
+from wsph.plugins.blame import RATE_SIGNATURE
+from wsph.plugins.traits import dissipates, relaxes
+
+
+def parameters(material: Any) -> dict[str, str]:
+    """Names and units of a material's numbers: its fields, its `derived` properties and the two elastic moduli."""
+    names = {
+        f.name: f.metadata.get("unit", "")
+        for f in dataclasses.fields(material)
+        if not isinstance(getattr(material, f.name), (str, bool))
+    }
+    return {**names, **getattr(material, "derived", {}), "elastic_bulk": "Pa", "elastic_shear": "Pa"}
+
+
+@dataclass(frozen=True, eq=False)
+class Laws:
+    """The Warp functions of a material in a stress state. Stress is packed (`stress` type), L is dim x dim.
+
+    source(p, stress, q) -> (stress rate, q rate)              at L = 0, the dissipation included; None if it is zero
+    respond(p, stress, L, q) -> (stress rate, q rate)          the whole rate, static free normals at zero stress rate
+    linear(p, stress, L, q, S, Q) -> (rates)                   the part that L causes, added to the given source (S, Q)
+    linear_faces(p, stress, L, q, S, Q, mask, target) -> rates the same where bit k of `mask` says that the normal stress
+                                                               rate kk is target[k] and the normal strain rate is free
+    energy(p, stress) -> elastic energy density
+    project(p, stress, q) -> (stress, q)                       brought back to where the law allows it; None: anywhere
+    total(p, H) -> (stress, first Piola stress dim x dim)      of a total law, static free normals at zero stress; None: a
+    rate total_energy(p, H) -> energy per reference volume          where a total law gives it
+    """
+
+    state: StressState
+    Params: type
+    stress: type
+    internal: type
+    source: wp.Function | None
+    respond: wp.Function
+    linear: wp.Function
+    linear_faces: wp.Function
+    energy: wp.Function
+    depends_on_stress: bool
+    dissipates: bool
+    project: wp.Function | None = None
+    total: wp.Function | None = None
+    total_energy: wp.Function | None = None
+
+
+def user_law(space: Space, material: Any, Params: type, internal: type) -> wp.Function:
+    """The plugin's law as (p, stress, L, q) -> (stress rate, q rate), whatever internals it has."""
+    tensor = space.tensor
+    if not hasattr(material, "rate"):
+
+        @wp.func
+        def none(p: Params, stress: tensor, L: tensor, q: internal):
+            return tensor(), internal()
+
+        return none
+    names = list(getattr(material, "internals", {}))
+    law = material.rate(space, Params)
+    if not isinstance(law, wp.Function):
+        raise PluginError(
+            f"{type(material).__name__}.rate returned {type(law).__name__}, no @wp.func; expected {RATE_SIGNATURE}"
+        )
+    arity, wanted = len(inspect.signature(law.func).parameters), 4 if names else 3
+    if arity != wanted:
+        raise PluginError(
+            f"the law of {type(material).__name__} takes {arity} arguments, not {wanted}"
+            f" ({'with' if names else 'no'} internals {names or 'are'} declared); expected {RATE_SIGNATURE}"
+        )
+    count = len(names)
+    if count == 0:
+
+        @wp.func
+        def without(p: Params, stress: tensor, L: tensor, q: internal):
+            return law(p, stress, L), internal()
+
+        return without
+    own = space.vector(count)
+
+    @wp.func
+    def with_internals(p: Params, stress: tensor, L: tensor, q: internal):
+        mine = own()
+        for k in range(wp.static(count)):
+            mine[k] = q[k]
+        rate, change = law(p, stress, L, mine)
+        dq = internal()
+        for k in range(wp.static(count)):
+            dq[k] = change[k]
+        return rate, dq
+
+    return with_internals
+
+
+@lru_cache(maxsize=64)
+def laws_of(space: Space, material: Any, state: StressState) -> Laws:
+    """The laws of a material, by its values: `rate` is a third party's code and may branch on any of them.
+
+    Another value gives another Laws but the same kernel source, so it is loaded from the kernel cache, not compiled.
+    """
+    relaxing, depends = relaxes(material), bool(getattr(material, "depends_on_stress", True))
+    dissipating = dissipates(material)
+    real, tensor, mat, point = space.scalar, space.tensor, space.mat, space.point
+    dim = space.dim
+    width = len(state.components)
+    stress = space.vector(width)
+    count = len(getattr(material, "internals", {}))
+    internal = space.vector(max(count + dissipating, 1))
+    # Not id-based: the same fields give the same struct, and so the same compiled kernel, in every process.
+    Params = wp.struct(
+        type(
+            f"{type(material).__name__}Params",
+            (),
+            {"__annotations__": dict.fromkeys(parameters(material), real), "__module__": __name__},
+        )
+    )
+    unpack, pack = packing(space, state)
+    law = user_law(space, material, Params, internal)
+    free_law = free_rate(space, law, Params, internal, state.free)
+    unit = unit_normal(space)
+    static_mask = sum(1 << k for k in state.free)
+
+    @wp.func
+    def embed(L: mat) -> tensor:
+        full = tensor()
+        for i in range(wp.static(dim)):
+            for j in range(wp.static(dim)):
+                full[i, j] = L[i, j]
+        return full
+
+    @wp.func
+    def dissipation(p: Params, s: tensor, at_rest: tensor) -> real:
+        mean = (s[0, 0] + s[1, 1] + s[2, 2]) / real(3.0)
+        mean_rate = (at_rest[0, 0] + at_rest[1, 1] + at_rest[2, 2]) / real(3.0)
+        one = wp.identity(n=3, dtype=real)
+        deviatoric = wp.ddot(s - mean * one, at_rest - mean_rate * one)
+        return -(deviatoric / (real(2.0) * p.elastic_shear) + mean * mean_rate / p.elastic_bulk)
+
+    @wp.func
+    def at_rest(p: Params, packed: stress, q: internal):
+        s = unpack(packed)
+        rate, dq = free_law(p, s, tensor(), q)
+        if wp.static(relaxing):
+            bare, _ = law(p, s, tensor(), q)
+            dq[count] = dissipation(p, s, bare)
+        return pack(rate), dq
+
+    @wp.func
+    def respond(p: Params, packed: stress, L: mat, q: internal):
+        s = unpack(packed)
+        rate, dq = free_law(p, s, embed(L), q)
+        if wp.static(relaxing):
+            bare, _ = law(p, s, tensor(), q)
+            dq[count] = dissipation(p, s, bare)
+        return pack(rate), dq
+
+    @wp.func
+    def linear(p: Params, packed: stress, L: mat, q: internal, S: stress, Q: internal):
+        s = unpack(packed)
+        rate, dq = free_law(p, s, embed(L), q)
+        if wp.static(relaxing):
+            rest, dq_rest = free_law(p, s, tensor(), q)
+            rate -= rest
+            dq -= dq_rest
+        return pack(rate) + S, dq + Q
+
+    @wp.func
+    def linear_faces(p: Params, packed: stress, L: mat, q: internal, S: stress, Q: internal, mask: int, target: point):
+        s = unpack(packed)
+        L3 = embed(L)
+        moving, dq_moving = law(p, s, L3, q)
+        rate, dq = moving, dq_moving
+        if wp.static(relaxing):
+            rest, dq_rest = law(p, s, tensor(), q)
+            rate -= rest
+            dq -= dq_rest
+        rate += unpack(S)
+        free = mask | static_mask
+        system = tensor()
+        gap = point()
+        for k in range(3):
+            if (free >> k) & 1 == 1:
+                changed, _ = law(p, s, L3 + unit(k), q)
+                gap[k] = target[k] - rate[k, k]
+                for row in range(3):
+                    if (free >> row) & 1 == 1:
+                        system[row, k] = changed[row, row] - moving[row, row]
+            else:
+                system[k, k] = real(1.0)
+        x = wp.inverse(system) * gap
+        for k in range(3):
+            if (free >> k) & 1 == 1:
+                changed, dq_changed = law(p, s, L3 + unit(k), q)
+                rate += x[k] * (changed - moving)
+                dq += x[k] * (dq_changed - dq_moving)
+        return pack(rate), dq + Q
+
+    @wp.func
+    def energy(p: Params, packed: stress) -> real:
+        s = unpack(packed)
+        mean = (s[0, 0] + s[1, 1] + s[2, 2]) / real(3.0)
+        deviator = s - mean * wp.identity(n=3, dtype=real)
+        return real(0.5) * mean * mean / p.elastic_bulk + real(0.25) * wp.ddot(deviator, deviator) / p.elastic_shear
+
+    return Laws(
+        state,
+        Params,
+        stress,
+        internal,
+        at_rest if relaxing else None,
+        respond,
+        linear,
+        linear_faces,
+        energy,
+        depends,
+        dissipating,
+        projection(space, material, state, Params, internal),
+        *total_laws(space, material, state, Params),
+    )

@@ -1,0 +1,1 @@
+"""Contact between bodies, and of a body with itself."""

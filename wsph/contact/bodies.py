@@ -1,0 +1,65 @@
+"""Bodies as contacts see them."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from wsph.backend.clock import Clock
+from wsph.backend.space import Space
+from wsph.scene.tables import Contact
+from wsph.sph.pairs import Pairs
+from wsph.sph.skin import Skin
+from wsph.units import Scales
+
+
+class Side:
+    """A body as contacts see it: where its particles are and what they are pushed by."""
+
+    def __init__(self, run: Any, origin: np.ndarray, space: Space, scales: Scales, clock: Clock):
+        system, device = run.system, clock.device
+        self.system, self.name, self.count = system, run.body.name, system.count
+        self.spacing = system.spacing / scales.length
+        self.place = (system.position - origin) / scales.length
+        self.x = wp.array(self.place, dtype=space.vec, device=device)
+        self.volume = wp.array(system.volume, dtype=space.scalar, device=device)
+        self.impulse = wp.zeros(self.count, dtype=space.vec, device=device)
+        self.work = wp.zeros(self.count, dtype=wp.float64, device=device)
+        self.held = wp.zeros(self.count, dtype=wp.float64, device=device)
+        self.free = wp.array(system.free_components.reshape(-1, space.dim), dtype=space.vec, device=device)
+        self.skin = Skin(space, self.count, clock)
+
+    @property
+    def u(self) -> wp.array:
+        """Displacements of the state."""
+        return self.system.state.struct.displacement
+
+    @property
+    def v(self) -> wp.array:
+        """Velocities of the state."""
+        return self.system.state.struct.velocity
+
+
+@dataclass
+class Meeting:
+    """A contact of a scene: both directions of one pair of bodies, or one body and itself."""
+
+    part: Contact
+    one: Side
+    other: Side
+    laws: tuple[Any, Any]
+    rows: list[tuple[Pairs, wp.array]]
+
+
+def without_neighbours(pairs: Pairs, side: Side, device: str) -> tuple[Pairs, wp.array]:
+    """Candidates of a body with itself: where links can break a particle's own neighbours stay, with the place of their
+    weight beside them (-1 for others); elsewhere they go."""
+    own = side.system.neighbours
+    candidates, known = pairs.keys(), own.keys()
+    at = np.searchsorted(known, candidates)
+    near = known[np.minimum(at, len(known) - 1)] == candidates
+    slot = np.where(near, at, -1)
+    if side.system.damage_model != "links":
+        pairs, slot = pairs.where(~near), slot[~near]
+    return pairs, wp.array(slot, dtype=wp.int32, device=device)

@@ -1,0 +1,203 @@
+"""Contact between bodies, and of a body with itself: particles push each other apart where they are nearer than their radii.
+
+Every particle is a ball of radius R = `radius` spacings. With delta = R_i + R_j - |x_ij| > 0, n from j to i, along n:
+
+    penalty   K_s k delta, k = M (R_i + R_j)^(dim - 2), M the harmonic mean of the bodies' wave moduli rho c^2: with
+              K_s = 1 a contact is as stiff as the cell of material that it stands for, and waves pass through it
+    pinball   K_s min(F1, F2) while the balls approach (Belytschko & Neal 1991; Islam & Peng 2019, eqs 31-35):
+              F1 = m d(delta)/dt / dt with m the reduced mass, which stops them within a step, F2 = G delta in 2D (per depth)
+              and 1D, G sqrt(R) delta^(3/2) in 3D with G = G_i G_j/(G_i + G_j), R = R_i R_j/(R_i + R_j)
+
+`friction` mu adds min(mu f_n, what stops the sliding) against the tangential velocity. Forces are gathers over candidate
+pairs; both ends compute the same number with the other sign, so linear momentum is kept to rounding, and angular momentum
+where there is no friction.
+
+A contact is an impulse between two steps, v += dt f/m at the positions there: with a method of second order or higher that
+is Strang's splitting, of second order. The work of the impulses, m dv (v_old + v_new)/2 summed, is the `contact` entry of
+the ledger. Candidates are all pairs within the radii and a skin, found anew where a particle may leave it.
+"""
+
+from itertools import chain
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from wsph.backend.clock import Clock
+from wsph.backend.space import Space
+from wsph.contact.bodies import Meeting, Side, without_neighbours
+from wsph.contact.law import kick_kernel, law_struct, push_kernel
+from wsph.errors import Refused
+from wsph.formulations.one_set import OneSetSystem
+from wsph.scene.tables import Contact
+from wsph.sph.pairs import find_pairs
+from wsph.units import Scales
+
+SKIN = 0.6
+"""How much further than the radii candidates are looked for, in the larger spacing."""
+
+
+class Contacts:
+    """All contacts of a composition. `follow` before a step, `act` after it."""
+
+    def __init__(
+        self, parts: tuple[Contact, ...], bodies: list[Any], space: Space, scales: Scales, clock: Clock, device: str
+    ):
+        self._space, self._clock, self._device = space, clock, device
+        named = {run.body.name: run for run in bodies}
+        taking_part = dict.fromkeys(chain.from_iterable(part.names for part in parts))
+        for name in taking_part:
+            _refuse(named[name])
+        origin = np.mean([named[name].system.position.mean(0) for name in taking_part], axis=0)
+        self.sides = {name: Side(named[name], origin, space, scales, clock) for name in taking_part}
+        self._nowhere = wp.zeros(1, dtype=wp.int32, device=device), wp.zeros(1, dtype=space.scalar, device=device)
+        self._meetings = []
+        for part in parts:
+            one, other = self.sides[part.names[0]], self.sides[part.names[-1]]
+            laws = self._law(part, one, other), self._law(part, other, one)
+            self._meetings.append(Meeting(part, one, other, laws, []))
+        self._skin = SKIN * max(side.spacing for side in self.sides.values())
+        self._refuse_overlap(self._find())
+
+    def _law(self, part: Contact, one: Side, other: Side) -> Any:
+        space, real = self._space, self._space.scalar
+        radii = part.radius * one.spacing, part.radius * other.spacing
+        wave = [side.system.constitutive for side in (one, other)]
+        scale = wave[0].density, wave[1].density
+        moduli = [d * (c.wave_speed / one.system.scales.velocity) ** 2 for d, c in zip(scale, wave, strict=True)]
+        shear = [c.material.moduli()[1] / one.system.scales.stress for c in wave]
+        law = law_struct(space)()
+        law.reach = real(sum(radii))
+        law.friction = real(part.friction)
+        law.shear = real(shear[0] * shear[1] / (shear[0] + shear[1]))
+        law.curvature = real(np.sqrt(radii[0] * radii[1] / sum(radii)))
+        law.own_density, law.other_density = real(scale[0]), real(scale[1])
+        law.stiffness = real(part.stiffness)
+        if part.law == "penalty":
+            mean = 2.0 * moduli[0] * moduli[1] / (moduli[0] + moduli[1])
+            law.stiffness = real(part.stiffness * mean * sum(radii) ** (space.dim - 2))
+        return law
+
+    def frequency(self, name: str) -> float:
+        """A bound of the frequency that contacts add to a body's, nondimensional: each particle against 2^(dim - 1)."""
+        square = 0.0
+        for meeting in self._meetings:
+            for law, side, other in zip(
+                meeting.laws, (meeting.one, meeting.other), (meeting.other, meeting.one), strict=True
+            ):
+                if side.name == name:
+                    inverse = 1.0 / (float(law.own_density) * float(side.system.volume.min()))
+                    inverse += 1.0 / (float(law.other_density) * float(other.system.volume.min()))
+                    stiffness = float(law.stiffness)
+                    if meeting.part.law == "pinball":
+                        stiffness *= float(law.shear) * (
+                            float(law.curvature) * float(law.reach) ** 0.5 if self._space.dim == 3 else 1.0
+                        )
+                    square = max(square, 2.0 ** (self._space.dim - 1) * stiffness * inverse)
+        return float(np.sqrt(square))
+
+    def _find(self) -> dict[str, np.ndarray]:
+        """Find the candidates where the particles are; places of every body, nondimensional."""
+        where = {}
+        for name, side in self.sides.items():
+            u = side.u.numpy()
+            side.skin.found.assign(u)
+            where[name] = side.place + u.astype(float)
+        for meeting in self._meetings:
+            reach = float(meeting.laws[0].reach) + self._skin
+            one, other = meeting.one, meeting.other
+            if one is other:
+                pairs = find_pairs(where[one.name], where[one.name], reach, self._device, same=True)
+                meeting.rows = [without_neighbours(pairs, one, self._device)]
+            else:
+                ways = ((one, other), (other, one))
+                meeting.rows = [
+                    (find_pairs(where[a.name], where[b.name], reach, self._device), self._nowhere[0]) for a, b in ways
+                ]
+        return where
+
+    def _refuse_overlap(self, where: dict[str, np.ndarray]) -> None:
+        """Refuse particles that lie in each other from the start: no direction parts those at one place."""
+        for meeting in self._meetings:
+            (pairs, slot), reach = meeting.rows[0], float(meeting.laws[0].reach)
+            one, other = meeting.one.name, meeting.other.name
+            r = where[one][pairs.rows()] - where[other][pairs.indices.numpy()]
+            apart = np.linalg.norm(r, axis=1)
+            if one == other:
+                apart = np.where(slot.numpy() >= 0, np.inf, apart)
+            if len(apart) and apart.min() < 0.5 * reach:
+                i = pairs.rows()[apart.argmin()]
+                length = meeting.one.system.scales.length
+                raise Refused(
+                    f"contact of {one!r} with {other!r}: particles lie {apart.min() * length:g} m apart at"
+                    f" {meeting.one.system.position[i].tolist()} m, within half of the {reach * length:g} m of the two radii,"
+                    " before the run begins: leave a gap (the sides of a crack between stress points lie on each other), or"
+                    " lower contact.radius"
+                )
+
+    def follow(self) -> bool:
+        """Before a step: find the candidates anew where a particle may leave its skin by the step's end."""
+        if not any(side.skin.left(side.u, side.v, self._skin) for side in self.sides.values()):
+            return False
+        self._find()
+        return True
+
+    def act(self) -> None:
+        """The impulses of all contacts (launches)."""
+        for meeting in self._meetings:
+            one, other, part = meeting.one, meeting.other, meeting.part
+            kernel = push_kernel(self._space, part.law, part.friction > 0.0, one is other)
+            ways = ((one, other), (other, one)) if one is not other else ((one, one),)
+            for (side, against), law, (pairs, slot) in zip(ways, meeting.laws, meeting.rows, strict=False):
+                weight = side.system.link_weights if one is other else self._nowhere[1]
+                inputs = [
+                    self._clock.time,
+                    law,
+                    pairs.offsets,
+                    pairs.indices,
+                    slot,
+                    weight,
+                    side.x,
+                    side.u,
+                    side.v,
+                    side.volume,
+                ]
+                inputs += [against.x, against.u, against.v, against.volume]
+                self._clock.launch(kernel, side.count, inputs, [side.impulse])
+        for side in self.sides.values():
+            inputs = [self._space.scalar(side.system.density), side.volume, side.free]
+            outputs = [side.impulse, side.v, side.system.work.loads.before, side.work, side.held]
+            self._clock.launch(kick_kernel(self._space, side.system.viscous), side.count, inputs, outputs)
+
+    @property
+    def energy(self) -> float:
+        """Energy that contacts have taken from the bodies so far, nondimensional."""
+        return -sum(float(side.work.numpy().sum()) for side in self.sides.values())
+
+    @property
+    def held_work(self) -> float:
+        """Work that what is prescribed has done against contacts so far, nondimensional."""
+        return sum(float(side.held.numpy().sum()) for side in self.sides.values())
+
+    def kept(self) -> dict[str, wp.array]:
+        """What a checkpoint holds of them."""
+        works = {f"contact.{name}.work": side.work for name, side in self.sides.items()}
+        return works | {f"contact.{name}.held": side.held for name, side in self.sides.items()}
+
+    def restored(self) -> None:
+        """Find the candidates of a state that has been put back."""
+        self._find()
+
+
+def _refuse(run: Any) -> None:
+    """Refuse bodies that contacts cannot push."""
+    if not isinstance(run.system, OneSetSystem):
+        raise Refused(
+            f"body {run.body.name!r}: contact pushes bodies whose particles move: use an integrator of one set, not the two"
+            f" sets of {run.system.formulation!r}"
+        )
+    if hasattr(run.integrator, "publish"):
+        raise Refused(
+            f"body {run.body.name!r}: contact changes velocities between steps; {type(run.integrator).__name__} keeps variables of"
+            " its own there: use leapfrog"
+        )

@@ -1,0 +1,1 @@
+"""How a body becomes equations of motion: systems, as integrators see them."""

@@ -1,0 +1,1 @@
+"""Forms whose pairs are those of the reference configuration."""

@@ -1,0 +1,1 @@
+"""Taylor-SPH: two sets of particles, in small strain and in the current configuration."""

@@ -1,0 +1,92 @@
+"""What a target gathers from the other set: one loop over its pairs, shared by every two-set kernel."""
+
+from functools import cache
+
+import warp as wp
+
+from wsph.backend.pair_loops import element
+from wsph.backend.space import Space
+from wsph.backend.state import Layout, fields_struct
+from wsph.constitutive.laws import Laws
+
+
+@cache
+def rows_struct(space: Space) -> type:
+    """Struct of an operator's rows: offsets and indices of the pairs, interpolation and gradient weights."""
+    annotations = {
+        "offsets": wp.array(dtype=wp.int32),
+        "indices": wp.array(dtype=wp.int32),
+        "weight": wp.array(dtype=space.scalar),
+        "gradient": wp.array(dtype=space.vec),
+    }
+    return wp.struct(type("Rows", (), {"__annotations__": annotations, "__module__": __name__}))
+
+
+@cache
+def gather(space: Space, laws: Laws, layout: Layout) -> wp.Function:
+    """Warp function (rows, i, fields, sources, v0, s0) -> (v, s, q, S, Q, L, slope, G): sums over the pairs of target i.
+
+    v, s, q: interpolated velocity and stress, less v0 and s0, and internals; S, Q: interpolated source; L (dim x dim) and
+    slope (stress components x dim): gradients of velocity and stress less v0 and s0; G: sum of the gradient weights,
+    so that a gradient about a value f_I (less v0 or s0) is L - f_I (x) G.
+
+    v0 and s0 are values nearby: sums of differences lose no digits to a velocity that all particles have in common.
+    """
+    vec, mat = space.vec, space.mat
+    stress, internal, sourced, kept = laws.stress, laws.internal, laws.source is not None, "internals" in dict(layout)
+    slopes = space.matrix(len(laws.state.components), space.dim)
+    Rows, Fields = rows_struct(space), fields_struct(space, layout)
+    at = element(wp.int32, space.scalar, vec, stress, internal)
+
+    @wp.func
+    def sums(rows: Rows, i: int, fields: Fields, sources: Fields, v0: vec, s0: stress):
+        v = vec()
+        s = stress()
+        q = internal()
+        S = stress()
+        Q = internal()
+        L = mat()
+        slope = slopes()
+        G = vec()
+        for k in range(rows.offsets[i], rows.offsets[i + 1]):
+            j = at(rows.indices, k)
+            w = at(rows.weight, k)
+            g = at(rows.gradient, k)
+            dv = at(fields.velocity, j) - v0
+            ds = at(fields.stress, j) - s0
+            v += w * dv
+            s += w * ds
+            L += wp.outer(dv, g)
+            slope += wp.outer(ds, g)
+            G += g
+            if wp.static(kept):
+                q += w * at(fields.internals, j)
+            if wp.static(sourced):
+                S += w * at(sources.stress, j)
+                Q += w * at(sources.internals, j)
+        return v, s, q, S, Q, L, slope, G
+
+    return sums
+
+
+@cache
+def divergence(space: Space, laws: Laws) -> wp.Function:
+    """Warp function: slopes of the packed stress -> its divergence."""
+    dim, vec, width = space.dim, space.vec, len(laws.state.components)
+    slopes = space.matrix(width, dim)
+    integers = wp.types.vector(length=width, dtype=wp.int32)
+    row, column = (integers(*[c[k] for c in laws.state.components]) for k in range(2))
+
+    @wp.func
+    def contracted(slope: slopes) -> vec:
+        force = vec()
+        for c in range(wp.static(width)):
+            i = row[c]
+            j = column[c]
+            if i < wp.static(dim) and j < wp.static(dim):
+                force[i] = force[i] + slope[c, j]
+                if i != j:
+                    force[j] = force[j] + slope[c, i]
+        return force
+
+    return contracted

@@ -1,0 +1,295 @@
+"""The two-set system of Taylor-SPH: real particles at the nodes of a lattice, virtual ones at its cell centres.
+
+Small strain: both sets stay where they are, operators are computed once. A rate at a target is gathered from the other
+set: the velocity gradient and the stress divergence through the corrected gradient, the source (the law's rate at L = 0)
+evaluated at the sources and interpolated, as Herreros & Mabssout 2011, eqs 38 and 40, have it; the gradient takes the
+difference f_J - f_I (their eqs 38 and 40 drop f_I, which is 33 % wrong at a boundary).
+"""
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from wsph.backend.clock import Clock
+from wsph.backend.space import Space
+from wsph.backend.state import Layout, State
+from wsph.boundary.collocated import face_conditions
+from wsph.boundary.conditions import Conditions
+from wsph.boundary.values import BoundaryValues
+from wsph.boundary.work import ExternalWork
+from wsph.constitutive.constitutive import Constitutive
+from wsph.constitutive.stress_state import packing
+from wsph.errors import Refused
+from wsph.formulations.layout import layout_of
+from wsph.formulations.system import System
+from wsph.formulations.taylor.gather import rows_struct
+from wsph.formulations.taylor.kernels import kernels
+from wsph.geometry.lattice import Lattice
+from wsph.parts.body_force import BodyForce
+from wsph.plugins.blame import blame
+from wsph.scene.scene import Scene
+from wsph.scene.tables import Body
+from wsph.sph.averages import average, outward_weights, unparted
+from wsph.sph.pairs import Pairs, find_pairs
+from wsph.sph.weights import Weights, gradient_weights, interpolation_weights
+from wsph.units import Scales
+
+DEFAULT_SUPPORT = 1.2
+
+
+class TwoSetSystem(System):
+    """A body as Taylor-SPH sees it: `position`, `volume` and `state` are the real particles'."""
+
+    formulation = "small-strain"
+    splits = True
+    tried = True
+    widenings = 0
+    """How often a target that spans too few directions (a corner) may look half as far again. Not at all in small strain:
+    each axis by itself holds every mode to rounding up to C = .9; looking further holds most to C = 1, but lets a block with
+    symmetric faces grow by 6e-6 a step at nu = .499, C = .05."""
+
+    def __init__(self, scene: Scene, body: Body, lattice: Lattice, space: Space, constitutive: Constitutive,
+                 scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip
+        super().__init__(lattice, space, constitutive, scales, clock, device)
+        self.position = lattice.nodes
+        self.volume = lattice.node_volume / scales.length**space.dim
+        self._displacement = displacement
+        self._sourced = constitutive.laws.source is not None
+        self._support = scene.run.support or DEFAULT_SUPPORT
+        nodes, cells = lattice.centred
+        sided_nodes, sided_cells = lattice.sided if lattice.cracks else (nodes, cells)
+        self.conditions: Conditions = face_conditions(scene, body.name, lattice, constitutive.state.labels)
+        cell = float(np.prod(lattice.frame.step))
+        # With its images: the half of a body that symmetry stands for has the operators of the whole, at a crack's tip too.
+        whole = self.conditions.mirrored * lattice.node_volume / cell
+        self.to_virtual = self._operator((cells, nodes), (sided_cells, sided_nodes), whole, scene.run.kernel, "virtual")
+        self.to_real = self._operator(
+            (nodes, cells), (sided_nodes, sided_cells), lattice.cell_volume / cell, scene.run.kernel, "real"
+        )
+        self._moment = self._second_moments(nodes, cells)
+        self._virtual_rows, self._real_rows = self._rows(*self.to_virtual), self._rows(*self.to_real)
+
+        self.state = self.new("real")
+        self._axes = space.mat(*lattice.frame.axes.T.ravel())
+        self._rotated = not lattice.frame.upright
+        self._framed = wp.array(np.flatnonzero(lattice.on_face), dtype=wp.int32, device=device)
+        self.force = BodyForce(scene.gravity, body.damping, space, scales, self.density, self.volume, device)
+        self._free = wp.array(self.conditions.free_normals, dtype=wp.int32, device=device)
+        self._held = wp.array(self._held_components(), dtype=wp.int32, device=device)
+        units = {"velocity": scales.velocity, "stress": scales.stress}
+        self.boundary = BoundaryValues(space, self.conditions, self.state, lattice.nodes, units, scales.time, device)
+        unpack, _ = packing(space, constitutive.state)
+        area = scales.length ** (space.dim - 1)
+        axes = space.mat(*lattice.frame.axes.ravel())
+        self.work = ExternalWork(space, self.conditions, unpack, area, axes, self.state.layout, device)
+        with blame(constitutive.who):
+            self.kernels = self._make_kernels()
+
+    def _layout(self, where: str) -> Layout:
+        """Fields of the "real" or the "virtual" particles."""
+        return layout_of(self.space, self.constitutive, self._displacement and where == "real")
+
+    def _make_kernels(self) -> Any:
+        layouts = self._layout("virtual"), self._layout("real")
+        return kernels(self.space, self.constitutive.laws, *layouts, self.force.parts, self._rotated)
+
+    def _held_components(self) -> np.ndarray:
+        """Per real particle, one bit for every prescribed component: velocity first, then stress."""
+        held = np.zeros(self.count, np.int32)
+        for (name, component), values in self.conditions.entries.items():
+            held[list(values)] |= 1 << (component + (self.space.dim if name == "stress" else 0))
+        return held
+
+    def _operator(self, points: tuple[np.ndarray, np.ndarray], sided: tuple[np.ndarray, np.ndarray], volume: np.ndarray,
+                  smoothing: str, name: str) -> tuple[Weights, Weights]:  # fmt: skip
+        """Interpolation and gradient from sources to targets, `points` = (targets, sources) in cells. The kernel is one of
+        grid coordinates, so cells of any aspect have the same neighbours; gradients are brought to lengths and to the
+        coordinate axes. No pair reaches through a crack."""
+        targets, sources = points
+        reach = np.full(len(targets), self._support)
+
+        def visible() -> Pairs:
+            return unparted(find_pairs(targets, sources, reach, self.device), self.lattice, *sided)
+
+        pairs = visible()
+        gradient = gradient_weights(self.space, pairs, targets, sources, volume, smoothing)
+        for _ in range(self.widenings):
+            # A corner sees one particle of the other set.
+            reach[gradient.rank < self.space.dim] *= 1.5
+            pairs = visible()
+            gradient = gradient_weights(self.space, pairs, targets, sources, volume, smoothing)
+        interpolation = interpolation_weights(self.space, pairs, targets, sources, volume, smoothing)
+        lonely = np.flatnonzero((interpolation.rank < 0) | (gradient.rank < 0))
+        if len(lonely):
+            where = (self.lattice.cells if name == "virtual" else self.lattice.nodes)[lonely[0]].tolist()
+            raise Refused(
+                f"{len(lonely)} {name} particles, the first at {where} m, see too few particles of the other set"
+                f" for a gradient: raise run.support (now {self._support:g} spacings)"
+            )
+        frame = self.lattice.frame
+        if not (frame.upright and (np.abs(frame.step / self.scales.length - 1.0) < 1e-6).all()):
+            gradient = gradient.mapped(self.space, frame.axes * (self.scales.length / frame.step))
+        return interpolation, gradient
+
+    def _rows(self, interpolation: Weights, gradient: Weights) -> object:
+        rows = rows_struct(self.space)()
+        rows.offsets, rows.indices = interpolation.pairs.offsets, interpolation.pairs.indices
+        rows.weight, rows.gradient = interpolation.values, gradient.values
+        return rows
+
+    def _second_moments(self, nodes: np.ndarray, cells: np.ndarray) -> float:
+        """Smallest second moment of the interpolation to a virtual particle, in spacings squared."""
+        weights = self.to_virtual[0]
+        indices, values, row = weights.pairs.indices.numpy(), weights.values.numpy(), weights.pairs.rows()
+        r = nodes[indices] - cells[row]
+        moment = np.zeros((len(cells), self.space.dim, self.space.dim))
+        np.add.at(moment, row, values[:, None, None] * r[:, :, None] * r[:, None, :])
+        # One-sided neighbourhoods at the faces have smaller moments and grow nothing: where there is an interior it decides.
+        # In a body of one or two cells across there is none; the moments along the axes leave out the corners' skewness.
+        at_face = np.bincount(row, self.lattice.on_face[indices], len(cells)) > 0
+        if at_face.all():
+            smallest = np.einsum("nii->ni", moment).min()
+        else:
+            smallest = np.linalg.eigvalsh(moment[~at_face])[:, 0].min()
+        return float(smallest)
+
+    @property
+    def second_moment(self) -> float:
+        """Smallest second moment m2 of the interpolation weights over the interior virtual particles, in spacings squared.
+
+        Taylor-SPH in one dimension is stable up to the Courant number 2 sqrt(m2).
+        """
+        return self._moment
+
+    @property
+    def pairs(self) -> int:
+        """Directed pairs of both operators."""
+        return self.to_virtual[0].pairs.count + self.to_real[0].pairs.count
+
+    def new(self, where: str = "real") -> State:
+        """A state, zero but for the internals' initial values, at the "real" or at the "virtual" particles."""
+        n = len(self.lattice.nodes if where == "real" else self.lattice.cells)
+        return self._make(n, self._layout(where))
+
+    def _source(self, state: State) -> object:
+        """The law's rate at L = 0 at every particle of `state` (a launch where the law has one)."""
+        if not self._sourced:
+            return state.struct
+        if state.source is None:
+            state.source = State(self.space, state.n, state.layout, self.device)
+        source = state.source
+        self.clock.launch(
+            self.kernels.source[state.layout], state.n, [self.constitutive.params, state.struct], [source.struct]
+        )
+        return source.struct
+
+    def half_step(self, source: State, out: State, weight: float) -> None:
+        """Virtual `out` = interpolated real `source` + weight dt times the rate there."""
+        inputs = [self.clock.time, self.space.scalar(weight), self.constitutive.params, self.force.struct]
+        self.clock.launch(
+            self.kernels.half_step,
+            out.n,
+            [*inputs, self._virtual_rows, source.struct, self._source(source)],
+            [out.struct],
+        )
+
+    def rate(self, source: State, out: State, *, imposed: State, weight: float) -> None:
+        """Real `out` += weight dt times the rate from virtual `source`.
+
+        At the target, f_I is the interpolated `source`, or `imposed` in the components that are prescribed there.
+        """
+        inputs = [self.clock.time, self.space.scalar(weight), self.constitutive.params, self.force.struct]
+        inputs += [
+            self._real_rows,
+            self._held,
+            self._free,
+            self._axes,
+            source.struct,
+            self._source(source),
+            imposed.struct,
+        ]
+        self.clock.launch(self.kernels.rate, out.n, inputs, [out.struct])
+
+    def hold(self, state: State, c: float | tuple[float, float]) -> None:
+        """Set the prescribed values, stresses in the axes of the faces, in a state that goes on from there."""
+        if not self._rotated:
+            self.impose(state, c)
+            return
+        n = self._framed.shape[0]
+        self.clock.launch(self.kernels.turn, n, [self._framed, self._axes], [state.struct])
+        self.impose(state, c)
+        self.clock.launch(self.kernels.turn, n, [self._framed, wp.transpose(self._axes)], [state.struct])
+
+    def accept(self, state: State) -> None:
+        """Close the step: the prescribed values at t + dt, and the work of the faces and of the body forces."""
+        self.project(state)
+        self.hold(state, 1.0)
+        self.work.add(state, self.clock)
+        self.force.add(state, self.clock)
+        if self._displacement:
+            self.clock.launch(self.kernels.drift, state.n, [self.clock.time], [state.struct])
+
+    def filtered(self, name: str) -> np.ndarray:
+        """A field of the real particles without its odd-even part, which the virtual particles do not see: averaged to the
+        virtual ones and back, particles on a face as they are. (n, width), nondimensional.
+
+        A displacement is extrapolated to the faces where nothing prescribes it: a corner that a load pulls at drifts.
+        """
+        values = self.state.read(name)
+        if name == "displacement":
+            back = average(self._outwards, self.at_virtual(name))
+            for (field, component), held in self.conditions.entries.items():
+                if field == "velocity":
+                    back[list(held), component] = values[list(held), component]
+            return back
+        back = average(self.to_real[0], self.at_virtual(name))
+        return np.where(~self.lattice.on_face[:, None], back, values)
+
+    @cached_property
+    def _outwards(self) -> Weights:
+        return outward_weights(self.lattice, max(self._support, 1.2))
+
+    def at_virtual(self, name: str) -> np.ndarray:
+        """A field interpolated to the virtual particles, (cells, width), nondimensional."""
+        return average(self.to_virtual[0], self.state.read(name))
+
+    def sample(self, points: np.ndarray, name: str = "velocity") -> list[tuple[np.ndarray, np.ndarray]]:
+        """How to read the state at `points` (m, dim) [m]: particles and weights per point.
+
+        A point that is a particle on a face reads that particle; elsewhere the virtual particles' field (real averaged to
+        virtual) is interpolated, because an odd-even field at the real particles is invisible to the virtual ones.
+        """
+        nodes, cells = self.lattice.index, self.lattice.index[self.lattice.corners].mean(1)
+        points = self.lattice.frame.coordinates(points)
+        face = np.flatnonzero(self.lattice.on_face)
+        # Two virtual particles along every axis even next to a face: 1.5 spacings and a little.
+        pairs = unparted(find_pairs(points, cells, max(self._support, 1.6), "cpu"), self.lattice, points, cells)
+        between = interpolation_weights(Space(self.space.dim), pairs, points, cells, self.lattice.cell_volume)
+        offsets, indices, weights = pairs.offsets.numpy(), pairs.indices.numpy(), between.values.numpy()
+        first, second, w = (
+            a.numpy()
+            for a in (self.to_virtual[0].pairs.offsets, self.to_virtual[0].pairs.indices, self.to_virtual[0].values)
+        )
+        rows = []
+        for k, point in enumerate(points):
+            distance = np.linalg.norm(nodes[face] - point, axis=1)
+            if distance.min() < 1e-6:
+                rows.append((face[[distance.argmin()]], np.ones(1)))
+                continue
+            total: dict[int, float] = {}
+            for c, outer in zip(
+                indices[offsets[k] : offsets[k + 1]], weights[offsets[k] : offsets[k + 1]], strict=True
+            ):
+                for n, inner in zip(second[first[c] : first[c + 1]], w[first[c] : first[c + 1]], strict=True):
+                    total[int(n)] = total.get(int(n), 0.0) + float(outer) * float(inner)
+            rows.append((np.array(list(total), int), np.array(list(total.values()))))
+        return rows
+
+    @property
+    def nbytes(self) -> int:
+        """Device memory of the body [bytes]: pairs, weights and all states, the integrator's too."""
+        weights = sum(w.values.capacity for w in (*self.to_virtual, *self.to_real))
+        rows = sum(w.pairs.nbytes for w in (self.to_virtual[0], self.to_real[0]))
+        return weights + rows + self.state_bytes

@@ -1,0 +1,1 @@
+"""The form whose pairs follow the motion."""

@@ -1,0 +1,47 @@
+"""Volumes, edges and areas of cells from their corners."""
+
+from itertools import product
+
+import numpy as np
+
+
+def edge_ends(offsets: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
+    """Corners at the low and at the high end of a cell's edges along an axis, in pairs."""
+    low = np.flatnonzero(offsets[:, axis] == 0)
+    beyond = offsets[low] + np.eye(offsets.shape[1], dtype=int)[axis]
+    return low, np.array([int(np.flatnonzero((offsets == o).all(1))[0]) for o in beyond])
+
+
+def mapped_cells(cells: np.ndarray, offsets: np.ndarray) -> tuple[np.ndarray, tuple[float, float]]:
+    """Volumes [m^dim] of mapped cells (c, 2^dim, dim) and their shortest and longest edge [m]."""
+    if not np.isfinite(cells).all():
+        raise ValueError("the map gives positions that are not finite")
+    volume = cell_volumes(cells, offsets)
+    if not (volume > 0.0).all():
+        where = cells[np.flatnonzero(~(volume > 0.0))[0]].mean(0)
+        raise ValueError(f"the map turns the cell at {[float(f'{x:.6g}') for x in where]} m inside out")
+    lengths = []
+    for axis in range(cells.shape[2]):
+        low, high = edge_ends(offsets, axis)
+        lengths.append(np.linalg.norm(cells[:, high] - cells[:, low], axis=2))
+    return volume, (float(np.min(lengths)), float(np.max(lengths)))
+
+
+def mapped_areas(faces: np.ndarray) -> np.ndarray:
+    """Areas [m^(dim-1)] of faces from their corners (m, 2^(dim-1), dim), those of a quadrilateral by its diagonals."""
+    if faces.shape[2] == 1:
+        return np.ones(len(faces))
+    if faces.shape[2] == 2:
+        return np.linalg.norm(faces[:, 1] - faces[:, 0], axis=1)
+    return 0.5 * np.linalg.norm(np.cross(faces[:, 3] - faces[:, 0], faces[:, 2] - faces[:, 1]), axis=1)
+
+
+def cell_volumes(cells: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Volumes of cells from their corners (c, 2^dim, dim), multilinear between them, exactly by Gauss points, (c,)."""
+    dim = cells.shape[2]
+    total = np.zeros(len(cells))
+    for point in product((0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5), repeat=dim):
+        weight = np.where(offsets == 1, point, 1.0 - np.array(point))
+        slope = np.stack([(2.0 * offsets[:, k] - 1.0) * np.delete(weight, k, 1).prod(1) for k in range(dim)], 1)
+        total += np.linalg.det(np.einsum("cka,kb->cab", cells, slope)) / 2**dim
+    return total

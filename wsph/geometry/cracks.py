@@ -1,0 +1,115 @@
+"""Cuts: which faces they run along, and how they part nodes and pairs."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wsph.geometry.grid import FIT, Grid
+from wsph.geometry.shapes.combined import Shape
+
+TRIFLE = 1e-7 * np.array([1.0, 2.3, 3.7])
+"""Added to the centres of cells, in cells, where sides of a crack are told."""
+
+
+@dataclass(frozen=True)
+class Crack:
+    """A cut in grid coordinates, in 2D the segment from `start` to `end`, in 3D the rectangle with these corners."""
+
+    start: np.ndarray
+    end: np.ndarray
+
+    def crosses(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """Whether the lines from `first` to `second` (n, dim) pass through the crack, (n,) bool."""
+        way = self.end - self.start
+        if len(way) == 2:
+            normal = np.array([-way[1], way[0]])
+        else:
+            normal = (np.abs(way) < FIT).astype(float)
+        a, b = (first - self.start) @ normal, (second - self.start) @ normal
+        apart = a * b < 0.0
+        share = np.divide(a, a - b, out=np.zeros_like(a), where=apart)
+        at = first + share[:, None] * (second - first) - self.start
+        if len(way) == 2:
+            along = at @ way / (way @ way)
+            return apart & (along >= 0.0) & (along <= 1.0)
+        flat = normal == 0.0
+        low, high = np.minimum(way, 0.0) - FIT, np.maximum(way, 0.0) + FIT
+        return apart & (((at >= low) & (at <= high)) | ~flat).all(1)
+
+
+def parts_cells(crack: Crack, inside: np.ndarray, index: np.ndarray) -> bool:
+    """Whether a crack passes between two neighbouring cells of the body."""
+    padded = np.pad(inside, 1)
+    for axis in range(inside.ndim):
+        step = np.eye(inside.ndim, dtype=int)[axis]
+        both = index[padded[tuple((index + 1 + step).T)]]
+        centres = both + 0.5 + TRIFLE[: inside.ndim]
+        if len(both) and crack.crosses(centres, centres + step).any():
+            return True
+    return False
+
+
+def cut_faces(crack: Crack, cut: np.ndarray, shape: Shape, grid: Grid) -> None:
+    """Mark in `cut` [axis, lower cell] the faces that a crack runs along. Raises ValueError off the grid's lines."""
+    dim, ends = len(cut), np.stack([crack.start, crack.end])
+    flat = np.flatnonzero(np.abs(ends[0] - ends[1]) < FIT)
+    if len(flat) != 1:
+        across = "a side of the cells" if dim == 2 else "one plane of the cells, its corners `from` and `to`"
+        raise ValueError(f"a crack in a body with particles on its faces runs along {across}")
+    axis = int(flat[0])
+    line = np.rint(ends[0, axis])
+    if abs(ends[0, axis] - line) > FIT:
+        below, above = (grid.low[axis] + grid.step[axis] * (np.floor(ends[0, axis]) + k) for k in (0, 1))
+        at = grid.low[axis] + grid.step[axis] * ends[0, axis]
+        raise ValueError(
+            f"lies at {'xyz'[axis]} = {at:.12g} m between the cells' sides at {below:.12g} m and {above:.12g} m"
+        )
+    low, high = ends.min(0), ends.max(0)
+    for k in (k for k in range(dim) if k != axis):
+        for end in (low[k], high[k]):
+            if 0.0 < end < grid.count[k] and abs(end - np.rint(end)) > FIT:
+                below, above = (grid.low[k] + grid.step[k] * (np.floor(end) + s) for s in (0, 1))
+                at = grid.low[k] + grid.step[k] * end
+                raise ValueError(
+                    f"ends at {'xyz'[k]} = {at:.12g} m between the particles at {below:.12g} m and {above:.12g} m"
+                )
+    if not 1 <= line <= grid.count[axis] - 1:
+        return
+    span = [
+        slice(int(np.clip(np.rint(low[k]), 0, n)), int(np.clip(np.rint(high[k]), 0, n)))
+        for k, n in enumerate(grid.count)
+    ]
+    span[axis] = slice(int(line) - 1, int(line))
+    cut[(axis, *span)] = True
+
+
+def part_nodes(corners: np.ndarray, node_index: np.ndarray, inside: np.ndarray, cut: np.ndarray, index: np.ndarray,
+          offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Nodes once for each group of cells around them that no cut parts: new corners, and the old node of each new one."""
+    dim = inside.ndim
+    around, solid = np.pad(inside, 1), len(offsets)
+    slot = {tuple(o): k for k, o in enumerate(offsets)}
+    blocked = np.pad(cut, [(0, 0), *[(1, 1)] * dim])
+    # Cell of slot o around a node stands at node - 1 + o, or node + o in the padded arrays.
+    place = node_index[:, None, :] + offsets
+    present = around[tuple(np.moveaxis(place, -1, 0))]
+    label = np.where(present, np.arange(solid), solid)
+    for _ in range(solid):
+        for axis in range(dim):
+            for o in (o for o in offsets if o[axis] == 0):
+                low, high = slot[tuple(o)], slot[tuple(o + np.eye(dim, dtype=int)[axis])]
+                open_ = ~blocked[axis][tuple(place[:, low].T)] & present[:, low] & present[:, high]
+                both = np.minimum(label[:, low], label[:, high])
+                label[open_, low] = label[open_, high] = both[open_]
+    touched = np.zeros(len(node_index), bool)
+    for axis in range(dim):
+        for o in (o for o in offsets if o[axis] == 0):
+            touched |= blocked[axis][tuple(place[:, slot[tuple(o)]].T)]
+    # Elsewhere cells that meet at a corner alone stay joined.
+    label[~touched] = np.where(present[~touched], 0, solid)
+    keys = np.arange(len(node_index))[:, None] * solid + label
+    # The cell's corner o is the node around which the cell has slot 1 - o.
+    opposite = [slot[tuple(1 - o)] for o in offsets]
+    mine = np.stack([keys[corners[:, k], opposite[k]] for k in range(solid)], 1)
+    new, parted = np.unique(mine, return_inverse=True)
+    return parted.reshape(corners.shape), new // solid

@@ -1,0 +1,51 @@
+"""Faces of a body, found from its cells alone: a cell face that belongs to one cell is a face, whatever the shape."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Faces:
+    """Faces of a body, one row a cell face.
+
+    `nodes` (m, 2^(dim-1)), `cell` (m,), `axis` (m,) of the grid, `sign` of the outward normal (m,), `area` (m,)
+    [m^(dim-1)]; `name` (m,) int: 2k for the shape's -x, -y, -z and 2k + 1 for +x, +y, +z, before its rotation; `outer`
+    (m,) bool: not a side of a hole or of a crack.
+    """
+
+    nodes: np.ndarray
+    cell: np.ndarray
+    axis: np.ndarray
+    sign: np.ndarray
+    area: np.ndarray
+    name: np.ndarray
+    outer: np.ndarray
+
+    def named(self, name: str) -> np.ndarray:
+        """Rows of the outer faces whose normal is nearest to "+x", "-x", ... before the shape's rotation, (m,) bool."""
+        return self.outer & (self.name == 2 * "xyz".index(name[1]) + (name[0] == "+"))
+
+
+def find_faces(inside: np.ndarray, cut: np.ndarray, index: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Cell, axis, sign of every cell face with no neighbour behind it, and whether it is not the side of a cut."""
+    rows: list[tuple[np.ndarray, ...]] = []
+    padded = np.pad(inside, 1)
+    for axis in range(inside.ndim):
+        for sign in (-1, 1):
+            beside = index + 1
+            beside[:, axis] += sign
+            whole = ~padded[tuple(beside.T)]
+            lower = index.copy()
+            lower[:, axis] -= sign < 0
+            parted = cut[axis][tuple(lower.T)] & (lower[:, axis] >= 0)
+            cell = np.flatnonzero(whole | parted)
+            rows.append((cell, np.full(len(cell), axis), np.full(len(cell), sign), whole[cell]))
+    cell, axis, sign, whole = (np.concatenate(parts) for parts in zip(*rows, strict=True))
+    return cell, axis, sign, whole
+
+
+def face_nodes(corners: np.ndarray, offsets: np.ndarray, axis: np.ndarray, sign: np.ndarray) -> np.ndarray:
+    """Nodes of faces: those of the cell's corners (m, 2^dim) on the face's side, (m, 2^(dim-1))."""
+    on = offsets.T[axis] == ((sign + 1) // 2)[:, None]
+    return corners[on].reshape(len(corners), -1)

@@ -1,0 +1,95 @@
+"""The grid that cuts a shape into cells, planned from the scene alone: where its lines are and whether the shape meets them.
+
+A grid stands in its own frame: its lines are at `origin + k * step` along `axes`, the shape's own axes turned by
+`lattice_rotate`. Points in units of cells along those axes are called grid coordinates.
+"""
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from wsph.geometry.shapes.combined import Shape
+from wsph.geometry.shapes.shape import Rotation, rotation_matrix
+
+FIT = 1e-6
+"""An edge lies on a line of the grid if it is this near, in cells."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Lines of a grid: `middle` (dim,) [m] about which it turns, `low`, `high` (dim,) [m] its ends before it does, `step`
+    (dim,) [m], `count` (dim,) cells, `axes` (dim, dim) whose columns are its directions."""
+
+    middle: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    step: np.ndarray
+    count: np.ndarray
+    axes: np.ndarray
+
+    @property
+    def upright(self) -> bool:
+        """Whether its directions are the coordinate axes."""
+        return bool((self.axes == np.eye(len(self.step))).all())
+
+    def points(self, index: np.ndarray) -> np.ndarray:
+        """Positions [m] of grid coordinates (n, dim)."""
+        # The last line is the shape's edge to the last bit: an edge divided by its count, not the spacing added up.
+        local = np.where(index == self.count, self.high, self.low + index * self.step)
+        return local if self.upright else self.middle + (local - self.middle) @ self.axes.T
+
+    def coordinates(self, points: np.ndarray) -> np.ndarray:
+        """Grid coordinates of positions (n, dim) [m]."""
+        local = points if self.upright else self.middle + (points - self.middle) @ self.axes
+        return (local - self.low) / self.step
+
+
+def plan(shape: Shape, spacing: float | tuple[float, ...], lattice_rotate: Rotation = 0.0) -> Grid:
+    """The grid of a shape. `spacing` [m], one number or one for each axis.
+
+    Where the shape has edges along an axis, lines fall on them; elsewhere the grid is centred. Raises ValueError where
+    edges do not fit to 1e-6 (with the nearest spacings that do) or a rotation is not for the dimension.
+    """
+    dim, middle = shape.dim, shape.middle
+    steps = np.broadcast_to(np.asarray(spacing, float), (dim,)) if np.size(spacing) in (1, dim) else None
+    if steps is None:
+        raise ValueError(
+            f"{np.ravel(spacing).tolist()} has {np.size(spacing)} numbers in {dim}D; give one, or one for each axis"
+        )
+    turn = rotation_matrix(lattice_rotate, dim)
+    low, high = shape.bounds()
+    edges = shape.edges()
+    if lattice_rotate != 0.0:
+        ends = np.array(list(product(*zip(low, high, strict=True))))
+        turned = middle + (ends - middle) @ turn
+        low, high, edges = turned.min(0), turned.max(0), [np.zeros(0)] * dim
+    with np.errstate(over="ignore"):
+        small = not ((high - low) / steps < 1e15).all()
+    if small:
+        raise ValueError(f"{steps.min():g} m is too small for a body of {(high - low).max():g} m")
+    lines = [_lines(k, low[k], high[k], float(steps[k]), edges[k]) for k in range(dim)]
+    first, last, count = (np.array(column) for column in zip(*lines, strict=True))
+    return Grid(middle, first, last, (last - first) / count, count.astype(int), shape.axes @ turn)
+
+
+def _lines(axis: int, low: float, high: float, spacing: float, edges: np.ndarray) -> tuple[float, float, int]:
+    """First and last line along an axis [m], and the number of cells between them."""
+    if not len(edges):
+        count = max(int(np.ceil((high - low) / spacing - FIT)), 1)
+        half = 0.5 * count * spacing
+        return 0.5 * (low + high) - half, 0.5 * (low + high) + half, count
+    anchor = edges[0]
+    for edge in edges[1:]:
+        ratio = (edge - anchor) / spacing
+        if abs(ratio - np.rint(ratio)) > FIT * max(ratio, 1.0) or ratio < 0.5:
+            fitting = sorted({(edge - anchor) / max(np.floor(ratio), 1), (edge - anchor) / max(np.ceil(ratio), 1)})
+            whose = "the box's" if len(edges) == 2 else f"what lies between {anchor:g} m and {edge:g} m of the shape's"
+            raise ValueError(
+                f"{spacing:g} m does not divide {whose} {'xyz'[axis]} edge of {edge - anchor:g} m; the nearest that do: {' m, '.join(f'{f:.12g}' for f in fitting)} m"
+            )
+    if edges[0] == low and edges[-1] == high:
+        return low, high, int(np.rint((high - low) / spacing))
+    before = int(np.ceil((anchor - low) / spacing - FIT))
+    after = int(np.ceil((high - anchor) / spacing - FIT))
+    return anchor - before * spacing, anchor + after * spacing, before + after

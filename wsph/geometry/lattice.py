@@ -1,0 +1,184 @@
+"""Where particles sit: nodes and cells of a grid inside a shape, and the faces of the body.
+
+Two-set methods put real particles at the nodes (faces, edges and corners included) and virtual ones at the cell centres;
+one-set methods put theirs at the cell centres. Faces are found from the cells alone: a cell face that belongs to one cell
+is a face of the body, whatever the shape. A crack cuts the faces that it runs along, and its nodes are there once for each
+side. Everything here is numpy, in metres; grid coordinates are in cells along the grid's own axes.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from wsph.geometry.cells import cell_volumes, edge_ends, mapped_areas, mapped_cells
+from wsph.geometry.cracks import TRIFLE, Crack, cut_faces, part_nodes, parts_cells
+from wsph.geometry.faces import Faces, face_nodes, find_faces
+from wsph.geometry.grid import Grid, plan
+from wsph.geometry.shapes.combined import Shape
+from wsph.geometry.shapes.shape import Rotation
+
+
+@dataclass(frozen=True)
+class Lattice:
+    """A body cut into cells: `nodes` (n, dim), `cells` (c, dim) [m], `corners` (c, 2^dim) node ids, volumes [m^dim].
+
+    `index` (n, dim) the nodes in grid coordinates, jitter included; `cracks` in grid coordinates; `frame` the grid before
+    any map; `edges` the shortest and the longest edge of a cell [m].
+    """
+
+    frame: Grid
+    index: np.ndarray
+    nodes: np.ndarray
+    cells: np.ndarray
+    corners: np.ndarray
+    node_volume: np.ndarray
+    cell_volume: np.ndarray
+    faces: Faces
+    cracks: tuple[Crack, ...]
+    edges: tuple[float, float]
+
+    @property
+    def spacing(self) -> float:
+        """The shortest edge of a cell [m]."""
+        return self.edges[0]
+
+    @property
+    def mapped(self) -> bool:
+        """Whether cells differ in size: a map has moved the nodes."""
+        return self.edges[0] != float(self.frame.step.min())
+
+    def comparable(self, points: np.ndarray, sources: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Points (n, dim) [m] and nodes or cells (m, dim) [m] in units of cells, to find who is near whom."""
+        if self.mapped:
+            return points / self.edges[1], sources / self.edges[1]
+        return self.frame.coordinates(points), self.frame.coordinates(sources)
+
+    @property
+    def centred(self) -> tuple[np.ndarray, np.ndarray]:
+        """Nodes (n, dim) and cells (c, dim) in cells about the middle of the body.
+
+        From the grid's integers, not from the positions: differences of positions lose a digit for every decade of
+        cells, and a scheme that is exact at Courant number 1 shows it.
+        """
+        nodes = self.index - np.floor(self.index.mean(0))
+        return nodes, nodes[self.corners].mean(1)
+
+    @property
+    def neighbours(self) -> np.ndarray:
+        """Per node and axis of the grid the nodes before and behind it in its own cells, itself where there is none,
+        (n, dim, 2)."""
+        dim = self.index.shape[1]
+        offsets = np.array(list(product((0, 1), repeat=dim)))
+        result = np.repeat(np.arange(len(self.nodes))[:, None], 2 * dim, 1).reshape(-1, dim, 2)
+        for axis in range(dim):
+            for a, b in zip(*edge_ends(offsets, axis), strict=True):
+                result[self.corners[:, a], axis, 1] = self.corners[:, b]
+                result[self.corners[:, b], axis, 0] = self.corners[:, a]
+        return result
+
+    @property
+    def on_face(self) -> np.ndarray:
+        """Nodes on any face, (n,) bool."""
+        mask = np.zeros(len(self.nodes), bool)
+        mask[self.faces.nodes.ravel()] = True
+        return mask
+
+    @property
+    def sided(self) -> tuple[np.ndarray, np.ndarray]:
+        """Nodes and cells in grid coordinates, nodes moved a trifle into their own cells, and cells off any line through
+        their centres: each on its side of a crack."""
+        cells = self.index[self.corners].mean(1)
+        own = np.repeat(np.arange(len(cells)), self.corners.shape[1])
+        share = np.bincount(self.corners.ravel(), minlength=len(self.nodes))
+        mean = [
+            np.bincount(self.corners.ravel(), cells[own, k], len(self.nodes)) / share for k in range(cells.shape[1])
+        ]
+        # A crack's tip is in the middle of its own cells, and stays on the crack's line: it sees both sides.
+        return self.index + 1e-3 * (np.stack(mean, 1) - self.index), cells + TRIFLE[: self.index.shape[1]]
+
+    def apart(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """Which pairs of points, (n, dim) in grid coordinates, a crack parts, (n,) bool."""
+        parted = np.zeros(len(first), bool)
+        for crack in self.cracks:
+            parted |= crack.crosses(first, second)
+        return parted
+
+
+def lattice(
+    shape: Shape,
+    spacing: float | tuple[float, ...],
+    jitter: float = 0.0,
+    seed: int = 0,
+    *,
+    lattice_rotate: Rotation = 0.0,
+    cracks: tuple[tuple[tuple[float, ...], tuple[float, ...]], ...] = (),
+    split: bool = True,
+    map: Callable[[np.ndarray], np.ndarray] | None = None,
+) -> Lattice:
+    """Cut `shape` into cells of edge `spacing` [m], one number or one for each axis.
+
+    `jitter` moves every node by up to that fraction of the spacing along each axis, those on a face within their face;
+    cells follow as the centroids of their corners. `cracks` are (from, to) [m]; with `split` they have to run along lines
+    of the grid, and part the nodes on them. `map` takes positions (n, dim) [m] to where the nodes are to be. Raises
+    ValueError where spacing or cracks do not fit, or the map turns a cell inside out.
+    """
+    dim, grid = shape.dim, plan(shape, spacing, lattice_rotate)
+    count = grid.count
+    index = np.stack(np.meshgrid(*[np.arange(n) for n in count], indexing="ij"), -1).reshape(-1, dim)
+    index = index[shape.contains(grid.points(index + 0.5))]
+    if not len(index):
+        raise ValueError(f"{grid.step.min():g} m leaves no cell inside the shape")
+    inside = np.zeros(tuple(count), bool)
+    inside[tuple(index.T)] = True
+
+    offsets = np.array(list(product((0, 1), repeat=dim)))
+    strides = np.array([int(np.prod(count[k + 1 :] + 1)) for k in range(dim)])
+    flat = ((index[:, None, :] + offsets) * strides).sum(-1)
+    used, corners = np.unique(flat, return_inverse=True)
+    corners = corners.reshape(flat.shape)
+    node_index = (used[:, None] // strides) % (count + 1)
+    cuts = tuple(Crack(*grid.coordinates(np.array(ends, float))) for ends in cracks)
+    cut = np.zeros((dim, *count), bool)
+    for crack in cuts:
+        if split:
+            cut_faces(crack, cut, shape, grid)
+        if not parts_cells(crack, inside, index):
+            ends = ", ".join(
+                str([round(float(x), 12) for x in end]) for end in grid.points(np.stack([crack.start, crack.end]))
+            )
+            raise ValueError(f"from and to {ends} part no cells of the body")
+    cell, axis, sign, whole = find_faces(inside, cut, index)
+    sides = (corners[cell], offsets, axis, sign)
+    shift = np.zeros((len(used), dim))
+    if jitter:
+        shift = np.random.default_rng(seed).uniform(-jitter, jitter, shift.shape)
+        for k in range(dim):
+            shift[np.unique(face_nodes(*sides)[axis == k]), k] = 0.0
+    if cut.any():
+        corners, owner = part_nodes(corners, node_index, inside, cut, index, offsets)
+        node_index, shift = node_index[owner], shift[owner]
+    turn = shape.axes.T @ grid.axes
+    normal = sign[:, None] * turn[:, axis].T
+    nearest = np.abs(np.round(normal, 9)).argmax(1)
+    name = 2 * nearest + (normal[np.arange(len(axis)), nearest] > 0.0)
+    beside = grid.points(index[cell] + 0.5 + sign[:, None] * np.eye(dim)[axis])
+    area = np.prod(grid.step) / grid.step[axis]
+    faces = Faces(
+        face_nodes(corners[cell], offsets, axis, sign), cell, axis, sign, area, name, whole & ~shape.covers(beside)
+    )
+    nodes = grid.points(node_index)
+    cell_volume = np.full(len(index), float(np.prod(grid.step)))
+    if jitter:
+        nodes = nodes + (shift * grid.step) @ grid.axes.T
+        cell_volume = cell_volume * cell_volumes((node_index + shift)[corners], offsets)
+    edges = (float(grid.step.min()), float(grid.step.max()))
+    if map is not None:
+        nodes = map(nodes)
+        cell_volume, edges = mapped_cells(nodes[corners], offsets)
+        faces = replace(faces, area=mapped_areas(nodes[faces.nodes]))
+    node_volume = np.bincount(corners.ravel(), np.repeat(cell_volume, 2**dim) / 2**dim, len(nodes))
+    return Lattice(
+        grid, node_index + shift, nodes, nodes[corners].mean(1), corners, node_volume, cell_volume, faces, cuts, edges
+    )

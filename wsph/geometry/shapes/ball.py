@@ -1,0 +1,32 @@
+"""A disc or a sphere."""
+
+from typing import Literal
+
+import numpy as np
+from pydantic import model_validator
+
+from wsph.geometry.shapes.shape import BaseShape, check_coordinates
+from wsph.quantities import Point, Positive
+
+
+class Ball(BaseShape):
+    """A disc (2D) or a sphere (3D) about `center`."""
+
+    type: Literal["disc", "sphere"]
+    center: Point
+    radius: Positive
+
+    @model_validator(mode="after")
+    def _of_its_dimension(self) -> "Ball":
+        check_coordinates(self, (self.center,), self.dim)
+        return self
+
+    @property
+    def dim(self) -> int:
+        return 2 if self.type == "disc" else 3
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        return np.array(self.center) - self.radius, np.array(self.center) + self.radius
+
+    def holds(self, points: np.ndarray) -> np.ndarray:
+        return np.linalg.norm(points - np.array(self.center), axis=1) <= self.radius

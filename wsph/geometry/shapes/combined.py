@@ -1,0 +1,53 @@
+"""Differences and unions of shapes; the table of all shapes by their `type`."""
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
+
+from wsph.geometry.shapes.ball import Ball
+from wsph.geometry.shapes.box import Box
+from wsph.geometry.shapes.cylinder import Cylinder
+from wsph.geometry.shapes.polygon import Polygon
+from wsph.geometry.shapes.ring import Ring
+from wsph.geometry.shapes.shape import BaseShape, Edges
+from wsph.quantities import as_tuple
+
+
+class Combined(BaseShape):
+    """`difference`: the first of `shapes` without the others; `union`: all of them together."""
+
+    type: Literal["difference", "union"]
+    shapes: Annotated[tuple["Shape", ...], BeforeValidator(as_tuple), Field(min_length=2)]
+
+    @model_validator(mode="after")
+    def _of_one_dimension(self) -> "Combined":
+        if len({shape.dim for shape in self.shapes}) > 1:
+            raise ValueError(f"its shapes have {', '.join(str(s.dim) for s in self.shapes)} coordinates: not the same")
+        return self
+
+    @property
+    def dim(self) -> int:
+        return self.shapes[0].dim
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        corners = np.concatenate([s.corners() for s in (self.shapes if self.type == "union" else self.shapes[:1])])
+        return corners.min(0), corners.max(0)
+
+    def edges(self) -> Edges:
+        upright = [shape.edges() for shape in self.shapes if shape.rotate == 0.0]
+        return [np.unique(np.concatenate([np.zeros(0), *(e[k] for e in upright)])) for k in range(self.dim)]
+
+    def holds(self, points: np.ndarray) -> np.ndarray:
+        first, *rest = (shape.contains(points) for shape in self.shapes)
+        others = np.any(rest, axis=0)
+        return first | others if self.type == "union" else first & ~others
+
+    def covers(self, points: np.ndarray) -> np.ndarray:
+        back = self._back(points)
+        return self.shapes[0].covers(back) if self.type == "difference" else self.holds(back)
+
+
+Shape = Annotated[Box | Ball | Ring | Cylinder | Polygon | Combined, Field(discriminator="type")]
+"""Every shape that a body can have."""
+Combined.model_rebuild()

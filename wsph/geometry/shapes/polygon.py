@@ -1,0 +1,51 @@
+"""A polygon."""
+
+from itertools import pairwise
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
+
+from wsph.geometry.shapes.shape import BaseShape, Edges, check_coordinates
+from wsph.quantities import Point, as_tuple
+
+
+class Polygon(BaseShape):
+    """The inside of a closed line through `points` in order, the last joined to the first (2D)."""
+
+    type: Literal["polygon"]
+    points: Annotated[tuple[Point, ...], BeforeValidator(as_tuple), Field(min_length=3)]
+
+    @model_validator(mode="after")
+    def _of_its_dimension(self) -> "Polygon":
+        check_coordinates(self, self.points, 2)
+        return self
+
+    @property
+    def dim(self) -> int:
+        return 2
+
+    def _sides(self) -> list[tuple[Point, Point]]:
+        return list(pairwise((*self.points, self.points[0])))
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        return np.min(self.points, axis=0), np.max(self.points, axis=0)
+
+    def edges(self) -> Edges:
+        return [np.unique([a[k] for a, b in self._sides() if a[k] == b[k]]) for k in range(2)]
+
+    def holds(self, points: np.ndarray) -> np.ndarray:
+        x, y = points.T
+        inside, on = np.zeros(len(points), bool), np.zeros(len(points), bool)
+        low, high = self.bounds()
+        slack = 1e-12 * float((high - low).max())
+        for (ax, ay), (bx, by) in self._sides():
+            # A ray to +x crosses the sides that reach above and below it.
+            spans = (ay > y) != (by > y)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                inside ^= spans & (x < ax + (y - ay) * (bx - ax) / (by - ay))
+            length = np.hypot(bx - ax, by - ay)
+            along = ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length
+            off = np.abs((x - ax) * (by - ay) - (y - ay) * (bx - ax)) / length
+            on |= (off <= slack) & (along >= -slack) & (along <= length + slack)
+        return inside | on

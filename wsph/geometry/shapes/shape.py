@@ -1,0 +1,119 @@
+"""What every shape has: its bounds, what is inside, and its rotation. Coordinates are metres, arrays (n, dim).
+
+A shape names the planes that a lattice has to meet (`edges`): those of its boxes and of its axis-parallel sides. Curved
+and slanted sides are met in steps of a cell. `rotate` turns a shape, and the lattice in it, about the middle of its bounds.
+"""
+
+from itertools import product
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BaseModel, BeforeValidator, ConfigDict
+
+from wsph.quantities import Point
+from wsph.units import quantity
+
+Edges = list[np.ndarray]
+"""Per axis, the coordinates of planes that the lattice has to meet [m]."""
+
+
+def read_rotation(value: Any) -> Any:
+    """Degrees in 2D; [axis, degrees] in 3D, the axis "x", "y", "z" or a vector."""
+    if isinstance(value, (list, tuple)):
+        if len(value) != 2:
+            raise ValueError(f"{value!r}: write [axis, degrees], as in [[0, 0, 1], 30]")
+        axis, degrees = value
+        if isinstance(axis, str) and axis in ("x", "y", "z"):
+            axis = [float(axis == a) for a in "xyz"]
+        numbers = [quantity(x, "") for x in axis] if isinstance(axis, (list, tuple)) else []
+        if len(numbers) != 3 or not any(numbers):
+            raise ValueError(f"{axis!r} is no axis: write a vector of three numbers that is not zero, or x, y or z")
+        return (tuple(numbers), quantity(degrees, ""))
+    return quantity(value, "")
+
+
+Rotation = Annotated[float | tuple[tuple[float, ...], float], BeforeValidator(read_rotation)]
+
+
+def rotation_matrix(rotation: Rotation, dim: int) -> np.ndarray:
+    """The rotation as a (dim, dim) matrix. Raises ValueError where its form is not that of the dimension."""
+    if rotation == 0.0:
+        return np.eye(dim)
+    if isinstance(rotation, tuple) != (dim == 3) or dim == 1:
+        wanted = {1: "has no place in 1D", 2: "is a number of degrees in 2D", 3: "is [axis, degrees] in 3D"}[dim]
+        raise ValueError(f"a rotation {wanted}")
+    if isinstance(rotation, tuple):
+        n = np.array(rotation[0]) / np.linalg.norm(rotation[0])
+        cosine, sine = _cosine_sine(rotation[1])
+        cross = np.array([[0.0, -n[2], n[1]], [n[2], 0.0, -n[0]], [-n[1], n[0], 0.0]])
+        return cosine * np.eye(3) + sine * cross + (1.0 - cosine) * np.outer(n, n)
+    cosine, sine = _cosine_sine(rotation)
+    return np.array([[cosine, -sine], [sine, cosine]])
+
+
+def _cosine_sine(degrees: float) -> tuple[float, float]:
+    """Exact at quarter turns."""
+    quarter, rest = divmod(degrees, 90.0)
+    c, s = np.cos(np.radians(rest)), np.sin(np.radians(rest))
+    return ((c, s), (-s, c), (-c, -s), (s, -c))[int(quarter) % 4]
+
+
+class BaseShape(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+
+    rotate: Rotation = 0.0
+
+    @property
+    def dim(self) -> int:
+        """Number of coordinates."""
+        raise NotImplementedError
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper corner before rotation [m]."""
+        raise NotImplementedError
+
+    def edges(self) -> Edges:
+        """Per axis, the coordinates of planes that the lattice has to meet, before rotation [m]."""
+        return [np.zeros(0)] * self.dim
+
+    def holds(self, points: np.ndarray) -> np.ndarray:
+        """Which of `points` (n, dim) lie inside or on the surface of the shape before rotation, (n,) bool."""
+        raise NotImplementedError
+
+    @property
+    def axes(self) -> np.ndarray:
+        """The rotation, (dim, dim): columns are the shape's own axes. Raises ValueError where its form is wrong."""
+        return rotation_matrix(self.rotate, self.dim)
+
+    @property
+    def middle(self) -> np.ndarray:
+        """The middle of the bounds, about which the shape turns [m]."""
+        low, high = self.bounds()
+        return 0.5 * (low + high)
+
+    def contains(self, points: np.ndarray) -> np.ndarray:
+        """Which of `points` (n, dim) lie inside or on the surface, (n,) bool."""
+        return self.holds(self._back(points))
+
+    def covers(self, points: np.ndarray) -> np.ndarray:
+        """The same with the holes of a difference filled, (n,) bool."""
+        return self.holds(self._back(points))
+
+    def _back(self, points: np.ndarray) -> np.ndarray:
+        """Where `points` were before the rotation."""
+        if self.rotate == 0.0:
+            return points
+        # Drawn to the middle by more than a rounding, so that a point on the surface does not fall out by its rotation.
+        return self.middle + (1.0 - 1e-12) * (points - self.middle) @ self.axes
+
+    def corners(self) -> np.ndarray:
+        """Corners of the bounds after rotation, (2^dim, dim) [m]."""
+        low, high = self.bounds()
+        ends = np.array(list(product(*zip(low, high, strict=True))))
+        return self.middle + (ends - self.middle) @ self.axes.T
+
+
+def check_coordinates(shape: Any, points: tuple[Point, ...], dim: int) -> None:
+    for point in points:
+        if len(point) != dim:
+            raise ValueError(f"a {shape.type} is of {dim} dimensions; {list(point)} has {len(point)} coordinates")

@@ -1,0 +1,1 @@
+"""What a run leaves: fields by name, files, formats, pictures."""

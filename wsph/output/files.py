@@ -1,0 +1,77 @@
+"""Files that are written whole or not at all, and folders that a run may use."""
+
+import json
+import os
+import re
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from wsph.errors import OutputError
+
+
+def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
+    """Let `write` fill a temporary file beside `path`, then rename it. Raises OutputError, leaving no debris."""
+    temporary = path.with_name(f".{path.stem}.partial{path.suffix}")
+    try:
+        write(temporary)
+        os.replace(temporary, path)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def write_text(path: Path, content: str) -> None:
+    """Write a text file whole or not at all. Raises OutputError."""
+    write_atomically(path, lambda temporary: _put(temporary, content))
+
+
+def _put(path: Path, content: str) -> None:
+    path.write_text(content, encoding="utf-8", newline="\n")
+
+
+def check_writable(folder: Path, overwrite: bool, resume: bool = False) -> None:
+    """Whether a run may use `folder`, before anything is computed; leaves nothing behind. Raises OutputError."""
+    if "\0" in str(folder):
+        raise OutputError("the output folder's name has a NUL character")
+    try:
+        _check(folder, overwrite or resume)
+        ancestor = folder
+        while not ancestor.exists():
+            ancestor = ancestor.parent
+        os.rmdir(tempfile.mkdtemp(prefix=".wsph-", dir=ancestor))
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error
+
+
+def _check(folder: Path, overwrite: bool) -> None:
+    if folder.is_symlink():
+        raise OutputError(f"{folder}: is a symbolic link; name the folder itself")
+    if not folder.exists():
+        return
+    if not folder.is_dir():
+        raise OutputError(f"{folder}: is a file, not a folder")
+    if not any(folder.iterdir()):
+        return
+    if not overwrite:
+        raise OutputError(f"{folder}: holds files already; choose another folder with -o, or give --overwrite")
+    if not _is_a_run(folder):
+        raise OutputError(f"{folder}: holds no run of wsph, so --overwrite does not touch it")
+
+
+def _is_a_run(folder: Path) -> bool:
+    """A folder that a run made: its summary, or the index of its frames if it was cut off before."""
+    try:
+        return "particle_steps_per_second" in json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return (folder / "history.csv").is_file() and (folder / "frames").is_dir() and (folder / "probes").is_dir()
+
+
+def own_files(folder: Path) -> list[Path]:
+    """What an earlier run wrote in a folder, and nothing else."""
+    frames = [
+        p for p in (folder / "frames").glob("*") if re.fullmatch(r"\.?frame_\d{6}(\.partial)?\.(vtu|h5|npz)", p.name)
+    ]
+    own = [folder / name for name in ("summary.json", "history.csv", "frames.pvd", "frames.xdmf")]
+    own += list((folder / "checkpoints").glob("*checkpoint_*.npz"))
+    return [*frames, *(folder / "probes").glob("*.csv"), *own]

@@ -1,0 +1,25 @@
+"""Errors of a plugin's code in words that name the plugin and the signature that was expected of it."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from wsph.errors import PluginError, WsphError
+
+RATE_SIGNATURE = "rate(self, space, Params) -> @wp.func (p: Params, stress: space.tensor, L: space.tensor[, q]) -> stress rate[, q rate]"
+
+
+@contextmanager
+def blame(who: str, signature: str = RATE_SIGNATURE) -> Iterator[None]:
+    """Turn what Warp says of a plugin's code into an error that names the plugin and what was expected of it."""
+    try:
+        yield
+    except PluginError as error:
+        if who in str(error):
+            raise
+        raise PluginError(f"{who}: {error}") from error
+    except (WsphError, MemoryError, OSError):
+        raise
+    except Exception as error:  # whatever a third party's code raises
+        lines = [line for line in str(error).strip().splitlines() if line.strip()]
+        said = f"{type(error).__name__}: {lines[-1]}" if lines else type(error).__name__
+        raise PluginError(f"{who}: its code fails ({said}); expected {signature}") from error

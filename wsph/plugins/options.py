@@ -1,0 +1,70 @@
+"""Plugins from a scene's keys: a dataclass's fields declare the unit and the range of every key."""
+
+import dataclasses
+import difflib
+import math
+from typing import Any
+
+from wsph.errors import Fault, PluginError
+from wsph.plugins import registry
+from wsph.units import quantity
+
+
+def build(group: str, name: str, options: dict[str, Any], key: str, name_key: str) -> tuple[Any, list[Fault]]:
+    """Make a plugin's dataclass from a scene's keys: (instance or None, faults).
+
+    Every field may declare `metadata={"unit": ..., "min": ..., "max": ..., "above": ..., "below": ...}`; min and max are
+    allowed values, above and below are not.
+    """
+    try:
+        plugin = registry.load(group, name)
+    except PluginError as error:
+        return None, [Fault(0, f"{key}.{name_key}", str(error))]
+    if not dataclasses.is_dataclass(plugin):
+        return None, [Fault(0, f"{key}.{name_key}", f"{name!r} from {registry.origin(group, name)} is not a dataclass")]
+    fields = {f.name: f for f in dataclasses.fields(plugin)}
+    faults, values = [], {}
+    for option, value in options.items():
+        if option not in fields:
+            close = difflib.get_close_matches(option, fields, 1)
+            hint = f"did you mean {close[0]!r}?" if close else f"{name} knows {', '.join(fields)}"
+            faults.append(Fault(0, f"{key}.{option}", f"unknown key; {hint}"))
+            continue
+        try:
+            values[option] = _checked(value, fields[option])
+        except ValueError as error:
+            faults.append(Fault(0, f"{key}.{option}", str(error)))
+    for option, field in fields.items():
+        required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
+        if required and option not in options:
+            faults.append(
+                Fault(0, f"{key}.{option}", f"is missing: {name} needs it [{field.metadata.get('unit') or '-'}]")
+            )
+    if faults:
+        return None, faults
+    try:
+        return plugin(**values), []
+    except Exception as error:  # whatever a third party's own checks raise is a fault of the scene's values
+        return None, [Fault(0, key, f"{name} refuses its fields: {error}")]
+
+
+def _checked(value: object, field: dataclasses.Field[Any]) -> object:
+    rules = field.metadata
+    if field.type in (str, "str", bool, "bool"):
+        kind = str if field.type in (str, "str") else bool
+        if not isinstance(value, kind):
+            raise ValueError(f"{value!r} must be {'a string' if kind is str else 'true or false'}")
+        return value
+    unit = rules.get("unit", "")
+    number = quantity(value, unit)
+    tests = {
+        "above": number > rules.get("above", -math.inf),
+        "at least": number >= rules.get("min", -math.inf),
+        "below": number < rules.get("below", math.inf),
+        "at most": number <= rules.get("max", math.inf),
+    }
+    for words, holds in tests.items():
+        if not holds:
+            bound = rules[{"at least": "min", "at most": "max"}.get(words, words)]
+            raise ValueError(f"{value!r} must be {words} {bound:g} {unit}".rstrip())
+    return number

@@ -1,0 +1,1 @@
+"""What the author of a scene says: tables, checks, messages."""

@@ -1,0 +1,37 @@
+"""Scene files."""
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from wsph.errors import Fault, SceneError
+from wsph.scene.lines import line_of, lines
+from wsph.scene.scene import Scene, apply_override
+
+
+def load(path: str | Path, overrides: dict[str, Any] | None = None) -> Scene:
+    """Read and validate a scene file. Raises SceneError with every fault, its line and key."""
+    source = str(path)
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise SceneError(source, [Fault(0, "", "no such file")]) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise SceneError(source, [Fault(0, "", f"cannot be read: {error}")]) from None
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        message, found = str(error), re.search(r" \(at line (\d+), column (\d+)\)", str(error))
+        line = int(found[1]) if found else 0
+        raise SceneError(source, [Fault(line, "", f"is not TOML: {message.split(' (at ')[0]}")]) from None
+    where = lines(text)
+    try:
+        for key, value in (overrides or {}).items():
+            apply_override(data, key, value)
+        scene = Scene(**data)
+    except SceneError as error:
+        found = [Fault(line_of(where, f.key), f.key, f.message) for f in error.faults]
+        raise SceneError(source, found) from None
+    scene._source, scene._lines = source, where
+    return scene

@@ -1,0 +1,81 @@
+"""What pydantic finds wrong with a table, in the words of its author."""
+
+import difflib
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from pydantic import BaseModel
+
+from wsph.errors import Fault
+
+_TYPES = {"tuple_type": "a list", "dict_type": "a table", "model_type": "a table", "string_type": "a string",
+          "int_type": "a whole number", "bool_type": "true or false"}  # fmt: skip
+_LISTS_OF_TABLES = ("bodies", "boundary", "contact", "probes")
+
+
+def nearest(name: str, names: Iterable[str], otherwise: str = "") -> str:
+    """ "did you mean 'x'?" where a name is near, or else `otherwise`."""
+    close = difflib.get_close_matches(name, list(names), 1)
+    return f"did you mean {close[0]!r}?" if close else otherwise
+
+
+def of_validation(error: Any, root: type[BaseModel]) -> Fault:
+    """A pydantic error in the words of a scene's author."""
+    keys = [str(k) for k in scene_path(error["loc"])]
+    key, kind, given = ".".join(keys), error["type"], error.get("input")
+    if kind == "union_tag_not_found":
+        return Fault(0, f"{key}.type", "is missing")
+    if kind == "union_tag_invalid":
+        names = error["ctx"]["expected_tags"]
+        hint = nearest(error["ctx"]["tag"], [name.strip("' ") for name in names.split(",")])
+        return Fault(0, f"{key}.type", f"{error['ctx']['tag']!r} is none of {names}" + (f"; {hint}" if hint else ""))
+    if kind == "extra_forbidden":
+        names = _known_keys(error["loc"][:-1], root)
+        return Fault(0, key, "unknown key; " + nearest(keys[-1], names, f"known: {', '.join(names)}"))
+    if kind == "missing":
+        return Fault(0, key, "is missing")
+    if kind == "value_error":
+        return Fault(0, key, str(error["ctx"]["error"]))
+    if kind == "literal_error":
+        allowed = error["ctx"]["expected"]
+        hint = nearest(str(given), [v.strip("'") for v in allowed.replace(" or ", ", ").split(", ")])
+        return Fault(0, key, f"{given!r} is none of {allowed}" + (f"; {hint}" if hint else ""))
+    if kind == "tuple_type" and key in _LISTS_OF_TABLES:
+        return Fault(0, key, f"must be a list of tables: write [[{key}]]")
+    if kind in _TYPES or kind.startswith("model_"):
+        return Fault(0, key, f"{given!r} must be {_TYPES.get(kind, 'a table')}")
+    message = error["msg"].replace("Input should be", "must be").replace("Tuple", "List")
+    return Fault(0, key, f"{given!r}: {message}" if not isinstance(given, dict) else message)
+
+
+def scene_path(path: tuple[str | int, ...]) -> list[str | int]:
+    """The keys of the scene in a path of pydantic's, which also names members of unions and validators."""
+    names, kept = [str(k) for k in path], []
+    for k, name in enumerate(names):
+        # What follows `shape`, or a number in `shapes`, is the type that the shape names itself.
+        tag = k > 0 and (names[k - 1] == "shape" or (k > 1 and names[k - 2] == "shapes"))
+        if name == "[key]":
+            continue
+        if not tag and name not in ("float", "int", "str", "Function") and "function-" not in name:
+            kept.append(path[k])
+    return kept
+
+
+def _known_keys(path: tuple[str | int, ...], root: type[BaseModel]) -> list[str]:
+    """The keys that the table at pydantic's `path` can have."""
+    models: list[Any] = [root]
+    for key in (str(k) for k in path):
+        fields = {field.alias or name: field for name, field in models[0].model_fields.items()}
+        tagged = [m for m in models if "type" in m.model_fields and key in _walk(m.model_fields["type"].annotation)]
+        if tagged:
+            models = tagged
+        elif key in fields:
+            found = [m for m in _walk(fields[key].annotation) if isinstance(m, type) and issubclass(m, BaseModel)]
+            models = found or models
+    return [field.alias or name for name, field in models[0].model_fields.items()]
+
+
+def _walk(annotation: Any) -> Iterator[Any]:
+    yield annotation
+    for argument in getattr(annotation, "__args__", ()):
+        yield from _walk(argument)

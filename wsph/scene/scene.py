@@ -1,0 +1,104 @@
+"""Scenes: what a run is made of, as validated data. The TOML file and the Python API are the same models.
+
+Every fault of a scene is reported at once, each with its line, key, value and what would be right, before anything is
+compiled or written. What a plugin says about its own keys is checked here too: the material and the integrator that the
+scene names are the only plugins imported.
+"""
+
+import copy
+from typing import Any
+
+from pydantic import PrivateAttr, ValidationError
+
+from wsph.errors import Fault, SceneError
+from wsph.scene.checks import between_tables, of_plugins
+from wsph.scene.lines import line_of
+from wsph.scene.messages import of_validation, scene_path
+from wsph.scene.tables import SceneTables
+
+
+class Scene(SceneTables):
+    """A whole scene. `wsph.Scene(...)` and a TOML file take the same keys; both raise SceneError."""
+
+    _source: str = PrivateAttr("scene")
+    _lines: dict[str, int] = PrivateAttr(default_factory=dict)
+
+    def __init__(self, /, **data: Any):
+        faults: list[Fault] = []
+        try:
+            super().__init__(**data)
+        except ValidationError as error:
+            faults = [of_validation(e, Scene) for e in error.errors(include_url=False)]
+            faults += _beyond(data, error)
+        else:
+            faults = list(between_tables(self))
+        faults += of_plugins(data)
+        if faults:
+            raise SceneError("scene", faults)
+
+    def __hash__(self) -> int:
+        return hash(self.model_dump_json())
+
+    def __eq__(self, other: object) -> bool:
+        # Where a scene was read is not part of what it is.
+        return isinstance(other, Scene) and self.model_dump() == other.model_dump()
+
+    def located(self, error: SceneError) -> SceneError:
+        """A fault found later, with this scene's file and the lines of its keys."""
+        return SceneError(self._source, [Fault(line_of(self._lines, f.key), f.key, f.message) for f in error.faults])
+
+    def data(self) -> dict[str, Any]:
+        """The scene as plain data, as a TOML file would give it."""
+        return self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude_unset=True)
+
+    def with_(self, **overrides: Any) -> "Scene":
+        """The scene with some keys changed.
+
+        A key is a dotted path (`**{"bodies.0.spacing": 0.005}`) or the name of a key of [run] (`cfl=2.0`). Giving one of
+        cfl and dt takes the other away. Raises SceneError.
+        """
+        data = self.data()
+        for path, value in overrides.items():
+            apply_override(data, path, value)
+        changed = Scene(**data)
+        changed._source, changed._lines = self._source, self._lines
+        return changed
+
+
+def apply_override(data: dict[str, Any], path: str, value: Any) -> None:
+    """Set the dotted `path` in a scene's data. Raises SceneError where the path leads nowhere."""
+    keys = path.split(".") if "." in path or path in (*Scene.model_fields, "schema") else ["run", path]
+    if keys in (["run", "cfl"], ["run", "dt"]) and isinstance(data.get("run"), dict):
+        data["run"].pop("dt" if keys[1] == "cfl" else "cfl", None)
+    place: Any = data
+    for key in keys[:-1]:
+        if isinstance(place, dict):
+            place = place.setdefault(key, {})
+        elif isinstance(place, list) and key.isdigit() and int(key) < len(place):
+            place = place[int(key)]
+        else:
+            raise SceneError("scene", [Fault(0, path, f"there is no entry {key!r}")])
+    if isinstance(place, dict):
+        place[keys[-1]] = value
+    elif isinstance(place, list) and keys[-1].isdigit() and int(keys[-1]) < len(place):
+        place[int(keys[-1])] = value
+    else:
+        raise SceneError("scene", [Fault(0, path, f"there is no entry {keys[-1]!r}")])
+
+
+def _beyond(data: dict[str, Any], error: ValidationError) -> list[Fault]:
+    """Faults between tables of a scene that has unknown keys: found without them, so that all are told at once."""
+    if any(e["type"] != "extra_forbidden" for e in error.errors()):
+        return []
+    repaired = copy.deepcopy(data)
+    for e in error.errors():
+        place: Any = repaired
+        *outer, last = scene_path(e["loc"])
+        for key in outer:
+            place = place[key]
+        place.pop(last, None)
+    try:
+        Scene(**repaired)
+    except SceneError as other:
+        return other.faults
+    return []

@@ -1,0 +1,283 @@
+"""The tables of a scene, as validated data."""
+
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
+
+from wsph.backend.expressions import Expression, compile_expression, constant_program
+from wsph.geometry.shapes.combined import Shape
+from wsph.geometry.shapes.shape import Rotation
+from wsph.parts.artificial_stress import ArtificialStress
+from wsph.parts.body_force import Damping
+from wsph.parts.hourglass import Hourglass
+from wsph.parts.links import Links
+from wsph.parts.phase_field.field import PhaseField
+from wsph.parts.residual import Residual
+from wsph.parts.viscosity import Viscosity
+from wsph.quantities import Cadence, Model, Strings, Value, as_tuple, in_unit, read_cadence, read_switch
+from wsph.sph.smoothing import SMOOTHING
+from wsph.units import looks_like_quantity, quantity
+
+
+def _whole(value: Any) -> Any:
+    # Literal compares: without this 1.0 and true would pass for 1.
+    if isinstance(value, (bool, float)):
+        raise ValueError(f"{value!r} must be a whole number")
+    return value
+
+
+def _face(value: str) -> str:
+    if value not in ("-x", "+x", "-y", "+y", "-z", "+z"):
+        raise ValueError(f"{value!r} is no face; write -x, +x, -y, ...")
+    return value
+
+
+def _smoothing(name: str) -> str:
+    if name not in SMOOTHING:
+        raise ValueError(f"{name!r} is none of {', '.join(SMOOTHING)}")
+    return name
+
+
+class IntegratorSpec(Model):
+    """An integrator's registry name and its own options."""
+
+    model_config = ConfigDict(strict=True, extra="allow", frozen=True)
+    name: str
+
+    def options(self) -> dict[str, Any]:
+        """The integrator's own keys."""
+        return dict(self.model_extra or {})
+
+
+class MaterialSpec(Model):
+    """A material's registry name and its own fields."""
+
+    model_config = ConfigDict(strict=True, extra="allow", frozen=True)
+    model: str
+
+    def options(self) -> dict[str, Any]:
+        """The material's own keys."""
+        return dict(self.model_extra or {})
+
+
+class Run(Model):
+    """How to integrate: method, time, precision, device."""
+
+    integrator: Annotated[IntegratorSpec, BeforeValidator(lambda v: {"name": v} if isinstance(v, str) else v)]
+    end: in_unit("s", gt=0)
+    cfl: in_unit("", gt=0) | None = None
+    dt: in_unit("s", gt=0) | None = None
+    precision: Literal["f64", "f32"] = "f64"
+    device: Annotated[str, Field(pattern=r"^(auto|cpu|cuda:\d+)$")] = "auto"
+    threads: Annotated[int, Field(ge=0, le=1024)] = 0
+    formulation: Literal["small-strain", "total-lagrangian", "stress-points", "updated-lagrangian"] | None = None
+    correction: Literal["symmetric", "paper"] = "symmetric"
+    kernel: Annotated[str, AfterValidator(_smoothing)] = "cubic-spline"
+    support: in_unit("", gt=0) | None = None
+    guard: Literal["refuse", "warn", "off"] = "refuse"
+    seed: Annotated[int, Field(ge=0)] = 0
+
+    @model_validator(mode="after")
+    def _one_step(self) -> "Run":
+        if (self.cfl is None) == (self.dt is None):
+            raise ValueError(
+                "exactly one of cfl and dt is needed: " + ("neither is given" if self.cfl is None else "both are given")
+            )
+        return self
+
+
+class CrackLine(Model):
+    """A cut from the start: in 2D a segment, in 3D a rectangle with these two corners. Reference coordinates."""
+
+    start: Annotated[tuple[in_unit("m"), ...], BeforeValidator(as_tuple)] = Field(alias="from")
+    end: Annotated[tuple[in_unit("m"), ...], BeforeValidator(as_tuple)] = Field(alias="to")
+
+
+def _spacing(value: Any) -> Any:
+    """One length, or one for each axis."""
+    lengths = tuple(quantity(v, "m") for v in value) if isinstance(value, (list, tuple)) else quantity(value, "m")
+    if not ((isinstance(lengths, tuple) and lengths) or isinstance(lengths, float)):
+        raise ValueError(f"{value!r} is no length and no list of lengths")
+    if min(lengths if isinstance(lengths, tuple) else (lengths,)) <= 0.0:
+        raise ValueError(f"{value!r} is not above zero")
+    return lengths
+
+
+class Body(Model):
+    """One deformable body."""
+
+    name: Annotated[str, Field(min_length=1)]
+    shape: Shape
+    spacing: Annotated[float | tuple[float, ...], BeforeValidator(_spacing)]
+    lattice_rotate: Rotation = 0.0
+    map: Annotated[tuple[str, ...], BeforeValidator(as_tuple)] | None = None
+    state: Literal["stress", "strain"] | None = None
+    jitter: in_unit("", ge=0, le=0.5) = 0.0
+    cracks: Annotated[tuple[CrackLine, ...], BeforeValidator(as_tuple)] = ()
+    damping: Damping | None = None
+    viscosity: Viscosity | None = None
+    residual: Annotated[Residual | None, BeforeValidator(read_switch)] = None
+    hourglass: Annotated[Hourglass | None, BeforeValidator(read_switch)] = None
+    artificial_stress: ArtificialStress | None = None
+    phase_field: PhaseField | None = None
+    links: Links | None = None
+    placement: Literal["cells", "nodes"] = "cells"
+    velocity: Annotated[tuple[Value, ...], BeforeValidator(as_tuple)] | None = None
+    material: MaterialSpec
+
+
+def damage_model(body: Body) -> str:
+    """How a body breaks: "AT1" or "AT2" by a phase field, "links", or "" where it does not."""
+    if body.phase_field is not None:
+        return body.phase_field.model
+    return "links" if body.links is not None else ""
+
+
+class Function(Model):
+    """A function of time: a table (t, value, interp) or an expression of x, y, z, t."""
+
+    t: Annotated[tuple[in_unit("s"), ...], BeforeValidator(as_tuple)] | None = None
+    value: Annotated[tuple[in_unit(""), ...], BeforeValidator(as_tuple)] | None = None
+    interp: Literal["linear", "step"] = "linear"
+    expression: str | None = None
+
+    @model_validator(mode="after")
+    def _table_or_expression(self) -> "Function":
+        if (self.expression is None) == (self.t is None and self.value is None):
+            raise ValueError("either a table (t and value) or an expression is needed")
+        if self.expression is None:
+            if self.t is None or self.value is None or len(self.t) != len(self.value) or not self.t:
+                raise ValueError("t and value must have the same number of entries, at least one")
+            if any(a >= b for a, b in zip(self.t, self.t[1:], strict=False)):
+                raise ValueError("t must increase from entry to entry")
+        return self
+
+
+class Boundary(Model):
+    """Prescribed values on a face or on the particles that `where` selects."""
+
+    body: str
+    where: str | None = None
+    face: Annotated[str, AfterValidator(_face)] | None = None
+    velocity: dict[str, Value] = {}
+    fixed: Strings = ()
+    symmetry: Literal["x", "y", "z"] | None = None
+    stress: dict[str, Value] = {}
+    traction: dict[str, Value] = {}
+
+    @model_validator(mode="after")
+    def _complete(self) -> "Boundary":
+        if (self.where is None) == (self.face is None):
+            raise ValueError("exactly one of where and face is needed")
+        if not (self.velocity or self.fixed or self.symmetry or self.stress or self.traction):
+            raise ValueError("nothing is prescribed: give velocity, fixed, symmetry, stress or traction")
+        return self
+
+
+class Contact(Model):
+    """Contact `between` two bodies, or of `self`: a `law`, its `stiffness` as a multiple of the materials',
+    `friction`, and the `radius` of a particle in spacings."""
+
+    between: Annotated[tuple[str, ...], BeforeValidator(as_tuple)] | None = None
+    self_: Annotated[str | None, Field(alias="self")] = None
+    law: Literal["penalty", "pinball"] = "penalty"
+    stiffness: in_unit("", gt=0) = 1.0
+    friction: in_unit("", ge=0) = 0.0
+    radius: in_unit("", gt=0, le=1) = 0.5
+
+    @model_validator(mode="after")
+    def _complete(self) -> "Contact":
+        if (self.between is None) == (self.self_ is None):
+            raise ValueError('exactly one of between = ["a", "b"] and self = "a" is needed')
+        if self.between is not None and (len(self.between) != 2 or self.between[0] == self.between[1]):
+            raise ValueError('between names two different bodies; for one with itself write self = "a"')
+        return self
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The bodies that take part."""
+        return self.between if self.between is not None else (self.self_ or "",)
+
+
+class Probe(Model):
+    """A record of fields at material points, or of the particles that `where` selects, reduced to one number."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$", max_length=100)]
+    body: str | None = None
+    at: (
+        Annotated[tuple[Annotated[tuple[in_unit("m"), ...], BeforeValidator(as_tuple)], ...], BeforeValidator(as_tuple)]
+        | None
+    ) = None
+    where: str | None = None
+    reduce: Literal["mean", "sum", "max"] | None = None
+    fields: Annotated[Strings, Field(min_length=1)]
+    every: Cadence = 1
+
+    @model_validator(mode="after")
+    def _complete(self) -> "Probe":
+        if (self.at is None) == (self.where is None):
+            raise ValueError("exactly one of at and where is needed")
+        if self.at is not None and not self.at:
+            raise ValueError("at names no point")
+        if (self.where is None) != (self.reduce is None):
+            raise ValueError('reduce = "mean", "sum" or "max" goes with where')
+        return self
+
+
+class Output(Model):
+    """What is written, and when."""
+
+    every: Cadence | None = None
+    formats: Annotated[tuple[Literal["vtu", "xdmf", "npz"], ...], BeforeValidator(as_tuple)] = ("vtu",)
+    fields: Strings = ("velocity", "stress")
+    history: Cadence | None = None
+
+
+def _due(value: object) -> int | float:
+    """Steps, or wall time."""
+    if isinstance(value, float):
+        raise ValueError(f'{value} is no number of steps; for wall time write it with its unit, "10 min"')
+    return read_cadence(value)
+
+
+class Checkpoint(Model):
+    """When the whole state is kept, to resume from: an integer counts steps, "10 min" is wall time; the last `keep` stay."""
+
+    every: Annotated[int | float, BeforeValidator(_due)]
+    keep: Annotated[int, Field(ge=1)] = 2
+
+
+class Stop(Model):
+    """When a run that goes on by itself is ended."""
+
+    energy: in_unit("", gt=0) = 0.10
+
+
+class SceneTables(Model):
+    """The keys of a whole scene."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False, populate_by_name=False)
+
+    schema_: Annotated[Literal[1], BeforeValidator(_whole), Field(alias="schema")]
+    title: str = ""
+    dim: Annotated[Literal[1, 2, 3], BeforeValidator(_whole)]
+    run: Run
+    bodies: Annotated[tuple[Body, ...], BeforeValidator(as_tuple), Field(min_length=1)]
+    functions: dict[str, Function] = {}
+    boundary: Annotated[tuple[Boundary, ...], BeforeValidator(as_tuple)] = ()
+    contact: Annotated[tuple[Contact, ...], BeforeValidator(as_tuple)] = ()
+    probes: Annotated[tuple[Probe, ...], BeforeValidator(as_tuple)] = ()
+    gravity: dict[Literal["x", "y", "z"], in_unit("m/s2")] = {}
+    output: Output = Output()
+    checkpoint: Checkpoint | None = None
+    stop: Stop = Stop()
+
+    def value(self, value: Value, unit: str) -> Expression | Function:
+        """What a value of the scene means: a table of `functions`, or an expression (a number is a constant one)."""
+        if isinstance(value, str) and value in self.functions:
+            function = self.functions[value]
+            return compile_expression(function.expression) if function.expression is not None else function
+        if isinstance(value, str):
+            # What begins as a number with a unit is one: "1 MPa" where a velocity belongs is a wrong unit, no expression.
+            return constant_program(quantity(value, unit)) if looks_like_quantity(value) else compile_expression(value)
+        return constant_program(float(value))

@@ -1,0 +1,1 @@
+"""A run: composed, stepped, checked, recorded, summed up."""

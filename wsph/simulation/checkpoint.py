@@ -1,0 +1,137 @@
+"""Checkpoints: a run's whole state between two steps, so that going on from there gives the bits of never having stopped.
+
+A file is a line that says what it is, a digest of the rest, and a npz archive: the device arrays of every body, the clock,
+what has been recorded so far, and as JSON the scene, the versions and where the run stood. The digest is checked before
+anything is read: a file that was cut off or altered is refused by name. Files are data: nothing in them is executed.
+
+A checkpoint fits a scene that differs from its own in `end`, `title`, `threads`, `output`, `probes`, `checkpoint` and `stop`
+alone, in the same precision and the same versions of wsph and Warp. A probe that is the same goes on; a new one begins
+there.
+"""
+
+import hashlib
+import io
+import json
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from wsph.errors import CheckpointError
+from wsph.output.files import write_atomically
+from wsph.scene.scene import Scene
+
+FIRST = b"wsph checkpoint 1\n"
+
+FREE = (("title",), ("run", "end"), ("run", "threads"), ("output",), ("probes",), ("checkpoint",), ("stop",))
+"""Keys of a scene that a checkpoint leaves open."""
+
+_NAME = re.compile(r"checkpoint_(\d{12})\.npz")
+
+
+def identity(scene: Scene) -> dict[str, Any]:
+    """What a checkpoint has to have in common with a scene: the keys that matter, flat, and the versions."""
+    from importlib.metadata import version
+
+    data = scene.model_dump(mode="json", by_alias=True)
+    for *path, key in FREE:
+        place = data
+        for step in path:
+            place = place[step]
+        place.pop(key, None)
+    return {**_flat(data), "version of wsph": version("wsph"), "version of warp": version("warp-lang")}
+
+
+def _flat(value: Any, path: str = "") -> dict[str, Any]:
+    if isinstance(value, dict):
+        parts = [(f"{path}.{key}" if path else key, v) for key, v in value.items()]
+    elif isinstance(value, list) and any(isinstance(v, (dict, list)) for v in value):
+        parts = [(f"{path}.{k}", v) for k, v in enumerate(value)]
+    else:
+        return {path: value}
+    return {key: v for inner, part in parts for key, v in _flat(part, inner).items()}
+
+
+def write(folder: Path, step: int, facts: dict[str, Any], arrays: dict[str, np.ndarray], keep: int) -> Path:
+    """Write the checkpoint of `step` into `folder`, whole or not at all, and drop all but the last `keep`."""
+    buffer = io.BytesIO()
+    text = np.frombuffer(json.dumps(facts).encode(), dtype=np.uint8)
+    np.savez(buffer, **arrays, facts=text)  # type: ignore[arg-type]
+    content = buffer.getvalue()
+    path = folder / f"checkpoint_{step:012d}.npz"
+
+    def put(temporary: Path) -> None:
+        folder.mkdir(exist_ok=True)
+        with open(temporary, "wb") as file:
+            file.write(FIRST + hashlib.sha256(content).hexdigest().encode() + b"\n" + content)
+            file.flush()
+            os.fsync(file.fileno())
+
+    write_atomically(path, put)
+    for old in listed(folder)[:-keep]:
+        old.unlink(missing_ok=True)
+    return path
+
+
+def listed(folder: Path) -> list[Path]:
+    """The checkpoints in a folder, by step."""
+    return sorted(path for path in folder.glob("checkpoint_*.npz") if _NAME.fullmatch(path.name))
+
+
+def read(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Facts and arrays of a checkpoint. Raises CheckpointError for a file that is not whole."""
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise CheckpointError(f"{path}: cannot be read: {error.strerror or error}") from error
+    head = len(FIRST) + 65
+    if not raw.startswith(FIRST):
+        raise CheckpointError(
+            f"{path}: is no checkpoint that this version of wsph wrote; remove it to resume from the one before"
+        )
+    if len(raw) < head or hashlib.sha256(raw[head:]).hexdigest().encode() != raw[len(FIRST) : head - 1]:
+        raise CheckpointError(f"{path}: is cut off or altered; remove it to resume from the one before")
+    with np.load(io.BytesIO(raw[head:]), allow_pickle=False) as archive:
+        arrays = {name: archive[name] for name in archive.files}
+    return json.loads(arrays.pop("facts").tobytes()), arrays
+
+
+def refuse_other(path: Path, facts: dict[str, Any], scene: Scene) -> None:
+    """Refuse the checkpoint of another scene or version, naming what differs."""
+    there, here = facts["identity"], json.loads(json.dumps(identity(scene)))
+    differing = sorted(key for key in {*there, *here} if there.get(key) != here.get(key))
+    if differing:
+        key = differing[0]
+        more = f" and {len(differing) - 1} more" if len(differing) > 1 else ""
+        raise CheckpointError(
+            f"{path}: is of another scene: {key} is {there.get(key)!r} there and {here.get(key)!r} here{more}; run without --resume"
+        )
+
+
+def kept(composition: Any) -> dict[str, wp.array]:
+    """The device arrays that a run goes on from, by name."""
+    found = {"clock.step": composition.clock.step, "clock.time": composition.clock.time}
+    for number, run in enumerate(composition.bodies):
+        found |= {f"body{number}.{name}": array for name, array in run.system.kept().items()}
+    if composition.contacts is not None:
+        found |= composition.contacts.kept()
+    return found
+
+
+def restore(path: Path, composition: Any, arrays: dict[str, np.ndarray]) -> None:
+    """Put the arrays of a checkpoint back. Raises CheckpointError where they are not those of the composition."""
+    for name, array in kept(composition).items():
+        value = arrays.get(name)
+        if value is None or value.shape != array.numpy().shape:
+            shape = "absent" if value is None else f"of shape {value.shape}"
+            raise CheckpointError(
+                f"{path}: {name} is {shape}, not of shape {array.numpy().shape}: of another composition"
+            )
+        array.assign(value)
+    for run in composition.bodies:
+        run.system.restored()
+    if composition.contacts is not None:
+        composition.contacts.restored()

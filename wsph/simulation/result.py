@@ -1,0 +1,86 @@
+"""What a run gave: fields, records and cost, and its error against an exact solution."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from wsph.errors import Unstable
+from wsph.output import fields
+from wsph.scene.scene import Scene
+
+
+@dataclass
+class Result:
+    """What a run gave. `history`: columns of history.csv; `probes[name]`: columns by field; `particles`: final fields, SI.
+
+    `status` is "completed", "unstable" (a state is not finite), "stopped" (energy was created) or "interrupted"; `stable` is
+    False for the second and the third. `particles["position"]` is the reference position. `cost` holds steps,
+    right_hand_sides, wall_seconds and particle_steps_per_second.
+    """
+
+    scene: Scene
+    status: str
+    reason: str
+    time: float
+    history: dict[str, np.ndarray]
+    probes: dict[str, dict[str, np.ndarray]]
+    particles: dict[str, np.ndarray]
+    summary: dict[str, Any]
+    failure: Unstable | None = field(default=None, repr=False)
+
+    @property
+    def stable(self) -> bool:
+        """Whether the run stayed within what it can vouch for."""
+        return self.failure is None
+
+    @property
+    def cost(self) -> dict[str, float]:
+        """What the run took."""
+        return {
+            key: self.summary[key] for key in ("steps", "right_hand_sides", "wall_seconds", "particle_steps_per_second")
+        }
+
+    def error(
+        self, exact: Callable[[np.ndarray, float], np.ndarray] | np.ndarray, name: str, norm: float | str = 2
+    ) -> float:
+        """Relative error of a final scalar field or component ("stress_xx") against `exact`.
+
+        `exact` is an array (n,), or a function of reference position (n, dim) [m] and time [s]. Norm 1 is
+        sum|e|/sum|exact|, 2 is sqrt(sum e^2/sum exact^2), inf the largest |e| over the largest |exact|. Raises ValueError
+        for another norm, another shape or an exact solution that is zero, KeyError for a field that is not there.
+        """
+        computed = self.field(name)
+        wanted = np.asarray(exact(self.particles["position"], self.time) if callable(exact) else exact, float)
+        if wanted.size != computed.size:
+            raise ValueError(f"exact has {wanted.size} values for {computed.size} particles")
+        e, wanted = np.abs(computed - wanted.reshape(-1)), np.abs(wanted.reshape(-1))
+        norm = np.inf if norm == "inf" else norm
+        measures = {1: np.sum, 2: lambda v: np.sqrt(np.sum(v**2)), np.inf: np.max}
+        if norm not in measures:
+            raise ValueError(f"norm {norm!r} is none of 1, 2, inf")
+        size = measures[norm](wanted)
+        if size == 0.0:
+            raise ValueError("exact is zero everywhere: there is no relative error")
+        return float(measures[norm](e) / size)
+
+    def field(self, name: str) -> np.ndarray:
+        """A final scalar field or component, (n,), SI: "density", "stress_xy", "velocity_x", ..."""
+        if name in self.particles and (self.particles[name].ndim == 1 or self.particles[name].shape[1] == 1):
+            return self.particles[name].reshape(-1)
+        base = fields.primitive(name)
+        if base == name or base not in self.particles:
+            hint = f"; name a component of {name}" if name in self.particles else ""
+            raise KeyError(f"no scalar field {name!r} in the result{hint}; there is {', '.join(self.particles)}")
+        try:
+            return fields.component(name, self.particles[base], fields.TENSOR)
+        except IndexError:
+            raise KeyError(f"no component {name!r} in {self.scene.dim}D") from None
+
+    def plot(self, name: str = "velocity", save: str | Path | None = None) -> Any:
+        """A picture of a final field (needs pyvista). Returns the plotter, or writes `save`."""
+        from wsph.output import view
+
+        return view.picture(self.particles, name, self.time, save=save)

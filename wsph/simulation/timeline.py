@@ -1,0 +1,85 @@
+"""What time it is at a step, and when something is due in a run."""
+
+import math
+
+import numpy as np
+
+from wsph.errors import Refused
+
+MOST_STEPS = 1e12
+
+
+class Timeline:
+    """Times of steps [s]: pieces of constant time step, each (first step, its time, dt), that end at `end`."""
+
+    def __init__(self, end: float, dt: float, pieces: list[tuple[int, float, float]] | None = None):
+        self.end = end
+        self.pieces = [(int(step), float(t), float(dt)) for step, t, dt in pieces or [(0, 0.0, dt)]]
+
+    @property
+    def dt(self) -> float:
+        """The time step of the steps to come [s]."""
+        return self.pieces[-1][2]
+
+    @property
+    def last(self) -> int:
+        """The step of the first state at or after the end. Raises Refused beyond what can be counted."""
+        steps = (self.end - self.pieces[-1][1]) / self.dt
+        if not steps < MOST_STEPS:
+            raise Refused(
+                f"{self.end:g} s in steps of {self.dt:g} s are {steps:.3g} steps; at most {MOST_STEPS:.0e} can be run"
+            )
+        return self.at_or_after(self.end, 1)
+
+    def time(self, step: int) -> float:
+        """Time of a step [s]."""
+        first, t, dt = next(piece for piece in reversed(self.pieces) if piece[0] <= step)
+        return t + (step - first) * dt
+
+    def times(self, steps: list[int]) -> np.ndarray:
+        """Times of many steps [s]."""
+        first, t, dt = np.array(self.pieces).T
+        piece = np.searchsorted(first, steps, side="right") - 1
+        return t[piece] + (np.asarray(steps) - first[piece]) * dt[piece]
+
+    def at_or_after(self, t: float, least: int = 0) -> int:
+        """The first step of the last piece at or after a time, 1e-9 of a step early being in time; not below `least`."""
+        first, begin, dt = self.pieces[-1]
+        return max(first + math.ceil(min((t - begin) / dt, 2.0 * MOST_STEPS) - 1e-9), least)
+
+    def shorten(self, step: int, dt: float) -> None:
+        """From `step` on every step takes `dt`."""
+        self.pieces.append((step, self.time(step), dt))
+
+
+class Events:
+    """Steps at which something is due: the first state at or after each multiple of the cadence, and the last one."""
+
+    def __init__(self, cadence: float | int | None, timeline: Timeline):
+        self._cadence, self._timeline = cadence, timeline
+        self.next = self._done = 0
+
+    def advance(self) -> None:
+        """Move on to the next due step."""
+        self._done, self.next = self.next, self._after(self.next)
+
+    def retimed(self) -> None:
+        """The timeline has changed: what is due next is due at another step."""
+        self.next = self._after(self._done)
+
+    def _after(self, step: int) -> int:
+        last, cadence, line = self._timeline.last, self._cadence, self._timeline
+        if step >= last:
+            return last + 1
+        if cadence is None:
+            return last
+        if isinstance(cadence, int):
+            return min((step // cadence + 1) * cadence, last)
+        number = math.floor((line.time(step) + 1e-9 * line.dt) / cadence) + 1
+        # A cadence below the step is every step.
+        return min(max(line.at_or_after(number * cadence), step + 1), last)
+
+    def skip(self, step: int) -> None:
+        """What was due up to `step` has been done."""
+        while self.next <= step:
+            self.advance()

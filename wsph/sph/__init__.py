@@ -1,0 +1,1 @@
+"""Smoothed particle hydrodynamics: kernels of smoothing, pairs, weights, averages."""

@@ -1,0 +1,44 @@
+"""Averages on the host, for output: linear-exact interpolation that looks as far as it has to and through no crack."""
+
+import numpy as np
+
+from wsph.backend.space import Space
+from wsph.geometry.lattice import Lattice
+from wsph.sph.pairs import Pairs, find_pairs
+from wsph.sph.weights import Weights, interpolation_weights
+
+
+def average(weights: Weights, values: np.ndarray) -> np.ndarray:
+    """Interpolate `values` (sources, k) on the host, (targets, k)."""
+    indices, w, row = weights.pairs.indices.numpy(), weights.values.numpy(), weights.pairs.rows()
+    return np.stack(
+        [np.bincount(row, w * values[indices, c], weights.pairs.targets) for c in range(values.shape[1])], 1
+    )
+
+
+def unparted(pairs: Pairs, lattice: Lattice, targets: np.ndarray, sources: np.ndarray) -> Pairs:
+    """The pairs that no crack parts. `targets` (n, dim) and `sources` (m, dim) in grid coordinates, each on its side."""
+    if not lattice.cracks:
+        return pairs
+    return pairs.where(~lattice.apart(targets[pairs.rows()], sources[pairs.indices.numpy()]))
+
+
+def spanning_weights(lattice: Lattice, support: float, points: tuple[np.ndarray, np.ndarray],
+                     sided: tuple[np.ndarray, np.ndarray], volume: np.ndarray) -> Weights:  # fmt: skip
+    """Linear-exact interpolation for output, `points` = (targets, sources) in cells: a target looks further than `support`
+    until its sources span every direction. `sided`: the same in grid coordinates, each on its side of a crack."""
+    targets, sources = points
+    reach = np.full(len(targets), support)
+    dim = sources.shape[1]
+    while True:
+        pairs = unparted(find_pairs(targets, sources, reach, "cpu"), lattice, *sided)
+        weights = interpolation_weights(Space(dim), pairs, targets, sources, volume)
+        narrow = weights.rank < dim
+        if not narrow.any() or reach.max() > 6.0:
+            return weights
+        reach[narrow] *= 1.5
+
+
+def outward_weights(lattice: Lattice, support: float) -> Weights:
+    """Interpolation from cells to nodes that extrapolates linearly to faces: for output. `support` in cells."""
+    return spanning_weights(lattice, support, lattice.centred, lattice.sided, lattice.cell_volume)

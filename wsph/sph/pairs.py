@@ -1,0 +1,152 @@
+"""Pairs: which sources each target sees, as compressed sparse rows."""
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+import warp as wp
+
+from wsph.backend.space import Space
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Sources within the support of each target.
+
+    Row i of `indices` is `indices[offsets[i]:offsets[i + 1]]`, ascending: sums over a row do not depend on how the row
+    was found. offsets (targets + 1,) int32, indices (count,) int32, reach (targets,) float64, the support radius of each.
+    """
+
+    offsets: wp.array
+    indices: wp.array
+    targets: int
+    sources: int
+    reach: wp.array
+
+    @property
+    def count(self) -> int:
+        """Number of directed pairs."""
+        return self.indices.shape[0]
+
+    def rows(self) -> np.ndarray:
+        """The target of every pair, (count,) int32."""
+        return np.repeat(np.arange(self.targets, dtype=np.int32), np.diff(self.offsets.numpy()))
+
+    def keys(self) -> np.ndarray:
+        """One number for every pair, target and source, ascending, (count,) int64."""
+        return self.rows().astype(np.int64) * self.sources + self.indices.numpy()
+
+    def transposed(self) -> tuple["Pairs", np.ndarray]:
+        """The same pairs by source, and where each stands in `indices`: targets of a row ascend."""
+        indices, device = self.indices.numpy(), self.offsets.device
+        order = np.argsort(indices, kind="stable")
+        starts = np.concatenate([[0], np.cumsum(np.bincount(indices, minlength=self.sources))])
+        reach = wp.zeros(self.sources, dtype=wp.float64, device=device)
+        back = (
+            wp.array(starts, dtype=wp.int32, device=device),
+            wp.array(self.rows()[order], dtype=wp.int32, device=device),
+        )
+        return Pairs(*back, self.sources, self.targets, reach), order
+
+    def where(self, kept: np.ndarray) -> "Pairs":
+        """The pairs for which `kept` (count,) bool holds."""
+        if kept.all():
+            return self
+        offsets, device = self.offsets.numpy(), self.offsets.device
+        before = np.concatenate([[0], np.cumsum(kept)])
+        indices = wp.array(self.indices.numpy()[kept], dtype=wp.int32, device=device)
+        return replace(self, offsets=wp.array(before[offsets], dtype=wp.int32, device=device), indices=indices)
+
+    @property
+    def nbytes(self) -> int:
+        """Device memory of the rows [bytes]."""
+        return 4 * (self.targets + 1 + self.count)
+
+
+@cache
+def _kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
+    point, real = space.point, space.scalar
+    module = space.module("pairs")
+
+    @wp.kernel(module=module, enable_backward=False)
+    def count_row(grid: wp.uint64, targets: wp.array(dtype=point), sources: wp.array(dtype=point), reach: wp.array(dtype=real),
+                  same: int, count_out: wp.array(dtype=wp.int32)):  # fmt: skip
+        i = wp.tid()
+        radius = reach[i]
+        n = int(0)
+        for j in wp.hash_grid_query(grid, targets[i], radius):
+            r = sources[j] - targets[i]
+            if wp.dot(r, r) < radius * radius and (same == 0 or i != j):
+                n += 1
+        count_out[i] = n
+
+    @wp.kernel(module=module, enable_backward=False)
+    def fill_row(grid: wp.uint64, targets: wp.array(dtype=point), sources: wp.array(dtype=point), reach: wp.array(dtype=real),
+                 same: int, offsets: wp.array(dtype=wp.int32), indices_out: wp.array(dtype=wp.int32)):  # fmt: skip
+        i = wp.tid()
+        radius = reach[i]
+        start = offsets[i]
+        n = int(0)
+        for j in wp.hash_grid_query(grid, targets[i], radius):
+            r = sources[j] - targets[i]
+            if wp.dot(r, r) < radius * radius and (same == 0 or i != j):
+                # Insertion keeps the row ascending; rows are short and the grid returns them nearly in order.
+                k = start + n
+                while k > start and indices_out[k - 1] > j:
+                    indices_out[k] = indices_out[k - 1]
+                    k -= 1
+                indices_out[k] = j
+                n += 1
+
+    return count_row, fill_row
+
+
+def find_pairs(
+    targets: np.ndarray, sources: np.ndarray, radius: float | np.ndarray, device: str = "cpu", same: bool = False
+) -> Pairs:
+    """All pairs with |target - source| < `radius`, one number or one for each target (n,).
+
+    `targets` (n, dim), `sources` (m, dim) and `radius` in one unit.
+
+    `same`: targets are the sources, and a particle is not its own neighbour (one that coincides with it is). Raises
+    ValueError for positions that are not finite (a hash grid would lose their pairs silently), for a radius that is not
+    above zero, and where the pairs outnumber a 32-bit index.
+    """
+    radii = np.broadcast_to(np.asarray(radius, float), len(targets))
+    if not (radii > 0.0).all() or not np.all(np.asarray(radius) > 0.0):
+        raise ValueError(f"the support radius {radius!r} is not above zero")
+    dim = targets.shape[1]
+    for points in (targets, sources):
+        if not np.isfinite(points).all():
+            raise ValueError(
+                f"particle {int(np.flatnonzero(~np.isfinite(points).all(1))[0])} has a position that is not finite"
+            )
+    n, m = len(targets), len(sources)
+    reach = wp.array(np.ascontiguousarray(radii), dtype=wp.float64, device=device)
+    if n == 0 or m == 0:
+        empty = wp.zeros(0, dtype=wp.int32, device=device)
+        return Pairs(wp.zeros(n + 1, dtype=wp.int32, device=device), empty, n, m, reach)
+    space = Space(dim)
+    origin = sources.min(0)
+    padded = [np.zeros((len(points), 3)) for points in (targets, sources)]
+    for array, points in zip(padded, (targets, sources), strict=True):
+        array[:, :dim] = points - origin
+    x, y = (wp.array(a, dtype=space.point, device=device) for a in padded)
+    extent = np.ones(3, int)
+    extent[:dim] = np.clip(np.ceil((sources.max(0) - origin) / radii.min()) + 1, 1, 512)
+    grid = wp.HashGrid(*(int(e) for e in extent), device=device, dtype=space.scalar)
+    grid.build(points=y, radius=float(radii.min()))
+    count_row, fill_row = _kernels(space)
+    counts = wp.zeros(n + 1, dtype=wp.int32, device=device)
+    inputs = [grid.id, x, y, reach, int(same)]
+    wp.launch(count_row, n, inputs=inputs, outputs=[counts], device=device)
+    total = int(counts.numpy().sum(dtype=np.int64))
+    if total >= 2**31:
+        raise ValueError(
+            f"{total} pairs outnumber a 32-bit index (at most {2**31 - 1}); use a smaller support or fewer particles"
+        )
+    offsets = wp.zeros(n + 1, dtype=wp.int32, device=device)
+    wp.utils.array_scan(counts, offsets, inclusive=False)
+    indices = wp.zeros(total, dtype=wp.int32, device=device)
+    wp.launch(fill_row, n, inputs=[*inputs, offsets], outputs=[indices], device=device)
+    return Pairs(offsets, indices, n, m, reach)

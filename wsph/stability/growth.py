@@ -1,0 +1,71 @@
+"""The growth that a step really has: the largest eigenvalue of the linearised step about the current state.
+
+Limits from interpolation weights hold for lattices. Jitter, corners and odd shapes have modes of their own, which only the
+step itself knows. Arnoldi's method on blocks of steps finds them: a block raises what grows above the many modes that
+merely oscillate.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from wsph.backend.state import State
+
+PRODUCTS = 40
+"""Products of Arnoldi's method, and so vectors kept."""
+
+
+def largest_growth(step: Callable[[], None], state: State, block: int = 100, products: int = PRODUCTS,
+                   units: dict[str, float] | None = None) -> float:  # fmt: skip
+    """Growth per step, |eigenvalue| - 1, of the fastest growing mode that is resolved; not above zero where none is.
+
+    `step` advances `state` by launches; its clock stands still, so prescribed values are those of the start. The state is
+    left as it was. Costs (products + 1) * block steps. What grows by less than a few per cent in a block may be missed
+    among modes that only oscillate: on blocks of 64 nodes growth of 2e-4 to 9e-4 a step was found to 1 % with 40 products
+    of 100 steps, one of 2.3e-4 among many like it was not. The state is in double precision: in single, rounding grows.
+    `units`: sizes of fields, one where not said; a body that is far softer than another has its own.
+    """
+    origin, size = state.buffer.numpy().copy(), 1e-5
+    unit = np.ones(len(origin))
+    for name, value in (units or {}).items():
+        if name in state.start:
+            first = state.start[name]
+            unit[first : first + state.counts[name] * state.widths[name]] = value
+
+    def advanced(start: np.ndarray) -> np.ndarray:
+        state.buffer.assign(start)
+        for _ in range(block):
+            step()
+        return state.buffer.numpy().copy()
+
+    rest = advanced(origin)
+    basis = np.zeros((products + 1, len(origin)))
+    hessenberg = np.zeros((products + 1, products))
+    start = np.random.default_rng(0).standard_normal(len(origin))
+    basis[0] = start / np.linalg.norm(start)
+    kept = products
+    for k in range(products):
+        scale = size * np.sqrt(len(origin))
+        w = (advanced(origin + scale * unit * basis[k]) - rest) / (scale * unit)
+        for _ in range(2):  # once more: what is left after the first sweep is not orthogonal to rounding
+            share = basis[: k + 1] @ w
+            hessenberg[: k + 1, k] += share
+            w -= share @ basis[: k + 1]
+        hessenberg[k + 1, k] = np.linalg.norm(w)
+        if not np.isfinite(hessenberg[k + 1, k]):
+            kept = k
+            break
+        if hessenberg[k + 1, k] <= 1e-12:
+            kept = k + 1
+            break
+        basis[k + 1] = w / hessenberg[k + 1, k]
+    state.buffer.assign(origin)
+    if kept == 0:
+        return np.inf
+    values, vectors = np.linalg.eig(hessenberg[:kept, :kept])
+    sizes = np.abs(values)
+    residual = hessenberg[kept, kept - 1] * np.abs(vectors[-1]) if kept < products + 1 else 0.0 * sizes
+    # A step is far from normal: what looks like growth but is not resolved may be none.
+    sure = sizes - residual > 1.0
+    radius = float(sizes[sure].max()) if sure.any() else min(1.0, float(sizes.max()))
+    return radius ** (1.0 / block) - 1.0

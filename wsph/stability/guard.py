@@ -1,0 +1,77 @@
+"""The guard: a time step beyond what an integrator or a material can take is refused, or warned of, by name."""
+
+import warnings
+
+import numpy as np
+
+from wsph.errors import Refused
+from wsph.protocols import Again, LimitedBody
+from wsph.scene.scene import Scene
+from wsph.stability.growth import PRODUCTS, largest_growth
+from wsph.stability.limit import SLACK
+
+GROWN = 10.0
+"""A mode that a run amplifies by more than this is refused or warned of."""
+
+MOST_TRIED = 2e9
+"""Particles times steps up to which the growth of a jittered body's step is tried: some minutes on one core."""
+
+
+def _growth(run: LimitedBody, steps: int) -> float:
+    """What the step itself makes of the body's state: growth per step, found with about as many steps as the run has."""
+    system = run.system
+    speed = run.constitutive.wave_speed / system.scales.velocity
+    units = {"velocity": speed, "stress": system.density * speed**2}
+    found = largest_growth(run.integrator.step, system.state, int(np.clip(steps // PRODUCTS, 10, 100)), units=units)
+    # What the trial leaves behind, up to infinities, must not reach the run.
+    system.clear_scratch()
+    system.start_works()
+    if hasattr(run.integrator, "begin"):
+        run.integrator.begin()
+    return found
+
+
+def guard(scene: Scene, run: LimitedBody, dt: float, steps: int, double: Again) -> None:
+    """Refuse or warn of a time step beyond what the integrator or the material can take.
+
+    Limits hold for lattices. A body with jitter is tried, as `double`, the same in double precision: where a mode of its own
+    step grows so that the run would amplify it by more than GROWN, that is said with the growth.
+    """
+    if scene.run.guard == "off":
+        return
+    faults = []
+    beyond = run.limit is not None and run.courant > run.limit * (1.0 + SLACK)
+    if run.limit is not None and beyond:
+        grows = ""
+        if scene.dim > 1 and run.system.count * PRODUCTS * 25 < MOST_TRIED:
+            found = _growth(double(), 25 * PRODUCTS)
+            pace = f"by {found:.2g} a step" if np.isfinite(found) else "faster than can be measured"
+            grows = f"; a mode of its step grows {pace}" if found > 0.0 else ""
+        way_out = f"; use run.cfl <= {np.floor(run.limit * 1e6 * (1.0 + 1e-12)) / 1e6:g}" if run.limit > 0.0 else ""
+        faults.append(
+            f"body {run.body.name!r}: {scene.run.integrator.name} at Courant number {run.courant:.6g} is beyond its stability"
+            f" limit {run.limit:.3f} ({run.limit_reason}){grows}{way_out}"
+        )
+    elif run.body.jitter > 0.0 and run.system.tried and run.system.count * steps < MOST_TRIED:
+        found = _growth(double(), steps)
+        if found * steps > np.log(GROWN):
+            faults.append(
+                f"body {run.body.name!r}: with jitter = {run.body.jitter:g} a mode of its step grows by {found:.2g} a step,"
+                f" {found * steps:.3g} e-folds in this run of {steps} steps; use less jitter, a larger run.cfl or run.support = 1.8"
+            )
+    if dt > run.longest_step * (1.0 + SLACK):
+        at_most = _rounded_down(run.longest_step)
+        faults.append(
+            f"body {run.body.name!r}: a time step of {dt:.4g} s is beyond what {run.body.material.model} can take,"
+            f" limit {at_most} s; use run.dt <= {at_most}"
+        )
+    if faults and scene.run.guard == "refuse":
+        raise Refused("\n".join(f'{f}; run.guard = "warn" runs it all the same' for f in faults))
+    for fault in faults:
+        warnings.warn(fault, RuntimeWarning, stacklevel=2)
+
+
+def _rounded_down(number: float) -> str:
+    """Four digits, never above: what a message tells to use must pass."""
+    digits = 3 - int(np.floor(np.log10(number)))
+    return f"{np.floor(number * 10.0**digits) / 10.0**digits:.4g}"

@@ -1,0 +1,172 @@
+"""Stiffness and damping of a body projected on what a few dozen of its right-hand sides span."""
+
+from typing import Any
+
+import numpy as np
+
+from wsph.stability.spectrum import STILL, Spectrum
+
+VECTORS = 20
+"""Vectors, with a product each, for a body without damping: Lanczos' method."""
+
+DAMPED_VECTORS = (6, 24)
+"""Of one with viscosity, with two products each: Lanczos' vectors, then up to so many by the second-order Krylov space."""
+
+LARGE = 1_000_000
+"""Numbers in a vector from which on vectors are kept in single precision: a limit needs two digits."""
+
+
+class Products:
+    """K and D of a body about its current state times mass-weighted vectors, prescribed components held."""
+
+    def __init__(self, system: Any):
+        self.system = system
+        self.free = system.free_components
+        self.mass = np.sqrt(np.repeat(system.volume, system.space.dim))
+        self._moved, self._change = system.temporary(), system.temporary()
+        self._start = system.state.buffer.numpy().copy()
+        self._n = len(self.free)
+        self._eps = 1e-6 if system.space.precision == "f64" else 1e-2
+        self.evolved = not system.form.total or system.form.moving
+        self._resting = self._changes(np.zeros(self._n)) if self.evolved else None
+        self._rest = self._accelerations(np.zeros(self._n))
+        self._closing: np.ndarray | None = None
+        if system.viscous and system.parts.viscosity == "approach":
+            # All pairs approach each other, so fast that a vector changes nothing in that.
+            a = system.state.start["displacement"]
+            place = system.position / system.scales.length + self._start[a : a + self._n].reshape(system.position.shape)
+            self._closing = -20.0 * (place - place.mean(0)).ravel() * system.scales.length / system.spacing
+        self._idle = self._drag(np.zeros(self._n)) if self._closing is not None else 0.0
+
+    def restore(self) -> None:
+        """Put the body back into the state that it was in."""
+        self.system.state.buffer.assign(self._start)
+        self.system.refresh(self.system.state)
+
+    def _assign(self, values: np.ndarray) -> None:
+        self._moved.buffer.assign(values.astype(self.system.space.numpy))
+
+    def _changes(self, w: np.ndarray) -> np.ndarray:
+        """How what is integrated follows the strain of velocities eps w, and whatever it does at rest."""
+        self._assign(np.concatenate([self._eps * w, self._start[self._n :]]))
+        self.system.refresh(self.system.state)
+        self.system.rate(self._moved, self._change, "rest")
+        return self._change.buffer.numpy().astype(np.float64)
+
+    def _accelerations(self, w: np.ndarray) -> np.ndarray:
+        """a(u + eps w) with the velocities at rest."""
+        shifted, base = self._start.astype(np.float64), self.system.state
+        if self._resting is not None:
+            increment = self._changes(w) - self._resting
+            for name in (name for name in ("stress", "deformation") if name in base.start):
+                a = base.start[name]
+                b = a + base.counts[name] * base.widths[name]
+                shifted[a:b] += increment[a:b]
+        shifted[: self._n] = 0.0
+        place = base.start["displacement"]
+        shifted[place : place + self._n] += self._eps * w
+        self._assign(shifted)
+        self.system.rate(self._moved, self._change, "velocity")
+        return self._change.buffer.numpy()[: self._n].astype(np.float64)
+
+    def stiffness(self, x: np.ndarray) -> np.ndarray:
+        """K x."""
+        return -(self._accelerations(x / self.mass) - self._rest) / self._eps * self.mass * self.free
+
+    def _drag(self, w: np.ndarray) -> np.ndarray:
+        state = self._start.astype(np.float64)
+        state[: self._n] = 1e-9 * (w if self._closing is None else w + self._closing)
+        self._assign(state)
+        self.system.rate(self._moved, self._change, "velocity")
+        return -self._change.flat("drag").numpy().astype(np.float64) / 1e-9
+
+    def damping(self, x: np.ndarray) -> np.ndarray:
+        """D x, of all pairs."""
+        size = float(np.abs(x / self.mass).max())
+        return (self._drag(x / self.mass / size) - self._idle) * size * self.mass * self.free
+
+
+class _Span:
+    """Up to `most` orthonormal vectors and their products."""
+
+    def __init__(self, products: Products, most: int, damped: bool):
+        self._p, n = products, len(products.free)
+        kind = np.float32 if n > LARGE else np.float64
+        self._least = 1e-5 if n > LARGE else 1e-8
+        self.count, self.most = 0, most
+        self._w, self._k = np.empty((most, n), kind), np.empty((most, n), kind)
+        self._d = np.empty((most if damped else 0, n), kind)
+
+    def add(self, x: np.ndarray) -> np.ndarray:
+        """Take what is new of x; its coefficients on the vectors (count,), NaN where x is zero or not finite."""
+        size, held = float(np.linalg.norm(x)), self._w[: self.count]
+        if not np.isfinite(size) or size == 0.0:
+            return np.full(self.count, np.nan)
+        coefficients, left = np.zeros(self.count + 1), x / size
+        for _ in range(2):
+            part = held @ left
+            coefficients[:-1] += part
+            left = left - part @ held
+        new = float(np.linalg.norm(left))
+        if new < self._least or self.count == self.most:
+            return size * coefficients[:-1]
+        coefficients[-1] = new
+        self._w[self.count] = left / new
+        vector = self._w[self.count].astype(np.float64)
+        self._k[self.count] = self._p.stiffness(vector)
+        if len(self._d):
+            self._d[self.count] = self._p.damping(vector)
+        self.count += 1
+        return size * coefficients
+
+    def last_stiffness(self) -> np.ndarray:
+        """K times the last vector."""
+        return self._k[self.count - 1].astype(np.float64)
+
+    def next(self, last: np.ndarray, before: np.ndarray) -> np.ndarray:
+        """-(D r_j + K r_(j-1)) of two vectors given by their coefficients."""
+        return -(last @ self._d[: len(last)] + before @ self._k[: len(before)]).astype(np.float64)
+
+    def spectrum(self, rate: float, still: float) -> Spectrum:
+        """What the products say."""
+        m = self.count
+        w, k, d = self._w[:m], self._k[:m], self._d[:m]
+        none = np.zeros((m, m))
+        damping, kd, dd = (w @ d.T, k @ d.T, d @ d.T) if len(self._d) else (none, none, none)
+        arrays = [np.asarray(a, np.float64) for a in (w @ k.T, damping, k @ k.T, kd, dd)]
+        return Spectrum(arrays[0], arrays[1], (arrays[2], arrays[3], arrays[4]), rate, still)
+
+
+def spectrum(system: Any) -> Spectrum:
+    """The spectrum of a body about its current state, in at most 50 right-hand sides.
+
+    A start vector at random in both signs has its share of every mode. Lanczos' method on K finds the outermost of the
+    undamped modes. With viscosity the vectors r_(j+1) = -(D r_j + K r_(j-1)) of Bai & Su's second-order Krylov space (SIAM
+    J. Matrix Anal. Appl. 26, 2005) follow, in which the modes of both are found; those that lie in the span already (all of
+    them at first where D is as K) cost nothing and are gone through.
+    """
+    rate, still = float(system.force.struct.damping), STILL[system.space.precision]
+    if not system.free_components.any():
+        none = np.zeros((0, 0))
+        return Spectrum(none, none, (none, none, none), rate, still)
+    products = Products(system)
+    lanczos, most = DAMPED_VECTORS if system.viscous else (VECTORS, VECTORS)
+    span = _Span(products, most, system.viscous)
+    start = np.random.default_rng(0).standard_normal(len(products.free)) * products.free
+    span.add(start)
+    while span.count < lanczos:
+        known = span.count
+        span.add(span.last_stiffness())
+        if span.count == known:  # nothing new, or nothing finite
+            break
+    before, last = np.zeros(1), np.eye(1)[0]
+    for _ in range(3 * most if system.viscous else 0):
+        if span.count == most:
+            break
+        coefficients = span.add(span.next(last, before))
+        size = float(np.linalg.norm(coefficients))
+        if not size > 0.0:
+            break
+        before, last = last / size, coefficients / size
+    products.restore()
+    return span.spectrum(rate, still)

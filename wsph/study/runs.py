@@ -1,0 +1,173 @@
+"""Studies: a scene under a grid of overrides, one row of cost and error each, and the front that they make.
+
+schema = 1
+scene = "../shock_bar.toml"
+[[variants]]                      # what is compared; every one with every combination of the grid
+name = "tsph"
+set = { "run.support" = 1.2 }
+[grid]
+"run.cfl" = [0.5, 0.9]
+[oracle]                          # the exact answer, an expression of x, y, z, t
+probe = "fixed-end"               # or field = "velocity_x" at the end of the run
+column = "stress_xx"
+exact = "-8e5*(t > 5e-3 and t <= 7.5e-3)"   # or reference = "file.csv": a time and a value a row
+norm = 1
+"""
+
+import itertools
+import json
+import multiprocessing
+import os
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import warp as wp
+
+from wsph.backend.device import pick_device
+from wsph.backend.threads import cores, keep_to
+from wsph.errors import Refused, WsphError
+from wsph.output.files import write_text
+from wsph.scene.scene import Scene
+from wsph.simulation.run import run
+from wsph.study.tables import Study
+
+SPREAD_SECONDS = 5.0
+"""A study that would go on for less after its first run stays in its process: another one starts in two seconds."""
+
+Planned = tuple[str, dict[str, Any], Scene]
+"""A run to be made: the variant's name, its place in the grid, and the scene."""
+
+
+def scenes(study: Study, scene: Scene) -> Iterator[Planned]:
+    """Every variant at every place of the grid. Raises SceneError for an override that the scene cannot take."""
+    for variant in study.variants:
+        for values in itertools.product(*study.grid.values()):
+            place = dict(zip(study.grid, values, strict=True))
+            yield variant.name, place, scene.with_(**variant.set, **place)
+
+
+def run_study(
+    study: Study, scene: Scene, folder: Path, progress: Callable[[int, int], None] | None = None, workers: int = 1
+) -> list[dict[str, Any]]:
+    """Run a study whose files are in `folder`: one row of plain data a run. What is refused or unstable is a row that says
+    so.
+
+    With more than one of `workers` (0: as many as there are cores for) every run that leaves its threads open takes one
+    core, and those after the first go to processes of their own where that is worth it: the same rows, but for their
+    seconds. Processes import the main module, which has to be importable. An interrupt ends the study (KeyboardInterrupt).
+    """
+    planned = list(scenes(study, scene))
+    rows: list[dict[str, Any]] = []
+
+    def keep(row: dict[str, Any]) -> None:
+        rows.append(row)
+        if progress is not None:
+            progress(len(rows), len(planned))
+
+    rest = planned[1:]
+    each_takes = max(1, *(changed.run.threads for _, _, changed in planned))
+    workers = min(workers or len(cores()) // each_takes, len(rest))
+    if any(_on_cuda(changed) for _, _, changed in planned):
+        workers = 1
+    row = partial(_row, study, folder, threads=1 if workers > 1 else None)
+    started = time.perf_counter()
+    keep(row(planned[0]))
+    if workers < 2 or (time.perf_counter() - started) * len(rest) < SPREAD_SECONDS:
+        for each in rest:
+            keep(row(each))
+        return rows
+    context = multiprocessing.get_context("spawn")
+    own = [cores()[k * each_takes : (k + 1) * each_takes] for k in range(max(len(cores()) // each_takes, 1))]
+    shares = context.Queue()
+    for k in range(workers):
+        shares.put(own[k % len(own)])
+    with ProcessPoolExecutor(workers, context, _begin, (shares,)) as pool:
+        try:
+            for found in pool.map(partial(_in_process, row), rest):
+                keep(found)
+        except BrokenProcessPool:
+            raise WsphError(
+                "a process of the study ended, by an interrupt or for lack of memory perhaps: use --workers 1"
+            ) from None
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return rows
+
+
+def _on_cuda(scene: Scene) -> bool:
+    try:
+        return wp.get_device(pick_device(scene.run.device)).is_cuda
+    except Refused:  # which its row will say
+        return False
+
+
+def _in_process(row: Callable[[Planned], dict[str, Any]], planned: Planned) -> dict[str, Any]:
+    """A row made by a process of its own, which an interrupt ends."""
+    try:
+        return row(planned)
+    except KeyboardInterrupt:
+        os._exit(130)
+
+
+def _begin(shares: Any) -> None:
+    """A process of a study: on cores of its own, and as quiet as the command line has it: the table says what warnings
+    would."""
+    warnings.simplefilter("ignore")
+    keep_to(shares.get())
+
+
+def _row(study: Study, folder: Path, planned: Planned, threads: int | None = None) -> dict[str, Any]:
+    """One run, with so many threads where the scene leaves that open."""
+    name, place, changed = planned
+    if threads is not None and changed.run.threads == 0:
+        changed = changed.with_(threads=threads)
+    row: dict[str, Any] = {
+        "variant": name,
+        **{k: v if isinstance(v, (int, float, str)) else json.dumps(v) for k, v in place.items()},
+    }
+    try:
+        result = run(changed, throw=False)
+    except Refused as error:
+        return row | {"status": "refused", "reason": str(error).splitlines()[0]}
+    if result.status == "interrupted":
+        raise KeyboardInterrupt
+    s = result.summary
+    rate, energy = s["particle_steps_per_second"], s["energy"]
+    row |= {
+        "status": result.status,
+        "reason": result.reason.split(":")[0],
+        "particles": s["particles"],
+        "steps": s["steps"],
+        "right_hand_sides": s["right_hand_sides"],
+        "pair_visits": s["pairs"] * s["right_hand_sides"],
+        "seconds": s["particles"] * s["steps"] / rate if rate > 0.0 else 0.0,
+        "energy_residual": energy["residual"] / energy["external_work"] if energy["external_work"] else 0.0,
+    }
+    if study.oracle is not None and result.status == "completed":
+        row["error"] = study.oracle.error(result, folder)
+    return row
+
+
+def write_study(rows: list[dict[str, Any]], study: Study, folder: Path) -> None:
+    """study.csv, study.json and, where there are errors and pyvista, front.png."""
+    folder.mkdir(parents=True, exist_ok=True)
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    cell: Callable[[Any], str] = lambda v: '"' + str(v).replace('"', '""') + '"' if isinstance(v, str) else f"{v}"  # noqa: E731
+    table = "\n".join([",".join(columns), *(",".join(cell(row.get(c, "")) for c in columns) for row in rows)]) + "\n"
+    write_text(folder / "study.csv", table)
+    write_text(folder / "study.json", json.dumps({"title": study.title, "rows": rows}, indent=2) + "\n")
+    if any("error" in row for row in rows):
+        try:
+            import pyvista  # noqa: F401
+        except ImportError:
+            return
+        from wsph.output.view import front
+
+        front(rows, study.title, folder / "front.png")
