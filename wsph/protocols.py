@@ -1,6 +1,7 @@
 """What rooms and plugins see of each other: small protocols, without the classes that meet them."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 
@@ -35,3 +36,38 @@ class LimitedBody(Protocol):
 
 Again = Callable[[], LimitedBody]
 """Makes a body once more, in double precision."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """An entry of the energy ledger: what it has come to so far, nondimensional, and the column of history.csv that it is
+    counted in. The column "external_work" is what is done on the bodies; the residual is it less all others."""
+
+    column: str
+    value: Callable[[], float]
+
+
+class Interaction(Protocol):
+    """What acts between bodies, or on one from outside, between two steps: contact, a rigid tool, a tie."""
+
+    ledger: tuple[Entry, ...]
+
+    def follow(self) -> bool:
+        """Before a step, on the host: bring up to date what follows the motion; whether that changed what launches take."""
+        ...
+
+    def act(self) -> None:
+        """Change the velocities of the bodies (launches)."""
+        ...
+
+    def frequency(self, body: str) -> float:
+        """A bound of the frequency that it adds to a body's, nondimensional; 0 for a body that it does not touch."""
+        ...
+
+    def kept(self) -> dict[str, Any]:
+        """Device arrays that a run goes on from, by name."""
+        ...
+
+    def restored(self) -> None:
+        """Make what follows from the kept arrays, after they have been put back."""
+        ...

@@ -155,7 +155,7 @@ def test_forces_and_their_moments_sum_to_nothing(
     composition = compose(block(formulation, dim, precision=precision, model="elastic"))
     system = composition.bodies[0].system
     system.state.write("displacement", 0.1 * np.random.default_rng(5).standard_normal((system.count, dim)))
-    if system.follows:
+    if system.traits.pairs_follow:
         system.state.write("deformation", 0.1 * np.random.default_rng(6).standard_normal((system.count, dim**2)))
         system.follow()
     out = system.new()

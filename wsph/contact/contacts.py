@@ -28,7 +28,6 @@ from wsph.backend.space import Space
 from wsph.contact.bodies import Meeting, Side, without_neighbours
 from wsph.contact.law import kick_kernel, law_struct, push_kernel
 from wsph.errors import Refused
-from wsph.formulations.one_set import OneSetSystem
 from wsph.scene.tables import Contact
 from wsph.sph.pairs import find_pairs
 from wsph.units import Scales
@@ -191,7 +190,7 @@ class Contacts:
 
 def _refuse(run: Any) -> None:
     """Refuse bodies that contacts cannot push."""
-    if not isinstance(run.system, OneSetSystem):
+    if not run.system.traits.pushable:
         raise Refused(
             f"body {run.body.name!r}: contact pushes bodies whose particles move: use an integrator of one set, not the two"
             f" sets of {run.system.formulation!r}"

@@ -12,18 +12,16 @@ import warp as wp
 
 from wsph.backend.algebra import ENTRIES, combine_kernel
 from wsph.backend.clock import Clock
-from wsph.backend.space import Space
 from wsph.backend.state import Derived, State
 from wsph.boundary.conditions import Conditions, nonzero
 from wsph.boundary.natural import layer_conditions, node_conditions
 from wsph.boundary.values import BoundaryValues
 from wsph.boundary.work import ConstraintWork, LoadWork
-from wsph.constitutive.constitutive import Constitutive
 from wsph.errors import Refused
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.layout import layout_of
+from wsph.formulations.setup import Setup
 from wsph.formulations.system import System
-from wsph.geometry.lattice import Lattice
 from wsph.parts.body_force import BodyForce
 from wsph.parts.links import SUPPORT as NEAREST
 from wsph.parts.links import LinkDamage
@@ -37,7 +35,6 @@ from wsph.sph.pairs import Pairs
 from wsph.sph.smoothing import SMOOTHING, SUPPORT
 from wsph.stability.krylov import spectrum
 from wsph.stability.spectrum import Spectrum
-from wsph.units import Scales
 
 FRACTURE = ("damage", "damaged_stress")
 
@@ -45,7 +42,6 @@ FRACTURE = ("damage", "damaged_stress")
 class OneSetSystem(System):
     """A body as one-set integrators see it. A formulation sets up its pairs and gives `rate` and `refresh`."""
 
-    measures = True
     points = False
     """Whether stresses live at places of their own, apart from the particles."""
     derived: tuple[str, ...] = ("deformation",)
@@ -57,9 +53,10 @@ class OneSetSystem(System):
     damage: PhaseDamage | LinkDamage | None = None
     _pairs: Pairs
 
-    def __init__(self, scene: Scene, body: Body, lattice: Lattice, space: Space, constitutive: Constitutive,
-                 scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip
-        super().__init__(lattice, space, constitutive, scales, clock, device)
+    def __init__(self, setup: Setup):
+        super().__init__(setup)
+        scene, body, lattice = setup.scene, setup.body, setup.lattice
+        space, scales, device = setup.space, setup.scales, setup.device
         self.name = body.name
         self._derived: Derived | None = None
         unit = scales.length**space.dim

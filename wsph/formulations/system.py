@@ -5,14 +5,11 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from wsph.backend.clock import Clock
-from wsph.backend.space import Space
 from wsph.backend.state import Layout, State
 from wsph.boundary.values import BoundaryValues
-from wsph.constitutive.constitutive import Constitutive, project_kernel
-from wsph.geometry.lattice import Lattice
+from wsph.constitutive.constitutive import project_kernel
+from wsph.formulations.setup import Setup, Traits
 from wsph.parts.body_force import BodyForce
-from wsph.units import Scales
 
 
 class System:
@@ -23,23 +20,9 @@ class System:
     """
 
     formulation = ""
-    follows_courant = False
-    tried = False
-    """Whether the guard tries the step of a jittered body for modes that grow: collocation can have some."""
-    measures = False
-    """Whether the limit is found by the right-hand sides themselves, and can be found anew: `measure_anew`."""
-    follows = False
-    """Whether something of it, such as pairs, follows the motion on the host: `follow` before every step."""
-    clumps = False
-    """Whether modes of neighbouring particles can grow about a deformed state."""
-    parts_taken: tuple[str, ...] = ()
-    """Parts of a body, of those between pairs, that the formulation takes."""
+    traits = Traits()
     damage_model = ""
     """How the body breaks (`wsph.scene.damage_model`): where it can, its state carries a damage."""
-    takes_maps = False
-    """Whether cells may differ in size and direction."""
-    splits = False
-    """Whether cracks part the particles on them (and so have to run along lines of the grid)."""
     position: np.ndarray
     volume: np.ndarray
     state: State
@@ -47,12 +30,10 @@ class System:
     work: Any
     force: BodyForce
 
-    def __init__(
-        self, lattice: Lattice, space: Space, constitutive: Constitutive, scales: Scales, clock: Clock, device: str
-    ):
-        self.space, self.lattice, self.constitutive = space, lattice, constitutive
-        self.scales, self.clock, self.device = scales, clock, device
-        self.spacing, self.density = lattice.spacing, constitutive.density
+    def __init__(self, setup: Setup):
+        self.space, self.lattice, self.constitutive = setup.space, setup.lattice, setup.constitutive
+        self.scales, self.clock, self.device = setup.scales, setup.clock, setup.device
+        self.spacing, self.density = setup.lattice.spacing, setup.constitutive.density
         self._states: list[State] = []
 
     def follow(self) -> bool:

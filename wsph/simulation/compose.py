@@ -18,11 +18,8 @@ from wsph.constitutive.constitutive import Constitutive
 from wsph.constitutive.stress_state import STRESS_STATES, StressState
 from wsph.contact.contacts import Contacts
 from wsph.errors import Fault, PluginError, Refused, SceneError
-from wsph.formulations.lagrangian.system import StressPointSystem, TotalLagrangianSystem
-from wsph.formulations.one_set import OneSetSystem
-from wsph.formulations.taylor.moving import MovingTwoSetSystem
-from wsph.formulations.taylor.system import TwoSetSystem
-from wsph.formulations.updated.system import UpdatedLagrangianSystem
+from wsph.formulations.setup import Formulation, Setup
+from wsph.formulations.table import FORMULATIONS, of_sets, takers
 from wsph.geometry.lattice import Lattice, lattice
 from wsph.output import fields
 from wsph.parts import links
@@ -38,12 +35,6 @@ from wsph.simulation.probes import Recorder
 from wsph.simulation.timeline import Timeline
 from wsph.stability.guard import guard
 from wsph.units import Scales
-
-SYSTEMS: dict[int, dict[str, Any]] = {
-    1: {s.formulation: s for s in (TotalLagrangianSystem, StressPointSystem, UpdatedLagrangianSystem)},
-    2: {s.formulation: s for s in (TwoSetSystem, MovingTwoSetSystem)},
-}
-"""By the number of particle sets that an integrator works on, and by formulation."""
 
 PAIR_PARTS = ("viscosity", "residual", "hourglass", "artificial_stress", "phase_field", "links")
 
@@ -81,7 +72,7 @@ def _compose(scene: Scene) -> Composition:
     materials = _materials(scene)
     plugin = registry.load("integrators", scene.run.integrator.name)
     who = f"integrator {scene.run.integrator.name!r} ({registry.origin('integrators', scene.run.integrator.name)})"
-    systems = SYSTEMS.get(getattr(plugin, "sets", 1), {})
+    systems = of_sets(getattr(plugin, "sets", 1))
     offered = getattr(plugin, "formulations", tuple(systems)[:1])
     if not callable(getattr(plugin, "step", None)) or not all(name in systems for name in offered) or not offered:
         raise PluginError(f"{who} is no integrator; expected {INTEGRATOR_SIGNATURE}")
@@ -90,10 +81,10 @@ def _compose(scene: Scene) -> Composition:
         raise Refused(
             f"run.formulation: {scene.run.integrator.name} works in {', '.join(map(repr, offered))}, not in {formulation!r}"
         )
-    system_type = systems[formulation]
+    chosen = systems[formulation]
     device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
     states = [STRESS_STATES[scene.dim, body.state] for body in scene.bodies]
-    lattices = [_lattice(k, body, scene.run.seed, system_type.splits) for k, body in enumerate(scene.bodies)]
+    lattices = [_lattice(k, body, scene.run.seed, chosen.traits.splits_cracks) for k, body in enumerate(scene.bodies)]
     speeds = [_wave_speed(b, s, m) for b, s, m in zip(scene.bodies, states, materials, strict=True)]
     fastest = int(np.argmin([cells.spacing / c for cells, c in zip(lattices, speeds, strict=True)]))
     shortest = lattices[fastest].spacing / speeds[fastest]
@@ -105,7 +96,7 @@ def _compose(scene: Scene) -> Composition:
 
     def body_run(k: int, space: Space, clock: Clock) -> BodyRun:
         body, cells, material, state = scene.bodies[k], lattices[k], materials[k], states[k]
-        return _body_run(scene, body, cells, material, state, plugin, who, system_type, space, scales, clock, device)
+        return _body_run(scene, body, cells, material, state, plugin, who, chosen, space, scales, clock, device)
 
     bodies = [body_run(k, space, clock) for k in range(len(scene.bodies))]
     steps = Timeline(scene.run.end, dt).last
@@ -126,7 +117,7 @@ def _compose(scene: Scene) -> Composition:
     ]
     every_step = [p for p in probes if p.every_step]
 
-    following: list[Any] = [run.system for run in bodies if run.system.follows]
+    following: list[Any] = [run.system for run in bodies if run.system.traits.pairs_follow]
     if contacts is not None:
         following.append(contacts)
 
@@ -214,7 +205,7 @@ def _cadence_steps(every: float, dt: float) -> float:
     return every if isinstance(every, int) else every / dt
 
 
-def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: Any, plugin: Any, who: str, system_type: Any,
+def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: Any, plugin: Any, who: str, formulation: Formulation,
               space: Space, scales: Scales, clock: Clock, device: str) -> BodyRun:  # fmt: skip
     constitutive = Constitutive(space, material, state, scales, _material_name(body))
     if body.phase_field is not None:
@@ -227,8 +218,8 @@ def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: An
             stacklevel=5,
         )
     _warn_of_lost_digits(body, material, space, constitutive.who)
-    _refuse_parts(body, material, system_type, scene.run.integrator.name, constitutive.who)
-    system = system_type(scene, body, cells, space, constitutive, scales, clock, device, wants_displacement(scene))
+    _refuse_parts(body, material, formulation, scene.run.integrator.name, constitutive.who)
+    system = formulation.build(Setup(scene, body, cells, space, constitutive, scales, clock, wants_displacement(scene)))
     if body.velocity is not None:
         values = [scene.value(v, "m/s") for v in body.velocity]
         columns = [value(system.position) for value in values if isinstance(value, Expression)]
@@ -253,7 +244,7 @@ def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: An
         system.density,
         device,
         system.damage_model,
-        system.follows_courant,
+        system.traits.courant_follows,
     )
     courant = clock.dt * scales.time * constitutive.wave_speed / cells.spacing
     return BodyRun(body, constitutive, system, integrator, diagnostics, courant, limit, reason)
@@ -273,24 +264,22 @@ def _warn_of_lost_digits(body: Body, material: Any, space: Space, who: str) -> N
         )
 
 
-def _refuse_parts(body: Body, material: Any, system_type: Any, integrator: str, who: str) -> None:
+def _refuse_parts(body: Body, material: Any, formulation: Formulation, integrator: str, who: str) -> None:
     """What a formulation cannot do is refused by name."""
-    formulation = system_type.formulation
-    if not hasattr(material, "rate") and not issubclass(system_type, OneSetSystem):
+    traits = formulation.traits
+    if not hasattr(material, "rate") and traits.needs_rate:
         raise Refused(
-            f"{who} has a total law alone; the {formulation} form needs a rate: use run.formulation of one set"
+            f"{who} has a total law alone; the {formulation.name} form needs a rate: use run.formulation of one set"
         )
-    if body.map is not None and not system_type.takes_maps:
-        raise Refused(
-            f"body {body.name!r}: the {formulation} form needs a regular lattice: `map` is for total-lagrangian and stress-points"
-        )
+    if body.map is not None and not traits.maps:
+        able = " and ".join(each.name for each in FORMULATIONS if each.traits.maps)
+        raise Refused(f"body {body.name!r}: the {formulation.name} form needs a regular lattice: `map` is for {able}")
     for part in PAIR_PARTS:
         given = getattr(body, part)
         # What is switched off is nowhere.
-        if given is not None and getattr(given, "coefficient", 1.0) > 0.0 and part not in system_type.parts_taken:
-            takers = [s.formulation for s in SYSTEMS[1].values() if part in s.parts_taken]
-            here = f"{formulation!r}" if issubclass(system_type, OneSetSystem) else f"the two sets of {integrator}"
+        if given is not None and getattr(given, "coefficient", 1.0) > 0.0 and part not in traits.takes:
+            here = f"{formulation.name!r}" if formulation.sets == 1 else f"the two sets of {integrator}"
             raise Refused(
-                f"body {body.name!r}: {part} is a part of the one-set form {' and '.join(takers)}, not of {here}:"
+                f"body {body.name!r}: {part} is a part of the one-set form {' and '.join(takers(part))}, not of {here}:"
                 f" choose run.formulation, or leave bodies.{part} out"
             )

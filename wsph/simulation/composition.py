@@ -53,13 +53,13 @@ class BodyRun:
     @property
     def adapts(self) -> bool:
         """Whether deformation can bring its Courant number beyond its limit."""
-        return bool(self.limit) and (self.system.follows_courant or self.system.measures)
+        return bool(self.limit) and (self.system.traits.courant_follows or self.system.traits.measures)
 
     def follow(self, distortion: float) -> None:
         """Find the limit anew where a body has deformed by ANEW since, nearer to the limit by less: its stiffness has
         changed, or its pairs."""
         since = ANEW * float(np.clip(5.0 * (1.0 - self.share), 0.1, 1.0))
-        if self.limit is not None and self.system.measures and abs(np.log(distortion / self.distortion)) > since:
+        if self.limit is not None and self.system.traits.measures and abs(np.log(distortion / self.distortion)) > since:
             self.distortion = distortion
             self.system.measure_anew()
             self.measure()

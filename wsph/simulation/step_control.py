@@ -74,7 +74,7 @@ class Watch:
 
     def _check_limit(self, step: int, run: BodyRun, ledger: Ledger) -> None:
         run.follow(ledger.distortion)
-        local, moves = _local(run, ledger), run.system.follows_courant
+        local, moves = _local(run, ledger), run.system.traits.courant_follows
         limit = run.limit if run.limit is not None else np.inf  # zero where nothing is stable any more
         if local <= limit * (1.0 + SLACK) or not (moves or run.distortion != 1.0):
             return
@@ -126,7 +126,7 @@ class Watch:
         if self._guard == "off":
             return
         for k, run in enumerate(self.c.bodies):
-            if not run.system.clumps or self._folds[k] > CLUMPED:
+            if not run.system.traits.clumps or self._folds[k] > CLUMPED:
                 continue
             self._folds[k] += run.system.growth * passed
             if self._folds[k] > CLUMPED:
@@ -155,4 +155,4 @@ class Watch:
 
 def _local(run: BodyRun, ledger: Ledger) -> float:
     """The largest Courant number of a particle."""
-    return run.courant * (ledger.stretch if run.system.follows_courant else 1.0)
+    return run.courant * (ledger.stretch if run.system.traits.courant_follows else 1.0)

@@ -52,7 +52,7 @@ def guard(scene: Scene, run: LimitedBody, dt: float, steps: int, double: Again) 
             f"body {run.body.name!r}: {scene.run.integrator.name} at Courant number {run.courant:.6g} is beyond its stability"
             f" limit {run.limit:.3f} ({run.limit_reason}){grows}{way_out}"
         )
-    elif run.body.jitter > 0.0 and run.system.tried and run.system.count * steps < MOST_TRIED:
+    elif run.body.jitter > 0.0 and run.system.traits.tried and run.system.count * steps < MOST_TRIED:
         found = _growth(double(), steps)
         if found * steps > np.log(GROWN):
             faults.append(

@@ -30,10 +30,8 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from wsph.backend.clock import Clock
 from wsph.backend.space import Space
 from wsph.backend.state import State
-from wsph.constitutive.constitutive import Constitutive
 from wsph.errors import Refused
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.lagrangian.ghosts import Ghosts, ghost_kernels, ghosts
@@ -41,7 +39,7 @@ from wsph.formulations.lagrangian.held_energy import BLOCK
 from wsph.formulations.lagrangian.kernels import kernels
 from wsph.formulations.lagrangian.weights import QUANTA, set_up_kernel
 from wsph.formulations.one_set import OneSetSystem
-from wsph.geometry.lattice import Lattice
+from wsph.formulations.setup import Setup, Traits
 from wsph.geometry.selection import select
 from wsph.parts.links import LinkDamage, stretch_of_energy
 from wsph.parts.phase_field.field import PhaseDamage, Sight
@@ -52,17 +50,15 @@ from wsph.sph.averages import average, outward_weights, unparted
 from wsph.sph.pairs import Pairs, find_pairs
 from wsph.sph.smoothing import SUPPORT
 from wsph.sph.weights import Weights
-from wsph.units import Scales
 
 
 class LagrangianSystem(OneSetSystem):
     """A body whose pairs and weights are those of the reference configuration."""
 
-    takes_maps = True
-
-    def __init__(self, scene: Scene, body: Body, lattice: Lattice, space: Space, constitutive: Constitutive,
-                 scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip
-        super().__init__(scene, body, lattice, space, constitutive, scales, clock, device, displacement)
+    def __init__(self, setup: Setup):
+        super().__init__(setup)
+        scene, body, lattice = setup.scene, setup.body, setup.lattice
+        space, constitutive, device = setup.space, setup.constitutive, setup.device
         laws = constitutive.laws
         nodes, cells = lattice.centred
         places = nodes if self.at_nodes else cells
@@ -385,15 +381,21 @@ class TotalLagrangianSystem(LagrangianSystem):
     """Every particle its own stress point: total-Lagrangian SPH."""
 
     formulation = "total-lagrangian"
-    parts_taken = ("viscosity", "residual", "hourglass", "artificial_stress", "phase_field", "links")
+    traits = Traits(
+        takes=("viscosity", "residual", "hourglass", "artificial_stress", "phase_field", "links"),
+        maps=True,
+        measures=True,
+        pushable=True,
+    )
 
 
 class StressPointSystem(LagrangianSystem):
     """Nodes on the lattice and its faces, stresses at the cell centres."""
 
     formulation = "stress-points"
-    parts_taken = ("viscosity", "residual", "phase_field")
+    traits = Traits(
+        takes=("viscosity", "residual", "phase_field"), maps=True, splits_cracks=True, measures=True, pushable=True
+    )
     points = True
-    splits = True
     default_support = 1.8
     default_residual = 0.6

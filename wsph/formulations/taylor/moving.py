@@ -15,31 +15,25 @@ shear half a cell below the face that the face does not have: under 1 % of strai
 import numpy as np
 import warp as wp
 
-from wsph.backend.clock import Clock
-from wsph.backend.space import Space
 from wsph.backend.state import Layout, State
-from wsph.constitutive.constitutive import Constitutive
 from wsph.formulations.layout import layout_of
+from wsph.formulations.setup import Setup, Traits
 from wsph.formulations.taylor.face_frames import PASSES, frame_kernel
 from wsph.formulations.taylor.moving_kernels import Kernels, kernels
 from wsph.formulations.taylor.system import TwoSetSystem
-from wsph.geometry.lattice import Lattice
-from wsph.scene.scene import Scene
-from wsph.scene.tables import Body
-from wsph.units import Scales
 
 
 class MovingTwoSetSystem(TwoSetSystem):
     """A body as updated-Lagrangian Taylor-SPH sees it: the calls of `TwoSetSystem`, in the current configuration."""
 
     formulation = "updated-lagrangian"
-    follows_courant = True
+    traits = Traits(needs_rate=True, splits_cracks=True, tried=True, courant_follows=True)
     # Each axis by itself is no gradient under shear and rotation: corners would find strain in a rigid turn.
     widenings = 2
 
-    def __init__(self, scene: Scene, body: Body, lattice: Lattice, space: Space, constitutive: Constitutive,
-                 scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip
-        super().__init__(scene, body, lattice, space, constitutive, scales, clock, device, displacement=True)
+    def __init__(self, setup: Setup):
+        super().__init__(setup)
+        lattice, space, scales, device = setup.lattice, setup.space, setup.scales, setup.device
         axis = np.full(self.count, -1, np.int32)
         for k in reversed(range(space.dim)):
             axis[np.unique(lattice.faces.nodes[lattice.faces.axis == k])] = k

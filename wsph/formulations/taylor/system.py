@@ -12,29 +12,24 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from wsph.backend.clock import Clock
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State
 from wsph.boundary.collocated import face_conditions
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.values import BoundaryValues
 from wsph.boundary.work import ExternalWork
-from wsph.constitutive.constitutive import Constitutive
 from wsph.constitutive.stress_state import packing
 from wsph.errors import Refused
 from wsph.formulations.layout import layout_of
+from wsph.formulations.setup import Setup, Traits
 from wsph.formulations.system import System
 from wsph.formulations.taylor.gather import rows_struct
 from wsph.formulations.taylor.kernels import kernels
-from wsph.geometry.lattice import Lattice
 from wsph.parts.body_force import BodyForce
 from wsph.plugins.blame import blame
-from wsph.scene.scene import Scene
-from wsph.scene.tables import Body
 from wsph.sph.averages import average, outward_weights, unparted
 from wsph.sph.pairs import Pairs, find_pairs
 from wsph.sph.weights import Weights, gradient_weights, interpolation_weights
-from wsph.units import Scales
 
 DEFAULT_SUPPORT = 1.2
 
@@ -43,19 +38,19 @@ class TwoSetSystem(System):
     """A body as Taylor-SPH sees it: `position`, `volume` and `state` are the real particles'."""
 
     formulation = "small-strain"
-    splits = True
-    tried = True
+    traits = Traits(needs_rate=True, splits_cracks=True, tried=True)
     widenings = 0
     """How often a target that spans too few directions (a corner) may look half as far again. Not at all in small strain:
     each axis by itself holds every mode to rounding up to C = .9; looking further holds most to C = 1, but lets a block with
     symmetric faces grow by 6e-6 a step at nu = .499, C = .05."""
 
-    def __init__(self, scene: Scene, body: Body, lattice: Lattice, space: Space, constitutive: Constitutive,
-                 scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip
-        super().__init__(lattice, space, constitutive, scales, clock, device)
+    def __init__(self, setup: Setup):
+        super().__init__(setup)
+        scene, body, lattice = setup.scene, setup.body, setup.lattice
+        space, constitutive, scales, device = setup.space, setup.constitutive, setup.scales, setup.device
         self.position = lattice.nodes
         self.volume = lattice.node_volume / scales.length**space.dim
-        self._displacement = displacement
+        self._displacement = setup.displacement or self.traits.courant_follows
         self._sourced = constitutive.laws.source is not None
         self._support = scene.run.support or DEFAULT_SUPPORT
         nodes, cells = lattice.centred

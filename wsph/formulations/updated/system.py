@@ -19,22 +19,16 @@ ascend, so that when they are found changes no bit of the sums.
 import numpy as np
 import warp as wp
 
-from wsph.backend.clock import Clock
-from wsph.backend.space import Space
 from wsph.backend.state import State
-from wsph.constitutive.constitutive import Constitutive
 from wsph.errors import Refused
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.lagrangian.kernels import Kernels, kernels
 from wsph.formulations.one_set import OneSetSystem
-from wsph.geometry.lattice import Lattice
+from wsph.formulations.setup import Setup, Traits
 from wsph.plugins.blame import blame
-from wsph.scene.scene import Scene
-from wsph.scene.tables import Body
 from wsph.sph.averages import unparted
 from wsph.sph.pairs import Pairs, find_pairs
 from wsph.sph.skin import Skin
-from wsph.units import Scales
 
 SKIN = 0.3
 """Thickness of the skin around a support, in spacings."""
@@ -44,14 +38,15 @@ class UpdatedLagrangianSystem(OneSetSystem):
     """Every particle its own stress point, seen where it is."""
 
     formulation = "updated-lagrangian"
-    clumps = True
-    parts_taken = ("viscosity", "artificial_stress")
-    follows = True
+    traits = Traits(
+        takes=("viscosity", "artificial_stress"), pairs_follow=True, measures=True, clumps=True, pushable=True
+    )
     derived = ()
 
-    def __init__(self, scene: Scene, body: Body, lattice: Lattice, space: Space, constitutive: Constitutive,
-                 scales: Scales, clock: Clock, device: str, displacement: bool):  # fmt: skip
-        super().__init__(scene, body, lattice, space, constitutive, scales, clock, device, displacement)
+    def __init__(self, setup: Setup):
+        super().__init__(setup)
+        scene, body, lattice = setup.scene, setup.body, setup.lattice
+        space, constitutive, scales, device = setup.space, setup.constitutive, setup.scales, setup.device
         if scene.run.correction == "paper":
             raise Refused('run.correction = "paper" is of the total-lagrangian form')
         step = lattice.frame.step
@@ -74,7 +69,7 @@ class UpdatedLagrangianSystem(OneSetSystem):
             self.kernels: Kernels = kernels(
                 space, laws, self.state.layout, self.force.parts, self.form, scene.run.kernel
             )
-        self._skin = Skin(space, self.count, clock)
+        self._skin = Skin(space, self.count, setup.clock)
         self._find()
         self.refresh(self.state)
         self.refuse_lonely(self._rank.numpy())
