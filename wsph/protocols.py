@@ -1,20 +1,46 @@
 """What rooms and plugins see of each other: small protocols, without the classes that meet them."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 
-class BodyKeys(Protocol):
-    """The keys of a scene's body that its parts ask for."""
+@dataclass(frozen=True)
+class Traits:
+    """What a formulation can do, and what a run has to do for it."""
 
-    name: str
-    map: Any
-    hourglass: Any
-    viscosity: Any
-    artificial_stress: Any
-    phase_field: Any
-    links: Any
+    one_set: bool = False
+    """Whether particles of one set carry the whole motion."""
+    pairwise: bool = False
+    """Whether those particles are their own stress points."""
+    reference: bool = False
+    """Whether pairs and weights are those of the reference configuration."""
+    stabilisation: float = 1.0
+    """Stiffness of what a linear field leaves of the displacements, by default, in Young's moduli."""
+    support: float = 2.6
+    """Support by default [spacings]."""
+    needs_rate: bool = False
+    """Whether a material has to give a rate law."""
+    maps: bool = False
+    """Whether cells may differ in size and direction."""
+    splits_cracks: bool = False
+    """Whether cracks part the particles on them, and so have to run along lines of the grid."""
+    pairs_follow: bool = False
+    """Whether pairs follow the motion on the host: `System.follow` before every step."""
+    courant_follows: bool = False
+    """Whether a particle's own Courant number follows its deformation."""
+    measures: bool = False
+    """Whether its limit is found from its right-hand sides, and can be found again about a deformed state."""
+    tried: bool = False
+    """Whether the guard tries the step of a jittered body for modes that grow: collocation can have some."""
+    clumps: bool = False
+    """Whether modes of neighbouring particles can grow about a stretched state."""
+    pushable: bool = False
+    """Whether interactions between bodies may change the velocities of its particles between steps."""
+
+    def with_(self, **changes: Any) -> "Traits":
+        """The same with some of them changed."""
+        return replace(self, **changes)
 
 
 class LimitedBody(Protocol):

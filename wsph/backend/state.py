@@ -1,88 +1,144 @@
-"""The state of a body: one flat buffer with typed views, velocity first."""
+"""The state of a body: fields in one flat buffer with typed views, what integrators call the velocity first."""
 
-from functools import cache
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache, cached_property
 
 import numpy as np
 import warp as wp
 
 from wsph.backend.space import Space
 
-Layout = tuple[tuple[str, int], ...]
-"""Name and width of every field of a state, in the order of the buffer."""
+
+@dataclass(frozen=True)
+class Field:
+    """A field of a state: `width` numbers a place, its SI `unit`.
+
+    `at_points`: it stands where the stress does, which may be other places than those of the velocity. `leads`: it stands
+    with the velocity, in what integrators advance by that name. `derived`: it follows from the other fields, in an
+    array that all states have in common. `square`: its numbers are a dim x dim matrix.
+    """
+
+    name: str
+    width: int
+    unit: str = ""
+    at_points: bool = False
+    leads: bool = False
+    derived: bool = False
+    square: bool = False
+
+    def type(self, space: Space) -> type:
+        """Its type in kernels."""
+        return space.mat if self.square else space.vector(self.width)
 
 
-class Derived:
-    """Fields that follow from the others, in arrays that all states of a system have in common: those of the state that they
-    were last found for."""
+@dataclass(frozen=True)
+class Layout:
+    """The fields of a state, in the order of the buffer. As a mapping: widths by name."""
 
-    def __init__(self, space: Space, layout: Layout, n: int, device: str):
-        self.buffer = wp.zeros(sum(n * width for _, width in layout), dtype=space.scalar, device=device)
-        self.arrays: dict[str, wp.array] = {}
-        self.start: dict[str, int] = {}
-        first = 0
-        for name, width in layout:
-            self.start[name] = first
-            self.arrays[name] = _view(space, self.buffer, name, width, first, n)
-            first += n * width
+    fields: tuple[Field, ...]
 
+    @classmethod
+    def of(cls, fields: Iterable[Field]) -> "Layout":
+        """Those fields that have a width: what is not asked for is not there."""
+        return cls(tuple(field for field in fields if field.width))
 
-def _view(space: Space, buffer: wp.array, name: str, width: int, start: int, n: int) -> wp.array:
-    address = (buffer.ptr or 0) + start * np.dtype(space.numpy).itemsize
-    return wp.array(ptr=address, dtype=_type(space, name, width), shape=n, device=buffer.device, copy=False)
+    @cached_property
+    def by_name(self) -> dict[str, Field]:
+        """The fields by name."""
+        return {field.name: field for field in self.fields}
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.by_name
+
+    def keys(self) -> Iterable[str]:
+        """Names of the fields."""
+        return self.by_name.keys()
+
+    def __getitem__(self, name: str) -> int:
+        return self.by_name[name].width
 
 
 @cache
 def fields_struct(space: Space, layout: Layout) -> type:
     """Struct of the typed views of the fields that there are, as kernels take it."""
-    annotations = {name: wp.array(dtype=_type(space, name, width)) for name, width in layout}
+    annotations = {field.name: wp.array(dtype=field.type(space)) for field in layout.fields}
     return wp.struct(type("Fields", (), {"__annotations__": annotations, "__module__": __name__}))
 
 
-def _type(space: Space, name: str, width: int) -> type:
-    return space.mat if name == "deformation" else space.vector(width)
+def _views(
+    space: Space, fields: list[Field], counts: dict[str, int], device: str
+) -> tuple[wp.array, dict[str, int], dict[str, wp.array]]:
+    """A buffer for fields, where each starts in it, and a typed view of each."""
+    buffer = wp.zeros(sum(counts[f.name] * f.width for f in fields), dtype=space.scalar, device=device)
+    start: dict[str, int] = {}
+    views: dict[str, wp.array] = {}
+    first = 0
+    for field in fields:
+        address = (buffer.ptr or 0) + first * np.dtype(space.numpy).itemsize
+        start[field.name] = first
+        views[field.name] = wp.array(
+            ptr=address, dtype=field.type(space), shape=counts[field.name], device=device, copy=False
+        )
+        first += counts[field.name] * field.width
+    return buffer, start, views
+
+
+class Derived:
+    """The derived fields of a layout, which all states of a body have in common: those of the state `of`, that they were
+    last found for."""
+
+    def __init__(self, space: Space, layout: Layout, points: int, device: str):
+        fields = [field for field in layout.fields if field.derived]
+        counts = dict.fromkeys((field.name for field in fields), points)
+        self.buffer, self.start, self.arrays = _views(space, fields, counts, device)
+        self.of: State | None = None
 
 
 class State:
-    """Fields of `n` points, or of as many as `counts` says for a field, nondimensional. What is not asked for is not there;
-    what is `derived` is not in the buffer.
+    """Fields of `n` places, and of `points` where the stress stands, nondimensional. `layout` says which; fields by name are
+    attributes of `struct`, typed arrays as kernels take them.
 
     velocity       # (n,), vec
     drag           # what viscosity has added to the velocity since the step began, (n,), vec, where there is any
-    stress         # Cauchy, packed, (n,), vector(width)
-    internals      # (n,), vector(number of internals), where the material has any
-    deformation    # H = F - I, (n,), dim x dim, where the formulation evolves it
+    stress         # Cauchy, packed, (points,), vector(width)
+    internals      # (points,), vector(number of internals), where the material has any
+    deformation    # H = F - I, (points,), dim x dim, where the formulation evolves it
     spin           # skew part of the velocity gradient, above the diagonal, where a formulation hands it on
-    displacement   # (n,), vec, where a frame or a probe asks for it
-    damage         # (n,), vector(1), 0 intact to 1 broken, where a body can break
+    displacement   # (n,), vec, where a frame, a probe or the formulation asks for it
+    damage         # (points,), vector(1), 0 intact to 1 broken, where a body can break
     damaged_stress # what acts of an evolved stress where a body can break: what is read as "stress"
     """
 
-    def __init__(self, space: Space, n: int, layout: Layout, device: str, counts: dict[str, int] | None = None,
-                 derived: Derived | None = None):  # fmt: skip
-        self.space, self.n, self.device, self.layout = space, n, device, layout
-        self.widths = dict(self.layout)
-        self.counts = dict.fromkeys(self.widths, n) | (counts or {})
-        self.source: State | None = None  # the law's rates at L = 0, where a system keeps them
-        self.derived = derived
+    def __init__(
+        self,
+        space: Space,
+        n: int,
+        layout: Layout,
+        device: str,
+        points: int | None = None,
+        derived: Derived | None = None,
+        counts: dict[str, int] | None = None,
+    ):
+        """`counts`: of fields that have other numbers of places."""
+        self.space, self.n, self.device, self.layout, self.derived = space, n, device, layout, derived
+        self.widths = dict(layout)
+        self.counts = {f.name: n if points is None or not f.at_points else points for f in layout.fields} | (
+            counts or {}
+        )
         shared = derived.arrays if derived is not None else {}
-        own = [(name, width) for name, width in layout if name not in shared]
-        self.buffer = wp.zeros(sum(self.counts[k] * w for k, w in own), dtype=space.scalar, device=device)
-        self.type = fields_struct(space, self.layout)
-        self.struct = self.type()
-        self.start: dict[str, int] = {}
-        self.split = sum(self.counts[k] * w for k, w in own if k in ("velocity", "drag"))
+        own = [field for field in layout.fields if field.name not in shared]
+        self.buffer, self.start, views = _views(space, own, self.counts, device)
+        self.split = sum(self.counts[f.name] * f.width for f in own if f.leads)
         """Where the rest begins: what integrators call the velocity is what comes before."""
-        for name, array in shared.items():
+        self.type = fields_struct(space, layout)
+        self.struct = self.type()
+        for name, array in (shared | views).items():
             setattr(self.struct, name, array)
-        start = 0
-        for name, width in own:
-            self.start[name] = start
-            setattr(self.struct, name, _view(space, self.buffer, name, width, start, self.counts[name]))
-            start += self.counts[name] * width
 
     def _place(self, name: str) -> tuple[wp.array, int]:
         """The buffer that a field stands in, and where it starts there."""
-        if name == "stress" and "damaged_stress" in self.widths:
+        if name == "stress" and "damaged_stress" in self.layout:
             name = "damaged_stress"
         if self.derived is not None and name in self.derived.start:
             return self.derived.buffer, self.derived.start[name]
@@ -94,6 +150,11 @@ class State:
         buffer, start = self._place(name)
         offset = 0 if buffer is self.buffer else len(self.buffer)
         return offset + start + particle * self.widths[name] + component
+
+    def span(self, name: str) -> slice:
+        """Where a field that is not derived stands in the buffer."""
+        start = self.start[name]
+        return slice(start, start + self.counts[name] * self.widths[name])
 
     def flat(self, name: str) -> wp.array:
         """A field's numbers in the buffer, one after the other."""
@@ -112,8 +173,3 @@ class State:
         everything = buffer.numpy().copy()
         everything[start : start + n * width] = np.asarray(values, self.space.numpy).reshape(-1)
         buffer.assign(everything)
-
-    @property
-    def nbytes(self) -> int:
-        """Device memory, its sources' included [bytes]."""
-        return self.buffer.capacity + (self.source.nbytes if self.source is not None else 0)

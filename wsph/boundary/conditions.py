@@ -43,6 +43,11 @@ class Conditions:
     mirrored: np.ndarray = field(default_factory=lambda: np.ones(0))
     scales: dict[tuple[str, int], dict[int, float]] = field(default_factory=dict)
 
+    @property
+    def moved(self) -> bool:
+        """Whether a value other than zero is prescribed anywhere."""
+        return any(nonzero(value) for values in self.entries.values() for value in values.values())
+
     def put(self, name: str, component: int, particles: np.ndarray, value: Prescribed) -> None:
         """Prescribe a component; what was said later holds."""
         self.entries.setdefault((name, component), {}).update(dict.fromkeys(particles.tolist(), value))

@@ -60,6 +60,6 @@ def without_neighbours(pairs: Pairs, side: Side, device: str) -> tuple[Pairs, wp
     at = np.searchsorted(known, candidates)
     near = known[np.minimum(at, len(known) - 1)] == candidates
     slot = np.where(near, at, -1)
-    if side.system.damage_model != "links":
+    if side.system.breakable_weights is None:
         pairs, slot = pairs.where(~near), slot[~near]
     return pairs, wp.array(slot, dtype=wp.int32, device=device)

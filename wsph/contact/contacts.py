@@ -148,7 +148,8 @@ class Contacts:
             kernel = push_kernel(self._space, part.law, part.friction > 0.0, one is other)
             ways = ((one, other), (other, one)) if one is not other else ((one, one),)
             for (side, against), law, (pairs, slot) in zip(ways, meeting.laws, meeting.rows, strict=False):
-                weight = side.system.link_weights if one is other else self._nowhere[1]
+                weight = side.system.breakable_weights if one is other else None
+                weight = weight if weight is not None else self._nowhere[1]
                 inputs = [
                     self._clock.time,
                     law,
@@ -165,8 +166,8 @@ class Contacts:
                 self._clock.launch(kernel, side.count, inputs, [side.impulse])
         for side in self.sides.values():
             inputs = [self._space.scalar(side.system.density), side.volume, side.free]
-            outputs = [side.impulse, side.v, side.system.work.loads.before, side.work, side.held]
-            self._clock.launch(kick_kernel(self._space, side.system.viscous), side.count, inputs, outputs)
+            outputs = [side.impulse, side.v, side.system.started_from, side.work, side.held]
+            self._clock.launch(kick_kernel(self._space, side.system.drags), side.count, inputs, outputs)
 
     @property
     def energy(self) -> float:

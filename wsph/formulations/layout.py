@@ -1,30 +1,28 @@
-"""Which fields a state has."""
+"""The fields of a state."""
 
 from wsph.backend.space import Space
-from wsph.backend.state import Layout
+from wsph.backend.state import Field
 from wsph.constitutive.constitutive import Constitutive
 
 
-def layout_of(
-    space: Space,
-    constitutive: Constitutive,
-    displacement: bool = False,
-    deformation: bool = False,
-    spin: bool = False,
-    damage: str = "",
-    drag: bool = False,
-) -> Layout:
-    """Fields and widths of a state, velocity first; `damage` is how a body breaks (`wsph.scene.damage_model`)."""
-    widths = {
-        "velocity": space.dim,
-        "drag": space.dim * drag,
-        "stress": constitutive.width,
-        "internals": len(constitutive.internals),
-        "deformation": space.dim**2 * deformation,
-        "spin": space.dim * (space.dim - 1) // 2 * spin,
-        "displacement": space.dim * displacement,
-        "damage": int(damage != ""),
-        # Under a phase field an evolved stress goes on undamaged.
-        "damaged_stress": constitutive.width * (damage in ("AT1", "AT2") and constitutive.laws.total is None),
-    }
-    return tuple((name, width) for name, width in widths.items() if width)
+def matter_fields(constitutive: Constitutive, *, at_points: bool = False, derived: bool = False) -> tuple[Field, ...]:
+    """Stress and internals of a material. `derived`: the stress follows from the deformation."""
+    return (
+        Field("stress", constitutive.width, "Pa", at_points=at_points, derived=derived),
+        Field("internals", len(constitutive.internals), "", at_points=at_points),
+    )
+
+
+def velocity_field(space: Space) -> Field:
+    """The velocity of particles."""
+    return Field("velocity", space.dim, "m/s", leads=True)
+
+
+def displacement_field(space: Space, wanted: bool = True) -> Field:
+    """The displacement of particles, where it is `wanted`."""
+    return Field("displacement", space.dim * wanted, "m")
+
+
+def deformation_field(space: Space, *, at_points: bool = False, derived: bool = False) -> Field:
+    """H = F - I."""
+    return Field("deformation", space.dim**2, "", at_points=at_points, derived=derived, square=True)

@@ -1,161 +1,165 @@
 """What one-set integrators see of a body: `rate`, `combine`, `drift`, `impose`, `constrain`, `accept` over one flat state.
 
-The forms that give the rates are in `wsph.formulations.lagrangian` and `wsph.formulations.updated`. Time steps are limited
-by what `wsph.stability.krylov` finds of the right-hand sides.
+The right-hand sides are those of a form (`wsph.formulations.lagrangian`, `wsph.formulations.updated`). Time steps are
+limited by the body's small motions (`wsph.stability.small_motions`).
 """
 
+from collections.abc import Callable
 from functools import cached_property
 from itertools import pairwise
+from typing import Protocol
 
 import numpy as np
 import warp as wp
 
 from wsph.backend.algebra import ENTRIES, combine_kernel
 from wsph.backend.clock import Clock
-from wsph.backend.state import Derived, State
-from wsph.boundary.conditions import Conditions, nonzero
+from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.natural import layer_conditions, node_conditions
 from wsph.boundary.values import BoundaryValues
 from wsph.boundary.work import ConstraintWork, LoadWork
-from wsph.errors import Refused
 from wsph.formulations.lagrangian.form import Form
-from wsph.formulations.layout import layout_of
+from wsph.formulations.layout import deformation_field, displacement_field, matter_fields, velocity_field
+from wsph.formulations.one_set_setup import Loads, Placement, RateSetup
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import System
 from wsph.parts.body_force import BodyForce
-from wsph.parts.links import SUPPORT as NEAREST
-from wsph.parts.links import LinkDamage
-from wsph.parts.pair_forces import pair_struct, parts_of
-from wsph.parts.phase_field.field import PhaseDamage
-from wsph.parts.phase_field.response import phase_struct
-from wsph.scene.scene import Scene
-from wsph.scene.tables import Body, damage_model
-from wsph.sph.averages import spanning_weights
+from wsph.parts.part import Attached, Host, Neighbourhood
+from wsph.protocols import Entry
+from wsph.sph.averages import average, outward_weights, spanning_weights
 from wsph.sph.pairs import Pairs
-from wsph.sph.smoothing import SMOOTHING, SUPPORT
-from wsph.stability.krylov import spectrum
-from wsph.stability.spectrum import Spectrum
+from wsph.sph.weights import Weights
+from wsph.stability.small_motions import SmallMotions
 
-FRACTURE = ("damage", "damaged_stress")
+
+class Rates(Protocol):
+    """The right-hand sides of a body, and its pairs."""
+
+    form: Form
+    holding: wp.array
+    """Forces per mass that hold spurious modes, of the last evaluation, (n,) vec, where there are any."""
+
+    @property
+    def pairs(self) -> int: ...
+
+    @property
+    def neighbours(self) -> Pairs: ...
+
+    @property
+    def seen(self) -> Neighbourhood | None: ...
+
+    def attach(self, parts: list[Attached]) -> None: ...
+
+    def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None: ...
+
+    def refresh(self, state: State) -> None: ...
+
+    def held_energy(self, state: State) -> float: ...
+
+    def follow(self) -> bool: ...
+
+    def restored(self) -> None: ...
+
+
+def layout_of(host: Host) -> Layout:
+    """The fields of a one-set state."""
+    laws, reference = host.constitutive.laws, host.traits.reference
+    extra = [field for part in host.parts.values() if part.acts for field in part.fields(host)]
+    return Layout.of(
+        (
+            velocity_field(host.space),
+            *(field for field in extra if field.leads),
+            *matter_fields(host.constitutive, at_points=True, derived=laws.total is not None),
+            deformation_field(host.space, at_points=True, derived=reference),
+            displacement_field(host.space),
+            *(field for field in extra if not field.leads),
+        )
+    )
 
 
 class OneSetSystem(System):
-    """A body as one-set integrators see it. A formulation sets up its pairs and gives `rate` and `refresh`."""
+    """A body as one-set integrators see it."""
 
-    points = False
-    """Whether stresses live at places of their own, apart from the particles."""
-    derived: tuple[str, ...] = ("deformation",)
-    """Fields, beside the stress of a total law, that a rate of the velocity finds from the others: of the state that it was
-    last asked of."""
-    default_support = 2.6
-    default_residual = 1.0
-    form: Form
-    damage: PhaseDamage | LinkDamage | None = None
-    _pairs: Pairs
-
-    def __init__(self, setup: Setup):
+    def __init__(self, setup: Setup, rates: Callable[[RateSetup, State], Rates]):
         super().__init__(setup)
-        scene, body, lattice = setup.scene, setup.body, setup.lattice
-        space, scales, device = setup.space, setup.scales, setup.device
-        self.name = body.name
+        host, space = setup.host, setup.space
+        for part in host.parts.values():
+            part.refuse(host)
+        self.placement = Placement.of(host)
+        self.points, self.position, self.volume = self.placement.points, self.placement.position, self.placement.volume
+        self.layout = layout_of(host)
         self._derived: Derived | None = None
-        unit = scales.length**space.dim
-        self.at_nodes = self.points or body.placement == "nodes"
-        self.position = lattice.nodes if self.at_nodes else lattice.cells
-        self.volume = (lattice.node_volume if self.at_nodes else lattice.cell_volume) / unit
-        self._cells = lattice.cell_volume / unit
-        self._support = scene.run.support or (self.default_support if body.links is None else NEAREST)
-        self.damage_model = damage_model(body)
-        self._coefficients(scene, body)
-        conditions = node_conditions if self.at_nodes else layer_conditions
-        self.conditions: Conditions = conditions(scene, body.name, lattice)
-        self.state = self.new()
-        units = {"velocity": scales.velocity}
-        self.boundary = BoundaryValues(space, self.conditions, self.state, self.position, units, scales.time, device)
-        # Ghosts ask every face for its load.
-        loaded = scene.run.correction == "paper" or (
-            self.conditions.loads is not None and bool(self.conditions.loads.entries)
+        if any(field.derived for field in self.layout.fields):
+            self._derived = Derived(space, self.layout, len(self.point_volume), self.device)
+            self.arrays.take("derived", self._derived.buffer)
+        conditions = node_conditions if self.placement.at_nodes else layer_conditions
+        self.conditions = conditions(setup.scene, self.name, self.lattice)
+        self.state = self._make(self.count, self.layout, len(self.point_volume), self._derived, own=True)
+        units = {"velocity": setup.scales.velocity}
+        self.boundary = BoundaryValues(
+            space, self.conditions, self.state, self.position, units, setup.scales.time, self.device
         )
-        self._phase = phase_struct(space)()
-        self._loads = State(space, self.count if loaded else 1, (("load", space.dim**2),), device)
-        unit_force = scales.stress * scales.length ** (space.dim - 1)
-        self.loads = BoundaryValues(
-            space, self.conditions.loads, self._loads, self.position, {"load": unit_force}, scales.time, device
+        self.loads = Loads(setup, self.conditions, self.placement, self.state, self.arrays.part("loads"))
+        self.force = BodyForce(
+            setup.scene.gravity, setup.body.damping, space, setup.scales, self.density, self.volume, self.device
         )
-        self._load_vectors = wp.array(
-            ptr=self._loads.buffer.ptr, dtype=space.vec, shape=self._loads.n * space.dim, device=device, copy=False
-        )
-        self.force = BodyForce(scene.gravity, body.damping, space, scales, self.density, self.volume, device)
-        self._hold = self._vectors(self.parts.holding)
-        mass = self.density * self.volume
-        self.work = _Works(
-            ConstraintWork(space, self.boundary, mass, device),
-            LoadWork(space, self.loads, self.state, self._loads, self._hold if self.parts.holding else None, mass, device),
-        )  # fmt: skip
+        made = RateSetup(setup, host, self.placement, self.layout, self.conditions, self.loads, self.force, self.arrays)
+        self.rates = rates(made, self.state)
+        self.form, self.stabilisation, self._host = self.rates.form, made.stabilisation, host
+        self.response, self.breaks = self.form.response, self.form.breaks
+        self.attached = self._attach(host)
+        self.work = _Works(self, self.rates.holding if self.form.holds else None)
+        self.motions = SmallMotions(self)
+        for name, holder in (("boundary", self.boundary), ("loads", self.loads.values)):
+            self.arrays.part(name).adopt(holder)
+        for name, works in (("work", self.work.constraints), ("loads.work", self.work.loads), ("force", self.force)):
+            self.arrays.part(name).adopt(works, works.kept())
 
-    def _vectors(self, used: bool) -> wp.array:
-        return wp.zeros(self.count if used else 1, dtype=self.space.vec, device=self.device)
-
-    def _coefficients(self, scene: Scene, body: Body) -> None:
-        """What acts between pairs, and the stiffness of the residual, nondimensional."""
-        real, scales, material = self.space.scalar, self.scales, self.constitutive.material
-        bulk, shear = material.moduli()
-        self.youngs = 9.0 * bulk * shear / (3.0 * bulk + shear)
-        self.parts = parts_of(body, scene.run.correction)
-        if self.parts.own and self.points and scene.run.correction != "paper":
-            raise Refused(
-                f'body {body.name!r}: viscosity.correction = "paper" is of pairs of particles; stress points have viscosity as a'
-                " stress: leave it out"
-            )
-        self.viscous = bool(self.parts.viscosity)
-        self.pair = pair_struct(self.space)()
-        # The paper's own c, not the one of the stress state: sqrt(E/rho).
-        self.pair.speed = real(np.sqrt(self.youngs / material.density) / scales.velocity)
-        self.pair.h = real(self._support / SUPPORT * self.spacing / scales.length)
-        if body.viscosity is not None:
-            self.pair.alpha, self.pair.beta = real(body.viscosity.alpha), real(body.viscosity.beta)
-        if body.hourglass is not None:
-            self.pair.spring = real(0.25 * body.hourglass.coefficient * self.youngs / scales.stress)
-        if body.artificial_stress is not None:
-            self.pair.epsilon = real(body.artificial_stress.epsilon)
-            self.pair.exponent = real(body.artificial_stress.exponent)
-            value = SMOOTHING[scene.run.kernel](self.space)[0]
-            self.pair.at_spacing = real(value(real(SUPPORT / self._support)))
-        bare = body.hourglass is not None or scene.run.correction == "paper"
-        usual = 0.0 if bare else self.default_residual
-        residual = usual if body.residual is None else body.residual.coefficient
-        self.residual = residual * self.youngs / scales.stress
+    def _attach(self, host: Host) -> dict[str, Attached]:
+        """What the parts of the body have on the device."""
+        seen, found = self.rates.seen, {}
+        if seen is not None:
+            for key, part in host.parts.items():
+                made = part.attach(host, seen, self.state, self.clock, self.arrays.part(key)) if part.acts else None
+                if made is not None:
+                    found[key] = made
+        self.rates.attach(list(found.values()))
+        return found
 
     def new(self) -> State:
         """A state, zero but for the internals' initial values."""
-        state = self.temporary()
-        self._states.append(state)
-        return state
+        return self._make(self.count, self.layout, len(self.point_volume), self._derived)
 
     def temporary(self) -> State:
         """A state that lives as long as who asks for it, not as long as the body."""
-        m = len(self.point_volume)
-        layout = layout_of(self.space, self.constitutive, True, True, damage=self.damage_model, drag=self.viscous)
-        counts = {name: m for name, _ in layout if name in ("stress", "internals", "deformation", *FRACTURE)}
-        if self._derived is None:
-            names = (*self.derived, *FRACTURE) + (("stress",) if self.constitutive.laws.total is not None else ())
-            shared = tuple((name, width) for name, width in layout if name in names)
-            self._derived = Derived(self.space, shared, m, self.device)
-        state = State(self.space, self.count, layout, self.device, counts, self._derived)
+        state = State(self.space, self.count, self.layout, self.device, len(self.point_volume), self._derived)
         self._initial_internals(state)
         return state
 
     def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None:
         """`out` = the time derivative of `state`: of its velocity, of the rest, or of all.
 
-        The rate of the "rest" takes what the last rate of the velocity of the same `state` found. `ahead` = .5 evaluates a
+        The rate of the "rest" takes what the last rate of the velocity of the same `state` found. `ahead` = 0.5 evaluates a
         law that depends on stress half a step further (by its own rate), for methods that take the rest's rate at the
-        middle of the step once.
+        middle of the step once. Raises RuntimeError where what it takes is that of another state.
         """
-        raise NotImplementedError
+        self.rates.rate(state, out, part, ahead)
+        if part != "velocity":
+            for attached in self.attached.values():
+                attached.rate(state, out)
 
-    def combine(self, out: State, plain: list[tuple[float, State]], timed: list[tuple[float, State]] | None = None,
-                squared: list[tuple[float, State]] | None = None, part: str = "all") -> None:  # fmt: skip
+    def refresh(self, state: State) -> None:
+        """Make up to date what is derived from a state (launches)."""
+        self.rates.refresh(state)
+
+    def combine(
+        self,
+        out: State,
+        plain: list[tuple[float, State]],
+        timed: list[tuple[float, State]] | None = None,
+        squared: list[tuple[float, State]] | None = None,
+        part: str = "all",
+    ) -> None:
         """`out` = sum of c x over `plain` + dt times the sum of c k over `timed` + dt^2 c k of `squared`.
 
         Up to three states and rates, with one `squared` up to two rates; `out` may be one of them. `part` leaves the
@@ -169,8 +173,14 @@ class OneSetSystem(System):
         terms = [[(c, x.buffer) for c, x in each] for each in (plain, timed, squared)]
         self._combine(*terms, span, out.buffer)
 
-    def _combine(self, plain: list[tuple[float, wp.array]], timed: list[tuple[float, wp.array]], squared: list[tuple[float, wp.array]],
-                 span: tuple[int, int], out: wp.array) -> None:  # fmt: skip
+    def _combine(
+        self,
+        plain: list[tuple[float, wp.array]],
+        timed: list[tuple[float, wp.array]],
+        squared: list[tuple[float, wp.array]],
+        span: tuple[int, int],
+        out: wp.array,
+    ) -> None:
         """`combine` on arrays, of which it takes the entries of a span."""
         coefficients, unused = [0.0] * 7, plain[0][1]
         for k, (c, _) in enumerate(plain):
@@ -189,7 +199,8 @@ class OneSetSystem(System):
     def drift(self, state: State, k: State, c: float, ahead: float = 0.0) -> None:
         """All of `state` but its velocity goes on by c dt: `rate` and `combine`, `ahead` as there, in one launch where only
         displacements do. What `k` holds of the rest after it is undefined."""
-        if state.start.keys() - {"drag"} != {"velocity", "displacement"}:
+        rest = [field.name for field in state.layout.fields if not (field.leads or field.name not in state.start)]
+        if rest != ["displacement"]:
             self.rate(state, k, "rest", ahead)
             self.combine(state, plain=[(1.0, state)], timed=[(c, k)], part="rest")
             return
@@ -199,7 +210,7 @@ class OneSetSystem(System):
     def impose(self, state: State, c: float | tuple[float, float]) -> None:
         """Set the prescribed velocities of a state, and the loads for the rates to come, at t + c dt."""
         self.boundary.impose(state, self.clock, c)
-        self.loads.impose(self._loads, self.clock, c)
+        self.loads.impose(self.clock, c)
 
     def constrain(self, state: State, c: float) -> None:
         """`impose` on the state that goes on from there, in the middle of a step: the work of it is counted too."""
@@ -214,49 +225,53 @@ class OneSetSystem(System):
         self.constrain(state, 1.0)
         self.work.loads.add(state, self.clock)
         self.force.add(state, self.clock)
-        if self.damage is not None:
-            self.damage.advance(self.clock)
+        for part in self.attached.values():
+            part.advance()
 
-    def kept(self) -> dict[str, wp.array]:
-        damage = self.damage.kept() if self.damage is not None else {}
-        return super().kept() | {"imposed loads": self._loads.buffer} | damage
-
-    def clear_scratch(self) -> None:
-        super().clear_scratch()
-        if self.damage is not None:
-            self.damage.clear()
+    def follow(self) -> bool:
+        return self.rates.follow()
 
     def restored(self) -> None:
-        if isinstance(self.damage, PhaseDamage):
-            self.damage.restored(self.clock)
+        self.rates.restored()
+        for part in self.attached.values():
+            part.restored()
         self.refresh(self.state)
+
+    @property
+    def ledger(self) -> tuple[Entry, ...]:
+        drag = Entry("dissipated", lambda: self.work.loads.viscous)
+        own = super().ledger
+        external, rest = own[:3], own[3:]
+        return (*external, drag, *rest, Entry("hourglass", self.hourglass_energy))
+
+    def hourglass_energy(self) -> float:
+        """Work done against forces that hold spurious modes so far, and energy of the stabilisation, nondimensional."""
+        return self.work.loads.held + self.rates.held_energy(self.state)
 
     @property
     def neighbours(self) -> Pairs:
         """The particles that each is joined to."""
-        return self._pairs
+        return self.rates.neighbours
 
     @property
-    def _rows(self) -> list[wp.array]:
-        """Offsets, indices and weights of the pairs, as kernels take them."""
-        raise NotImplementedError
+    def breakable_weights(self) -> wp.array | None:
+        """Weights of the `neighbours`, zero where a pair has broken; None where none can."""
+        return next((part.weight for part in self.attached.values() if part.weight is not None), None)
 
     @property
-    def link_weights(self) -> wp.array:
-        """Weights of the `neighbours`, zero where a link has broken; without links nobody asks."""
-        return self._rows[2]
+    def started_from(self) -> wp.array:
+        """Velocities that the work of drag in a step is measured from, (n,) vec, where there is drag: what changes
+        velocities between steps sets them too."""
+        return self.work.loads.before
+
+    @property
+    def pairs(self) -> int:
+        """Directed pairs of the right-hand sides."""
+        return self.rates.pairs
 
     @property
     def point_volume(self) -> np.ndarray:
-        return self._cells if self.points else self.volume
-
-    @property
-    def drag_energy(self) -> float:
-        return self.work.loads.viscous
-
-    def hourglass_energy(self) -> float:
-        """Work done against hourglass control and artificial stress so far, nondimensional."""
-        return self.work.loads.held
+        return self.placement.point_volume
 
     @property
     def free_components(self) -> np.ndarray:
@@ -267,68 +282,78 @@ class OneSetSystem(System):
         return free
 
     @property
-    def grid_index(self) -> np.ndarray:
-        """Where the particles stand in the grid, in cells, (n, dim)."""
-        index = self.lattice.index
-        return index if self.at_nodes else index[self.lattice.corners].mean(1) - 0.5
+    def drags(self) -> bool:
+        """Whether there are forces that depend on velocities, beside damping in proportion to mass."""
+        return self.form.drags
 
     @property
-    def moved(self) -> bool:
-        """Whether a velocity other than zero is prescribed anywhere."""
-        return any(nonzero(value) for values in self.conditions.entries.values() for value in values.values())
+    def viscous(self) -> bool:
+        """The same, by the name that integrators know."""
+        return self.form.drags
 
     @property
-    def irregular(self) -> bool:
-        """Whether its cells differ in size: by jitter or a map."""
-        index = self.lattice.index
-        return self.lattice.mapped or bool((index != np.rint(index)).any())
+    def one_sided(self) -> bool:
+        """Whether drag acts on approach alone."""
+        return self.form.one_sided
 
     @property
-    def bar_time(self) -> float:
-        """The spacing over sqrt(E/rho), nondimensional: the time of the paper's Courant number."""
-        return self.spacing / self.scales.length / float(self.pair.speed)
-
-    @cached_property
-    def _spectrum(self) -> Spectrum:
-        return spectrum(self)
-
-    @property
-    def frequency(self) -> float:
-        """The largest frequency about the state in which it was first asked for since `measure_anew`, nondimensional."""
-        return self._spectrum.frequency
-
-    @property
-    def growth(self) -> float:
-        """The largest growth rate of a mode that does not oscillate, about the same state, nondimensional. Where pairs
-        follow the motion it is that of particles that clump together under tension."""
-        return self._spectrum.growth
+    def damping_rate(self) -> float:
+        """Of the damping in proportion to mass, nondimensional."""
+        return float(self.force.struct.damping)
 
     @property
     def damped(self) -> bool:
         """Whether small motions are damped: by viscosity, or in proportion to mass."""
-        return self.viscous or self.force.parts.damped
+        return self.form.drags or self.force.parts.damped
 
     @property
-    def _shares(self) -> tuple[float, ...]:
-        """Shares of the viscosity that may act at once. Several where it is switched by the motion or does not see all of
-        it: a time step has to suit each."""
-        shares = self._spectrum.approach() if self.parts.viscosity == "approach" else (1.0,)
-        return (0.0, *shares) if self.points and self.viscous else shares  # gradients of points do not see all
+    def evolves(self) -> bool:
+        """Whether stress or deformation is integrated, and does not follow from the displacements."""
+        return not self.form.total or self.form.moving
+
+    @property
+    def moved(self) -> bool:
+        """Whether a velocity other than zero is prescribed anywhere."""
+        return self.conditions.moved
+
+    @property
+    def irregular(self) -> bool:
+        """Whether its cells differ in size: by jitter or a map."""
+        return self.lattice.irregular
+
+    @property
+    def residual(self) -> float:
+        """Stiffness of what a linear field leaves of the displacements, nondimensional."""
+        return self.stabilisation
+
+    @property
+    def bar_time(self) -> float:
+        """The spacing over sqrt(E/rho), nondimensional: the time of the paper's Courant number."""
+        speed = np.sqrt(self._host.youngs_modulus / self.constitutive.material.density) / self.scales.velocity
+        return self.spacing / self.scales.length / float(self.space.scalar(speed))
+
+    @property
+    def frequency(self) -> float:
+        """The largest frequency of the small motions, nondimensional."""
+        return self.motions.frequency
+
+    @property
+    def growth(self) -> float:
+        """The largest growth rate of a small motion that does not oscillate, nondimensional."""
+        return self.motions.growth
 
     @property
     def modes(self) -> np.ndarray:
-        """lambda of the small motions exp(lambda t) about the same state, (k,) complex, nondimensional: the outermost of
-        them and some tens of others, without those of the rigid body."""
-        return self._spectrum.modes(self._shares)
+        """lambda of the small motions exp(lambda t), (k,) complex, nondimensional."""
+        return self.motions.modes
 
     def largest(self, dt: float, factor: float) -> float:
-        """The largest eigenvalue of dt^2 K + factor dt D, stiffness and damping of the small motions about the same state,
-        an upper estimate; `dt` nondimensional."""
-        return self._spectrum.largest(dt, factor, self._shares)
+        """The largest eigenvalue of dt^2 K + factor dt D of the small motions, an upper estimate; `dt` nondimensional."""
+        return self.motions.largest(dt, factor)
 
     def measure_anew(self) -> None:
-        """Forget the spectrum: the next question finds that of the current state."""
-        self.__dict__.pop("_spectrum", None)
+        """The next question finds the small motions about the current state."""
+        self.motions.forget()
 
     def courant(self, product: float) -> float:
         """The Courant number at which omega dt = `product` for the fastest mode."""
@@ -341,6 +366,15 @@ class OneSetSystem(System):
         """Largest frequency times the spacing over the wave speed: a Courant number C is omega dt = C times this."""
         return self.frequency * self.spacing / (self.constitutive.wave_speed * self.scales.time)
 
+    def filtered(self, name: str) -> np.ndarray:
+        """A field as frames carry it, at the particles, (n, width), nondimensional."""
+        values = self.state.read(name)
+        return average(self._outwards, values) if self.points and self.state.counts[name] != self.count else values
+
+    @cached_property
+    def _outwards(self) -> Weights:
+        return outward_weights(self.lattice, 1.2)
+
     def current_density(self) -> np.ndarray:
         """rho_0/J of every particle, (n,), nondimensional."""
         F = np.eye(self.space.dim) + self.filtered("deformation").reshape(-1, self.space.dim, self.space.dim)
@@ -348,7 +382,7 @@ class OneSetSystem(System):
 
     def sample(self, points: np.ndarray, name: str = "velocity") -> list[tuple[np.ndarray, np.ndarray]]:
         """How to read a field at `points` (m, dim) [m]: its places and weights per point, linear-exact."""
-        at_nodes = self.at_nodes and self.state.counts.get(name, self.count) == self.count
+        at_nodes = self.placement.at_nodes and self.state.counts.get(name, self.count) == self.count
         lattice = self.lattice
         grid, sources = lattice.comparable(points, lattice.nodes if at_nodes else lattice.cells)
         weights = spanning_weights(self.lattice, 1.6, (grid, sources), (grid, sources), np.ones(len(sources)))
@@ -361,26 +395,14 @@ class OneSetSystem(System):
                 rows[n] = (on[:1], np.ones(1))
         return rows
 
-    def refuse_lonely(self, rank: np.ndarray) -> None:
-        """Refuse particles whose neighbours, spanning `rank` (m,) directions, give no gradient."""
-        lonely = np.flatnonzero(rank < self.space.dim)
-        if len(lonely):
-            raise Refused(
-                f"{len(lonely)} particles of body {self.name!r}, the first at {self.position[lonely[0]].tolist()} m, see too few"
-                f" neighbours for a gradient: raise run.support (now {self._support:g} spacings)"
-            )
-
 
 class _Works:
     """External work of a one-set body: constraints and loads."""
 
-    def __init__(self, constraints: ConstraintWork, loads: LoadWork):
-        self.constraints, self.loads = constraints, loads
-
-    def kept(self) -> dict[str, wp.array]:
-        """What a checkpoint holds of them."""
-        parts = {"constraints": self.constraints.kept(), "loads": self.loads.kept()}
-        return {f"{part}.{name}": array for part, arrays in parts.items() for name, array in arrays.items()}
+    def __init__(self, system: OneSetSystem, holding: wp.array | None):
+        space, mass, device = system.space, system.density * system.volume, system.device
+        self.constraints = ConstraintWork(space, system.boundary, mass, device)
+        self.loads = LoadWork(space, system.loads.values, system.state, system.loads.state, holding, mass, device)
 
     def start(self, state: State, clock: Clock) -> None:
         """Take what is there at the start of the run."""

@@ -1,4 +1,4 @@
-"""What a body is built from, and what a formulation can do."""
+"""What a body is built from, and a formulation as a value."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,35 +8,21 @@ from wsph.backend.clock import Clock
 from wsph.backend.space import Space
 from wsph.constitutive.constitutive import Constitutive
 from wsph.geometry.lattice import Lattice
+from wsph.parts.part import Host
+from wsph.protocols import Traits
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
 from wsph.units import Scales
 
 
 @dataclass(frozen=True)
-class Traits:
-    """What a formulation can do, and what a run has to do for it."""
+class Formulation:
+    """A formulation by its name, for integrators of one or two `sets` of particles."""
 
-    takes: tuple[str, ...] = ()
-    """Parts of a body that it takes, by their keys, beside damping."""
-    needs_rate: bool = False
-    """Whether a material has to give a rate law."""
-    maps: bool = False
-    """Whether cells may differ in size and direction."""
-    splits_cracks: bool = False
-    """Whether cracks part the particles on them, and so have to run along lines of the grid."""
-    pairs_follow: bool = False
-    """Whether pairs follow the motion on the host: `System.follow` before every step."""
-    courant_follows: bool = False
-    """Whether a particle's own Courant number follows its deformation."""
-    measures: bool = False
-    """Whether its limit is found from its right-hand sides, and can be found again about a deformed state."""
-    tried: bool = False
-    """Whether the guard tries the step of a jittered body for modes that grow: collocation can have some."""
-    clumps: bool = False
-    """Whether modes of neighbouring particles can grow about a stretched state."""
-    pushable: bool = False
-    """Whether interactions between bodies may change the velocities of its particles between steps."""
+    name: str
+    sets: int
+    traits: Traits
+    build: "Callable[[Setup], Any]"
 
 
 @dataclass(frozen=True)
@@ -45,6 +31,7 @@ class Setup:
 
     scene: Scene
     body: Body
+    formulation: Formulation
     lattice: Lattice
     space: Space
     constitutive: Constitutive
@@ -58,12 +45,26 @@ class Setup:
         """The Warp device that the body lives on."""
         return self.clock.device
 
+    @property
+    def traits(self) -> Traits:
+        """What its formulation can do."""
+        return self.formulation.traits
 
-@dataclass(frozen=True)
-class Formulation:
-    """A formulation by its name, for integrators of one or two `sets` of particles."""
-
-    name: str
-    sets: int
-    traits: Traits
-    build: Callable[[Setup], Any]
+    @property
+    def host(self) -> Host:
+        """The body as its parts see it."""
+        run, parts = self.scene.run, self.body.parts
+        own = [part.support for part in parts.values() if part.support is not None]
+        return Host(
+            self.body.name,
+            self.space,
+            self.scales,
+            self.lattice,
+            self.constitutive,
+            self.traits,
+            run.correction,
+            run.kernel,
+            run.support or (own[0] if own else self.traits.support),
+            not self.traits.pairwise or self.body.placement == "nodes",
+            parts,
+        )

@@ -1,15 +1,19 @@
 """What every system of a body has: where its particles are, its states, its prescribed values."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import warp as wp
 
-from wsph.backend.state import Layout, State
+from wsph.backend.arrays import Arrays
+from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.values import BoundaryValues
 from wsph.constitutive.constitutive import project_kernel
-from wsph.formulations.setup import Setup, Traits
+from wsph.formulations.setup import Setup
 from wsph.parts.body_force import BodyForce
+from wsph.parts.part import Attached
+from wsph.parts.terms import Response
+from wsph.protocols import Entry
 
 
 class System:
@@ -19,22 +23,26 @@ class System:
     (n,) and `density` nondimensional, `state`, `boundary` and `work` (external work so far).
     """
 
-    formulation = ""
-    traits = Traits()
-    damage_model = ""
-    """How the body breaks (`wsph.scene.damage_model`): where it can, its state carries a damage."""
     position: np.ndarray
     volume: np.ndarray
     state: State
     boundary: BoundaryValues
     work: Any
     force: BodyForce
+    response: Response | None = None
+    """How points answer in place of their law."""
+    breaks = False
+    """Whether the body can break."""
+    attached: Mapping[str, Attached] = {}
+    """What the body's parts have on the device, by their keys."""
 
     def __init__(self, setup: Setup):
+        self.name, self.formulation, self.traits = setup.body.name, setup.formulation.name, setup.traits
         self.space, self.lattice, self.constitutive = setup.space, setup.lattice, setup.constitutive
         self.scales, self.clock, self.device = setup.scales, setup.clock, setup.device
         self.spacing, self.density = setup.lattice.spacing, setup.constitutive.density
-        self._states: list[State] = []
+        self.arrays = Arrays(setup.device)
+        self._made = 0
 
     def follow(self) -> bool:
         """Before a step: bring up to date what follows the motion; whether that changed what launches take."""
@@ -46,7 +54,7 @@ class System:
         self.force.start(self.state, self.clock)
 
     def hold(self, state: State, c: float | tuple[float, float]) -> None:
-        """The same in a state that is to go on from there: where faces have axes of their own, in those."""
+        """Impose prescribed values on the state that the run continues from; stresses in the axes of each face."""
         self.impose(state, c)
 
     @property
@@ -58,59 +66,48 @@ class System:
     def refresh(self, state: State) -> None:
         """Make up to date what is derived from a state, where anything is (launches)."""
 
-    def hourglass_energy(self) -> float:
-        """Energy of what holds spurious modes, nondimensional."""
-        return 0.0
-
     @property
-    def fracture_energy(self) -> float:
-        """Energy that fracture has taken so far, nondimensional."""
-        return 0.0
+    def ledger(self) -> tuple[Entry, ...]:
+        """Entries of the energy ledger beside the sums over the state, in the order in which they are added up."""
+        force = (
+            Entry("external_work", lambda: self.work.total),
+            Entry("external_work", lambda: self.force.gravity_work),
+            Entry("dissipated", lambda: self.force.damped),
+        )
+        return (*force, *(entry for part in self.attached.values() for entry in part.ledger))
 
     def fracture(self) -> dict[str, float]:
-        """What has broken, where a body can."""
-        return {}
-
-    @property
-    def drag_energy(self) -> float:
-        """Energy that viscosity has taken so far, nondimensional."""
-        return 0.0
+        """What has broken, energies nondimensional, where the body can break."""
+        return {name: value for part in self.attached.values() for name, value in part.fracture().items()}
 
     @property
     def count(self) -> int:
         """Particles that carry the state."""
         return len(self.position)
 
-    def _make(self, n: int, layout: Layout, counts: dict[str, int] | None = None) -> State:
-        """A state of `n` points, zero but for the internals' initial values."""
-        state = State(self.space, n, layout, self.device, counts)
+    def _make(
+        self, n: int, layout: Layout, points: int | None = None, derived: Derived | None = None, own: bool = False
+    ) -> State:
+        """A state of `n` places, zero but for the internals' initial values; a trial of steps leaves no trace in it, unless
+        it is the body's `own`."""
+        state = State(self.space, n, layout, self.device, points, derived)
         self._initial_internals(state)
-        self._states.append(state)
+
+        def clear() -> None:
+            state.buffer.zero_()
+            self._initial_internals(state)
+
+        self.arrays.take(f"state{self._made}", state.buffer, kept=True, reset=None if own else clear)
+        self._made += 1
         return state
-
-    def kept(self) -> dict[str, wp.array]:
-        """The arrays that a run goes on from: states, the integrator's too, and works."""
-        found = {f"state{k}": state.buffer for k, state in enumerate(self._states)}
-        for name, works in (("work", self.work), ("force", self.force)):
-            found |= {f"{name}.{part}": array for part, array in works.kept().items()}
-        return found
-
-    def restored(self) -> None:
-        """Make what follows from the kept arrays, after they have been put back."""
-
-    def clear_scratch(self) -> None:
-        """Every state but the body's own as it was made."""
-        for state in self._states:
-            for buffer in (state.buffer, *([state.source.buffer] if state.source is not None else [])):
-                if state is not self.state:
-                    buffer.zero_()
-            if state is not self.state:
-                self._initial_internals(state)
 
     def _initial_internals(self, state: State) -> None:
         if self.constitutive.internals:
             values = list(self.constitutive.internals.values())
             state.write("internals", np.tile(values, (state.counts["internals"], 1)))
+
+    def restored(self) -> None:
+        """Make what follows from the kept arrays, after they have been put back."""
 
     def impose(self, state: State, c: float | tuple[float, float]) -> None:
         """Set the prescribed values in a state at t + c dt; c = (0., 1.) means the mean of both ends of the step."""
@@ -125,7 +122,7 @@ class System:
 
     def current_position(self) -> np.ndarray:
         """Where the particles are, (n, dim) [m]: the reference configuration where nothing follows their displacement."""
-        if "displacement" not in self.state.widths:
+        if "displacement" not in self.state.layout:
             return self.position
         return self.position + self.filtered("displacement") * self.scales.length
 
@@ -135,10 +132,15 @@ class System:
 
     def current_density(self) -> np.ndarray:
         """rho_0/J of every particle, (n,), nondimensional; rho_0 where the formulation evolves no deformation."""
-        if "deformation" not in self.state.widths:
+        if "deformation" not in self.state.layout:
             return np.full(self.count, self.density)
         F = np.eye(self.space.dim) + self.state.read("deformation").reshape(-1, self.space.dim, self.space.dim)
         return self.density / np.linalg.det(F)
+
+    @property
+    def nbytes(self) -> int:
+        """Device memory of the body [bytes]: all that is registered, the integrator's states too."""
+        return self.arrays.nbytes
 
     @property
     def host_bytes(self) -> int:
@@ -149,9 +151,3 @@ class System:
                 owner = array if array.base is None or not isinstance(array.base, np.ndarray) else array.base
                 owners[id(owner)] = owner.nbytes
         return sum(owners.values())
-
-    @property
-    def state_bytes(self) -> int:
-        """Device memory of all states, the integrator's too [bytes]."""
-        derived = self.state.derived.buffer.capacity if self.state.derived is not None else 0
-        return derived + sum(state.nbytes for state in self._states)

@@ -49,6 +49,11 @@ class Lattice:
         """Whether cells differ in size: a map has moved the nodes."""
         return self.edges[0] != float(self.frame.step.min())
 
+    @property
+    def irregular(self) -> bool:
+        """Whether cells differ in size: by jitter or a map."""
+        return self.mapped or bool((self.index != np.rint(self.index)).any())
+
     def comparable(self, points: np.ndarray, sources: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Points (n, dim) [m] and nodes or cells (m, dim) [m] in units of cells, to find who is near whom."""
         if self.mapped:

@@ -8,7 +8,7 @@ forces stay antisymmetric while a body tears. A particle whose links span less t
 
 Stresses evolve by their rate: a pressure of F would create energy when F jumps with a broken link. On a lattice links to
 the nearest neighbours are the rows and columns, and cracks follow them: turning the lattice turns a crack by up to 30
-degrees (`wsph.parts.phase_field.field` has fracture that does not).
+degrees (`wsph.parts.phase_field` has fracture that does not).
 
 Criteria, n the current direction of the link:
 
@@ -20,31 +20,46 @@ Criteria, n the current direction of the link:
 """
 
 from functools import cache
-from typing import Any, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 import warp as wp
 from pydantic import model_validator
 
+from wsph.backend.arrays import Arrays
+from wsph.backend.clock import Clock
+from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
-from wsph.backend.state import Layout, State, fields_struct
+from wsph.backend.state import Field, Layout, State, fields_struct
 from wsph.backend.tensors import determinant_and_inverse, generalized_inverse, in_plane, principal
+from wsph.constitutive.constitutive import Constitutive
 from wsph.constitutive.elastic import elastic_strain
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.errors import Refused
+from wsph.geometry.selection import select
+from wsph.parts.part import Attached, Host, Neighbourhood, Part
+from wsph.parts.terms import points_struct
 from wsph.plugins.traits import turns
-from wsph.protocols import BodyKeys
-from wsph.quantities import Model, in_unit
+from wsph.protocols import Entry, Traits
+from wsph.quantities import in_unit
 from wsph.sph.misfit import misfit
-from wsph.sph.pairs import Pairs
+from wsph.sph.rows import rows_of, rows_struct
 from wsph.units import quantity
 
+CRUSHED = 0.05
+"""The volume, of the one at the start, below which a particle loses its links."""
 
-class Links(Model):
+
+class Links(Part):
     """Virtual links that break: by `criterion`, at `threshold` (a strain, or Pa for principal-stress) or, for
     "energy", at the `fracture_energy` [J/m2]; only between particles that `where` selects, if it is given."""
 
+    key: ClassVar[str] = "links"
+    breaks: ClassVar[bool] = True
+    frees: ClassVar[bool] = True
+    # The nearest neighbours on a square lattice, as the paper's h = 0.65 spacings.
+    support: ClassVar[float | None] = 1.3
     criterion: Literal["stretch", "energy", "plastic-strain", "principal-stress"]
     threshold: float | str | None = None
     fracture_energy: in_unit("J/m2", gt=0) | None = None
@@ -67,21 +82,60 @@ class Links(Model):
         """The threshold: a strain, or Pa."""
         return quantity(self.threshold, "Pa" if self.criterion == "principal-stress" else "")
 
+    @property
+    def selections(self) -> dict[str, str]:
+        return {"where": self.where} if self.where is not None else {}
 
-SUPPORT = 1.3
-"""Support of bodies with links, in spacings: the nearest neighbours on a square lattice, as the paper's h = .65 spacings."""
+    @classmethod
+    def fits(cls, traits: Traits) -> bool:
+        return traits.pairwise and traits.reference
 
-CRUSHED = 0.05
-"""The volume, of the one at the start, below which a particle loses its links."""
+    def refuse(self, host: Host) -> None:
+        viscosity = host.parts.get("viscosity")
+        if "phase_field" in host.parts:
+            raise Refused(f"body {host.name!r}: it breaks by links or by phase_field, not by both: leave one out")
+        if host.correction == "paper":
+            raise Refused(
+                f'body {host.name!r}: links need the symmetric correction: run.correction = "paper" keeps no momentum at a crack'
+            )
+        if viscosity is not None and getattr(viscosity, "correction", None) == "paper":
+            raise Refused(
+                f'body {host.name!r}: links need symmetric viscosity: viscosity.correction = "paper" keeps no momentum at a crack;'
+                " leave it out"
+            )
+        if not turns(host.constitutive.material):
+            raise Refused(
+                f"body {host.name!r}: links need a rate law that turns with the body, whose stress does not jump where F does;"
+                f" {host.constitutive.who} is not one: use jaumann, mises or perzyna"
+            )
+
+    def warning(self, host: Host) -> str:
+        return f"body {host.name!r}: cracks of links follow the lattice, by up to 30 degrees; phase_field has fracture that does not"
+
+    def fields(self, host: Host) -> tuple[Field, ...]:
+        return (Field("damage", 1, "", at_points=True, derived=True),)
+
+    def attach(self, host: Host, seen: Neighbourhood, state: State, clock: Clock, arrays: Arrays) -> Attached | None:
+        spacing = host.lattice.spacing
+        may = np.ones(len(seen.position), bool) if self.where is None else select(self.where, seen.position, spacing)
+        if self.fracture_energy is not None:
+            threshold = stretch_of_energy(self.fracture_energy, host.youngs_modulus, spacing)
+        else:
+            threshold = self.limit / (host.scales.stress if self.criterion == "principal-stress" else 1.0)
+        return LinkDamage(self.criterion, threshold, host.constitutive, seen, may, state, clock, arrays)
+
+
+def stretch_of_energy(fracture_energy: float, youngs: float, spacing: float) -> float:
+    """The stretch at which a row of links has taken G_c per area: E s^2 spacing/2 = G_c."""
+    return float(np.sqrt(2.0 * fracture_energy / (youngs * spacing)))
 
 
 @cache
-def _kernels(space: Space, laws: Laws, layout: Layout, criterion: str) -> tuple[wp.Kernel, wp.Kernel]:
-    real, vec, mat, dim, Fields = space.scalar, space.vec, space.mat, space.dim, fields_struct(space, layout)
-    Params, energy, (unpack, _), axes_of = laws.Params, laws.energy, packing(space, laws.state), principal(space)
-    inverse, determinant = generalized_inverse(space), determinant_and_inverse(space)[0]
-    stretched, stress = criterion in ("stretch", "energy"), laws.stress
-    plane, strain_of, left_over = in_plane(space), elastic_strain(space, Params), misfit(space)
+def _broken(space: Space, laws: Laws, criterion: str) -> wp.Function:
+    """Warp function (p, threshold, r, current r, mean stress) -> whether a link meets its criterion."""
+    real, vec, dim, stress, Params = space.scalar, space.vec, space.dim, laws.stress, laws.Params
+    (unpack, _), axes_of, plane = packing(space, laws.state), principal(space), in_plane(space)
+    strain_of, stretched = elastic_strain(space, Params), criterion in ("stretch", "energy")
 
     @wp.func
     def has_broken(p: Params, threshold: real, r: vec, apart: vec, mean: stress) -> bool:
@@ -101,116 +155,165 @@ def _kernels(space: Space, laws: Laws, layout: Layout, criterion: str) -> tuple[
             cosine += axes[a, most] * n[a]
         return values[most] >= threshold and cosine * cosine >= real(0.5)
 
+    return has_broken
+
+
+@cache
+def _gradient(space: Space) -> wp.Function:
+    """Warp function (i, rows, node, displacement, moment) -> displacement gradient."""
+    vec, mat, Rows = space.vec, space.mat, rows_struct(space)
+
     @wp.func
-    def gradient(i: int, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
-                 node: wp.array(dtype=vec), u: wp.array(dtype=vec), moment: mat) -> mat:  # fmt: skip
+    def gradient(i: int, rows: Rows, node: wp.array(dtype=vec), u: wp.array(dtype=vec), moment: mat) -> mat:
         total = mat()
-        for k in range(offsets[i], offsets[i + 1]):
-            j = indices[k]
-            total += weight[k] * wp.outer(u[j] - u[i], node[j] - node[i])
+        for k in range(rows.offsets[i], rows.offsets[i + 1]):
+            j = rows.indices[k]
+            total += rows.weight[k] * wp.outer(u[j] - u[i], node[j] - node[i])
         return total * moment
 
-    @wp.kernel(module="unique", enable_backward=False)
-    def tear(first: int, p: Params, threshold: real, stiffness: real, breakable: wp.array(dtype=wp.int32), offsets: wp.array(dtype=wp.int32),
-             indices: wp.array(dtype=wp.int32), node: wp.array(dtype=vec), share: wp.array(dtype=real), moment: wp.array(dtype=mat),
-             fields: Fields, weight_out: wp.array(dtype=real), torn_out: wp.array(dtype=wp.int32), released_out: wp.array(dtype=real)):  # fmt: skip
+    return gradient
+
+
+@cache
+def _tear_kernel(space: Space, laws: Laws, layout: Layout, criterion: str) -> wp.Kernel:
+    """Take the weight from the links that meet the criterion; what the residual of their particles held is counted."""
+    real, dim, Fields, Params = space.scalar, space.dim, fields_struct(space, layout), laws.Params
+    Rows, Points = rows_struct(space), points_struct(space)
+    has_broken, gradient, left_over = _broken(space, laws, criterion), _gradient(space), misfit(space)
+    determinant = determinant_and_inverse(space)[0]
+
+    @kernel(ranged=True)
+    def tear(
+        first: int,
+        p: Params,
+        threshold: real,
+        breakable: wp.array(dtype=wp.int32),
+        points: Points,
+        fields: Fields,
+        rows_out: Rows,
+        torn_out: wp.array(dtype=wp.int32),
+        released_out: wp.array(dtype=real),
+    ):
         i = first + wp.tid()
         one = wp.identity(n=dim, dtype=real)
         crushed = determinant(one + fields.deformation[i]) < real(CRUSHED)
-        for k in range(offsets[i], offsets[i + 1]):
-            j = indices[k]
-            if weight_out[k] > real(0.0) and breakable[i] * breakable[j] == 1:
-                r = node[j] - node[i]
+        for k in range(rows_out.offsets[i], rows_out.offsets[i + 1]):
+            j = rows_out.indices[k]
+            if rows_out.weight[k] > real(0.0) and breakable[i] * breakable[j] == 1:
+                r = points.node[j] - points.node[i]
                 apart = r + (fields.displacement[j] - fields.displacement[i])
                 mean = real(0.5) * (fields.stress[i] + fields.stress[j])
                 gone = crushed or determinant(one + fields.deformation[j]) < real(CRUSHED)
                 if gone or has_broken(p, threshold, r, apart, mean):
                     if torn_out[i] == 0:
                         u = fields.displacement
-                        H = gradient(i, offsets, indices, weight_out, node, u, moment[i])
-                        square = left_over(i, u[i], node[i], H, offsets, indices, weight_out, node, u)
-                        released_out[i] = released_out[i] + real(0.5) * stiffness * share[i] * square
+                        H = gradient(i, rows_out, points.node, u, points.moment[i])
+                        square = left_over(i, u[i], points.node[i], H, rows_out, points.node, u)
+                        released_out[i] = released_out[i] + real(0.5) * points.stabilisation * points.share[i] * square
                         torn_out[i] = 1
-                    weight_out[k] = real(0.0)
+                    rows_out.weight[k] = real(0.0)
 
-    # What neighbours ask of each other has been read: now stresses and deformations may change.
-    @wp.kernel(module="unique", enable_backward=False)
-    def settle(first: int, p: Params, stiffness: real, volume: wp.array(dtype=real), offsets: wp.array(dtype=wp.int32),
-               indices: wp.array(dtype=wp.int32), node: wp.array(dtype=vec), weight: wp.array(dtype=real), fields: Fields,
-               torn_out: wp.array(dtype=wp.int32), share_out: wp.array(dtype=real), moment_out: wp.array(dtype=mat),
-               released_out: wp.array(dtype=real)):  # fmt: skip
+    return tear
+
+
+@cache
+def _settle_kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
+    """Moments, stresses and deformations of the particles whose links have broken, once all neighbours have been read."""
+    real, mat, dim, Fields = space.scalar, space.mat, space.dim, fields_struct(space, layout)
+    Params, energy, stress, Rows, Points = (
+        laws.Params,
+        laws.energy,
+        laws.stress,
+        rows_struct(space),
+        points_struct(space),
+    )
+    inverse, determinant = generalized_inverse(space), determinant_and_inverse(space)[0]
+    gradient, left_over = _gradient(space), misfit(space)
+
+    @kernel(ranged=True)
+    def settle(
+        first: int,
+        p: Params,
+        rows: Rows,
+        points_out: Points,
+        fields_out: Fields,
+        torn_out: wp.array(dtype=wp.int32),
+        released_out: wp.array(dtype=real),
+    ):
         i = first + wp.tid()
         if torn_out[i] == 1:
             torn_out[i] = 0
             left = int(0)
             moment = mat()
-            for k in range(offsets[i], offsets[i + 1]):
-                if weight[k] > real(0.0):
-                    r = node[indices[k]] - node[i]
+            for k in range(rows.offsets[i], rows.offsets[i + 1]):
+                if rows.weight[k] > real(0.0):
+                    r = points_out.node[rows.indices[k]] - points_out.node[i]
                     left += 1
-                    moment += weight[k] * wp.outer(r, r)
+                    moment += rows.weight[k] * wp.outer(r, r)
             b, rank = inverse(moment, real(0.0))
             one = wp.identity(n=dim, dtype=real)
-            stored = volume[i] * energy(p, fields.stress[i])
-            released = stored * determinant(one + fields.deformation[i])
+            stored = points_out.volume[i] * energy(p, fields_out.stress[i])
+            released = stored * determinant(one + fields_out.deformation[i])
             if rank < wp.static(dim):
                 # Free: nothing says what a linear field leaves.
                 b = mat()
-                share_out[i] = real(0.0)
-                fields.stress[i] = stress()
-                fields.deformation[i] = mat()
+                points_out.share[i] = real(0.0)
+                fields_out.stress[i] = stress()
+                fields_out.deformation[i] = mat()
             else:
-                u = fields.displacement
-                H = gradient(i, offsets, indices, weight, node, u, b)
-                square = left_over(i, u[i], node[i], H, offsets, indices, weight, node, u)
-                released -= stored * determinant(one + H) + real(0.5) * stiffness * share_out[i] * square
-                fields.deformation[i] = H
-            moment_out[i] = b
+                u = fields_out.displacement
+                H = gradient(i, rows, points_out.node, u, b)
+                square = left_over(i, u[i], points_out.node[i], H, rows, points_out.node, u)
+                released -= (
+                    stored * determinant(one + H) + real(0.5) * points_out.stabilisation * points_out.share[i] * square
+                )
+                fields_out.deformation[i] = H
+            points_out.moment[i] = b
             released_out[i] = released_out[i] + released
-            fields.damage[i][0] = real(1.0) - real(left) / real(offsets[i + 1] - offsets[i])
+            fields_out.damage[i][0] = real(1.0) - real(left) / real(rows.offsets[i + 1] - rows.offsets[i])
 
-    return tear, settle
+    return settle
 
 
-class LinkDamage:
-    """The links of a body: `advance` breaks those that meet the criterion and frees what they leave behind."""
+class LinkDamage(Attached):
+    """The links of a body: `advance` breaks those that meet the criterion and frees what they leave behind. It writes the
+    weights of the pairs, and the moments and shares of the points."""
 
-    def __init__(self, part: Links, space: Space, laws: Laws, params: Any, state: State, pairs: Pairs,
-                 weight: wp.array, moment: wp.array, share: wp.array, node: wp.array, volume: np.ndarray, breakable: np.ndarray,
-                 threshold: float, stiffness: float, device: str):  # fmt: skip
-        """`threshold` and `stiffness` (of the residual) nondimensional, `breakable` (n,) bool."""
-        self._share, self._stiffness = share, space.scalar(stiffness)
-        self.part, self._state, self._params = part, state, params
-        self._threshold, self._pairs, self._weight, self._moment, self._node = threshold, pairs, weight, moment, node
-        self._space, self._kernels = space, _kernels(space, laws, state.layout, part.criterion)
-        self._breakable = wp.array(breakable.astype(np.int32), dtype=wp.int32, device=device)
-        self._volume = wp.array(volume, dtype=space.scalar, device=device)
-        self._torn = wp.zeros(len(volume), dtype=wp.int32, device=device)
-        self._released = wp.zeros(len(volume), dtype=space.scalar, device=device)
-        self._whole = [(array, array.numpy().copy()) for array in (weight, moment, share)]
+    def __init__(
+        self,
+        criterion: str,
+        threshold: float,
+        constitutive: Constitutive,
+        seen: Neighbourhood,
+        breakable: np.ndarray,
+        state: State,
+        clock: Clock,
+        arrays: Arrays,
+    ):
+        """`threshold` nondimensional, `breakable` (n,) bool."""
+        space, laws, n = constitutive.space, constitutive.laws, len(breakable)
+        self._space, self._seen, self._state, self._clock = space, seen, state, clock
+        self._params, self._threshold = constitutive.params, space.scalar(threshold)
+        self._tear = _tear_kernel(space, laws, state.layout, criterion)
+        self._settle = _settle_kernel(space, laws, state.layout)
+        self._rows = rows_of(space, seen.pairs, seen.weight)
+        self._breakable = arrays.of("breakable", breakable.astype(np.int32), wp.int32)
+        self._torn = arrays.zeros("torn", n, wp.int32)
+        self._released = arrays.zeros("released", n, space.scalar, kept=True)
+        for name, array in (("weight", seen.weight), ("moment", seen.points.moment), ("share", seen.points.share)):
+            arrays.changes(name, array)
+        damage = state.struct.damage
+        arrays.take("damage", damage, kept=True, reset=damage.zero_)
+        self.weight = seen.weight
+        self.ledger = (Entry("dissipated", lambda: self.released),)
 
-    def advance(self, clock: Any) -> None:
+    def advance(self) -> None:
         """Close a step (two launches)."""
-        tear, settle = self._kernels
-        rows = [self._pairs.offsets, self._pairs.indices, self._node]
-        inputs = [self._params, self._space.scalar(self._threshold), self._stiffness, self._breakable, *rows]
-        inputs += [self._share, self._moment, self._state.struct]
-        clock.launch(tear, self._state.n, inputs, [self._weight, self._torn, self._released])
-        inputs = [self._params, self._stiffness, self._volume, *rows, self._weight, self._state.struct]
-        clock.launch(settle, self._state.n, inputs, [self._torn, self._share, self._moment, self._released])
-
-    def clear(self) -> None:
-        """Whole again."""
-        for array, values in self._whole:
-            array.assign(values)
-        for array in (self._torn, self._released, self._state.struct.damage):
-            array.zero_()
-
-    def kept(self) -> dict[str, wp.array]:
-        """What a checkpoint holds of it."""
-        names = ("weight", "moment", "share", "released")
-        arrays = (self._weight, self._moment, self._share, self._released)
-        return {**dict(zip(names, arrays, strict=True)), "damage": self._state.struct.damage}
+        n, points, fields = self._state.n, self._seen.points, self._state.struct
+        inputs = [self._params, self._threshold, self._breakable, points, fields]
+        self._clock.launch(self._tear, n, inputs, [self._rows, self._torn, self._released])
+        outputs = [points, fields, self._torn, self._released]
+        self._clock.launch(self._settle, n, [self._params, self._rows], outputs)
 
     @property
     def released(self) -> float:
@@ -218,39 +321,11 @@ class LinkDamage:
         nondimensional."""
         return float(self._released.numpy().sum(dtype=float))
 
-    def found(self) -> dict[str, float]:
-        """Broken links and free particles."""
+    def fracture(self) -> dict[str, float]:
+        """Broken links and free particles, and the energy that they set free."""
+        moment = self._seen.points.moment.numpy().reshape(self._state.n, -1)
         return {
-            "broken_links": int((self._weight.numpy() == 0.0).sum()) // 2,
-            "free": int((self._moment.numpy().reshape(self._state.n, -1) == 0.0).all(1).sum()),
+            "broken_links": int((self._seen.weight.numpy() == 0.0).sum()) // 2,
+            "free": int((moment == 0.0).all(1).sum()),
+            "released_energy": self.released,
         }
-
-    @property
-    def nbytes(self) -> int:
-        """Device memory beside the pairs' own [bytes]."""
-        return sum(a.capacity for a in (self._breakable, self._volume, self._torn, self._released))
-
-
-def stretch_of_energy(fracture_energy: float, youngs: float, spacing: float) -> float:
-    """The stretch at which a row of links has taken G_c per area: E s^2 spacing/2 = G_c."""
-    return float(np.sqrt(2.0 * fracture_energy / (youngs * spacing)))
-
-
-def refuse(body: BodyKeys, material: Any, who: str, correction: str) -> None:
-    """Refuse what links cannot do."""
-    if body.phase_field is not None:
-        raise Refused(f"body {body.name!r}: it breaks by links or by phase_field, not by both: leave one out")
-    if correction == "paper":
-        raise Refused(
-            f'body {body.name!r}: links need the symmetric correction: run.correction = "paper" keeps no momentum at a crack'
-        )
-    if body.viscosity is not None and body.viscosity.correction == "paper":
-        raise Refused(
-            f'body {body.name!r}: links need symmetric viscosity: viscosity.correction = "paper" keeps no momentum at a crack; leave'
-            " it out"
-        )
-    if not turns(material):
-        raise Refused(
-            f"body {body.name!r}: links need a rate law that turns with the body, whose stress does not jump where F does;"
-            f" {who} is not one: use jaumann, mises or perzyna"
-        )

@@ -1,9 +1,56 @@
-"""The residual."""
+"""The residual: stiffness of what a linear field leaves of the displacements that a point sees.
 
-from wsph.quantities import Model, in_unit
+It holds the modes that a gradient alone does not see (`wsph.formulations.lagrangian.rates` has the equations), and is there
+by default in the forms with a reference configuration.
+"""
+
+from typing import ClassVar
+
+from wsph.parts.part import Host, Part
+from wsph.protocols import Traits
+from wsph.quantities import in_unit
+
+AT_NODES = 0.3
+"""By default, of particles that are their own points and stand on the faces."""
+
+BREAKING = 0.1
+"""By default, of a body that can break: enough to hold spurious modes; more is stiffness that a crack has to release beside
+the material's."""
+
+FLOWING = 0.03
+"""By default, of a material that flows: the residual stays elastic, and a plastic hinge would spring back."""
 
 
-class Residual(Model):
+class Residual(Part):
     """Stiffness of what a linear field leaves of the displacement differences, in Young's moduli."""
 
+    key: ClassVar[str] = "residual"
+    holds_modes: ClassVar[bool] = True
+    switchable: ClassVar[bool] = True
     coefficient: in_unit("", ge=0)
+
+    @property
+    def acts(self) -> bool:
+        return self.coefficient > 0.0
+
+    @classmethod
+    def fits(cls, traits: Traits) -> bool:
+        return traits.one_set and traits.reference
+
+
+def stabilisation(host: Host) -> float:
+    """The stiffness of a body's residual, as its scene has it or by default, in Young's moduli."""
+    part = host.parts.get(Residual.key)
+    return part.coefficient if isinstance(part, Residual) else _usual(host)
+
+
+def _usual(host: Host) -> float:
+    # Hourglass control takes its place unless both are named; the paper has none.
+    if "hourglass" in host.parts or host.correction == "paper":
+        return 0.0
+    usual = host.traits.stabilisation
+    if host.traits.reference:
+        usual = AT_NODES if host.traits.pairwise and host.at_nodes else usual
+        usual = BREAKING if host.breaks else usual
+        usual = FLOWING if host.constitutive.laws.dissipates else usual
+    return usual

@@ -34,8 +34,9 @@ def between_tables(scene: SceneTables) -> Iterator[Fault]:
         if names.index(body.name) != k:
             yield Fault(0, f"bodies.{k}.name", f"{body.name!r} names another body already")
         yield from _body_faults(scene, body, f"bodies.{k}")
-        if body.links is not None and body.links.where is not None:
-            yield from _where_faults(scene, body.links.where, f"bodies.{k}.links.where")
+        for part in body.parts.values():
+            for key, text in part.selections.items():
+                yield from _where_faults(scene, text, f"bodies.{k}.{part.key}.{key}")
     for k, condition in enumerate(scene.boundary):
         yield from _body_name_fault(condition.body, names, f"boundary.{k}.body")
         yield from _boundary_faults(scene, condition, f"boundary.{k}")
@@ -202,7 +203,7 @@ def _field_faults(scene: SceneTables) -> Iterator[Fault]:
         if faults:
             return  # the fields a faulty material would have are not known; its own faults are reported
         internals += internal_units(material)
-    names = known(internals, scene.dim, any(body.phase_field or body.links for body in scene.bodies))
+    names = known(internals, scene.dim, any(part.breaks for body in scene.bodies for part in body.parts.values()))
     wanted = [("output.fields", scene.output.fields, names)]
     probed = [name for name in names if name not in ALWAYS]
     wanted += [(f"probes.{k}.fields", probe.fields, probed) for k, probe in enumerate(scene.probes)]

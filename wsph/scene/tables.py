@@ -1,19 +1,16 @@
 """The tables of a scene, as validated data."""
 
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, create_model, model_validator
+from pydantic.fields import FieldInfo
 
 from wsph.backend.expressions import Expression, compile_expression, constant_program
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import Rotation
-from wsph.parts.artificial_stress import ArtificialStress
 from wsph.parts.body_force import Damping
-from wsph.parts.hourglass import Hourglass
-from wsph.parts.links import Links
-from wsph.parts.phase_field.field import PhaseField
-from wsph.parts.residual import Residual
-from wsph.parts.viscosity import Viscosity
+from wsph.parts.part import Part
+from wsph.parts.table import PARTS
 from wsph.quantities import Cadence, Model, Strings, Value, as_tuple, in_unit, read_cadence, read_switch
 from wsph.sph.smoothing import SMOOTHING
 from wsph.units import looks_like_quantity, quantity
@@ -103,8 +100,8 @@ def _spacing(value: Any) -> Any:
     return lengths
 
 
-class Body(Model):
-    """One deformable body."""
+class _Matter(Model):
+    """What a body is, before its parts."""
 
     name: Annotated[str, Field(min_length=1)]
     shape: Shape
@@ -115,22 +112,33 @@ class Body(Model):
     jitter: in_unit("", ge=0, le=0.5) = 0.0
     cracks: Annotated[tuple[CrackLine, ...], BeforeValidator(as_tuple)] = ()
     damping: Damping | None = None
-    viscosity: Viscosity | None = None
-    residual: Annotated[Residual | None, BeforeValidator(read_switch)] = None
-    hourglass: Annotated[Hourglass | None, BeforeValidator(read_switch)] = None
-    artificial_stress: ArtificialStress | None = None
-    phase_field: PhaseField | None = None
-    links: Links | None = None
+
+
+def _key_of(part: type[Part]) -> Any:
+    """What a scene may give for a part."""
+    return Annotated[part | None, BeforeValidator(read_switch)] if part.switchable else part | None
+
+
+if TYPE_CHECKING:
+    _WithParts = _Matter
+else:
+    _WithParts = create_model(
+        "_WithParts", __base__=_Matter, **{key: (_key_of(part), None) for key, part in PARTS.items()}
+    )
+
+
+class Body(_WithParts):
+    """One deformable body."""
+
     placement: Literal["cells", "nodes"] = "cells"
     velocity: Annotated[tuple[Value, ...], BeforeValidator(as_tuple)] | None = None
     material: MaterialSpec
 
-
-def damage_model(body: Body) -> str:
-    """How a body breaks: "AT1" or "AT2" by a phase field, "links", or "" where it does not."""
-    if body.phase_field is not None:
-        return body.phase_field.model
-    return "links" if body.links is not None else ""
+    @property
+    def parts(self) -> dict[str, Part]:
+        """The parts that the scene names, by their keys, those that it switches off included."""
+        given = {key: getattr(self, key) for key in PARTS}
+        return {key: part for key, part in given.items() if part is not None}
 
 
 class Function(Model):
@@ -281,3 +289,12 @@ class SceneTables(Model):
             # What begins as a number with a unit is one: "1 MPa" where a velocity belongs is a wrong unit, no expression.
             return constant_program(quantity(value, unit)) if looks_like_quantity(value) else compile_expression(value)
         return constant_program(float(value))
+
+
+def add_part(part: type[Part], *scenes: type[SceneTables]) -> None:
+    """Give bodies the key of a part that has joined `PARTS` after they were defined; `scenes` are the classes built on
+    `SceneTables`."""
+    PARTS[part.key] = part
+    Body.__pydantic_fields__[part.key] = FieldInfo.from_annotated_attribute(_key_of(part), None)
+    for model in (Body, SceneTables, *scenes):
+        model.model_rebuild(force=True)

@@ -115,7 +115,7 @@ def kept(composition: Any) -> dict[str, wp.array]:
     """The device arrays that a run goes on from, by name."""
     found = {"clock.step": composition.clock.step, "clock.time": composition.clock.time}
     for number, run in enumerate(composition.bodies):
-        found |= {f"body{number}.{name}": array for name, array in run.system.kept().items()}
+        found |= {f"body{number}.{name}": array for name, array in run.system.arrays.kept.items()}
     if composition.contacts is not None:
         found |= composition.contacts.kept()
     return found

@@ -22,8 +22,6 @@ from wsph.formulations.setup import Formulation, Setup
 from wsph.formulations.table import FORMULATIONS, of_sets, takers
 from wsph.geometry.lattice import Lattice, lattice
 from wsph.output import fields
-from wsph.parts import links
-from wsph.parts.phase_field import field
 from wsph.plugins import registry
 from wsph.plugins.blame import blame
 from wsph.plugins.options import build
@@ -35,8 +33,6 @@ from wsph.simulation.probes import Recorder
 from wsph.simulation.timeline import Timeline
 from wsph.stability.guard import guard
 from wsph.units import Scales
-
-PAIR_PARTS = ("viscosity", "residual", "hourglass", "artificial_stress", "phase_field", "links")
 
 MOST_STIFFER = 1000.0
 """Bulk over shear modulus above which single precision is warned of."""
@@ -208,18 +204,11 @@ def _cadence_steps(every: float, dt: float) -> float:
 def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: Any, plugin: Any, who: str, formulation: Formulation,
               space: Space, scales: Scales, clock: Clock, device: str) -> BodyRun:  # fmt: skip
     constitutive = Constitutive(space, material, state, scales, _material_name(body))
-    if body.phase_field is not None:
-        field.refuse(body, body.phase_field, material, constitutive.who, cells.spacing, bool(state.free))
-    if body.links is not None:
-        links.refuse(body, material, constitutive.who, scene.run.correction)
-        warnings.warn(
-            f"body {body.name!r}: cracks of links follow the lattice, by up to 30 degrees; phase_field has fracture that does not",
-            RuntimeWarning,
-            stacklevel=5,
-        )
     _warn_of_lost_digits(body, material, space, constitutive.who)
     _refuse_parts(body, material, formulation, scene.run.integrator.name, constitutive.who)
-    system = formulation.build(Setup(scene, body, cells, space, constitutive, scales, clock, wants_displacement(scene)))
+    system = formulation.build(
+        Setup(scene, body, formulation, cells, space, constitutive, scales, clock, wants_displacement(scene))
+    )
     if body.velocity is not None:
         values = [scene.value(v, "m/s") for v in body.velocity]
         columns = [value(system.position) for value in values if isinstance(value, Expression)]
@@ -243,7 +232,8 @@ def _body_run(scene: Scene, body: Body, cells: Lattice, material: Any, state: An
         system.point_volume,
         system.density,
         device,
-        system.damage_model,
+        system.response,
+        system.breaks,
         system.traits.courant_follows,
     )
     courant = clock.dt * scales.time * constitutive.wave_speed / cells.spacing
@@ -274,12 +264,10 @@ def _refuse_parts(body: Body, material: Any, formulation: Formulation, integrato
     if body.map is not None and not traits.maps:
         able = " and ".join(each.name for each in FORMULATIONS if each.traits.maps)
         raise Refused(f"body {body.name!r}: the {formulation.name} form needs a regular lattice: `map` is for {able}")
-    for part in PAIR_PARTS:
-        given = getattr(body, part)
-        # What is switched off is nowhere.
-        if given is not None and getattr(given, "coefficient", 1.0) > 0.0 and part not in traits.takes:
+    for key, part in body.parts.items():
+        if part.acts and not part.fits(traits):
             here = f"{formulation.name!r}" if formulation.sets == 1 else f"the two sets of {integrator}"
             raise Refused(
-                f"body {body.name!r}: {part} is a part of the one-set form {' and '.join(takers(part))}, not of {here}:"
-                f" choose run.formulation, or leave bodies.{part} out"
+                f"body {body.name!r}: {key} is a part of the one-set form {' and '.join(takers(type(part)))}, not of {here}:"
+                f" choose run.formulation, or leave bodies.{key} out"
             )

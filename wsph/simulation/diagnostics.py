@@ -11,8 +11,8 @@ from wsph.backend.state import Layout, State, fields_struct
 from wsph.backend.tensors import determinant_and_inverse
 from wsph.constitutive.constitutive import Constitutive
 from wsph.constitutive.laws import Laws
-from wsph.parts.phase_field.field import BROKEN
-from wsph.parts.phase_field.response import damaged
+from wsph.parts.part import BROKEN
+from wsph.parts.terms import Response
 
 BLOCK = 1024
 
@@ -38,7 +38,9 @@ class Ledger:
 
 
 @cache
-def _kernel(space: Space, laws: Laws, layout: Layout, model: str, follows: bool) -> wp.Kernel:
+def _kernel(
+    space: Space, laws: Laws, layout: Layout, response: Response | None, breaks: bool, follows: bool
+) -> wp.Kernel:
     real, dim = space.scalar, space.dim
     Fields, Params, energy = fields_struct(space, layout), laws.Params, laws.energy
     internals, deformed = dict(layout).get("internals", 0), "deformation" in dict(layout)
@@ -57,8 +59,8 @@ def _kernel(space: Space, laws: Laws, layout: Layout, model: str, follows: bool)
         return wp.sqrt(wp.dot(x, square * x))
 
     total, total_energy = laws.total_energy is not None, laws.total_energy or energy
-    breaks, phased = model != "", model in ("AT1", "AT2")
-    damaged_energy = damaged(space, laws, model)[1] if phased else energy
+    phased = response is not None
+    damaged_energy = response.energy(space, laws) if response is not None else energy
     dissipates, last = laws.dissipates, internals - 1
 
     @wp.kernel(module="unique", enable_backward=False)
@@ -153,12 +155,13 @@ class Diagnostics:
         points: np.ndarray,
         density: float,
         device: str,
-        model: str = "",
+        response: Response | None = None,
+        breaks: bool = False,
         follows: bool = True,
     ):
-        """`model` is how the body breaks, where it can; `follows`: its Courant number follows the deformation, to
+        """`response`: how its points answer in place of their law; `follows`: its Courant number follows the deformation, to
         rounding."""
-        self._model, self._follows = model, follows
+        self._answers, self._follows = (response, breaks), follows
         self._space, self._constitutive, self._density, self._device = space, constitutive, density, device
         self._volume = wp.array(volume, dtype=space.scalar, device=device)
         self._points = self._volume if points is volume else wp.array(points, dtype=space.scalar, device=device)
@@ -167,7 +170,7 @@ class Diagnostics:
 
     def kernel(self, state: State) -> wp.Kernel:
         """The kernel that sums up `state`."""
-        return _kernel(self._space, self._constitutive.laws, state.layout, self._model, self._follows)
+        return _kernel(self._space, self._constitutive.laws, state.layout, *self._answers, self._follows)
 
     def measure(self, state: State) -> Ledger:
         """Sum up a state."""

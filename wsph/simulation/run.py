@@ -240,7 +240,7 @@ class Simulation:
             for run in self.c.bodies:
                 run.system.refresh(run.system.state)
         ledgers = [run.diagnostics.measure(run.system.state) for run in self.c.bodies]
-        self._stiffening = sum(run.system.hourglass_energy() for run in self.c.bodies)
+        self._stiffening = sum(e.value() for run in self.c.bodies for e in run.system.ledger if e.column == "hourglass")
         for run, ledger in zip(self.c.bodies, ledgers, strict=True):
             if ledger.bad >= 0:
                 name, what = self._broken(run, ledger.bad)
@@ -277,7 +277,7 @@ class Simulation:
 
     def _dissipated(self, ledgers: list[Ledger]) -> float:
         systems = [run.system for run in self.c.bodies]
-        parts = (s.force.damped + s.drag_energy + s.fracture_energy for s in systems)
+        parts = (sum(e.value() for e in s.ledger if e.column == "dissipated") for s in systems)
         return sum(e.dissipated for e in ledgers) + sum(parts)
 
     def _total(self, ledgers: list[Ledger]) -> float:
@@ -406,8 +406,8 @@ class Simulation:
     def _fracture(self) -> dict[str, dict[str, float]]:
         """Of every body that can break: the energy set free and that of the crack surfaces [J], and broken particles."""
         found = {}
-        for run in (run for run in self.c.bodies if run.system.damage_model):
-            parts = run.system.fracture() | {"released_energy": run.system.fracture_energy}
+        for run in (run for run in self.c.bodies if run.system.breaks):
+            parts = run.system.fracture()
             found[run.body.name] = {k: v * self._energy if "energy" in k else v for k, v in parts.items()}
         return found
 
@@ -436,7 +436,7 @@ class Simulation:
                 "external_work": last["external_work"],
                 "residual": last["residual"],
             },
-            **({"fracture": self._fracture()} if any(r.system.damage_model for r in self.c.bodies) else {}),
+            **({"fracture": self._fracture()} if any(r.system.breaks for r in self.c.bodies) else {}),
             # Of the last good state: where the run ended in a state that is not finite, before its last step.
             "energy_step": int(last["step"]),
             "momentum": [last[f"momentum_{axis}"] for axis in "xyz"[: self.scene.dim]],

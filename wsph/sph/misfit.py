@@ -6,24 +6,27 @@ import warp as wp
 
 from wsph.backend.pair_loops import element
 from wsph.backend.space import Space
+from wsph.sph.rows import rows_struct
 
 
 @cache
 def misfit(space: Space) -> wp.Function:
-    """Warp function (i, u, centre, H, offsets, indices, weight, node, displacement) -> sum of w |e|^2 over the pairs of i:
-    what a linear field of gradient H, u at the centre, leaves of the displacements."""
+    """Warp function (i, u, centre, H, rows, node, displacement) -> sum of w |e|^2 over the pairs of i: what a linear
+    field of gradient H, u at the centre, leaves of the displacements."""
     real, vec, mat, at = space.scalar, space.vec, space.mat, element(wp.int32, space.scalar, space.vec)
+    Rows = rows_struct(space)
 
     @wp.func
-    def left_over(i: int, u: vec, centre: vec, H: mat, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
-                  weight: wp.array(dtype=real), node: wp.array(dtype=vec), displacement: wp.array(dtype=vec)) -> real:  # fmt: skip
+    def left_over(
+        i: int, u: vec, centre: vec, H: mat, rows: Rows, node: wp.array(dtype=vec), displacement: wp.array(dtype=vec)
+    ) -> real:
         square = real(0.0)
-        k = offsets[i]
-        end = offsets[i + 1]
+        k = rows.offsets[i]
+        end = rows.offsets[i + 1]
         while k < end:
-            j = at(indices, k)
+            j = at(rows.indices, k)
             e = at(displacement, j) - u - H * (at(node, j) - centre)
-            square = square + at(weight, k) * wp.dot(e, e)
+            square = square + at(rows.weight, k) * wp.dot(e, e)
             k += 1
         return square
 

@@ -24,7 +24,7 @@ def _growth(run: LimitedBody, steps: int) -> float:
     units = {"velocity": speed, "stress": system.density * speed**2}
     found = largest_growth(run.integrator.step, system.state, int(np.clip(steps // PRODUCTS, 10, 100)), units=units)
     # What the trial leaves behind, up to infinities, must not reach the run.
-    system.clear_scratch()
+    system.arrays.reset()
     system.start_works()
     if hasattr(run.integrator, "begin"):
         run.integrator.begin()

@@ -1,10 +1,13 @@
 """Stiffness and damping of a body projected on what a few dozen of its right-hand sides span."""
 
-from typing import Any
+from typing import Protocol
 
 import numpy as np
 
+from wsph.backend.space import Space
+from wsph.backend.state import State
 from wsph.stability.spectrum import STILL, Spectrum
+from wsph.units import Scales
 
 VECTORS = 20
 """Vectors, with a product each, for a body without damping: Lanczos' method."""
@@ -16,27 +19,55 @@ LARGE = 1_000_000
 """Numbers in a vector from which on vectors are kept in single precision: a limit needs two digits."""
 
 
+class Moving(Protocol):
+    """A one-set body, as its spectrum is found from it."""
+
+    space: Space
+    scales: Scales
+    position: np.ndarray
+    volume: np.ndarray
+    spacing: float
+    state: State
+    points: bool
+    one_sided: bool
+    """Whether drag acts on approach alone."""
+    drags: bool
+    """Whether there are forces that depend on velocities."""
+    evolves: bool
+    """Whether stress or deformation is integrated, and does not follow from the displacements."""
+    damping_rate: float
+    """Of the damping in proportion to mass, nondimensional."""
+
+    @property
+    def free_components(self) -> np.ndarray: ...
+
+    def temporary(self) -> State: ...
+
+    def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None: ...
+
+    def refresh(self, state: State) -> None: ...
+
+
 class Products:
     """K and D of a body about its current state times mass-weighted vectors, prescribed components held."""
 
-    def __init__(self, system: Any):
+    def __init__(self, system: Moving):
         self.system = system
         self.free = system.free_components
         self.mass = np.sqrt(np.repeat(system.volume, system.space.dim))
         self._moved, self._change = system.temporary(), system.temporary()
         self._start = system.state.buffer.numpy().copy()
-        self._n = len(self.free)
+        self._velocity, self._place = system.state.span("velocity"), system.state.span("displacement")
+        n = len(self.free)
         self._eps = 1e-6 if system.space.precision == "f64" else 1e-2
-        self.evolved = not system.form.total or system.form.moving
-        self._resting = self._changes(np.zeros(self._n)) if self.evolved else None
-        self._rest = self._accelerations(np.zeros(self._n))
+        self._resting = self._changes(np.zeros(n)) if system.evolves else None
+        self._rest = self._accelerations(np.zeros(n))
         self._closing: np.ndarray | None = None
-        if system.viscous and system.parts.viscosity == "approach":
+        if system.one_sided:
             # All pairs approach each other, so fast that a vector changes nothing in that.
-            a = system.state.start["displacement"]
-            place = system.position / system.scales.length + self._start[a : a + self._n].reshape(system.position.shape)
+            place = system.position / system.scales.length + self._start[self._place].reshape(system.position.shape)
             self._closing = -20.0 * (place - place.mean(0)).ravel() * system.scales.length / system.spacing
-        self._idle = self._drag(np.zeros(self._n)) if self._closing is not None else 0.0
+        self._idle = self._drag(np.zeros(n)) if self._closing is not None else 0.0
 
     def restore(self) -> None:
         """Put the body back into the state that it was in."""
@@ -48,8 +79,10 @@ class Products:
 
     def _changes(self, w: np.ndarray) -> np.ndarray:
         """How what is integrated follows the strain of velocities eps w, and whatever it does at rest."""
-        self._assign(np.concatenate([self._eps * w, self._start[self._n :]]))
-        self.system.refresh(self.system.state)
+        moved = self._start.copy()
+        moved[self._velocity] = self._eps * w
+        self._assign(moved)
+        self.system.refresh(self._moved)
         self.system.rate(self._moved, self._change, "rest")
         return self._change.buffer.numpy().astype(np.float64)
 
@@ -58,16 +91,13 @@ class Products:
         shifted, base = self._start.astype(np.float64), self.system.state
         if self._resting is not None:
             increment = self._changes(w) - self._resting
-            for name in (name for name in ("stress", "deformation") if name in base.start):
-                a = base.start[name]
-                b = a + base.counts[name] * base.widths[name]
-                shifted[a:b] += increment[a:b]
-        shifted[: self._n] = 0.0
-        place = base.start["displacement"]
-        shifted[place : place + self._n] += self._eps * w
+            for span in (base.span(name) for name in ("stress", "deformation") if name in base.start):
+                shifted[span] += increment[span]
+        shifted[self._velocity] = 0.0
+        shifted[self._place] += self._eps * w
         self._assign(shifted)
         self.system.rate(self._moved, self._change, "velocity")
-        return self._change.buffer.numpy()[: self._n].astype(np.float64)
+        return self._change.buffer.numpy()[self._velocity].astype(np.float64)
 
     def stiffness(self, x: np.ndarray) -> np.ndarray:
         """K x."""
@@ -75,7 +105,7 @@ class Products:
 
     def _drag(self, w: np.ndarray) -> np.ndarray:
         state = self._start.astype(np.float64)
-        state[: self._n] = 1e-9 * (w if self._closing is None else w + self._closing)
+        state[self._velocity] = 1e-9 * (w if self._closing is None else w + self._closing)
         self._assign(state)
         self.system.rate(self._moved, self._change, "velocity")
         return -self._change.flat("drag").numpy().astype(np.float64) / 1e-9
@@ -137,7 +167,7 @@ class _Span:
         return Spectrum(arrays[0], arrays[1], (arrays[2], arrays[3], arrays[4]), rate, still)
 
 
-def spectrum(system: Any) -> Spectrum:
+def spectrum(system: Moving) -> Spectrum:
     """The spectrum of a body about its current state, in at most 50 right-hand sides.
 
     A start vector at random in both signs has its share of every mode. Lanczos' method on K finds the outermost of the
@@ -145,13 +175,13 @@ def spectrum(system: Any) -> Spectrum:
     J. Matrix Anal. Appl. 26, 2005) follow, in which the modes of both are found; those that lie in the span already (all of
     them at first where D is as K) cost nothing and are gone through.
     """
-    rate, still = float(system.force.struct.damping), STILL[system.space.precision]
+    rate, still = system.damping_rate, STILL[system.space.precision]
     if not system.free_components.any():
         none = np.zeros((0, 0))
         return Spectrum(none, none, (none, none, none), rate, still)
     products = Products(system)
-    lanczos, most = DAMPED_VECTORS if system.viscous else (VECTORS, VECTORS)
-    span = _Span(products, most, system.viscous)
+    lanczos, most = DAMPED_VECTORS if system.drags else (VECTORS, VECTORS)
+    span = _Span(products, most, system.drags)
     start = np.random.default_rng(0).standard_normal(len(products.free)) * products.free
     span.add(start)
     while span.count < lanczos:
@@ -160,7 +190,7 @@ def spectrum(system: Any) -> Spectrum:
         if span.count == known:  # nothing new, or nothing finite
             break
     before, last = np.zeros(1), np.eye(1)[0]
-    for _ in range(3 * most if system.viscous else 0):
+    for _ in range(3 * most if system.drags else 0):
         if span.count == most:
             break
         coefficients = span.add(span.next(last, before))

@@ -48,7 +48,7 @@ def whole_spectrum(system: Any) -> tuple[np.ndarray, np.ndarray]:
     free = np.flatnonzero(products.free)
     units = np.eye(len(products.free))[free]
     stiffness = np.array([products.stiffness(x)[free] for x in units]).T
-    damping = np.array([products.damping(x)[free] for x in units]).T if system.viscous else np.zeros_like(stiffness)
+    damping = np.array([products.damping(x)[free] for x in units]).T if system.drags else np.zeros_like(stiffness)
     products.restore()
     return stiffness, damping
 

@@ -1,20 +1,23 @@
-"""Rates of displacement, stress and internals."""
+"""Rates of displacement, stress and internals, and in the current configuration of the deformation."""
 
 import warp as wp
 
+from wsph.backend.clock import dt_of
+from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
 from wsph.backend.tensors import determinant_and_inverse
 from wsph.constitutive.laws import Laws
-from wsph.formulations.lagrangian.form import Form, gathered, loop_options
-from wsph.formulations.updated.gradient import gradient_ahead
-from wsph.parts.pair_forces import pair_struct
+from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered
+from wsph.parts.terms import points_struct
+from wsph.sph.rows import rows_struct
 
 
 def drift_kernel(space: Space, layout: Layout) -> wp.Kernel:
+    """du/dt = v."""
     Fields = fields_struct(space, layout)
 
-    @wp.kernel(module="unique", enable_backward=False)
+    @kernel(ranged=True)
     def drift(first: int, fields: Fields, rate_out: Fields):
         i = first + wp.tid()
         rate_out.displacement[i] = fields.velocity[i]
@@ -22,36 +25,53 @@ def drift_kernel(space: Space, layout: Layout) -> wp.Kernel:
     return drift
 
 
-def flow_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothing: str) -> wp.Kernel:
-    """Rates of stress and internals of a rate law and, in the current configuration, of the deformation."""
-    real, vec, mat, dim, Fields = space.scalar, space.vec, space.mat, space.dim, fields_struct(space, layout)
-    Params, Pair, respond, internal = laws.Params, pair_struct(space), laws.respond, laws.internal
-    kept, midpoint, inverse = "internals" in dict(layout), laws.depends_on_stress, determinant_and_inverse(space)[1]
-    of_velocity, ahead_gradient = (
-        gathered(space, layout, form, smoothing, False),
-        gradient_ahead(space, layout, smoothing),
-    )
-    determinant = determinant_and_inverse(space)[0]
+def flow_kernel(
+    space: Space, laws: Laws, layout: Layout, form: Form, ahead_gradient: wp.Function | None = None
+) -> wp.Kernel:
+    """Rates of stress and internals of a rate law and, in the current configuration, of the deformation.
 
-    @wp.kernel(module="unique", enable_backward=False, module_options=loop_options(form))
-    def flow(first: int, clock: wp.array(dtype=wp.float64), ahead: real, p: Params, pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
-             weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat),
-             fields: Fields, others: Fields, rate_out: Fields):  # fmt: skip
+    `ahead_gradient`, for the current configuration: Warp function (c, dt, rows, points, fields, i) -> the velocity gradient
+    dt ahead.
+    """
+    real, mat, dim, Fields = space.scalar, space.mat, space.dim, fields_struct(space, layout)
+    Params, respond, internal = laws.Params, laws.respond, laws.internal
+    Coefficients, Rows, Points = coefficients_of(space, form), rows_struct(space), points_struct(space)
+    kept, midpoint, (determinant, inverse) = (
+        "internals" in layout,
+        laws.depends_on_stress,
+        determinant_and_inverse(space),
+    )
+    of_velocity = gathered(space, layout, form, False)
+    of_later = ahead_gradient or of_velocity
+
+    @kernel(ranged=True, pairs=not form.moving)
+    def flow(
+        first: int,
+        clock: wp.array(dtype=wp.float64),
+        ahead: real,
+        p: Params,
+        c: Coefficients,
+        rows: Rows,
+        points: Points,
+        fields: Fields,
+        others: Fields,
+        rate_out: Fields,
+    ):
         i = first + wp.tid()
-        dt = ahead * real(clock[1])
+        dt = ahead * real(dt_of(clock))
         L = mat()
         if wp.static(form.moving):
             # From where the particles are by then, and for the deformation by then, (F + dF)/2 in the middle of a step:
             # second order, and a turn of any angle stays one.
-            L = ahead_gradient(pair, dt, offsets, indices, node, fields, i)
+            L = of_later(c, dt, rows, points, fields, i)
             F = wp.identity(n=dim, dtype=real) + fields.deformation[i]
             rate_out.deformation[i] = inverse(wp.identity(n=dim, dtype=real) - dt * L) * (L * F)
         else:
-            gradient, _mean = of_velocity(pair, offsets, indices, weight, node, centre, others, others.velocity, i)
-            change = gradient * moment[i]
+            gradient, _mean = of_velocity(c, rows, points, others, others.velocity, i)
+            change = gradient * points.moment[i]
             later = wp.identity(n=dim, dtype=real) + fields.deformation[i] + dt * change
             # Across a crack F says nothing: where it has no inverse, stress rests.
-            if wp.static(form.damage != "") and determinant(later) < real(0.1):
+            if wp.static(form.breaks) and determinant(later) < real(0.1):
                 later = wp.identity(n=dim, dtype=real)
                 change = mat()
             L = change * inverse(later)

@@ -1,84 +1,130 @@
-"""What the kernels of a Lagrangian composition are made for, and what a point gathers from its pairs."""
+"""What the kernels of a one-set composition are made for, and what a point gathers from its pairs."""
 
 from dataclasses import dataclass
 from functools import cache
 
 import warp as wp
 
-from wsph.backend.pair_loops import PAIR_LOOPS, element
+from wsph.backend.pair_loops import element
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
-from wsph.parts.pair_forces import PairParts, pair_struct
+from wsph.parts.terms import (
+    PairTerm,
+    RateTerm,
+    Response,
+    StressTerm,
+    coefficients_struct,
+    points_struct,
+)
+from wsph.sph.rows import rows_struct
 from wsph.sph.smoothing import SMOOTHING
 
 
 @dataclass(frozen=True)
 class Form:
-    """What the kernels of a composition are made for. `moving`: pairs are seen in the current configuration."""
+    """What the kernels of a composition are made for: compositions with equal forms share them."""
 
     points: bool
+    """Whether stresses live at places of their own, apart from the particles."""
     total: bool
-    residual: bool
+    """Whether the law gives the stress of a deformation."""
+    stabilised: bool
+    """Whether what a linear field leaves of the displacements has a stiffness."""
     loaded: bool
     paper: bool
-    parts: PairParts
+    """Whether both sides of a pair take the correction of the one (He & Seaid 2016, eq 13 with eq 3)."""
+    smoothing: str
+    pair_terms: tuple[PairTerm, ...] = ()
+    stress_term: StressTerm | None = None
+    rate_term: RateTerm | None = None
+    response: Response | None = None
+    breaks: bool = False
+    """Whether the body can break: across a crack the deformation says nothing."""
     moving: bool = False
-    damage: str = ""
-    """How a body breaks: the model of its phase field, or "links"."""
+    """Whether pairs are seen in the current configuration."""
+
+    @property
+    def numbers(self) -> tuple[str, ...]:
+        """Names of the coefficients that its terms take."""
+        terms = (*self.pair_terms, self.stress_term, self.rate_term)
+        return tuple(dict.fromkeys(name for term in terms if term is not None for name in term.coefficients))
+
+    @property
+    def drags(self) -> bool:
+        """Whether there are forces that depend on velocities."""
+        return self.rate_term is not None or any(term.sum == "drag" for term in self.pair_terms)
+
+    @property
+    def one_sided(self) -> bool:
+        """Whether those act on approach alone."""
+        rate = self.rate_term is not None and self.rate_term.one_sided
+        return rate or any(term.one_sided for term in self.pair_terms)
+
+    @property
+    def holds(self) -> bool:
+        """Whether there are forces that hold spurious modes and do work of their own."""
+        return any(term.sum == "hold" for term in self.pair_terms)
+
+    @property
+    def shares(self) -> bool:
+        """Whether pairs take the sum of their two shares."""
+        return self.stabilised or any(term.shares for term in self.pair_terms)
+
+
+def coefficients_of(space: Space, form: Form) -> type:
+    """The struct of coefficients that kernels of a form take."""
+    return coefficients_struct(space, form.numbers)
 
 
 @cache
-def seen_pair(space: Space, layout: Layout, form: Form, smoothing: str) -> wp.Function:
-    """Warp function (pair, weight, node, fields, i, j, k) -> (r, w) of pair k, from i to j: from the reference configuration
-    as stored, or from the current one."""
-    real, vec, Fields, Pair = space.scalar, space.vec, fields_struct(space, layout), pair_struct(space)
-    slope, at = SMOOTHING[smoothing](space)[1], element(real, vec)
+def seen_pair(space: Space, layout: Layout, form: Form) -> wp.Function:
+    """Warp function (c, rows, points, fields, i, j, k) -> (r, w) of pair k, from i to j: from the reference configuration as
+    stored, or from the current one."""
+    real, vec, Fields = space.scalar, space.vec, fields_struct(space, layout)
+    Coefficients, Rows, Points = coefficients_of(space, form), rows_struct(space), points_struct(space)
+    slope, at = SMOOTHING[form.smoothing](space)[1], element(real, vec)
     if form.moving:
 
         @wp.func
-        def now(
-            pair: Pair, weight: wp.array(dtype=real), node: wp.array(dtype=vec), fields: Fields, i: int, j: int, k: int
-        ):
-            r = (at(node, j) - at(node, i)) + (at(fields.displacement, j) - at(fields.displacement, i))
-            return r, -slope(wp.length(r) / pair.h)
+        def now(c: Coefficients, rows: Rows, points: Points, fields: Fields, i: int, j: int, k: int):
+            r = (at(points.node, j) - at(points.node, i)) + (at(fields.displacement, j) - at(fields.displacement, i))
+            return r, -slope(wp.length(r) / c.h)
 
         return now
 
     @wp.func
-    def at_start(
-        pair: Pair, weight: wp.array(dtype=real), node: wp.array(dtype=vec), fields: Fields, i: int, j: int, k: int
-    ):
-        return at(node, j) - at(node, i), at(weight, k)
+    def at_start(c: Coefficients, rows: Rows, points: Points, fields: Fields, i: int, j: int, k: int):
+        return at(points.node, j) - at(points.node, i), at(rows.weight, k)
 
     return at_start
 
 
 @cache
-def gathered(space: Space, layout: Layout, form: Form, smoothing: str, averaged: bool) -> wp.Function:
-    """Warp function (pair, offsets, indices, weight, node, centre, others, field, i) -> the sum of w (f_j - f_i) (x) r over
-    the pairs of i, and where `averaged` the weighted mean of f."""
-    real, vec, mat, Fields, Pair = space.scalar, space.vec, space.mat, fields_struct(space, layout), pair_struct(space)
-    points, seen, at = form.points, seen_pair(space, layout, form, smoothing), element(wp.int32, real, vec)
+def gathered(space: Space, layout: Layout, form: Form, averaged: bool) -> wp.Function:
+    """Warp function (c, rows, points, others, field, i) -> the sum of w (f_j - f_i) (x) r over the pairs of i, and where
+    `averaged` the weighted mean of f."""
+    real, vec, mat, Fields = space.scalar, space.vec, space.mat, fields_struct(space, layout)
+    Coefficients, Rows, Points = coefficients_of(space, form), rows_struct(space), points_struct(space)
+    apart, seen, at = form.points, seen_pair(space, layout, form), element(wp.int32, real, vec)
 
     @wp.func
-    def gathered(pair: Pair, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
-                 node: wp.array(dtype=vec), centre: wp.array(dtype=vec), others: Fields, field: wp.array(dtype=vec), i: int):  # fmt: skip
+    def sums(c: Coefficients, rows: Rows, points: Points, others: Fields, field: wp.array(dtype=vec), i: int):
         near = i
-        if wp.static(points):
-            near = indices[offsets[i]]
+        if wp.static(apart):
+            near = rows.indices[rows.offsets[i]]
         f0 = field[near]
         gradient = mat()
         mean = vec()
-        c = centre[i]
-        k = offsets[i]
-        end = offsets[i + 1]
+        centre = points.centre[i]
+        k = rows.offsets[i]
+        end = rows.offsets[i + 1]
         while k < end:
-            j = at(indices, k)
-            if wp.static(points):
-                r = at(node, j) - c
-                w = at(weight, k)
+            j = at(rows.indices, k)
+            if wp.static(apart):
+                r = at(points.node, j) - centre
+                w = at(rows.weight, k)
             else:
-                r, w = seen(pair, weight, node, others, i, j, k)
+                r, w = seen(c, rows, points, others, i, j, k)
             df = w * (at(field, j) - f0)
             gradient = gradient + wp.outer(df, r)
             if wp.static(averaged):
@@ -86,10 +132,4 @@ def gathered(space: Space, layout: Layout, form: Form, smoothing: str, averaged:
             k += 1
         return gradient, f0 + mean
 
-    return gathered
-
-
-def loop_options(form: Form) -> dict[str, str] | None:
-    """How the pair loops of a form are compiled: rows of the current configuration have pairs without weight in them, and
-    sums in vectors would depend on how many."""
-    return None if form.moving else PAIR_LOOPS
+    return sums

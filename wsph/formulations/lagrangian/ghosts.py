@@ -12,12 +12,16 @@ acting by their stress, it creates energy within some hundred steps. So only bar
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 import warp as wp
 
+from wsph.backend.arrays import Arrays
+from wsph.backend.clock import Clock
+from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
-from wsph.backend.state import Layout, fields_struct
+from wsph.backend.state import Layout, State, fields_struct
 from wsph.boundary.conditions import Conditions
 from wsph.geometry.lattice import Lattice
 
@@ -49,36 +53,82 @@ def ghosts(lattice: Lattice, conditions: Conditions, support: float) -> Ghosts:
 
 
 @cache
-def ghost_kernels(space: Space, layout: Layout) -> tuple[wp.Kernel, wp.Kernel]:
-    """Kernels over particles and ghosts: what all of them move like, and the ghosts' stress (volume times P)."""
-    real, vec, mat = space.scalar, space.vec, space.mat
-    Fields = fields_struct(space, layout)
+def image_struct(space: Space) -> type:
+    """Struct of the ghosts as kernels take them: `count` particles come before them; source, face, sign and held (g,)
+    int32."""
+    integers = wp.array(dtype=wp.int32)
+    annotations = {"count": int, "source": integers, "face": integers, "sign": integers, "held": integers}
+    return wp.struct(type("Images", (), {"__annotations__": annotations, "__module__": __name__}))
 
-    @wp.kernel(module="unique", enable_backward=False)
-    def move(count: int, source: wp.array(dtype=wp.int32), face: wp.array(dtype=wp.int32), held: wp.array(dtype=wp.int32),
-             fields: Fields, others_out: Fields):  # fmt: skip
+
+@cache
+def _move_kernel(space: Space, layout: Layout) -> wp.Kernel:
+    """What particles and ghosts move like, over both."""
+    real, Fields, Images = space.scalar, fields_struct(space, layout), image_struct(space)
+
+    @kernel()
+    def move(images: Images, fields: Fields, others_out: Fields):
         e = wp.tid()
-        if e < count:
+        if e < images.count:
             others_out.velocity[e] = fields.velocity[e]
             others_out.displacement[e] = fields.displacement[e]
             return
-        g = e - count
-        v = fields.velocity[source[g]]
-        u = fields.displacement[source[g]]
-        if held[g] != 0:
-            v = real(2.0) * fields.velocity[face[g]] - v
-            u = real(2.0) * fields.displacement[face[g]] - u
+        g = e - images.count
+        v = fields.velocity[images.source[g]]
+        u = fields.displacement[images.source[g]]
+        if images.held[g] != 0:
+            v = real(2.0) * fields.velocity[images.face[g]] - v
+            u = real(2.0) * fields.displacement[images.face[g]] - u
         others_out.velocity[e] = v
         others_out.displacement[e] = u
 
-    @wp.kernel(module="unique", enable_backward=False)
-    def stress(count: int, source: wp.array(dtype=wp.int32), face: wp.array(dtype=wp.int32), held: wp.array(dtype=wp.int32),
-               sign: wp.array(dtype=wp.int32), step: real, loads: wp.array(dtype=vec), stress_out: wp.array(dtype=mat)):  # fmt: skip
-        g = wp.tid()
-        s = stress_out[source[g]]
-        if held[g] == 0:
-            # A load is a force; stresses come times the volume.
-            s[0, 0] = real(2.0) * real(sign[g]) * step * loads[face[g]][0] - s[0, 0]
-        stress_out[count + g] = s
+    return move
 
-    return move, stress
+
+@cache
+def _stress_kernel(space: Space) -> wp.Kernel:
+    """The ghosts' stress, volume times P, over the ghosts."""
+    real, vec, mat, Images = space.scalar, space.vec, space.mat, image_struct(space)
+
+    @kernel()
+    def stress(images: Images, step: real, loads: wp.array(dtype=vec), stress_out: wp.array(dtype=mat)):
+        g = wp.tid()
+        s = stress_out[images.source[g]]
+        if images.held[g] == 0:
+            # A load is a force; stresses come times the volume.
+            s[0, 0] = real(2.0) * real(images.sign[g]) * step * loads[images.face[g]][0] - s[0, 0]
+        stress_out[images.count + g] = s
+
+    return stress
+
+
+class GhostLayer:
+    """The ghosts of a bar on the device."""
+
+    def __init__(
+        self, found: Ghosts, space: Space, layout: Layout, count: int, step: float, clock: Clock, arrays: Arrays
+    ):
+        """`count` particles, `step` the length of a cell, nondimensional."""
+        self._space, self._clock, self._step = space, clock, space.scalar(step)
+        self._images = image_struct(space)()
+        self._images.count = count
+        for name in ("source", "face", "sign", "held"):
+            setattr(self._images, name, arrays.of(name, getattr(found, name).astype(np.int32), wp.int32))
+        self._ghosts, self._everyone = len(found.source), np.concatenate([np.arange(count), found.source])
+        counts = {name: 1 for name in dict(layout) if name not in ("velocity", "displacement")}
+        self.state = State(space, len(self._everyone), layout, clock.device, counts=counts)
+        arrays.take("state", self.state.buffer)
+        self._move = _move_kernel(space, layout)
+
+    def joined(self, values: np.ndarray) -> np.ndarray:
+        """Values of particles, (n, ...), with those of the ghosts' sources behind them."""
+        return values[self._everyone]
+
+    def follow(self, state: State) -> Any:
+        """What particles and ghosts see of each other in a state, as kernels take it (a launch)."""
+        self._clock.launch(self._move, len(self._everyone), [self._images, state.struct], [self.state.struct])
+        return self.state.struct
+
+    def answer(self, loads: wp.array, corrected: wp.array) -> None:
+        """Stresses of the ghosts, from those of the particles (a launch)."""
+        self._clock.launch(_stress_kernel(self._space), self._ghosts, [self._images, self._step, loads], [corrected])

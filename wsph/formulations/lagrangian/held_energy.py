@@ -1,34 +1,44 @@
-"""Energy of what holds spurious modes."""
+"""Energy of what a linear field leaves of the displacements: what the stabilisation holds."""
 
 import warp as wp
 
-from wsph.backend.pair_loops import PAIR_LOOPS
+from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
+from wsph.backend.state import Layout, fields_struct
+from wsph.parts.terms import points_struct
 from wsph.sph.misfit import misfit
+from wsph.sph.rows import rows_struct
 
 BLOCK = 1024
 """Points in one partial sum: the same for any number of threads."""
 
 
-def held_energy_kernel(space: Space, Fields: type, points: bool) -> wp.Kernel:
-    real, vec, left_over = space.scalar, space.vec, misfit(space)
+def held_energy_kernel(space: Space, layout: Layout, apart: bool) -> wp.Kernel:
+    """Partial sums of it, over blocks of points; `apart`: these have places of their own."""
+    real, vec, Fields = space.scalar, space.vec, fields_struct(space, layout)
+    Rows, Points, left_over = rows_struct(space), points_struct(space), misfit(space)
 
-    @wp.kernel(module="unique", enable_backward=False, module_options=PAIR_LOOPS)
-    def residual(count: int, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
-                 weight: wp.array(dtype=real), node: wp.array(dtype=vec), centre: wp.array(dtype=vec), share: wp.array(dtype=real), stiffness: real,
-                 mean: wp.array(dtype=vec), fields: Fields, energy_out: wp.array(dtype=wp.float64)):  # fmt: skip
+    @kernel(pairs=True)
+    def held_energy(
+        count: int,
+        rows: Rows,
+        points: Points,
+        mean: wp.array(dtype=vec),
+        fields: Fields,
+        energy_out: wp.array(dtype=wp.float64),
+    ):
         block = wp.tid()
         total = wp.float64(0.0)
         for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
             middle = vec()
-            if wp.static(points):
+            if wp.static(apart):
                 middle = mean[i]
             else:
                 middle = fields.displacement[i]
             square = left_over(
-                i, middle, centre[i], fields.deformation[i], offsets, indices, weight, node, fields.displacement
+                i, middle, points.centre[i], fields.deformation[i], rows, points.node, fields.displacement
             )
-            total += wp.float64(real(0.5) * stiffness * share[i] * square)
+            total += wp.float64(real(0.5) * points.stabilisation * points.share[i] * square)
         energy_out[block] = total
 
-    return residual
+    return held_energy

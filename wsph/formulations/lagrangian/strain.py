@@ -1,86 +1,85 @@
-"""Deformation and stress at the points."""
+"""Deformation at the points from the displacements, and the stress that forces take, with what folds into it."""
 
 import warp as wp
 
-from wsph.backend.pair_loops import PAIR_LOOPS
+from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
 from wsph.backend.tensors import determinant_and_inverse, in_plane
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
-from wsph.formulations.lagrangian.form import Form, gathered
-from wsph.parts.artificial_stress import opposing_stress
-from wsph.parts.pair_forces import pair_struct
-from wsph.parts.phase_field.field import damage_around
-from wsph.parts.phase_field.response import damaged, phase_struct
-from wsph.parts.viscosity import viscous_stress
+from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered
+from wsph.parts.terms import answers_struct, points_struct
+from wsph.sph.rows import rows_struct
 
 
-def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, smoothing: str) -> wp.Kernel:
-    """Deformation at the points from the displacements, and the stress that forces take, with what folds into it."""
-    real, mat, dim, vec = space.scalar, space.mat, space.dim, space.vec
-    Params, Fields, Pair = laws.Params, fields_struct(space, layout), pair_struct(space)
-    total, artificial, averaged = laws.total or laws.respond, form.parts.artificial, form.points and form.residual
-    breaks, Phase, apart = form.damage in ("AT1", "AT2"), phase_struct(space), not form.total
-    of_displacement, around = gathered(space, layout, form, smoothing, averaged), damage_around(space)
-    damaging = damaged(space, laws, form.damage)[0] if breaks else laws.respond
+def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Kernel:
+    """What forces take of every point, and the derived fields of the state."""
+    real, mat, dim, Fields = space.scalar, space.mat, space.dim, fields_struct(space, layout)
+    Params, Coefficients = laws.Params, coefficients_of(space, form)
+    Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
+    averaged = form.points and form.stabilised
+    of_displacement, of_velocity = gathered(space, layout, form, averaged), gathered(space, layout, form, False)
     determinant, inverse = determinant_and_inverse(space)
-    (unpack, _), opposing, plane = packing(space, laws.state), opposing_stress(space), in_plane(space)
-    # Between particles of one set viscosity is a force of pairs, at points of their own it is a stress.
-    viscous, drags = form.points and bool(form.parts.viscosity), viscous_stress(space, form.parts.viscosity)
-    of_velocity = gathered(space, layout, form, smoothing, False)
+    unpack, plane = packing(space, laws.state)[0], in_plane(space)
+    total, answers_by_law = laws.total or laws.respond, form.response is None
+    Response = form.response.struct(space) if form.response is not None else Points
+    respond = form.response.make(space, laws, layout) if form.response is not None else laws.respond
+    opposes = form.stress_term is not None
+    opposed = form.stress_term.make(space, Coefficients) if form.stress_term is not None else laws.respond
+    # Between particles of one set drag is a force of pairs, at points of their own it is a stress.
+    drags = form.rate_term is not None
+    dragged = form.rate_term.make(space, Coefficients) if form.rate_term is not None else laws.respond
 
-    @wp.kernel(module="unique", enable_backward=False, module_options=PAIR_LOOPS)
-    def strain(first: int, p: Params, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=real),
-               node: wp.array(dtype=vec), centre: wp.array(dtype=vec), moment: wp.array(dtype=mat), volume: wp.array(dtype=real),
-               share: wp.array(dtype=real), stiffness: real, density: real, pair: Pair, phase: Phase, fields: Fields, others: Fields,
-               mean_out: wp.array(dtype=vec), corrected_out: wp.array(dtype=mat), opposing_out: wp.array(dtype=mat),
-               dragging_out: wp.array(dtype=mat)):  # fmt: skip
+    @kernel(ranged=True, pairs=True)
+    def strain(
+        first: int,
+        p: Params,
+        c: Coefficients,
+        density: real,
+        rows: Rows,
+        points: Points,
+        others: Fields,
+        response_out: Response,
+        fields_out: Fields,
+        answers_out: Answers,
+    ):
         i = first + wp.tid()
-        gradient, mean = of_displacement(pair, offsets, indices, weight, node, centre, others, others.displacement, i)
-        H = gradient * moment[i]
-        fields.deformation[i] = H
+        gradient, mean = of_displacement(c, rows, points, others, others.displacement, i)
+        H = gradient * points.moment[i]
+        fields_out.deformation[i] = H
         if wp.static(averaged):
-            mean_out[i] = mean
+            answers_out.mean[i] = mean
         P = mat()
         hold = real(0.0)
-        if wp.static(form.residual):
-            hold = share[i]
-        if wp.static(breaks):
-            S = around(phase, offsets, indices, weight, i)
-            d, opening, g, s, P = damaging(p, phase, H, fields.stress[i], phase.damage[i], S, phase.weights[i])
-            fields.damage[i][0] = d
-            phase.opening[i] = opening
-            hold = g * share[i]
-            phase.share[i] = hold
-            if wp.static(apart):
-                fields.damaged_stress[i] = s
-            else:
-                fields.stress[i] = s
+        if wp.static(form.stabilised):
+            hold = points.share[i]
+        if wp.static(not answers_by_law):
+            hold, P = respond(p, response_out, rows, fields_out, points.share[i], H, i)
         elif wp.static(form.total):
             s, P = total(p, H)
-            fields.stress[i] = s
-        if wp.static(not breaks and (artificial or not form.total)):
+            fields_out.stress[i] = s
+        if wp.static(answers_by_law and (opposes or not form.total)):
             F = wp.identity(n=dim, dtype=real) + H
-            cauchy = plane(unpack(fields.stress[i]))
+            cauchy = plane(unpack(fields_out.stress[i]))
             back = determinant(F) * wp.transpose(inverse(F))
             if wp.static(not form.total):
                 P = cauchy * back
-            if wp.static(artificial):
-                opposing_out[i] = volume[i] * (opposing(pair.epsilon, cauchy) * back) * moment[i]
-        if wp.static(viscous):
-            rate, _v = of_velocity(pair, offsets, indices, weight, node, centre, others, others.velocity, i)
+            if wp.static(opposes):
+                answers_out.extra[i] = points.volume[i] * (opposed(c, cauchy) * back) * points.moment[i]
+        if wp.static(drags):
+            rate, _v = of_velocity(c, rows, points, others, others.velocity, i)
             drag = mat()
             # Across a crack, or turned inside out, F says nothing.
             if determinant(wp.identity(n=dim, dtype=real) + H) > real(0.1):
                 to_start = inverse(wp.identity(n=dim, dtype=real) + H)
-                drag = drags(pair, density, rate * moment[i] * to_start) * wp.transpose(to_start)
-            dragging_out[i] = volume[i] * drag * moment[i]
-        A = volume[i] * P
+                drag = dragged(c, density, rate * points.moment[i] * to_start) * wp.transpose(to_start)
+            answers_out.extra[i] = points.volume[i] * drag * points.moment[i]
+        A = points.volume[i] * P
         if wp.static(not form.paper):
-            A = A * moment[i]
-        if wp.static(form.residual):
-            A = A - (stiffness * hold) * H
-        corrected_out[i] = A
+            A = A * points.moment[i]
+        if wp.static(form.stabilised):
+            A = A - (points.stabilisation * hold) * H
+        answers_out.corrected[i] = A
 
     return strain

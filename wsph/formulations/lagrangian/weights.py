@@ -1,14 +1,16 @@
 """Weights, means, moments and spreads of the pairs, found once before a run, in double precision whatever the run's.
 
-`wsph.formulations.lagrangian.system` has the equations.
+`wsph.formulations.lagrangian.rates` has the equations.
 """
 
 from functools import cache
 
 import warp as wp
 
+from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.tensors import generalized_inverse
+from wsph.sph.rows import rows_struct
 from wsph.sph.smoothing import SMOOTHING
 
 QUANTA = {"f64": 2.0**-34, "f32": 2.0**-20}
@@ -24,18 +26,27 @@ def set_up_kernel(space: Space, smoothing: str, points: bool) -> wp.Kernel:
     """Kernel of weights, means, moments, spreads and ranks of every point's nodes; weights are multiples of `quantum`."""
     real, vec, mat = space.scalar, space.vec, space.mat
     value, slope = SMOOTHING[smoothing](space)
-    inverse = generalized_inverse(space)
+    inverse, Rows = generalized_inverse(space), rows_struct(space)
 
-    @wp.kernel(module="unique", enable_backward=False)
-    def moments(h: real, quantum: real, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32), cell: wp.array(dtype=vec),
-                node_cell: wp.array(dtype=vec), node: wp.array(dtype=vec), weight_out: wp.array(dtype=real),
-                centre_out: wp.array(dtype=vec), moment_out: wp.array(dtype=mat), spread_out: wp.array(dtype=real),
-                rank_out: wp.array(dtype=wp.int32)):  # fmt: skip
+    @kernel()
+    def moments(
+        h: real,
+        quantum: real,
+        rows: Rows,
+        cell: wp.array(dtype=vec),
+        node_cell: wp.array(dtype=vec),
+        node: wp.array(dtype=vec),
+        weight_out: wp.array(dtype=real),
+        centre_out: wp.array(dtype=vec),
+        moment_out: wp.array(dtype=mat),
+        spread_out: wp.array(dtype=real),
+        rank_out: wp.array(dtype=wp.int32),
+    ):
         i = wp.tid()
         total = real(0.0)
-        for k in range(offsets[i], offsets[i + 1]):
+        for k in range(rows.offsets[i], rows.offsets[i + 1]):
             # The kernel is one of grid coordinates: cells of any aspect have the same neighbours.
-            q = wp.length(node_cell[indices[k]] - cell[i]) / h
+            q = wp.length(node_cell[rows.indices[k]] - cell[i]) / h
             w = -slope(q)
             if wp.static(points):
                 w = value(q)
@@ -47,31 +58,31 @@ def set_up_kernel(space: Space, smoothing: str, points: bool) -> wp.Kernel:
         centre = node[i]
         if wp.static(points):
             largest = real(0.0)
-            for k in range(offsets[i], offsets[i + 1]):
+            for k in range(rows.offsets[i], rows.offsets[i + 1]):
                 weight_out[k] = weight_out[k] / total
                 largest = wp.max(largest, weight_out[k])
             largest *= real(1.0 - 1e-9)
             nearest = real(0.0)
-            for k in range(offsets[i], offsets[i + 1]):
+            for k in range(rows.offsets[i], rows.offsets[i + 1]):
                 if weight_out[k] >= largest:
                     nearest += real(1.0)
             # Whole quanta that sum up to 1: what rounding leaves goes to the nearest in equal parts, for symmetry.
             part = quantum * nearest
             left = real(1.0)
-            for k in range(offsets[i], offsets[i + 1]):
+            for k in range(rows.offsets[i], rows.offsets[i + 1]):
                 left -= wp.round(weight_out[k] / part) * part
             centre = vec()
-            for k in range(offsets[i], offsets[i + 1]):
+            for k in range(rows.offsets[i], rows.offsets[i + 1]):
                 w = wp.round(weight_out[k] / part) * part
                 if weight_out[k] >= largest:
                     w += left / nearest
                 weight_out[k] = w
-                centre += w * node[indices[k]]
+                centre += w * node[rows.indices[k]]
         moment = mat()
         spread = real(0.0)
-        for k in range(offsets[i], offsets[i + 1]):
+        for k in range(rows.offsets[i], rows.offsets[i + 1]):
             w = weight_out[k]
-            r = node[indices[k]] - centre
+            r = node[rows.indices[k]] - centre
             moment += w * wp.outer(r, r)
             spread += w * wp.dot(r, r)
         b, rank = inverse(moment, real(0.0))

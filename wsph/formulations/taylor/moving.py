@@ -15,9 +15,9 @@ shear half a cell below the face that the face does not have: under 1 % of strai
 import numpy as np
 import warp as wp
 
-from wsph.backend.state import Layout, State
-from wsph.formulations.layout import layout_of
-from wsph.formulations.setup import Setup, Traits
+from wsph.backend.state import Field, Layout, State
+from wsph.formulations.layout import deformation_field, displacement_field, matter_fields, velocity_field
+from wsph.formulations.setup import Setup
 from wsph.formulations.taylor.face_frames import PASSES, frame_kernel
 from wsph.formulations.taylor.moving_kernels import Kernels, kernels
 from wsph.formulations.taylor.system import TwoSetSystem
@@ -26,8 +26,6 @@ from wsph.formulations.taylor.system import TwoSetSystem
 class MovingTwoSetSystem(TwoSetSystem):
     """A body as updated-Lagrangian Taylor-SPH sees it: the calls of `TwoSetSystem`, in the current configuration."""
 
-    formulation = "updated-lagrangian"
-    traits = Traits(needs_rate=True, splits_cracks=True, tried=True, courant_follows=True)
     # Each axis by itself is no gradient under shear and rotation: corners would find strain in a rigid turn.
     widenings = 2
 
@@ -48,6 +46,7 @@ class MovingTwoSetSystem(TwoSetSystem):
         self._position = wp.array((lattice.nodes - middle) / scales.length, dtype=space.vec, device=device)
         self._cells = wp.array((lattice.cells - middle) / scales.length, dtype=space.vec, device=device)
         self._frames = wp.zeros(len(on), dtype=space.mat, device=device)
+        self.arrays.part("faces").adopt(self)
 
     def _turn_faces(self, state: State, share: float) -> None:
         """The frames of the faces at the displacement + share dt velocity of `state` (a launch)."""
@@ -93,7 +92,16 @@ class MovingTwoSetSystem(TwoSetSystem):
         )
 
     def _layout(self, where: str) -> Layout:
-        return layout_of(self.space, self.constitutive, True, True, spin=where == "virtual")
+        spins = self.space.dim * (self.space.dim - 1) // 2 * (where == "virtual")
+        return Layout.of(
+            (
+                velocity_field(self.space),
+                *matter_fields(self.constitutive),
+                deformation_field(self.space),
+                Field("spin", spins, "1/s"),
+                displacement_field(self.space),
+            )
+        )
 
     def _make_kernels(self) -> Kernels:
         layouts = self._layout("virtual"), self._layout("real")

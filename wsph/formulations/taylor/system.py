@@ -20,8 +20,8 @@ from wsph.boundary.values import BoundaryValues
 from wsph.boundary.work import ExternalWork
 from wsph.constitutive.stress_state import packing
 from wsph.errors import Refused
-from wsph.formulations.layout import layout_of
-from wsph.formulations.setup import Setup, Traits
+from wsph.formulations.layout import displacement_field, matter_fields, velocity_field
+from wsph.formulations.setup import Setup
 from wsph.formulations.system import System
 from wsph.formulations.taylor.gather import rows_struct
 from wsph.formulations.taylor.kernels import kernels
@@ -31,14 +31,10 @@ from wsph.sph.averages import average, outward_weights, unparted
 from wsph.sph.pairs import Pairs, find_pairs
 from wsph.sph.weights import Weights, gradient_weights, interpolation_weights
 
-DEFAULT_SUPPORT = 1.2
-
 
 class TwoSetSystem(System):
     """A body as Taylor-SPH sees it: `position`, `volume` and `state` are the real particles'."""
 
-    formulation = "small-strain"
-    traits = Traits(needs_rate=True, splits_cracks=True, tried=True)
     widenings = 0
     """How often a target that spans too few directions (a corner) may look half as far again. Not at all in small strain:
     each axis by itself holds every mode to rounding up to C = .9; looking further holds most to C = 1, but lets a block with
@@ -51,8 +47,9 @@ class TwoSetSystem(System):
         self.position = lattice.nodes
         self.volume = lattice.node_volume / scales.length**space.dim
         self._displacement = setup.displacement or self.traits.courant_follows
-        self._sourced = constitutive.laws.source is not None
-        self._support = scene.run.support or DEFAULT_SUPPORT
+        self._sources: dict[int, State] = {}
+        """The law's rates at L = 0 at the particles of each state, where the law has any."""
+        self._support = scene.run.support or self.traits.support
         nodes, cells = lattice.centred
         sided_nodes, sided_cells = lattice.sided if lattice.cracks else (nodes, cells)
         self.conditions: Conditions = face_conditions(scene, body.name, lattice, constitutive.state.labels)
@@ -66,7 +63,7 @@ class TwoSetSystem(System):
         self._moment = self._second_moments(nodes, cells)
         self._virtual_rows, self._real_rows = self._rows(*self.to_virtual), self._rows(*self.to_real)
 
-        self.state = self.new("real")
+        self.state = self._new("real", own=True)
         self._axes = space.mat(*lattice.frame.axes.T.ravel())
         self._rotated = not lattice.frame.upright
         self._framed = wp.array(np.flatnonzero(lattice.on_face), dtype=wp.int32, device=device)
@@ -79,12 +76,31 @@ class TwoSetSystem(System):
         area = scales.length ** (space.dim - 1)
         axes = space.mat(*lattice.frame.axes.ravel())
         self.work = ExternalWork(space, self.conditions, unpack, area, axes, self.state.layout, device)
+        self._register()
         with blame(constitutive.who):
             self.kernels = self._make_kernels()
 
+    def _register(self) -> None:
+        """The arrays that the body holds, by name."""
+        for name, weights in (("virtual", self.to_virtual), ("real", self.to_real)):
+            for kind, each in zip(("interpolation", "gradient"), weights, strict=True):
+                self.arrays.take(f"{name}.{kind}", each.values)
+            for part in ("offsets", "indices", "reach"):
+                self.arrays.take(f"{name}.{part}", getattr(weights[0].pairs, part))
+        self.arrays.part("body").adopt(self)
+        self.arrays.part("boundary").adopt(self.boundary)
+        for name, works in (("work", self.work), ("force", self.force)):
+            self.arrays.part(name).adopt(works, works.kept())
+
     def _layout(self, where: str) -> Layout:
         """Fields of the "real" or the "virtual" particles."""
-        return layout_of(self.space, self.constitutive, self._displacement and where == "real")
+        return Layout.of(
+            (
+                velocity_field(self.space),
+                *matter_fields(self.constitutive),
+                displacement_field(self.space, self._displacement and where == "real"),
+            )
+        )
 
     def _make_kernels(self) -> Any:
         layouts = self._layout("virtual"), self._layout("real")
@@ -165,16 +181,21 @@ class TwoSetSystem(System):
 
     def new(self, where: str = "real") -> State:
         """A state, zero but for the internals' initial values, at the "real" or at the "virtual" particles."""
-        n = len(self.lattice.nodes if where == "real" else self.lattice.cells)
-        return self._make(n, self._layout(where))
+        return self._new(where)
+
+    def _new(self, where: str, own: bool = False) -> State:
+        n, layout = len(self.lattice.nodes if where == "real" else self.lattice.cells), self._layout(where)
+        state = self._make(n, layout, own=own)
+        if self.constitutive.laws.source is not None:
+            self._sources[id(state)] = State(self.space, n, layout, self.device)
+            self.arrays.take(f"source{len(self._sources)}", self._sources[id(state)].buffer)
+        return state
 
     def _source(self, state: State) -> object:
         """The law's rate at L = 0 at every particle of `state` (a launch where the law has one)."""
-        if not self._sourced:
+        source = self._sources.get(id(state))
+        if source is None:
             return state.struct
-        if state.source is None:
-            state.source = State(self.space, state.n, state.layout, self.device)
-        source = state.source
         self.clock.launch(
             self.kernels.source[state.layout], state.n, [self.constitutive.params, state.struct], [source.struct]
         )
@@ -281,10 +302,3 @@ class TwoSetSystem(System):
                     total[int(n)] = total.get(int(n), 0.0) + float(outer) * float(inner)
             rows.append((np.array(list(total), int), np.array(list(total.values()))))
         return rows
-
-    @property
-    def nbytes(self) -> int:
-        """Device memory of the body [bytes]: pairs, weights and all states, the integrator's too."""
-        weights = sum(w.values.capacity for w in (*self.to_virtual, *self.to_real))
-        rows = sum(w.pairs.nbytes for w in (self.to_virtual[0], self.to_real[0]))
-        return weights + rows + self.state_bytes

@@ -1,38 +1,37 @@
 """The velocity gradient in the configuration that a step leads to."""
 
-from functools import cache
-
 import warp as wp
 
 from wsph.backend.pair_loops import element
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
 from wsph.backend.tensors import generalized_inverse
-from wsph.parts.pair_forces import pair_struct
+from wsph.formulations.lagrangian.form import Form, coefficients_of
+from wsph.parts.terms import points_struct
+from wsph.sph.rows import rows_struct
 from wsph.sph.smoothing import SMOOTHING
 
 
-@cache
-def gradient_ahead(space: Space, layout: Layout, smoothing: str) -> wp.Function:
-    """Warp function (pair, dt, offsets, indices, node, fields, i) -> the velocity gradient in the current configuration dt
-    ahead, by the pairs as they will be then."""
-    real, vec, mat, Fields, Pair = space.scalar, space.vec, space.mat, fields_struct(space, layout), pair_struct(space)
-    slope, inverse, at = SMOOTHING[smoothing](space)[1], generalized_inverse(space), element(wp.int32, real, vec)
+def velocity_gradient_ahead(space: Space, layout: Layout, form: Form) -> wp.Function:
+    """Warp function (c, dt, rows, points, fields, i) -> the velocity gradient in the current configuration dt ahead,
+    from where the particles are by then, by the pairs as they will be then."""
+    real, vec, mat, Fields = space.scalar, space.vec, space.mat, fields_struct(space, layout)
+    Coefficients, Rows, Points = coefficients_of(space, form), rows_struct(space), points_struct(space)
+    slope, inverse, at = SMOOTHING[form.smoothing](space)[1], generalized_inverse(space), element(wp.int32, real, vec)
 
     @wp.func
-    def gradient_ahead(pair: Pair, dt: real, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
-                       node: wp.array(dtype=vec), fields: Fields, i: int):  # fmt: skip
+    def gradient_ahead(c: Coefficients, dt: real, rows: Rows, points: Points, fields: Fields, i: int) -> mat:
         v = fields.velocity[i]
-        place = node[i] + fields.displacement[i]
+        place = points.node[i] + fields.displacement[i]
         gradient = mat()
         moment = mat()
-        k = offsets[i]
-        end = offsets[i + 1]
+        k = rows.offsets[i]
+        end = rows.offsets[i + 1]
         while k < end:
-            j = at(indices, k)
+            j = at(rows.indices, k)
             dv = at(fields.velocity, j) - v
-            r = ((at(node, j) + at(fields.displacement, j)) - place) + dt * dv
-            wr = -slope(wp.length(r) / pair.h) * r
+            r = ((at(points.node, j) + at(fields.displacement, j)) - place) + dt * dv
+            wr = -slope(wp.length(r) / c.h) * r
             gradient = gradient + wp.outer(dv, wr)
             moment = moment + wp.outer(wr, r)
             k += 1

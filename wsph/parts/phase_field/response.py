@@ -17,86 +17,50 @@ from wsph.constitutive.elastic import elastic_strain
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.parts.phase_field.split import shrinkage, split
-
-KEPT = 1e-6
-"""The part of the opening stiffness that a broken point keeps."""
+from wsph.parts.phase_field.sweep import degradation, phase_struct, swept
 
 
 @cache
-def phase_struct(space: Space) -> type:
-    """Struct of a phase field as kernels take it: q per psi+ and b of the sweep, the damage that the step starts from and
-    what pairs see of it, which points have damage in their sight, psi+ of the last evaluation (of whole points a bound of
-    it), shares times g, and sums of the weights."""
-    real = space.scalar
-    array = wp.array(dtype=real)
-    annotations = {
-        "per_energy": real,
-        "spread": real,
-        "damage": array,
-        "seen": array,
-        "near": wp.array(dtype=wp.int32),
-        "opening": array,
-        "share": array,
-        "weights": array,
-    }
-    return wp.struct(type("Phase", (), {"__annotations__": annotations, "__module__": __name__}))
+def left_of_law(space: Space, laws: Laws, model: str) -> wp.Function:
+    """Warp function (p, phase, H, undamaged stress, old damage, S, D) -> (damage, psi+, g, Cauchy stress, first Piola
+    stress)."""
+    return _linear(space, laws, model) if laws.total is not None else _evolved(space, laws, model)
 
 
 @cache
-def degradation(space: Space) -> wp.Function:
-    """Warp function g(d)."""
-    real = space.scalar
+def energy_left(space: Space, laws: Laws) -> wp.Function:
+    """Warp function (p, H, undamaged stress, damage) -> energy density: of a linear law per reference volume, of a rate law
+    per current volume."""
+    real, mat, stress, Params = space.scalar, space.mat, laws.stress, laws.Params
+    parted, degraded, free = split(space, Params), degradation(space), bool(laws.state.free)
+    outward, biot, strained = _outward(space, Params), _biot(space), _strained(space, laws)
 
     @wp.func
-    def degraded(d: real) -> real:
-        return (real(1.0) - d) * (real(1.0) - d) * real(wp.static(1.0 - KEPT)) + real(KEPT)
-
-    return degraded
-
-
-@cache
-def swept(space: Space, model: str) -> wp.Function:
-    """Warp function (phase, old damage, psi+, S, D) -> damage after one Jacobi sweep."""
-    real, Phase = space.scalar, phase_struct(space)
-
-    @wp.func
-    def sweep(phase: Phase, old: real, opening: real, S: real, D: real) -> real:
-        q = phase.per_energy * opening
-        if wp.static(model == "AT1"):
-            at = (q - real(1.0) + phase.spread * S) / (q + phase.spread * D)
-        else:
-            at = (q + phase.spread * S) / (real(1.0) + q + phase.spread * D)
-        return wp.max(old, wp.min(real(1.0), at))
-
-    return sweep
-
-
-@cache
-def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Function]:
-    """What a damaged point answers, and its energy.
-
-    (p, phase, H, undamaged stress, old damage, S, D) -> (damage, psi+, g, Cauchy stress, first Piola stress), and (p, H,
-    undamaged stress, damage) -> energy density: of a linear law per reference volume, of a rate law per current volume.
-    """
-    real, vec, mat, tensor, dim = space.scalar, space.vec, space.mat, space.tensor, space.dim
-    Params, stress, Phase = laws.Params, laws.stress, phase_struct(space)
-    parted, (axes_of, sum_of), shrunk = split(space, Params), spectral(space), shrinkage(space)
-    sweep, degraded = swept(space, model), degradation(space)
-    determinant, inverse = determinant_and_inverse(space)
-    (unpack, pack), plane, strain_of = packing(space, laws.state), in_plane(space), elastic_strain(space, Params)
-    quick, free, beyond = dim > 1 and model == "AT1", bool(laws.state.free), 3 - dim
-
-    @wp.func
-    def thick(out: real) -> real:
-        # How much thicker a free plane has become.
+    def linear_energy(p: Params, H: mat, undamaged: stress, d: real) -> real:
+        _axes, e = biot(H)
+        out = real(0.0)
         if wp.static(free):
-            return wp.pow(wp.max(real(1.0) + out, real(1e-3)), real(beyond))
-        return real(1.0)
+            out = outward(p, e, degraded(d))
+        opening, closing, _t, _p, _o, _i = parted(p, e, out)
+        return degraded(d) * opening + closing
+
+    @wp.func
+    def evolved_energy(p: Params, H: mat, undamaged: stress, d: real) -> real:
+        _axes, e, out = strained(p, undamaged, d)
+        opening, closing, _t, _p, _o, _i = parted(p, e, out)
+        return degraded(d) * opening + closing
+
+    return linear_energy if laws.total is not None else evolved_energy
+
+
+@cache
+def _outward(space: Space, Params: type) -> wp.Function:
+    """Warp function (p, principal strains in the plane, g) -> the strain out of the plane at which g s+ + s- vanishes there.
+    It has the sign against that of the plane's trace, and the trace of all keeps the plane's."""
+    real, vec, dim, beyond = space.scalar, space.vec, space.dim, 3 - space.dim
 
     @wp.func
     def outward(p: Params, e: vec, g: real) -> real:
-        # The strain out of the plane at which g s+ + s- vanishes there. It has the sign against that of the plane's trace,
-        # and the trace of all keeps the plane's.
         lame = p.elastic_bulk - real(2.0) / real(3.0) * p.elastic_shear
         trace = real(0.0)
         for a in range(wp.static(dim)):
@@ -109,6 +73,14 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
             of_out *= g
         return -of_trace * trace / (real(beyond) * of_trace + of_out)
 
+    return outward
+
+
+@cache
+def _spread_out(space: Space) -> wp.Function:
+    """Warp function (block of the plane, normal out of it) -> 3 x 3."""
+    real, mat, tensor, dim = space.scalar, space.mat, space.tensor, space.dim
+
     @wp.func
     def spread_out(block: mat, out: real) -> tensor:
         full = tensor()
@@ -119,18 +91,94 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
                 full[a, b] = block[a, b]
         return full
 
+    return spread_out
+
+
+@cache
+def _thick(space: Space, free: bool) -> wp.Function:
+    """Warp function (strain out of the plane) -> how much thicker a free plane has become."""
+    real, beyond = space.scalar, 3 - space.dim
+
+    @wp.func
+    def thick(out: real) -> real:
+        if wp.static(free):
+            return wp.pow(wp.max(real(1.0) + out, real(1e-3)), real(beyond))
+        return real(1.0)
+
+    return thick
+
+
+@cache
+def _biot(space: Space) -> wp.Function:
+    """Warp function H -> (axes, principal values of U - I). From H, not from F: small strains keep their digits."""
+    real, vec, mat, dim, axes_of = space.scalar, space.vec, space.mat, space.dim, spectral(space)[0]
+
     @wp.func
     def biot(H: mat):
-        # From H, not from F: small strains keep their digits.
         axes, squares = axes_of(H + wp.transpose(H) + wp.transpose(H) * H)
         e = vec()
         for a in range(wp.static(dim)):
             e[a] = squares[a] / (wp.sqrt(wp.max(real(1.0) + squares[a], real(0.0))) + real(1.0))
         return axes, e
 
+    return biot
+
+
+@cache
+def _strained(space: Space, laws: Laws) -> wp.Function:
+    """Warp function (p, undamaged stress, damage) -> (axes, principal strains, strain out of the plane)."""
+    real, stress, Params, free = space.scalar, laws.stress, laws.Params, bool(laws.state.free)
+    unpack, plane, strain_of = packing(space, laws.state)[0], in_plane(space), elastic_strain(space, Params)
+    axes_of, outward, degraded = spectral(space)[0], _outward(space, Params), degradation(space)
+
+    @wp.func
+    def strained(p: Params, undamaged: stress, d: real):
+        strain = strain_of(p, unpack(undamaged))
+        axes, e = axes_of(plane(strain))
+        out = strain[2, 2]
+        if wp.static(free):
+            out = outward(p, e, degraded(d))
+        return axes, e, out
+
+    return strained
+
+
+@cache
+def _answered(space: Space, laws: Laws, model: str) -> wp.Function:
+    """Warp function (p, phase, principal strains, strain out of the plane, old damage, S, D) -> (damage, psi+, g, the stress
+    along each axis, that out of the plane, and the strain there)."""
+    real, vec, Params, Phase = space.scalar, space.vec, laws.Params, phase_struct(space)
+    parted, sweep, degraded = split(space, Params), swept(space, model), degradation(space)
+    outward, free = _outward(space, Params), bool(laws.state.free)
+
+    @wp.func
+    def answered(p: Params, phase: Phase, e: vec, given: real, old: real, S: real, D: real):
+        out = given
+        if wp.static(free):
+            out = outward(p, e, degraded(old))
+        opening, _closing, tension, pressure, out_plus, out_minus = parted(p, e, out)
+        d = sweep(phase, old, opening, S, D)
+        g = degraded(d)
+        if wp.static(free):
+            out = outward(p, e, g)
+            opening, _closing, tension, pressure, out_plus, out_minus = parted(p, e, out)
+        return d, opening, g, g * tension + pressure, g * out_plus + out_minus, out
+
+    return answered
+
+
+@cache
+def _intact(space: Space, laws: Laws) -> wp.Function:
+    """Warp function (p, phase, H, damage around) -> (whether a point needs no axes, a bound of psi+, Cauchy stress, first
+    Piola stress): what is whole, far from damage and too little strained to break is elastic, and the energy of all of e
+    bounds psi+."""
+    real, mat, stress, dim, beyond = space.scalar, space.mat, laws.stress, space.dim, 3 - space.dim
+    Params, Phase, free = laws.Params, phase_struct(space), bool(laws.state.free)
+    shrunk, thick, spread_out = shrinkage(space), _thick(space, free), _spread_out(space)
+    pack, determinant = packing(space, laws.state)[1], determinant_and_inverse(space)[0]
+
     @wp.func
     def intact(p: Params, phase: Phase, H: mat, damage: real):
-        # What is whole, far from damage and too little strained to break needs no axes: the energy of all of e bounds psi+.
         m, trace, squares, known = shrunk(H)
         if damage > real(0.0) or not known:
             return False, real(0.0), stress(), mat()
@@ -149,19 +197,19 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
         cauchy = pack(spread_out(P * wp.transpose(one + H) / J, across / J))
         return phase.per_energy * bound < real(1.0), bound, cauchy, P
 
-    @wp.func
-    def answered(p: Params, phase: Phase, e: vec, given: real, old: real, S: real, D: real):
-        # Damage, psi+, g, the stress along each axis, that out of the plane and the strain there.
-        out = given
-        if wp.static(free):
-            out = outward(p, e, degraded(old))
-        opening, _closing, tension, pressure, out_plus, out_minus = parted(p, e, out)
-        d = sweep(phase, old, opening, S, D)
-        g = degraded(d)
-        if wp.static(free):
-            out = outward(p, e, g)
-            opening, _closing, tension, pressure, out_plus, out_minus = parted(p, e, out)
-        return d, opening, g, g * tension + pressure, g * out_plus + out_minus, out
+    return intact
+
+
+def _linear(space: Space, laws: Laws, model: str) -> wp.Function:
+    """`left_of_law` of a linear elastic material, by its energy."""
+    real, mat, stress, dim = space.scalar, space.mat, laws.stress, space.dim
+    Params, Phase, free = laws.Params, phase_struct(space), bool(laws.state.free)
+    sum_of, biot, answered = spectral(space)[1], _biot(space), _answered(space, laws, model)
+    # In one dimension there are no axes to spare.
+    intact = _intact(space, laws) if dim > 1 else biot
+    thick, spread_out = _thick(space, free), _spread_out(space)
+    pack, determinant = packing(space, laws.state)[1], determinant_and_inverse(space)[0]
+    quick = dim > 1 and model == "AT1"
 
     @wp.func
     def linear(p: Params, phase: Phase, H: mat, undamaged: stress, old: real, S: real, D: real):
@@ -179,23 +227,16 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
         J = thick(out) * wp.max(determinant(one + H), real(1e-3))
         return d, opening, g, pack(spread_out(P * wp.transpose(one + H) / J, across / J)), P
 
-    @wp.func
-    def linear_energy(p: Params, H: mat, undamaged: stress, d: real) -> real:
-        _axes, e = biot(H)
-        out = real(0.0)
-        if wp.static(free):
-            out = outward(p, e, degraded(d))
-        opening, closing, _t, _p, _o, _i = parted(p, e, out)
-        return degraded(d) * opening + closing
+    return linear
 
-    @wp.func
-    def strained(p: Params, undamaged: stress, d: real):
-        strain = strain_of(p, unpack(undamaged))
-        axes, e = axes_of(plane(strain))
-        out = strain[2, 2]
-        if wp.static(free):
-            out = outward(p, e, degraded(d))
-        return axes, e, out
+
+def _evolved(space: Space, laws: Laws, model: str) -> wp.Function:
+    """`left_of_law` of a rate law, from the stress that evolves undamaged."""
+    real, mat, dim = space.scalar, space.mat, space.dim
+    stress, Params, Phase = laws.stress, laws.Params, phase_struct(space)
+    (unpack, pack), plane, strain_of = packing(space, laws.state), in_plane(space), elastic_strain(space, Params)
+    sum_of, strained, answered = spectral(space)[1], _strained(space, laws), _answered(space, laws, model)
+    (determinant, inverse), spread_out = determinant_and_inverse(space), _spread_out(space)
 
     @wp.func
     def evolved(p: Params, phase: Phase, H: mat, undamaged: stress, old: real, S: real, D: real):
@@ -217,10 +258,4 @@ def damaged(space: Space, laws: Laws, model: str) -> tuple[wp.Function, wp.Funct
         acting = sum_of(axes, each)
         return d, opening, g, pack(spread_out(acting, across)), acting * back
 
-    @wp.func
-    def evolved_energy(p: Params, H: mat, undamaged: stress, d: real) -> real:
-        _axes, e, out = strained(p, undamaged, d)
-        opening, closing, _t, _p, _o, _i = parted(p, e, out)
-        return degraded(d) * opening + closing
-
-    return (linear, linear_energy) if laws.total is not None else (evolved, evolved_energy)
+    return evolved

@@ -7,6 +7,8 @@ import warp as wp
 from wsph.backend.space import Space
 
 SMALL = 0.01
+"""A strain up to which roots of 1 + 2 E are taken by their series."""
+
 ROOT_SERIES = (1.0, -1 / 2, 1 / 2, -5 / 8, 7 / 8, -21 / 16, 33 / 16, -429 / 128)
 
 INVERSE_SERIES = (1.0, -3 / 2, 5 / 2, -35 / 8, 63 / 8, -231 / 16, 429 / 16, -6435 / 128)

@@ -1,0 +1,277 @@
+"""Right-hand sides of a body whose pairs are those of the reference configuration: one displacement field, its gradient at
+the points where the stress lives, forces that are its transpose.
+
+Nodes carry velocity and displacement, points carry the stress. A point p sees nodes j with scalar weights w_pj, which hold
+no volumes, and with r_j = X_j - Xbar_p, y_j = u_j - ubar_p about the weighted means:
+
+    M_p = (sum w r (x) r)^-1,   H_p = (sum w y (x) r) M_p,   F = I + H,   P = J stress F^-T
+    f_j = -sum_p w_pj [V_p P_p M_p r + kappa_p (y_j - H_p r)]
+
+The force is minus the gradient of the energy sum V_p psi(F_p) + sum kappa_p/2 w |y - H r|^2: momentum is kept to rounding,
+and angular momentum and energy to the integrator. The second term, the stabilisation, is what a linear field leaves of y; it
+holds the modes that a gradient alone does not see.
+
+Two forms of it:
+- `stress-points`: nodes on the lattice and on the faces, points at the cell centres, the two sets of Taylor-SPH. By far the
+  most accurate: a cantilever of twelve rows vibrates within 0.1 % where the usual form is 3-5 % slow.
+- `total-lagrangian`: one set, every particle is its own point (Xbar_p = X_p, w = |W'|/r), the form of total-Lagrangian SPH
+  with each side's own correction (sigma_i L_i^-1 + sigma_j L_j^-1). `run.correction = "paper"` puts L_i on both (He & Seaid
+  2016, eq 13 with eq 3) and surrounds a bar with ghosts (`wsph.formulations.lagrangian.ghosts`), as the paper does; it is
+  there to compare with.
+
+H follows from the displacements in every evaluation: nothing drifts, and single precision keeps the digits of small strains.
+Forces between pairs beside the stress are terms of a body's parts (`wsph.parts.terms`).
+"""
+
+from collections.abc import Iterable
+from functools import cache, cached_property
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from wsph.backend.space import Space
+from wsph.backend.state import Layout, State
+from wsph.constitutive.laws import Laws
+from wsph.errors import Refused
+from wsph.formulations.lagrangian.flow import drift_kernel, flow_kernel
+from wsph.formulations.lagrangian.forces import force_between_kernel, force_from_points_kernel
+from wsph.formulations.lagrangian.form import Form
+from wsph.formulations.lagrangian.ghosts import GhostLayer, Ghosts, ghosts
+from wsph.formulations.lagrangian.held_energy import BLOCK, held_energy_kernel
+from wsph.formulations.lagrangian.set_up import Reference, find_reference
+from wsph.formulations.lagrangian.strain import strain_kernel
+from wsph.formulations.one_set_setup import RateSetup
+from wsph.parts.body_force import Parts
+from wsph.parts.part import Attached, Neighbourhood
+from wsph.parts.table import PARTS
+from wsph.parts.terms import answers_struct, points_struct
+from wsph.plugins.blame import blame
+from wsph.sph.pairs import Pairs
+from wsph.sph.rows import rows_of
+
+
+class Kernels:
+    """The kernels of a composition: one instance per (space, laws, which fields there are, form).
+
+    `strain` finds what forces take of every point, `force` the accelerations, `drift` and `flow` the rates of the rest,
+    `held` the energy of the stabilisation; those that the form has.
+    """
+
+    def __init__(self, space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form):
+        self.strain = strain_kernel(space, laws, layout, form)
+        make = force_from_points_kernel if form.points else force_between_kernel
+        self.force = make(space, layout, parts, form)
+        self.drift = drift_kernel(space, layout)
+        if form.stabilised:
+            self.held = held_energy_kernel(space, layout, form.points)
+        if not form.total:
+            self.flow = flow_kernel(space, laws, layout, form)
+
+
+@cache
+def _kernels(space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form) -> Kernels:
+    return Kernels(space, laws, layout, parts, form)
+
+
+class LagrangianRates:
+    """The right-hand sides of one body in the reference configuration, and its pairs; `rate` and `refresh` are launches."""
+
+    def __init__(self, made: RateSetup, state: State):
+        host, placement = made.host, made.placement
+        self._space, self._clock, self._density = host.space, made.setup.clock, host.space.scalar(made.density)
+        self._placement, self._constitutive, self._loads = placement, host.constitutive, made.loads
+        self._force, self._arrays = made.force, made.arrays.part("rates")
+        nodes, cells = host.lattice.centred
+        particles = nodes if placement.at_nodes else cells
+        points = cells if placement.points else particles
+        self._ghosts: GhostLayer | None = None
+        if host.correction == "paper":
+            found = _ghosts(made)
+            if found is not None:
+                step = host.lattice.spacing / host.scales.length
+                arrays = self._arrays.part("ghosts")
+                self._ghosts = GhostLayer(found, host.space, made.layout, placement.count, step, self._clock, arrays)
+                particles = np.concatenate([particles, found.place])
+        quantum = "f64" if host.lattice.irregular else host.space.precision
+        reference = find_reference(host, particles, points, quantum, self._clock.device, placement.position)
+        if not any(part.frees for part in host.parts.values()):
+            made.refuse_lonely(reference.rank)
+        # Ghosts hand a load on.
+        self.form = made.form(loaded=made.loads.count > 0 and self._ghosts is None)
+        self._coefficients = made.coefficients(self.form)
+        with blame(host.constitutive.who):
+            self.kernels = _kernels(host.space, host.constitutive.laws, made.layout, made.force.parts, self.form)
+        self._allocate(reference, made.stabilisation)
+        self._acting, self._response = self._points, self._points
+
+    def _allocate(self, reference: Reference, stabilisation: float) -> None:
+        """What kernels take of the reference configuration, and write of every evaluation."""
+        space, arrays, placement, real = self._space, self._arrays, self._placement, self._space.scalar
+        m, apart = len(placement.point_volume), placement.points
+        joined = self._ghosts.joined if self._ghosts is not None else np.asarray
+        self._pairs, self._spread = reference.pairs, reference.spread
+        self._weight = arrays.of("weight", reference.weight, real)
+        self._rows = rows_of(space, reference.pairs, self._weight)
+        points = points_struct(space)()
+        points.node = arrays.of("node", reference.place, space.vec)
+        points.centre = arrays.of("centre", reference.centre, space.vec) if apart else points.node
+        points.moment = arrays.of("moment", joined(reference.moment), space.mat)
+        points.volume = arrays.of("point volume", joined(placement.point_volume), real)
+        # Volume over the spread of the neighbours: what pairs and the stabilisation are measured by.
+        points.share = arrays.of("share", joined(placement.point_volume / reference.spread), real)
+        points.stabilisation = real(stabilisation)
+        self._points = points
+        self._volume = arrays.of("volume", placement.volume, real) if apart else points.volume
+        answers = answers_struct(space)()
+        averaged = apart and (self.form.stabilised or self.form.breaks)
+        extra = self.form.stress_term is not None or self.form.rate_term is not None
+        answers.mean = arrays.zeros("mean", m if averaged else 1, space.vec)
+        answers.corrected = arrays.zeros("corrected", len(points.moment), space.mat)
+        answers.extra = arrays.zeros("extra", m if extra else 1, space.mat)
+        self._answers = answers
+        self.holding = arrays.zeros("holding", placement.count if self.form.holds else 1, space.vec)
+        for name in ("offsets", "indices", "reach"):
+            arrays.take(f"pairs.{name}", getattr(self._pairs, name))
+        self._back, self._back_weight, self._back_rows = None, None, None
+        if apart:
+            self._back, order = self._pairs.transposed()
+            self._back_weight = arrays.of("back weight", reference.weight[order], real)
+            self._back_rows = rows_of(space, self._back, self._back_weight)
+            for name in ("offsets", "indices", "reach"):
+                arrays.take(f"back.{name}", getattr(self._back, name))
+
+    @property
+    def seen(self) -> Neighbourhood:
+        """What the points of the body see, for its parts."""
+        placement = self._placement
+        return Neighbourhood(
+            self._pairs,
+            self._weight,
+            self._points,
+            self._answers.mean,
+            self._spread,
+            placement.point_volume,
+            placement.position,
+            self._back,
+            self._back_weight,
+        )
+
+    def attach(self, parts: Iterable[Attached]) -> None:
+        """Take what parts change of the points' answers."""
+        for part in parts:
+            if part.response is not None:
+                self._response = part.response
+            if part.share is not None:
+                self._acting = points_struct(self._space)()
+                for name in ("node", "centre", "moment", "volume", "stabilisation"):
+                    setattr(self._acting, name, getattr(self._points, name))
+                self._acting.share = part.share
+
+    @property
+    def pairs(self) -> int:
+        """Directed pairs, from points to particles and, where these are not the same, back."""
+        return self._pairs.count * (1 if self._back is None else 2)
+
+    @cached_property
+    def neighbours(self) -> Pairs:
+        """The particles that each is joined to: by its pairs, or by a point that sees both."""
+        return self._pairs if self._back is None else joined(self._pairs, self._back)
+
+    def follow(self) -> bool:
+        """Nothing here follows the motion."""
+        return False
+
+    def restored(self) -> None:
+        """Nothing here follows from what is kept but what the next evaluation finds."""
+
+    def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None:
+        """`OneSetSystem.rate`; the rest takes the deformation."""
+        if part != "rest":
+            self._find_forces(state, out)
+        if part != "velocity":
+            n, m = self._placement.count, len(self._placement.point_volume)
+            self._clock.launch(self.kernels.drift, n, [state.struct], [out.struct])
+            if not self.form.total:
+                if state.derived is not None and state.derived.of is not state:
+                    raise RuntimeError(
+                        'rate(state, out, "rest") takes the deformation that the last rate of the velocity of the same state'
+                        " found; that was of another state"
+                    )
+                inputs = [self._clock.time, self._space.scalar(ahead), self._constitutive.params, self._coefficients]
+                inputs += [self._rows, self._points, state.struct, self._others(state)]
+                self._clock.launch(self.kernels.flow, m, inputs, [out.struct])
+
+    def refresh(self, state: State) -> None:
+        """Deformation and, of a total law, stress of a state from its displacement (a launch)."""
+        if state.derived is not None:
+            state.derived.of = state
+        inputs = [self._constitutive.params, self._coefficients, self._density, self._rows, self._points]
+        outputs = [self._response, state.struct, self._answers]
+        m = len(self._placement.point_volume)
+        self._clock.launch(self.kernels.strain, m, [*inputs, self._others(state)], outputs)
+        if self._ghosts is not None:
+            self._ghosts.answer(self._loads.vectors, self._answers.corrected)
+
+    def _others(self, state: State) -> Any:
+        """What particles see of each other: the state, or that of particles and ghosts (a launch)."""
+        return state.struct if self._ghosts is None else self._ghosts.follow(state)
+
+    def _find_forces(self, state: State, out: State) -> None:
+        self.refresh(state)
+        n, loads = self._placement.count, self._loads.vectors
+        if self._back_rows is not None:
+            inputs = [self._force.struct, self._back_rows, self._acting, self._answers, loads, self._volume]
+            self._clock.launch(self.kernels.force, n, [*inputs, state.struct], [out.struct])
+            return
+        others = state.struct if self._ghosts is None else self._ghosts.state.struct
+        inputs = [self._force.struct, self._coefficients, self._rows, self._acting, self._answers, loads]
+        self._clock.launch(self.kernels.force, n, [*inputs, state.struct, others], [self.holding, out.struct])
+
+    def held_energy(self, state: State) -> float:
+        """Energy of the stabilisation, of a state that is up to date, nondimensional (a launch and a copy)."""
+        if not self.form.stabilised:
+            return 0.0
+        m, device = len(self._placement.point_volume), self._clock.device
+        sums = wp.zeros(-(-m // BLOCK), dtype=wp.float64, device=device)
+        inputs = [m, self._rows, self._acting, self._answers.mean, state.struct]
+        wp.launch(self.kernels.held, len(sums), inputs=inputs, outputs=[sums], device=device)
+        return float(sums.numpy().sum())
+
+
+def joined(pairs: Pairs, back: Pairs) -> Pairs:
+    """The particles that a point sees together; `pairs` from points to particles, `back` from these to points."""
+    there, particles, n = pairs.offsets.numpy(), pairs.indices.numpy(), back.targets
+    many = np.diff(there)[back.indices.numpy()]
+    first = np.repeat(back.rows(), many)
+    within = np.arange(len(first)) - np.repeat(np.cumsum(many) - many, many)
+    second = particles[np.repeat(there[back.indices.numpy()], many) + within]
+    keys = np.unique(first.astype(np.int64)[first != second] * n + second[first != second])
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(keys // n, minlength=n))])
+    arrays = (wp.array(a, dtype=wp.int32, device=pairs.offsets.device) for a in (offsets, keys % n))
+    return Pairs(*arrays, n, n, back.reach)
+
+
+def _ghosts(made: RateSetup) -> Ghosts | None:
+    """The ghosts of a bar in the paper's form. Raises Refused for what that is not made for."""
+    host, name = made.host, made.host.name
+    holding = [key for key, part in PARTS.items() if part.holds_modes]
+    acting = any(part.acts and part.holds_modes for part in host.parts.values())
+    if made.placement.at_nodes or made.stabilisation > 0.0 or acting:
+        text = 'run.correction = "paper" is of the total-lagrangian form with particles in the cells, without'
+        raise Refused(f"body {name!r}: {text} {', '.join(holding[:-1])} and {holding[-1]}")
+    if host.space.dim > 1 and made.loads.count:
+        raise Refused(
+            f'body {name!r}: with run.correction = "paper" a face feels half of its load, because L_i on both sides keeps no'
+            " momentum at a boundary, and only bars have ghosts that hand it on; use the symmetric correction"
+        )
+    if made.moved and host.space.dim == 1:
+        raise Refused(
+            f'body {name!r}: run.correction = "paper" takes ends that are loaded or held: the work of ghosts beyond an end'
+            " that is moved is on no ledger; use the symmetric correction"
+        )
+    if host.lattice.mapped:
+        raise Refused(f'body {name!r}: run.correction = "paper" needs a regular lattice, without `map`')
+    if host.lattice.cracks and host.space.dim == 1:
+        raise Refused(f'body {name!r}: run.correction = "paper" surrounds a bar with ghosts; it cannot be cracked')
+    return ghosts(host.lattice, made.conditions, host.support) if host.space.dim == 1 else None

@@ -1,0 +1,105 @@
+"""What a body with a reference configuration finds of its pairs once, before a run, in double precision whatever the
+run's."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import warp as wp
+
+from wsph.backend.space import Space
+from wsph.formulations.lagrangian.weights import QUANTA, set_up_kernel
+from wsph.geometry.lattice import Lattice
+from wsph.parts.part import Host
+from wsph.sph.averages import unparted
+from wsph.sph.pairs import Pairs, find_pairs
+from wsph.sph.rows import rows_of
+from wsph.sph.smoothing import SUPPORT
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The reference configuration as points see it, in the body's own lengths, m points and n particles (ghosts included):
+    `place` (n, dim), `centre` (m, dim), `moment` (m, dim, dim), the inverse second moments, zero where a point sees too
+    little, `spread` (m,), there infinite, and `rank` (m,), how many directions it sees; `weight` (pairs,)."""
+
+    pairs: Pairs
+    weight: np.ndarray
+    place: np.ndarray
+    centre: np.ndarray
+    moment: np.ndarray
+    spread: np.ndarray
+    rank: np.ndarray
+
+
+def find_reference(
+    host: Host, particles: np.ndarray, points: np.ndarray, quantum: str, device: str, position: np.ndarray
+) -> Reference:
+    """Pairs, weights, means and moments. `particles` (n, dim) and `points` (m, dim) in cells of the lattice, `position`
+    of the particles [m]; `quantum` is the precision whose quanta weights are multiples of."""
+    lattice, space, apart = host.lattice, Space(host.space.dim), not host.traits.pairwise
+    frame, length = lattice.frame, host.scales.length
+    factor = np.where(np.abs(frame.step / length - 1.0) < 1e-6, 1.0, frame.step / length)
+    place = particles * factor @ frame.axes.T
+    if lattice.mapped:
+        place = (position - position.mean(0)) / length
+    # In cells of the lattice, so that moments of cells of any aspect can be inverted; then in the body's own lengths.
+    grid = place if lattice.mapped else particles
+    reach = np.full(len(points), host.support)
+    while True:
+        pairs = _visible(lattice, points, particles, reach, device, apart, host.at_nodes)
+        weight, centre, moment, spread, rank = _moments(host, space, pairs, points, particles, grid, quantum, device)
+        lonely = np.flatnonzero(rank < space.dim)
+        # A point of a shape's odd corner may need to see further.
+        if not len(lonely) or not apart or reach.max() > 2.0 * host.support:
+            break
+        reach[lonely] *= 1.5
+    alone = rank < space.dim
+    if not lattice.mapped:
+        stretch = frame.axes * factor
+        back = np.linalg.inv(stretch)
+        if not (stretch == frame.axes).all():
+            whole = np.linalg.inv(np.where(alone[:, None, None], np.eye(space.dim), moment))
+            spread = np.einsum("ki,nij,kj->n", stretch, whole, stretch)
+        moment, centre = back.T @ moment @ back, centre @ stretch.T
+        moment = 0.5 * (moment + moment.transpose(0, 2, 1))
+    moment[alone] = 0.0
+    spread[alone] = np.inf
+    return Reference(pairs, weight, place, centre if apart else place, moment, spread, rank)
+
+
+def _visible(
+    lattice: Lattice,
+    points: np.ndarray,
+    particles: np.ndarray,
+    reach: np.ndarray,
+    device: str,
+    apart: bool,
+    at_nodes: bool,
+) -> Pairs:
+    """Pairs from points to particles whose lines cross no crack."""
+    nodes, cells = lattice.sided if lattice.cracks else (particles, points)
+    sided = cells if apart or not at_nodes else nodes, nodes if at_nodes else cells
+    return unparted(find_pairs(points, particles, reach, device, same=not apart), lattice, *sided)
+
+
+def _moments(
+    host: Host,
+    space: Space,
+    pairs: Pairs,
+    points: np.ndarray,
+    particles: np.ndarray,
+    grid: np.ndarray,
+    quantum: str,
+    device: str,
+) -> tuple[np.ndarray, ...]:
+    """Weights (pairs,), weighted means of the places (m, dim), inverse second moments (m, dim, dim), spreads and ranks (m,);
+    `grid` are the places that moments are of."""
+    m = len(points)
+    shapes = ((pairs.count, wp.float64), (m, space.vec), (m, space.mat), (m, wp.float64), (m, wp.int32))
+    found = [wp.zeros(n, dtype=dtype, device=device) for n, dtype in shapes]
+    inputs = [wp.float64(host.support / SUPPORT), wp.float64(QUANTA[quantum]), rows_of(space, pairs)]
+    inputs += [wp.array(a, dtype=space.vec, device=device) for a in (points, particles, grid)]
+    kernel = set_up_kernel(space, host.smoothing, not host.traits.pairwise)
+    wp.launch(kernel, m, device=device, inputs=inputs, outputs=found)
+    weight, centre, moment, spread, rank = (each.numpy() for each in found)
+    return weight, centre, moment, spread, rank

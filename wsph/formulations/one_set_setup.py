@@ -1,0 +1,156 @@
+"""What the right-hand sides of a one-set body are made from."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import warp as wp
+
+from wsph.backend.arrays import Arrays
+from wsph.backend.clock import Clock
+from wsph.backend.state import Field, Layout, State
+from wsph.boundary.conditions import Conditions
+from wsph.boundary.values import BoundaryValues
+from wsph.errors import Refused
+from wsph.formulations.lagrangian.form import Form
+from wsph.formulations.setup import Setup
+from wsph.parts.body_force import BodyForce
+from wsph.parts.part import Host
+from wsph.parts.residual import stabilisation
+from wsph.parts.terms import coefficients_struct
+from wsph.sph.smoothing import SUPPORT
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Where the particles of a body are, and the points that carry the stress: `position` (n, dim) [m], `volume` (n,) and
+    `point_volume` (m,) nondimensional. `points`: these have places of their own."""
+
+    points: bool
+    at_nodes: bool
+    position: np.ndarray
+    volume: np.ndarray
+    point_volume: np.ndarray
+
+    @classmethod
+    def of(cls, host: Host) -> "Placement":
+        """That of a body."""
+        lattice, unit, points = host.lattice, host.scales.length**host.space.dim, not host.traits.pairwise
+        position = lattice.nodes if host.at_nodes else lattice.cells
+        volume = (lattice.node_volume if host.at_nodes else lattice.cell_volume) / unit
+        return cls(points, host.at_nodes, position, volume, lattice.cell_volume / unit if points else volume)
+
+    @property
+    def count(self) -> int:
+        """Particles."""
+        return len(self.position)
+
+
+class Loads:
+    """Loads on a body as forces on its particles, on each face of it by itself: `vectors` (n dim,), vec, nondimensional."""
+
+    def __init__(self, setup: Setup, conditions: Conditions, placement: Placement, state: State, arrays: Arrays):
+        space, scales = setup.space, setup.scales
+        given = conditions.loads is not None and bool(conditions.loads.entries)
+        # Ghosts ask every face for its load.
+        n = placement.count if given or setup.scene.run.correction == "paper" else 1
+        self.state = State(space, n, loads_layout(space.dim), setup.device)
+        arrays.take("imposed", self.state.buffer, kept=True)
+        units = {"load": scales.stress * scales.length ** (space.dim - 1)}
+        self.values = BoundaryValues(
+            space, conditions.loads, self.state, placement.position, units, scales.time, setup.device
+        )
+        self.vectors = wp.array(
+            ptr=self.state.buffer.ptr, dtype=space.vec, shape=n * space.dim, device=setup.device, copy=False
+        )
+
+    @property
+    def count(self) -> int:
+        """How many entries there are."""
+        return self.values.count
+
+    def impose(self, clock: Clock, c: float | tuple[float, float]) -> None:
+        """Set the loads of t + c dt (a launch)."""
+        self.values.impose(self.state, clock, c)
+
+
+@dataclass(frozen=True)
+class RateSetup:
+    """What right-hand sides are made from: the body's setup, where its particles are, its states and what acts on them."""
+
+    setup: Setup
+    host: Host
+    placement: Placement
+    layout: Layout
+    conditions: Conditions
+    loads: Loads
+    force: BodyForce
+    arrays: Arrays
+
+    @property
+    def stabilisation(self) -> float:
+        """Stiffness of what a linear field leaves of the displacements, nondimensional."""
+        return stabilisation(self.host) * self.host.youngs_modulus / self.host.scales.stress
+
+    @property
+    def density(self) -> float:
+        """Nondimensional."""
+        return self.host.constitutive.density
+
+    @property
+    def moved(self) -> bool:
+        """Whether a velocity other than zero is prescribed anywhere."""
+        return self.conditions.moved
+
+    def form(self, *, loaded: bool) -> Form:
+        """What the kernels of the body are made for."""
+        host, total = self.host, self.host.constitutive.laws.total is not None
+        parts = [part for part in host.parts.values() if part.acts]
+        pairwise = host.traits.pairwise
+        pair_terms = [term for part in parts if pairwise and (term := part.pair_term(host)) is not None]
+        stress_terms = [term for part in parts if (term := part.stress_term(host)) is not None]
+        rate_terms = [term for part in parts if not pairwise and (term := part.rate_term(host)) is not None]
+        responses = [answer for part in parts if (answer := part.response(host)) is not None]
+        if max(len(stress_terms), len(rate_terms), len(responses)) > 1 or len(pair_terms) > 3:
+            raise Refused(
+                f"body {host.name!r}: of its parts {', '.join(host.parts)} too many act at the same place: leave one out"
+            )
+        return Form(
+            self.placement.points,
+            total,
+            host.traits.reference and self.stabilisation > 0.0,
+            loaded,
+            host.correction == "paper",
+            host.smoothing,
+            tuple(pair_terms),
+            next(iter(stress_terms), None),
+            next(iter(rate_terms), None),
+            next(iter(responses), None),
+            host.breaks,
+            not host.traits.reference,
+        )
+
+    def coefficients(self, form: Form) -> object:
+        """The numbers that terms take, as kernels take them."""
+        host, real = self.host, self.host.space.scalar
+        numbers = coefficients_struct(host.space, form.numbers)()
+        # The paper's own c, not the one of the stress state: sqrt(E/rho).
+        numbers.speed = real(np.sqrt(host.youngs_modulus / host.constitutive.material.density) / host.scales.velocity)
+        numbers.h = real(host.support / SUPPORT * host.lattice.spacing / host.scales.length)
+        given = {name: value for part in host.parts.values() for name, value in part.coefficients(host).items()}
+        for name in form.numbers:
+            setattr(numbers, name, real(given[name]))
+        return numbers
+
+    def refuse_lonely(self, rank: np.ndarray) -> None:
+        """Refuse particles whose neighbours, spanning `rank` (m,) directions, give no gradient."""
+        host, lonely = self.host, np.flatnonzero(rank < self.host.space.dim)
+        if len(lonely):
+            raise Refused(
+                f"{len(lonely)} particles of body {host.name!r}, the first at {self.placement.position[lonely[0]].tolist()} m, see"
+                f" too few neighbours for a gradient: raise run.support (now {host.support:g} spacings)"
+            )
+
+
+def loads_layout(dim: int) -> Layout:
+    """One load for every face and direction of a particle."""
+    return Layout((Field("load", dim**2, "N"),))

@@ -1,0 +1,176 @@
+"""Optional parts of a body: what each gives, and to whom.
+
+A part is one file. Its class is its table in a scene; what it adds to a body are the methods that it overrides: what it
+cannot do is refused, fields join the state, terms join the loops over pairs, and what it has on the device closes a step and
+stands on the ledger. What it does not override is not there: a body without the part pays nothing.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+import warp as wp
+
+from wsph.backend.arrays import Arrays
+from wsph.backend.clock import Clock
+from wsph.backend.space import Space
+from wsph.backend.state import Field, State
+from wsph.constitutive.constitutive import Constitutive
+from wsph.geometry.lattice import Lattice
+from wsph.parts.terms import PairTerm, RateTerm, Response, StressTerm
+from wsph.protocols import Entry, Traits
+from wsph.quantities import Model
+from wsph.sph.pairs import Pairs
+from wsph.units import Scales
+
+
+@dataclass(frozen=True)
+class Host:
+    """The body that a part belongs to, as the part sees it. `correction`, `smoothing` and `support` [spacings] are those of
+    the run; `parts` the body's own by their keys; `at_nodes`: whether particles are the lattice's nodes."""
+
+    name: str
+    space: Space
+    scales: Scales
+    lattice: Lattice
+    constitutive: Constitutive
+    traits: Traits
+    correction: str
+    smoothing: str
+    support: float
+    at_nodes: bool
+    parts: "Mapping[str, Part]"
+
+    @property
+    def youngs_modulus(self) -> float:
+        """[Pa]"""
+        bulk, shear = self.constitutive.material.moduli()
+        return 9.0 * bulk * shear / (3.0 * bulk + shear)
+
+    @property
+    def breaks(self) -> bool:
+        """Whether the body can break."""
+        return any(part.breaks for part in self.parts.values())
+
+
+@dataclass(frozen=True)
+class Neighbourhood:
+    """What the points of a body see, on the device and nondimensional: m points, n particles.
+
+    pairs, weight      # from points to particles; (pairs,)
+    points             # struct of what points have of their own (`wsph.parts.terms.points_struct`)
+    mean               # mean displacement of what a point sees, (m,) vec, where points have places of their own
+    spread, volume     # sum w r^2 (m,), volumes of points (m,), on the host
+    position           # of the particles, on the host, (n, dim) [m]
+    back, back_weight  # pairs from particles to points, where points have places of their own
+    """
+
+    pairs: Pairs
+    weight: wp.array
+    points: Any
+    mean: wp.array
+    spread: np.ndarray
+    volume: np.ndarray
+    position: np.ndarray
+    back: Pairs | None = None
+    back_weight: wp.array | None = None
+
+
+BROKEN = 0.95
+"""A damage above which a point is counted as broken, and its deformation says nothing of the body's."""
+
+
+class Attached:
+    """What a part has on the device, for one body."""
+
+    ledger: tuple[Entry, ...] = ()
+    """Its entries of the energy ledger."""
+    limit: float = np.inf
+    """The longest time step that it can take, nondimensional."""
+    response: object = None
+    """The struct that its `Response` takes and writes."""
+    share: wp.array | None = None
+    """What is left of the points' shares, where it takes from them, (m,)."""
+    weight: wp.array | None = None
+    """Weights of the pairs, zero where one has broken, where pairs can break."""
+
+    def rate(self, state: State, out: State) -> None:
+        """Write the time derivatives of its own fields (launches)."""
+
+    def advance(self) -> None:
+        """Close a step (launches)."""
+
+    def restored(self) -> None:
+        """Make what follows from kept arrays, after they have been put back."""
+
+    def fracture(self) -> dict[str, float]:
+        """What has broken by it, energies nondimensional, where a body can break."""
+        return {}
+
+
+class Part(Model):
+    """Base of the parts' tables. Everything here means that the part has nothing there."""
+
+    key: ClassVar[str] = ""
+    """Its key in a body of a scene."""
+    switchable: ClassVar[bool] = False
+    """Whether it is there by default, and `false` takes it away."""
+    breaks: ClassVar[bool] = False
+    """Whether the body can break by it: its state then carries a damage."""
+    frees: ClassVar[bool] = False
+    """Whether particles may lose all that they see."""
+    holds_modes: ClassVar[bool] = False
+    """Whether it holds spurious modes."""
+    support: ClassVar[float | None] = None
+    """Support that a body with it has where the scene names none [spacings]."""
+
+    @property
+    def acts(self) -> bool:
+        """Whether it does anything: what is switched off is nowhere."""
+        return True
+
+    @property
+    def selections(self) -> dict[str, str]:
+        """Its keys that select particles by an expression."""
+        return {}
+
+    @classmethod
+    def fits(cls, traits: Traits) -> bool:
+        """Whether a formulation can take it."""
+        return traits.one_set
+
+    def refuse(self, host: Host) -> None:
+        """Raise Refused for what it cannot do on this body."""
+
+    def warning(self, host: Host) -> str:
+        """What a user of it should know, or nothing."""
+        return ""
+
+    def fields(self, host: Host) -> tuple[Field, ...]:
+        """Fields that it adds to the state."""
+        return ()
+
+    def coefficients(self, host: Host) -> dict[str, float]:
+        """Numbers that its terms take, nondimensional, by the names that the terms give them."""
+        return {}
+
+    def pair_term(self, host: Host) -> PairTerm | None:
+        """A force between particles that are their own points."""
+        return None
+
+    def stress_term(self, host: Host) -> StressTerm | None:
+        """A stress that the stress of a point calls forth."""
+        return None
+
+    def rate_term(self, host: Host) -> RateTerm | None:
+        """A stress that the velocity gradient calls forth, at points with places of their own."""
+        return None
+
+    def response(self, host: Host) -> Response | None:
+        """How a point answers in place of its law."""
+        return None
+
+    def attach(self, host: Host, seen: Neighbourhood, state: State, clock: Clock, arrays: Arrays) -> Attached | None:
+        """What it has on the device. Evaluations write its fields to `state`; its arrays are registered in `arrays`."""
+        return None

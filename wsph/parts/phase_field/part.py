@@ -1,0 +1,70 @@
+"""Phase-field fracture as a part of a body: its table, what it cannot do, and where its pieces go."""
+
+from typing import ClassVar, Literal
+
+from wsph.backend.arrays import Arrays
+from wsph.backend.clock import Clock
+from wsph.backend.state import Field, State
+from wsph.errors import Refused
+from wsph.parts.part import Attached, Host, Neighbourhood, Part
+from wsph.parts.phase_field.field import PhaseDamage, respond
+from wsph.parts.phase_field.response import energy_left
+from wsph.parts.phase_field.sweep import phase_struct
+from wsph.parts.terms import Response
+from wsph.plugins.traits import turns
+from wsph.protocols import Traits
+from wsph.quantities import in_unit
+
+
+class PhaseField(Part):
+    """Phase-field fracture: `fracture_energy` G_c [J/m2], `length` l [m], model "AT1" (no damage below a strength) or
+    "AT2"."""
+
+    key: ClassVar[str] = "phase_field"
+    breaks: ClassVar[bool] = True
+    fracture_energy: in_unit("J/m2", gt=0)
+    length: in_unit("m", gt=0)
+    model: Literal["AT1", "AT2"] = "AT1"
+
+    @classmethod
+    def fits(cls, traits: Traits) -> bool:
+        return traits.one_set and traits.reference
+
+    def refuse(self, host: Host) -> None:
+        material, spacing = host.constitutive.material, host.lattice.spacing
+        if host.lattice.mapped:
+            raise Refused(
+                f"body {host.name!r}: phase_field needs a lattice of one spacing, without `map`: leave one out"
+            )
+        bulk, shear = material.moduli()
+        if host.constitutive.state.free and bulk < 2.0 / 3.0 * shear:
+            raise Refused(
+                f"body {host.name!r}: with a Poisson ratio below zero phase_field finds no strain out of a plane of zero stress: use"
+                ' state = "strain" (or 3D)'
+            )
+        if not (getattr(material, "linear", False) or turns(material)):
+            raise Refused(
+                f"body {host.name!r}: phase_field splits the energy of linear elasticity or the stress of a rate law that turns with"
+                f" the body; {host.constitutive.who} is neither: use elastic or jaumann"
+            )
+        if self.length < spacing:
+            raise Refused(
+                f"body {host.name!r}: phase_field.length = {self.length:g} m is below the spacing, {spacing:g} m: a crack would not be"
+                f" resolved; use at least {1.5 * spacing:g} m"
+            )
+
+    def fields(self, host: Host) -> tuple[Field, ...]:
+        evolved = host.constitutive.laws.total is None
+        return (
+            Field("damage", 1, "", at_points=True, derived=True),
+            # An evolved stress goes on undamaged.
+            Field("damaged_stress", host.constitutive.width * evolved, "Pa", at_points=True, derived=True),
+        )
+
+    def response(self, host: Host) -> Response | None:
+        return Response(self.model, phase_struct, respond(self.model), energy_left)
+
+    def attach(self, host: Host, seen: Neighbourhood, state: State, clock: Clock, arrays: Arrays) -> Attached | None:
+        toughness = self.fracture_energy / (host.scales.stress * host.scales.length)
+        length = self.length / host.scales.length
+        return PhaseDamage(self.model, toughness, length, host.space, seen, state, clock, arrays)

@@ -1,0 +1,60 @@
+"""The damage of a point after one Jacobi sweep, and what is left of its stiffness. `wsph.parts.phase_field.field` has the
+equations."""
+
+from functools import cache
+
+import warp as wp
+
+from wsph.backend.space import Space
+
+KEPT = 1e-6
+"""The part of the opening stiffness that a broken point keeps."""
+
+
+@cache
+def phase_struct(space: Space) -> type:
+    """Struct of a phase field as kernels take it: q per psi+ and b of the sweep, the damage that the step starts from and
+    what pairs see of it, which points have damage in their sight, psi+ of the last evaluation (of whole points a bound of
+    it), shares times g, and sums of the weights."""
+    real = space.scalar
+    array = wp.array(dtype=real)
+    annotations = {
+        "per_energy": real,
+        "spread": real,
+        "damage": array,
+        "seen": array,
+        "near": wp.array(dtype=wp.int32),
+        "opening": array,
+        "share": array,
+        "weights": array,
+    }
+    return wp.struct(type("Phase", (), {"__annotations__": annotations, "__module__": __name__}))
+
+
+@cache
+def degradation(space: Space) -> wp.Function:
+    """Warp function g(d)."""
+    real = space.scalar
+
+    @wp.func
+    def degraded(d: real) -> real:
+        return (real(1.0) - d) * (real(1.0) - d) * real(wp.static(1.0 - KEPT)) + real(KEPT)
+
+    return degraded
+
+
+@cache
+def swept(space: Space, model: str) -> wp.Function:
+    """Warp function (phase, old damage, psi+, S, D) -> damage after one Jacobi sweep."""
+    real, Phase = space.scalar, phase_struct(space)
+
+    @wp.func
+    def sweep(phase: Phase, old: real, opening: real, S: real, D: real) -> real:
+        q = phase.per_energy * opening
+        if wp.static(model == "AT1"):
+            at = (q - real(1.0) + phase.spread * S) / (q + phase.spread * D)
+        else:
+            at = (q + phase.spread * S) / (real(1.0) + q + phase.spread * D)
+        return wp.max(old, wp.min(real(1.0), at))
+
+    return sweep

@@ -1,0 +1,114 @@
+"""What parts add to the loops over pairs and to what a point answers: Warp functions, and the structs that they take.
+
+A term is a value: compositions whose terms are equal share their kernels, so a term holds what decides its source and no
+number that a scene may choose. Numbers stand in the struct of coefficients, by the names that the term gives them.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Literal
+
+import warp as wp
+
+from wsph.backend.space import Space
+from wsph.backend.state import Layout
+from wsph.constitutive.laws import Laws
+
+
+@cache
+def coefficients_struct(space: Space, names: tuple[str, ...] = ()) -> type:
+    """Struct of nondimensional coefficients: the speed sqrt(E/rho), the smoothing length h, and those that terms name."""
+    annotations = dict.fromkeys(("speed", "h", *names), space.scalar)
+    return wp.struct(type("Coefficients", (), {"__annotations__": annotations, "__module__": __name__}))
+
+
+@cache
+def points_struct(space: Space) -> type:
+    """Struct of what points have of their own, nondimensional, m points and n particles.
+
+    node           # places of the particles, (n,) vec
+    centre         # places of the points, (m,) vec
+    moment         # inverse second moments of what a point sees, (m,) mat
+    volume         # (m,)
+    share          # volume over the spread of what a point sees, (m,)
+    stabilisation  # stiffness of what a linear field leaves of the displacements
+    """
+    real, vec, mat = space.scalar, space.vec, space.mat
+    annotations = {
+        "node": wp.array(dtype=vec),
+        "centre": wp.array(dtype=vec),
+        "moment": wp.array(dtype=mat),
+        "volume": wp.array(dtype=real),
+        "share": wp.array(dtype=real),
+        "stabilisation": real,
+    }
+    return wp.struct(type("Points", (), {"__annotations__": annotations, "__module__": __name__}))
+
+
+@cache
+def answers_struct(space: Space) -> type:
+    """Struct of what points answer to a state, and forces take.
+
+    mean       # mean displacement of what a point sees, (m,) vec, where points have places of their own
+    corrected  # volume times first Piola stress times moment, less what the stabilisation has there, (m,) mat
+    extra      # the same of a stress or rate term, (m,) mat, where there is one
+    """
+    annotations = {
+        "mean": wp.array(dtype=space.vec),
+        "corrected": wp.array(dtype=space.mat),
+        "extra": wp.array(dtype=space.mat),
+    }
+    return wp.struct(type("Answers", (), {"__annotations__": annotations, "__module__": __name__}))
+
+
+@dataclass(frozen=True)
+class PairTerm:
+    """A force between two particles that are their own points, beside the stress.
+
+    `make(space, layout, smoothing, coefficients)` gives the Warp function (c: coefficients, density, points, answers,
+    fields, others, i, j, wr, r, apart, both) -> the force on i, vec: r from i to j where the weights were found and wr that
+    times the weight of the pair, `apart` from i to j now, `both` the weight times the sum of the two shares. Its sum is a
+    "drag", which depends on velocities and is dissipated, or a "hold", which holds spurious modes. `shares`: it takes
+    `both`; `one_sided`: it acts on approach alone.
+    """
+
+    sum: Literal["drag", "hold"]
+    make: Callable[[Space, Layout, str, type], wp.Function]
+    coefficients: tuple[str, ...]
+    shares: bool = False
+    one_sided: bool = False
+
+
+@dataclass(frozen=True)
+class StressTerm:
+    """A stress that the stress of a point calls forth; its pair term takes it from `answers.extra`. `make(space,
+    coefficients)` gives the Warp function (c, in-plane Cauchy stress) -> stress, dim x dim."""
+
+    make: Callable[[Space, type], wp.Function]
+    coefficients: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class RateTerm:
+    """A stress that the velocity gradient calls forth. `make(space, coefficients)` gives the Warp function (c, density,
+    velocity gradient) -> Cauchy stress, dim x dim. `one_sided`: it acts against compression alone."""
+
+    make: Callable[[Space, type], wp.Function]
+    coefficients: tuple[str, ...]
+    one_sided: bool = False
+
+
+@dataclass(frozen=True)
+class Response:
+    """How a point answers in place of its law.
+
+    `struct(space)` is what it takes and writes; `make(space, laws, layout)` gives the Warp function (p, struct_out, rows,
+    fields_out, share, H, i) -> (what is left of the share, first Piola stress); `energy(space, laws)` the Warp function (p,
+    H, stress, damage) -> energy density, of a total law per reference volume, of a rate law per current volume.
+    """
+
+    model: str
+    struct: Callable[[Space], type]
+    make: Callable[[Space, Laws, Layout], wp.Function]
+    energy: Callable[[Space, Laws], wp.Function]
