@@ -7,24 +7,41 @@ from typing import Any
 
 import warp as wp
 
+from wsph.backend.kernels import kernel
 from wsph.backend.launch import Launch
+
+T, DT, FIRST_T, FIRST_STEP = range(4)
+"""What stands where in `Clock.time`: t and dt, and the t and the step number at which dt began."""
+
+
+@wp.func
+def time_of(clock: wp.array(dtype=wp.float64)) -> wp.float64:
+    """t at the start of the step, from `Clock.time`."""
+    return clock[T]
+
+
+@wp.func
+def dt_of(clock: wp.array(dtype=wp.float64)) -> wp.float64:
+    """dt, from `Clock.time`."""
+    return clock[DT]
 
 
 @cache
 def _advance() -> wp.Kernel:
-    @wp.kernel(module="unique", enable_backward=False)
+    @kernel()
     def advance(step_out: wp.array(dtype=wp.int64), time_out: wp.array(dtype=wp.float64)):
         step = step_out[0] + wp.int64(1)
         step_out[0] = step
         # Multiplied, not added up: a million additions would drift by a million roundings.
-        time_out[0] = time_out[2] + wp.float64(step - wp.int64(time_out[3])) * time_out[1]
+        since = wp.float64(step - wp.int64(time_out[FIRST_STEP]))
+        time_out[T] = time_out[FIRST_T] + since * time_out[DT]
 
     return advance
 
 
 class Clock:
-    """Step number and inner time on the device: `step` (1,) int64, `time` (4,) float64: t and dt, and t and the step at
-    which dt began.
+    """Step number and inner time on the device: `step` (1,) int64, and `time` (4,) float64, which kernels take whole and
+    read by `time_of` and `dt_of`.
 
     Every launch of a step goes through `launch`, so what a step is made of can be listed without running it.
     """
@@ -38,7 +55,7 @@ class Clock:
     @property
     def dt(self) -> float:
         """The time step of the steps to come."""
-        return float(self.time.numpy()[1])
+        return float(self.time.numpy()[DT])
 
     def shorten(self, factor: float) -> None:
         """Steps from the current one on are shorter by a factor."""
@@ -46,7 +63,7 @@ class Clock:
         self.time.assign([t, dt * factor, t, float(self.step.numpy()[0])])
 
     def launch(self, kernel: wp.Kernel, n: int, inputs: list[Any], outputs: list[Any]) -> None:
-        """A `Launch`, at once, or into the list that is being made."""
+        """Launch a kernel at once, or put it into the list that is being made."""
         launch = Launch(kernel, n, list(inputs), list(outputs), self.device)
         if self._listed is None:
             launch.run()

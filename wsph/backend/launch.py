@@ -6,11 +6,12 @@ from typing import Any
 
 import warp as wp
 
+from wsph.backend.kernels import is_ranged
+
 
 @dataclass(frozen=True)
 class Launch:
-    """A kernel over `n` threads. One whose first argument is `first`, which is not among the inputs, can be launched in
-    ranges that begin there."""
+    """A kernel over `n` threads. A ranged one takes, before the inputs, where a range of them begins."""
 
     kernel: wp.Kernel
     n: int
@@ -20,14 +21,14 @@ class Launch:
 
     @property
     def divisible(self) -> bool:
-        """Whether it can be in ranges."""
-        return self.kernel.adj.args[0].label == "first"
+        """Whether the launch can be split into ranges of its threads."""
+        return is_ranged(self.kernel) or self.kernel.adj.args[0].label == "first"
 
     def run(self, low: int = 0, high: int | None = None) -> None:
-        """Launch the range from `low` to `high` of it, of a divisible one, or the whole."""
+        """Launch the threads from `low` to `high`, of a divisible launch, or all of them."""
         inputs = [low, *self.inputs] if self.divisible else self.inputs
-        wp.launch(self.kernel, (self.n if high is None else high) - low, inputs=inputs, outputs=self.outputs,
-                  device=self.device)  # fmt: skip
+        n = (self.n if high is None else high) - low
+        wp.launch(self.kernel, n, inputs=inputs, outputs=self.outputs, device=self.device)
 
 
 def captured(launches: Callable[[], None], device: str = "cpu") -> wp.Graph:

@@ -1,0 +1,34 @@
+"""Rows of pairs as kernels take them."""
+
+from functools import cache
+
+import warp as wp
+
+from wsph.backend.space import Space
+from wsph.sph.pairs import Pairs
+
+
+@cache
+def rows_struct(space: Space, vectors: bool = False) -> type:
+    """Struct of the pairs of every target and a weight for each: row i is what stands at `offsets[i]` to `offsets[i + 1]`.
+
+    offsets  # (targets + 1,) int32
+    indices  # sources, (pairs,) int32
+    weight   # (pairs,) scalar, or vec where `vectors`
+    """
+    annotations = {
+        "offsets": wp.array(dtype=wp.int32),
+        "indices": wp.array(dtype=wp.int32),
+        "weight": wp.array(dtype=space.vec if vectors else space.scalar),
+    }
+    return wp.struct(type("Rows", (), {"__annotations__": annotations, "__module__": __name__}))
+
+
+def rows_of(space: Space, pairs: Pairs, weight: wp.array | None = None) -> object:
+    """The rows of `pairs` with `weight` (pairs,), scalars or vectors; without one where a kernel takes the pairs alone."""
+    vectors = weight is not None and weight.dtype is space.vec
+    rows = rows_struct(space, vectors)()
+    rows.offsets, rows.indices = pairs.offsets, pairs.indices
+    if weight is not None:
+        rows.weight = weight
+    return rows
