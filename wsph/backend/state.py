@@ -57,8 +57,15 @@ class State:
     damaged_stress # what acts of an evolved stress where a body can break: what is read as "stress"
     """
 
-    def __init__(self, space: Space, n: int, layout: Layout, device: str, counts: dict[str, int] | None = None,
-                 derived: Derived | None = None):  # fmt: skip
+    def __init__(
+        self,
+        space: Space,
+        n: int,
+        layout: Layout,
+        device: str,
+        counts: dict[str, int] | None = None,
+        derived: Derived | None = None,
+    ):
         self.space, self.n, self.device, self.layout = space, n, device, layout
         self.widths = dict(self.layout)
         self.counts = dict.fromkeys(self.widths, n) | (counts or {})
