@@ -15,8 +15,17 @@ def misfit(space: Space) -> wp.Function:
     real, vec, mat, at = space.scalar, space.vec, space.mat, element(wp.int32, space.scalar, space.vec)
 
     @wp.func
-    def left_over(i: int, u: vec, centre: vec, H: mat, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
-                  weight: wp.array(dtype=real), node: wp.array(dtype=vec), displacement: wp.array(dtype=vec)) -> real:  # fmt: skip
+    def left_over(
+        i: int,
+        u: vec,
+        centre: vec,
+        H: mat,
+        offsets: wp.array(dtype=wp.int32),
+        indices: wp.array(dtype=wp.int32),
+        weight: wp.array(dtype=real),
+        node: wp.array(dtype=vec),
+        displacement: wp.array(dtype=vec),
+    ) -> real:
         square = real(0.0)
         k = offsets[i]
         end = offsets[i + 1]
