@@ -55,9 +55,10 @@ class Arrays:
         return self.take(name, array, kept=True, reset=lambda: array.assign(start))
 
     def adopt(self, holder: object, kept: dict[str, wp.array] | None = None) -> None:
-        """Register every array that an object holds, in its structs too; a run goes on from those `kept`."""
+        """Register every array that an object holds, in its structs and lists too; a run goes on from those `kept`."""
         goes_on = {id(array) for array in (kept or {}).values()}
-        for name, value in vars(holder).items():
+        held = {name: value if isinstance(value, list) else [value] for name, value in vars(holder).items()}
+        for name, value in ((name, value) for name, values in held.items() for value in values):
             if isinstance(value, wp.array):
                 self._adopted(name, value, id(value) in goes_on)
             elif isinstance(value, StructInstance):

@@ -13,18 +13,28 @@ from dataclasses import dataclass
 import numpy as np
 
 MAX_CHARACTERS, MAX_NODES, MAX_STACK, MAX_EXPONENT = 1000, 200, 16, 64
-_UNARY = ("negate", "not", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log", "log10",
-          "sqrt", "abs", "sign", "floor", "ceil")  # fmt: skip
-_BINARY = ("add", "subtract", "multiply", "divide", "power", "min", "max", "atan2", "less", "less_equal", "greater",
-           "greater_equal", "equal", "not_equal", "and", "or")  # fmt: skip
+_UNARY = (
+    *("negate", "not", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"),
+    *("exp", "log", "log10", "sqrt", "abs", "sign", "floor", "ceil"),
+)
+_BINARY = (
+    *("add", "subtract", "multiply", "divide", "power", "min", "max", "atan2"),
+    *("less", "less_equal", "greater", "greater_equal", "equal", "not_equal", "and", "or"),
+)
 
 OPERATIONS = {name: code for code, name in enumerate(("constant", "x", "y", "z", "t", *_UNARY, *_BINARY, "table"))}
 """Operation codes, shared with the device's stack machine."""
 
 VARIABLES, FUNCTIONS = ("x", "y", "z", "t"), tuple(n for n in (*_UNARY, *_BINARY[5:8]) if n not in ("negate", "not"))
 _OPERATORS = {ast.Add: "add", ast.Sub: "subtract", ast.Mult: "multiply", ast.Div: "divide", ast.Pow: "power"}
-_COMPARISONS = {ast.Lt: "less", ast.LtE: "less_equal", ast.Gt: "greater", ast.GtE: "greater_equal",
-                ast.Eq: "equal", ast.NotEq: "not_equal"}  # fmt: skip
+_COMPARISONS = {
+    ast.Lt: "less",
+    ast.LtE: "less_equal",
+    ast.Gt: "greater",
+    ast.GtE: "greater_equal",
+    ast.Eq: "equal",
+    ast.NotEq: "not_equal",
+}
 
 
 @dataclass(frozen=True)

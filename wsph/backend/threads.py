@@ -25,6 +25,7 @@ from typing import Any
 
 import warp as wp
 
+from wsph.backend.kernels import kernel
 from wsph.backend.launch import Launch, captured
 
 ALONE_SECONDS = 2e-5
@@ -74,9 +75,9 @@ def meeting() -> wp.Kernel:
     """)
     def come(met: wp.array(dtype=wp.int64), me: int, threads: int, give_way: wp.uint64): ...
 
-    @wp.kernel(module="unique", enable_backward=False)
-    def meet(me: int, threads: int, give_way: wp.uint64, met: wp.array(dtype=wp.int64)):
-        come(met, me, threads, give_way)
+    @kernel()
+    def meet(me: int, threads: int, give_way: wp.uint64, met_out: wp.array(dtype=wp.int64)):
+        come(met_out, me, threads, give_way)
 
     return meet
 
@@ -178,7 +179,7 @@ class Crew:
         self._meet(number)
 
     def _meet(self, number: int) -> None:
-        wp.launch(meeting(), 1, inputs=[number, self.threads, self._address, self._met], device="cpu")
+        wp.launch(meeting(), 1, inputs=[number, self.threads, self._address], outputs=[self._met], device="cpu")
 
     def _pin(self, number: int) -> None:
         """Unpinned, two threads sometimes share a core."""

@@ -5,21 +5,21 @@ from typing import Any
 import warp as wp
 
 from wsph.backend.clock import Clock
+from wsph.backend.domain import WHOLE, Domain
+from wsph.backend.reduce import blocks, totals
 from wsph.backend.state import State
-
-BLOCK = 1024
 
 
 class Works:
-    """Works by the trapezoidal rule, one a column, summed in blocks of 1024 particles: `_launch` gives the kernel that adds
-    half a step of the power now and the power before, and its inputs."""
+    """Works by the trapezoidal rule, one a column, summed in blocks of particles (`wsph.backend.reduce`): `_launch` gives
+    the kernel that adds half a step of the power now and the power before, and what it takes before these two."""
 
     columns = 2
 
-    def __init__(self, n: int, acts: bool, device: str):
-        self._n, self._acts = n, acts
+    def __init__(self, n: int, acts: bool, device: str, domain: Domain = WHOLE):
+        self._n, self._acts, self._domain = n, acts, domain
         if acts:
-            self._power = wp.zeros((-(-n // BLOCK), self.columns), dtype=wp.float64, device=device)
+            self._power = wp.zeros((blocks(n), self.columns), dtype=wp.float64, device=device)
             self._work = wp.zeros_like(self._power)
 
     def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[Any]]:
@@ -42,4 +42,4 @@ class Works:
         return {"power": self._power, "work": self._work} if self._acts else {}
 
     def _total(self, column: int) -> float:
-        return float(self._work.numpy()[:, column].sum()) if self._acts else 0.0
+        return float(totals(self._work, self._domain)[column]) if self._acts else 0.0

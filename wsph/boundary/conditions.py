@@ -52,8 +52,16 @@ class Conditions:
         """Prescribe a component; what was said later holds."""
         self.entries.setdefault((name, component), {}).update(dict.fromkeys(particles.tolist(), value))
 
-    def load(self, faces: Faces, on: np.ndarray, acting: np.ndarray, label: str, traction: bool, value: Prescribed,
-             lattice: Lattice) -> None:  # fmt: skip
+    def load(
+        self,
+        faces: Faces,
+        on: np.ndarray,
+        acting: np.ndarray,
+        label: str,
+        traction: bool,
+        value: Prescribed,
+        lattice: Lattice,
+    ) -> None:
         """A stress component, or a traction along a coordinate axis, on the faces `acting`, as forces on their particles."""
         dim, axes = lattice.frame.axes.shape[0], lattice.frame.axes
         for axis in range(dim):

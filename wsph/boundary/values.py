@@ -7,8 +7,9 @@ from functools import cache
 import numpy as np
 import warp as wp
 
-from wsph.backend.clock import Clock
+from wsph.backend.clock import Clock, dt_of, time_of
 from wsph.backend.expressions import OPERATIONS, Expression
+from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.stack_machine import Bank, evaluate
 from wsph.backend.state import State
@@ -22,15 +23,25 @@ CONSTANT = -1
 def _impose_kernel(space: Space) -> wp.Kernel:
     real = space.scalar
 
-    @wp.kernel(module="unique", enable_backward=False)
-    def impose(first: int, bank: Bank, clock: wp.array(dtype=wp.float64), from_dt: wp.float64, to_dt: wp.float64, second: wp.float64,
-               place: wp.array(dtype=wp.int32), program: wp.array(dtype=wp.int32), scale: wp.array(dtype=wp.float64),
-               position: wp.array(dtype=wp.vec3d), state_out: wp.array(dtype=real)):  # fmt: skip
+    @kernel(ranged=True)
+    def impose(
+        first: int,
+        bank: Bank,
+        clock: wp.array(dtype=wp.float64),
+        place: wp.array(dtype=wp.int32),
+        program: wp.array(dtype=wp.int32),
+        scale: wp.array(dtype=wp.float64),
+        position: wp.array(dtype=wp.vec3d),
+        from_dt: wp.float64,
+        to_dt: wp.float64,
+        second: wp.float64,
+        state_out: wp.array(dtype=real),
+    ):
         e = first + wp.tid()
         value = scale[e]
         if program[e] != wp.static(CONSTANT):
-            dt = clock[1] * second
-            t = clock[0] * second
+            dt = dt_of(clock) * second
+            t = time_of(clock) * second
             slack = wp.float64(1.0e-9) * dt
             now = evaluate(bank, program[e], position[e], t + from_dt * dt, slack)
             if to_dt != from_dt:
@@ -47,8 +58,16 @@ class BoundaryValues:
     `impose(state, c)` sets them in a state at t + c dt; c = (a, b) means the mean of both times.
     """
 
-    def __init__(self, space: Space, conditions: Conditions, state: State, position: np.ndarray,
-                 units: dict[str, float], second: float, device: str):  # fmt: skip
+    def __init__(
+        self,
+        space: Space,
+        conditions: Conditions,
+        state: State,
+        position: np.ndarray,
+        units: dict[str, float],
+        second: float,
+        device: str,
+    ):
         self.space, self._second = space, second
         place, program, scale, points, owners = [], [], [], [], []
         programs: dict[int, int] = {}
@@ -82,8 +101,8 @@ class BoundaryValues:
         if self.count == 0:
             return
         first, last = c if isinstance(c, tuple) else (c, c)
-        inputs = [self._bank, clock.time, wp.float64(first), wp.float64(last), wp.float64(self._second)]
-        inputs += [self.place, self._program, self._scale, self._position]
+        inputs = [self._bank, clock.time, self.place, self._program, self._scale, self._position]
+        inputs += [wp.float64(first), wp.float64(last), wp.float64(self._second)]
         clock.launch(_impose_kernel(self.space), self.count, inputs, [state.buffer])
 
 

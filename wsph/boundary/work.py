@@ -6,11 +6,14 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from wsph.backend.clock import Clock
+from wsph.backend.clock import Clock, dt_of
+from wsph.backend.domain import WHOLE, Domain
+from wsph.backend.kernels import kernel
+from wsph.backend.reduce import BLOCK, blocks, total
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.backend.tensors import determinant_and_inverse
-from wsph.backend.works import BLOCK, Works
+from wsph.backend.works import Works
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.values import BoundaryValues
 
@@ -21,9 +24,19 @@ def _work_kernel(space: Space, unpack: wp.Function, layout: Layout) -> wp.Kernel
     Fields, deformed = fields_struct(space, layout), "deformation" in dict(layout)
     determinant, inverse = determinant_and_inverse(space)
 
-    @wp.kernel(module="unique", enable_backward=False)
-    def work(first: int, count: int, clock: wp.array(dtype=wp.float64), particle: wp.array(dtype=wp.int32), axis: wp.array(dtype=wp.int32),
-             area: wp.array(dtype=wp.float64), axes: mat, fields: Fields, power_out: wp.array2d(dtype=wp.float64), work_out: wp.array2d(dtype=wp.float64)):  # fmt: skip
+    @kernel(ranged=True)
+    def work(
+        first: int,
+        axes: mat,
+        fields: Fields,
+        clock: wp.array(dtype=wp.float64),
+        particle: wp.array(dtype=wp.int32),
+        axis: wp.array(dtype=wp.int32),
+        area: wp.array(dtype=wp.float64),
+        count: int,
+        power_out: wp.array2d(dtype=wp.float64),
+        work_out: wp.array2d(dtype=wp.float64),
+    ):
         block = first + wp.tid()
         power = wp.float64(0.0)
         for row in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
@@ -40,7 +53,7 @@ def _work_kernel(space: Space, unpack: wp.Function, layout: Layout) -> wp.Kernel
             for a in range(wp.static(dim)):
                 for b in range(wp.static(dim)):
                     power += area[row] * wp.float64(stress[a, b] * normal[b] * velocity[a])
-        work_out[block, 0] = work_out[block, 0] + wp.float64(0.5) * clock[1] * (power + power_out[block, 0])
+        work_out[block, 0] = work_out[block, 0] + wp.float64(0.5) * dt_of(clock) * (power + power_out[block, 0])
         power_out[block, 0] = power
 
     return work
@@ -60,8 +73,9 @@ class ExternalWork(Works):
         axes: object,
         layout: Layout,
         device: str,
+        domain: Domain = WHOLE,
     ):
-        super().__init__(len(conditions.work_particle), len(conditions.work_particle) > 0, device)
+        super().__init__(len(conditions.work_particle), len(conditions.work_particle) > 0, device, domain)
         self._axes, self._kernel = axes, _work_kernel(space, unpack, layout)
         if self._acts:
             self._particle = wp.array(conditions.work_particle, dtype=wp.int32, device=device)
@@ -69,7 +83,7 @@ class ExternalWork(Works):
             self._area = wp.array(conditions.work_area / area_unit, dtype=wp.float64, device=device)
 
     def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[Any]]:
-        return self._kernel, [self._n, clock.time, self._particle, self._axis, self._area, self._axes, state.struct]
+        return self._kernel, [self._axes, state.struct, clock.time, self._particle, self._axis, self._area, self._n]
 
     @property
     def total(self) -> float:
@@ -82,14 +96,22 @@ def _constraint_kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
     real = space.scalar
     module = space.module("constraint")
 
-    @wp.kernel(module=module, enable_backward=False)
+    @kernel(ranged=True, module=module)
     def keep(first: int, place: wp.array(dtype=wp.int32), state: wp.array(dtype=real), free_out: wp.array(dtype=real)):
         e = first + wp.tid()
         free_out[e] = state[place[e]]
 
-    @wp.kernel(module=module, enable_backward=False)
-    def work(first: int, count: int, place: wp.array(dtype=wp.int32), mass: wp.array(dtype=real), free: wp.array(dtype=real),
-             state: wp.array(dtype=real), old_out: wp.array(dtype=real), work_out: wp.array(dtype=wp.float64)):  # fmt: skip
+    @kernel(ranged=True, module=module)
+    def work(
+        first: int,
+        place: wp.array(dtype=wp.int32),
+        mass: wp.array(dtype=real),
+        free: wp.array(dtype=real),
+        state: wp.array(dtype=real),
+        count: int,
+        old_out: wp.array(dtype=real),
+        work_out: wp.array(dtype=wp.float64),
+    ):
         block = first + wp.tid()
         total = wp.float64(0.0)
         for e in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
@@ -104,14 +126,14 @@ def _constraint_kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
 class ConstraintWork:
     """Work of prescribed velocities on a one-set body: the impulse that sets them times the mean velocity of the step."""
 
-    def __init__(self, space: Space, boundary: BoundaryValues, mass: np.ndarray, device: str):
+    def __init__(self, space: Space, boundary: BoundaryValues, mass: np.ndarray, device: str, domain: Domain = WHOLE):
         self.count = boundary.count
-        self._space, self._boundary = space, boundary
+        self._space, self._boundary, self._domain = space, boundary, domain
         if self.count:
             self._mass = wp.array(mass[boundary.particle], dtype=space.scalar, device=device)
             self._free = wp.zeros(self.count, dtype=space.scalar, device=device)
             self._old = wp.zeros(self.count, dtype=space.scalar, device=device)
-            self._work = wp.zeros(-(-self.count // BLOCK), dtype=wp.float64, device=device)
+            self._work = wp.zeros(blocks(self.count), dtype=wp.float64, device=device)
 
     def before(self, state: State, clock: Clock) -> None:
         """Keep what the step gave before the velocities are set (a launch)."""
@@ -123,7 +145,7 @@ class ConstraintWork:
     def after(self, state: State, clock: Clock) -> None:
         """Add the work of setting them (a launch)."""
         if self.count:
-            inputs = [self.count, self._boundary.place, self._mass, self._free, state.buffer]
+            inputs = [self._boundary.place, self._mass, self._free, state.buffer, self.count]
             clock.launch(_constraint_kernels(self._space)[1], self._work.shape[0], inputs, [self._old, self._work])
 
     def kept(self) -> dict[str, wp.array]:
@@ -138,17 +160,27 @@ class ConstraintWork:
     @property
     def total(self) -> float:
         """Work so far, nondimensional."""
-        return float(self._work.numpy().sum()) if self.count else 0.0
+        return total(self._work, self._domain) if self.count else 0.0
 
 
 @cache
 def _load_kernel(space: Space, layout: Layout, loading: bool, holding: bool) -> wp.Kernel:
     dim, vec, Fields, viscous = space.dim, space.vec, fields_struct(space, layout), "drag" in dict(layout)
 
-    @wp.kernel(module="unique", enable_backward=False)
-    def work(first: int, count: int, clock: wp.array(dtype=wp.float64), loads: wp.array(dtype=vec), hold: wp.array(dtype=vec),
-             mass: wp.array(dtype=space.scalar), fields: Fields, old_out: wp.array(dtype=vec), power_out: wp.array2d(dtype=wp.float64),
-             work_out: wp.array2d(dtype=wp.float64)):  # fmt: skip
+    @kernel(ranged=True)
+    def work(
+        first: int,
+        fields: Fields,
+        clock: wp.array(dtype=wp.float64),
+        loads: wp.array(dtype=vec),
+        hold: wp.array(dtype=vec),
+        mass: wp.array(dtype=space.scalar),
+        count: int,
+        drag_out: wp.array(dtype=vec),
+        old_out: wp.array(dtype=vec),
+        power_out: wp.array2d(dtype=wp.float64),
+        work_out: wp.array2d(dtype=wp.float64),
+    ):
         block = first + wp.tid()
         loaded = wp.float64(0.0)
         dragged = wp.float64(0.0)
@@ -161,12 +193,12 @@ def _load_kernel(space: Space, layout: Layout, loading: bool, holding: bool) -> 
             if wp.static(viscous):
                 # What it has changed times the mean velocity of the step: exact where the velocity is free, however long the
                 # step is beside the time in which it acts.
-                dragged -= wp.float64(mass[i] * wp.dot(fields.drag[i], v + old_out[i]))
+                dragged -= wp.float64(mass[i] * wp.dot(drag_out[i], v + old_out[i]))
                 old_out[i] = v
-                fields.drag[i] = vec()
+                drag_out[i] = vec()
             if wp.static(holding):
                 held -= wp.float64(mass[i] * wp.dot(hold[i], v))
-        half = wp.float64(0.5) * clock[1]
+        half = wp.float64(0.5) * dt_of(clock)
         work_out[block, 0] = work_out[block, 0] + half * (loaded + power_out[block, 0])
         work_out[block, 1] = work_out[block, 1] + wp.float64(0.5) * dragged
         power_out[block, 0] = loaded
@@ -185,10 +217,19 @@ class LoadWork(Works):
 
     columns = 3
 
-    def __init__(self, space: Space, loads: BoundaryValues, state: State, values: State, hold: wp.array | None,
-                 mass: np.ndarray, device: str):  # fmt: skip
+    def __init__(
+        self,
+        space: Space,
+        loads: BoundaryValues,
+        state: State,
+        values: State,
+        hold: wp.array | None,
+        mass: np.ndarray,
+        device: str,
+        domain: Domain = WHOLE,
+    ):
         self._viscous = "drag" in state.widths
-        super().__init__(state.n, loads.count > 0 or self._viscous or hold is not None, device)
+        super().__init__(state.n, loads.count > 0 or self._viscous or hold is not None, device, domain)
         self._kernel = _load_kernel(space, state.layout, loads.count > 0, hold is not None)
         self.before = wp.zeros(state.n if self._viscous else 1, dtype=space.vec, device=device)
         if self._acts:
@@ -198,7 +239,9 @@ class LoadWork(Works):
             self._mass = wp.array(mass, dtype=space.scalar, device=device)
 
     def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[Any]]:
-        return self._kernel, [self._n, clock.time, self._loads, self._hold, self._mass, state.struct, self.before]
+        drag = state.struct.drag if self._viscous else self.before
+        inputs = [state.struct, clock.time, self._loads, self._hold, self._mass, self._n]
+        return self._kernel, [*inputs, drag, self.before]
 
     def kept(self) -> dict[str, wp.array]:
         return super().kept() | ({"before": self.before} if self._viscous else {})

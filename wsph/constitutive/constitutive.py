@@ -5,6 +5,7 @@ from typing import Any
 
 import warp as wp
 
+from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.constitutive.laws import Laws, laws_of, parameters
 from wsph.constitutive.stress_state import StressState
@@ -73,7 +74,7 @@ def project_kernel(space: Space, laws: Laws, fields: type) -> wp.Kernel:
     """Bring the stresses of a state back, over its points."""
     Params, project = laws.Params, laws.project or laws.respond
 
-    @wp.kernel(module="unique", enable_backward=False)
+    @kernel(ranged=True)
     def bring_back(first: int, p: Params, fields_out: fields):
         i = first + wp.tid()
         stress, q = project(p, fields_out.stress[i], fields_out.internals[i])

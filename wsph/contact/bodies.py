@@ -7,7 +7,9 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.clock import Clock
+from wsph.backend.domain import Domain
 from wsph.backend.space import Space
+from wsph.contact.law import body_struct
 from wsph.scene.tables import Contact
 from wsph.sph.pairs import Pairs
 from wsph.sph.skin import Skin
@@ -15,30 +17,23 @@ from wsph.units import Scales
 
 
 class Side:
-    """A body as contacts see it: where its particles are and what they are pushed by."""
+    """A body as contacts see it: where its particles are and what they are pushed by. `struct` goes to the kernels."""
 
-    def __init__(self, run: Any, origin: np.ndarray, space: Space, scales: Scales, clock: Clock):
+    def __init__(self, run: Any, origin: np.ndarray, space: Space, scales: Scales, clock: Clock, domain: Domain):
         system, device = run.system, clock.device
         self.system, self.name, self.count = system, run.body.name, system.count
         self.spacing = system.spacing / scales.length
         self.place = (system.position - origin) / scales.length
-        self.x = wp.array(self.place, dtype=space.vec, device=device)
+        self.u, self.v = system.state.struct.displacement, system.state.struct.velocity
         self.volume = wp.array(system.volume, dtype=space.scalar, device=device)
         self.impulse = wp.zeros(self.count, dtype=space.vec, device=device)
         self.work = wp.zeros(self.count, dtype=wp.float64, device=device)
         self.held = wp.zeros(self.count, dtype=wp.float64, device=device)
         self.free = wp.array(system.free_components.reshape(-1, space.dim), dtype=space.vec, device=device)
-        self.skin = Skin(space, self.count, clock)
-
-    @property
-    def u(self) -> wp.array:
-        """Displacements of the state."""
-        return self.system.state.struct.displacement
-
-    @property
-    def v(self) -> wp.array:
-        """Velocities of the state."""
-        return self.system.state.struct.velocity
+        self.skin = Skin(space, self.count, clock, domain)
+        self.struct = body_struct(space)()
+        self.struct.x = wp.array(self.place, dtype=space.vec, device=device)
+        self.struct.u, self.struct.v, self.struct.volume = self.u, self.v, self.volume
 
 
 @dataclass

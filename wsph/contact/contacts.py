@@ -24,12 +24,15 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.clock import Clock
+from wsph.backend.domain import WHOLE, Domain
+from wsph.backend.reduce import total
 from wsph.backend.space import Space
 from wsph.contact.bodies import Meeting, Side, without_neighbours
 from wsph.contact.law import kick_kernel, law_struct, push_kernel
 from wsph.errors import Refused
 from wsph.scene.tables import Contact
 from wsph.sph.pairs import find_pairs
+from wsph.sph.rows import rows_of
 from wsph.units import Scales
 
 SKIN = 0.6
@@ -40,15 +43,22 @@ class Contacts:
     """All contacts of a composition. `follow` before a step, `act` after it."""
 
     def __init__(
-        self, parts: tuple[Contact, ...], bodies: list[Any], space: Space, scales: Scales, clock: Clock, device: str
+        self,
+        parts: tuple[Contact, ...],
+        bodies: list[Any],
+        space: Space,
+        scales: Scales,
+        clock: Clock,
+        device: str,
+        domain: Domain = WHOLE,
     ):
-        self._space, self._clock, self._device = space, clock, device
+        self._space, self._clock, self._device, self._domain = space, clock, device, domain
         named = {run.body.name: run for run in bodies}
         taking_part = dict.fromkeys(chain.from_iterable(part.names for part in parts))
         for name in taking_part:
             _refuse(named[name])
         origin = np.mean([named[name].system.position.mean(0) for name in taking_part], axis=0)
-        self.sides = {name: Side(named[name], origin, space, scales, clock) for name in taking_part}
+        self.sides = {name: Side(named[name], origin, space, scales, clock, domain) for name in taking_part}
         self._nowhere = wp.zeros(1, dtype=wp.int32, device=device), wp.zeros(1, dtype=space.scalar, device=device)
         self._meetings = []
         for part in parts:
@@ -145,39 +155,28 @@ class Contacts:
         """The impulses of all contacts (launches)."""
         for meeting in self._meetings:
             one, other, part = meeting.one, meeting.other, meeting.part
-            kernel = push_kernel(self._space, part.law, part.friction > 0.0, one is other)
+            push = push_kernel(self._space, part.law, part.friction > 0.0, one is other)
             ways = ((one, other), (other, one)) if one is not other else ((one, one),)
             for (side, against), law, (pairs, slot) in zip(ways, meeting.laws, meeting.rows, strict=False):
                 weight = side.system.breakable_weights if one is other else None
                 weight = weight if weight is not None else self._nowhere[1]
-                inputs = [
-                    self._clock.time,
-                    law,
-                    pairs.offsets,
-                    pairs.indices,
-                    slot,
-                    weight,
-                    side.x,
-                    side.u,
-                    side.v,
-                    side.volume,
-                ]
-                inputs += [against.x, against.u, against.v, against.volume]
-                self._clock.launch(kernel, side.count, inputs, [side.impulse])
+                rows = rows_of(self._space, pairs)
+                inputs = [law, rows, side.struct, against.struct, self._clock.time, slot, weight]
+                self._clock.launch(push, side.count, inputs, [side.impulse])
         for side in self.sides.values():
-            inputs = [self._space.scalar(side.system.density), side.volume, side.free]
+            inputs = [side.volume, side.free, self._space.scalar(side.system.density)]
             outputs = [side.impulse, side.v, side.system.started_from, side.work, side.held]
             self._clock.launch(kick_kernel(self._space, side.system.drags), side.count, inputs, outputs)
 
     @property
     def energy(self) -> float:
         """Energy that contacts have taken from the bodies so far, nondimensional."""
-        return -sum(float(side.work.numpy().sum()) for side in self.sides.values())
+        return -sum(total(side.work, self._domain) for side in self.sides.values())
 
     @property
     def held_work(self) -> float:
         """Work that what is prescribed has done against contacts so far, nondimensional."""
-        return sum(float(side.held.numpy().sum()) for side in self.sides.values())
+        return sum(total(side.held, self._domain) for side in self.sides.values())
 
     def kept(self) -> dict[str, wp.array]:
         """What a checkpoint holds of them."""

@@ -4,7 +4,10 @@ from functools import cache
 
 import warp as wp
 
+from wsph.backend.clock import dt_of
+from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
+from wsph.sph.rows import rows_struct
 
 
 @cache
@@ -16,41 +19,79 @@ def law_struct(space: Space) -> type:
 
 
 @cache
-def push_kernel(space: Space, law: str, rubbing: bool, itself: bool) -> wp.Kernel:
-    real, vec, Law = space.scalar, space.vec, law_struct(space)
+def body_struct(space: Space) -> type:
+    """Struct of what a contact's kernel takes of a body, nondimensional.
 
-    @wp.kernel(module="unique", enable_backward=False)
-    def push(first: int, clock: wp.array(dtype=wp.float64), c: Law, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
-             slot: wp.array(dtype=wp.int32), weight: wp.array(dtype=real), x: wp.array(dtype=vec), u: wp.array(dtype=vec), v: wp.array(dtype=vec),
-             volume: wp.array(dtype=real), x_other: wp.array(dtype=vec), u_other: wp.array(dtype=vec), v_other: wp.array(dtype=vec),
-             volume_other: wp.array(dtype=real), impulse_out: wp.array(dtype=vec)):  # fmt: skip
+    x       # places at the start, about a middle that all bodies share, (n,) vec
+    u       # displacements, (n,) vec
+    v       # velocities, (n,) vec
+    volume  # (n,) scalar
+    """
+    annotations = {name: wp.array(dtype=space.vec) for name in ("x", "u", "v")}
+    annotations["volume"] = wp.array(dtype=space.scalar)
+    return wp.struct(type("ContactBody", (), {"__annotations__": annotations, "__module__": __name__}))
+
+
+@cache
+def push_size(space: Space, law: str) -> wp.Function:
+    """Warp function (law, overlap, closing speed, reduced mass, dt) -> the force between two particles along their line."""
+    real, dim, Law = space.scalar, space.dim, law_struct(space)
+    if law == "penalty":
+
+        @wp.func
+        def penalty(c: Law, delta: real, closing: real, mass: real, dt: real) -> real:
+            return c.stiffness * delta
+
+        return penalty
+
+    @wp.func
+    def pinball(c: Law, delta: real, closing: real, mass: real, dt: real) -> real:
+        elastic = c.shear * delta
+        if wp.static(dim == 3):
+            elastic = c.shear * c.curvature * wp.sqrt(delta) * delta
+        return c.stiffness * wp.min(wp.max(mass * closing / dt, real(0.0)), elastic)
+
+    return pinball
+
+
+@cache
+def push_kernel(space: Space, law: str, rubbing: bool, itself: bool) -> wp.Kernel:
+    """Impulses of a step on the particles of a body, from those of another one or of itself. `slot` (pairs,): where the
+    weight of the link between two neighbours stands in `link_weight`, -1 for others."""
+    real, vec, Law, Body, Rows = space.scalar, space.vec, law_struct(space), body_struct(space), rows_struct(space)
+    size_of = push_size(space, law)
+
+    @kernel(ranged=True)
+    def push(
+        first: int,
+        c: Law,
+        rows: Rows,
+        own: Body,
+        other: Body,
+        clock: wp.array(dtype=wp.float64),
+        slot: wp.array(dtype=wp.int32),
+        link_weight: wp.array(dtype=real),
+        impulse_out: wp.array(dtype=vec),
+    ):
         i = first + wp.tid()
-        dt = real(clock[1])
+        dt = real(dt_of(clock))
         total = vec()
-        for k in range(offsets[i], offsets[i + 1]):
-            j = indices[k]
-            r = (x[i] - x_other[j]) + (u[i] - u_other[j])
+        for k in range(rows.offsets[i], rows.offsets[i + 1]):
+            j = rows.indices[k]
+            r = (own.x[i] - other.x[j]) + (own.u[i] - other.u[j])
             distance = wp.length(r)
             acts = distance < c.reach and distance > real(0.0)
             # Neighbours in one body push only where the link between them has broken.
             if wp.static(itself) and slot[k] >= 0:
-                acts = acts and weight[slot[k]] == real(0.0)
+                acts = acts and link_weight[slot[k]] == real(0.0)
             if acts:
                 n = r / distance
-                delta = c.reach - distance
-                moving = v[i] - v_other[j]
+                moving = own.v[i] - other.v[j]
                 closing = -wp.dot(moving, n)
-                own = c.own_density * volume[i]
-                other = c.other_density * volume_other[j]
-                mass = own * other / (own + other)
-                size = real(0.0)
-                if wp.static(law == "penalty"):
-                    size = c.stiffness * delta
-                else:
-                    elastic = c.shear * delta
-                    if wp.static(space.dim == 3):
-                        elastic = c.shear * c.curvature * wp.sqrt(delta) * delta
-                    size = c.stiffness * wp.min(wp.max(mass * closing / dt, real(0.0)), elastic)
+                mine = c.own_density * own.volume[i]
+                theirs = c.other_density * other.volume[j]
+                mass = mine * theirs / (mine + theirs)
+                size = size_of(c, c.reach - distance, closing, mass, dt)
                 total += dt * size * n
                 if wp.static(rubbing):
                     sliding = moving + closing * n
@@ -64,12 +105,22 @@ def push_kernel(space: Space, law: str, rubbing: bool, itself: bool) -> wp.Kerne
 
 @cache
 def kick_kernel(space: Space, viscous: bool) -> wp.Kernel:
+    """Change the velocities by the impulses, and count the work; the impulses are zero after it. `free` (n,) vec is one
+    along the axes along which a velocity is not prescribed."""
     real, vec = space.scalar, space.vec
 
-    @wp.kernel(module="unique", enable_backward=False)
-    def kick(first: int, density: real, volume: wp.array(dtype=real), free: wp.array(dtype=vec), impulse_out: wp.array(dtype=vec),
-             velocity_out: wp.array(dtype=vec), before_out: wp.array(dtype=vec), work_out: wp.array(dtype=wp.float64),
-             held_out: wp.array(dtype=wp.float64)):  # fmt: skip
+    @kernel(ranged=True)
+    def kick(
+        first: int,
+        volume: wp.array(dtype=real),
+        free: wp.array(dtype=vec),
+        density: real,
+        impulse_out: wp.array(dtype=vec),
+        velocity_out: wp.array(dtype=vec),
+        before_out: wp.array(dtype=vec),
+        work_out: wp.array(dtype=wp.float64),
+        held_out: wp.array(dtype=wp.float64),
+    ):
         i = first + wp.tid()
         J = impulse_out[i]
         if wp.dot(J, J) > real(0.0):

@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 import warp as wp
 
-from wsph.backend.algebra import ENTRIES, combine_kernel
+from wsph.backend.algebra import combine
 from wsph.backend.clock import Clock
 from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.natural import layer_conditions, node_conditions
@@ -171,30 +171,7 @@ class OneSetSystem(System):
             raise ValueError(f"combine takes one to three states and up to three rates, one of them squared, {counts}")
         span = {"all": (0, len(out.buffer)), "velocity": (0, out.split), "rest": (out.split, len(out.buffer))}[part]
         terms = [[(c, x.buffer) for c, x in each] for each in (plain, timed, squared)]
-        self._combine(*terms, span, out.buffer)
-
-    def _combine(
-        self,
-        plain: list[tuple[float, wp.array]],
-        timed: list[tuple[float, wp.array]],
-        squared: list[tuple[float, wp.array]],
-        span: tuple[int, int],
-        out: wp.array,
-    ) -> None:
-        """`combine` on arrays, of which it takes the entries of a span."""
-        coefficients, unused = [0.0] * 7, plain[0][1]
-        for k, (c, _) in enumerate(plain):
-            coefficients[k] = c
-        for k, (c, _) in enumerate(timed):
-            coefficients[3 + k] = c
-        states = [x for _, x in plain] + [unused] * (3 - len(plain))
-        rates = [x for _, x in timed] + [unused] * (3 - len(timed))
-        if squared:
-            coefficients[6], rates[2] = squared[0]
-        (start, end), entries = span, 1 if wp.get_device(self.device).is_cuda else ENTRIES
-        kernel = combine_kernel(self.space, len(plain), len(timed), len(squared))
-        inputs = [self.clock.time, start, end, entries, self.space.vector(7)(*coefficients), *states, *rates]
-        self.clock.launch(kernel, -(-(end - start) // entries), inputs, [out])
+        combine(self.space, self.clock, *terms, span, out.buffer)
 
     def drift(self, state: State, k: State, c: float, ahead: float = 0.0) -> None:
         """All of `state` but its velocity goes on by c dt: `rate` and `combine`, `ahead` as there, in one launch where only
@@ -205,7 +182,7 @@ class OneSetSystem(System):
             self.combine(state, plain=[(1.0, state)], timed=[(c, k)], part="rest")
             return
         u, v = state.flat("displacement"), state.flat("velocity")
-        self._combine([(1.0, u)], [(c, v)], [], (0, len(u)), u)
+        combine(self.space, self.clock, [(1.0, u)], [(c, v)], [], (0, len(u)), u)
 
     def impose(self, state: State, c: float | tuple[float, float]) -> None:
         """Set the prescribed velocities of a state, and the loads for the rates to come, at t + c dt."""

@@ -12,9 +12,10 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.clock import Clock
+from wsph.backend.reduce import BLOCK
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
-from wsph.backend.works import BLOCK, Works
+from wsph.backend.works import Works
 from wsph.quantities import Model, in_unit
 from wsph.units import Scales
 

@@ -29,6 +29,7 @@ from pydantic import model_validator
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
+from wsph.backend.reduce import total
 from wsph.backend.space import Space
 from wsph.backend.state import Field, Layout, State, fields_struct
 from wsph.backend.tensors import determinant_and_inverse, generalized_inverse, in_plane, principal
@@ -319,7 +320,7 @@ class LinkDamage(Attached):
     def released(self) -> float:
         """Energy of the particles that have come free, and of the residual that broken links have no more,
         nondimensional."""
-        return float(self._released.numpy().sum(dtype=float))
+        return total(self._released)
 
     def fracture(self) -> dict[str, float]:
         """Broken links and free particles, and the energy that they set free."""

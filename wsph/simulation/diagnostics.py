@@ -6,6 +6,9 @@ from functools import cache
 import numpy as np
 import warp as wp
 
+from wsph.backend.domain import WHOLE, Domain
+from wsph.backend.kernels import kernel
+from wsph.backend.reduce import BLOCK, blocks
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.backend.tensors import determinant_and_inverse
@@ -14,12 +17,12 @@ from wsph.constitutive.laws import Laws
 from wsph.parts.part import BROKEN
 from wsph.parts.terms import Response
 
-BLOCK = 1024
-
 SMALL = 0.02
 """A strain below which a bound of the distortion is as good as the distortion: limits are found anew beyond 5 %."""
 
-_KINETIC, _STRAIN, _DISSIPATED, _NOT_FINITE, _FIRST, _STRETCH, _DISTORTION, _MOMENTUM = range(8)
+KINETIC, STRAIN, DISSIPATED, NOT_FINITE, FIRST, STRETCH, DISTORTION, MOMENTUM = range(8)
+"""What stands where in the sums of a block: FIRST is its first particle or point that is not finite, -1 where all are;
+STRETCH and DISTORTION are the largest; the three components of the momentum stand from MOMENTUM on."""
 
 
 @dataclass
@@ -37,15 +40,66 @@ class Ledger:
     distortion: float
 
 
+@dataclass(frozen=True)
+class StoredEnergy:
+    """What a point of a body stores.
+
+    stored(p, fields, i) -> the elastic energy density of point i [per current volume, or per reference volume];
+    whole(fields, i) -> whether its deformation says something of the body's: across a crack F is the opening's.
+    `per_reference`: the density is per reference volume.
+    """
+
+    stored: wp.Function
+    whole: wp.Function
+    per_reference: bool
+
+
 @cache
-def _kernel(
-    space: Space, laws: Laws, layout: Layout, response: Response | None, breaks: bool, follows: bool
-) -> wp.Kernel:
-    real, dim = space.scalar, space.dim
-    Fields, Params, energy = fields_struct(space, layout), laws.Params, laws.energy
-    internals, deformed = dict(layout).get("internals", 0), "deformation" in dict(layout)
-    determinant, inverse = determinant_and_inverse(space)
-    mat, vec = space.mat, space.vec
+def stored_energy(space: Space, laws: Laws, layout: Layout, response: Response | None, breaks: bool) -> StoredEnergy:
+    """What a point stores that obeys `laws`, or its `response` in their place, and of a body that may break."""
+    real, Params, Fields = space.scalar, laws.Params, fields_struct(space, layout)
+    of_stress, of_deformation = laws.energy, laws.total_energy
+    if response is not None:
+        of_damaged = response.energy(space, laws)
+
+        @wp.func
+        def damaged_stored(p: Params, fields: Fields, i: int) -> real:
+            return of_damaged(p, fields.deformation[i], fields.stress[i], fields.damage[i][0])
+
+        stored = damaged_stored
+    elif of_deformation is not None and "deformation" in dict(layout):
+
+        @wp.func
+        def total_stored(p: Params, fields: Fields, i: int) -> real:
+            return of_deformation(p, fields.deformation[i])
+
+        stored = total_stored
+    else:
+
+        @wp.func
+        def elastic_stored(p: Params, fields: Fields, i: int) -> real:
+            return of_stress(p, fields.stress[i])
+
+        stored = elastic_stored
+    if breaks:
+
+        @wp.func
+        def unbroken(fields: Fields, i: int) -> bool:
+            return fields.damage[i][0] < real(BROKEN)
+
+        return StoredEnergy(stored, unbroken, of_deformation is not None)
+
+    @wp.func
+    def always(fields: Fields, i: int) -> bool:
+        return True
+
+    return StoredEnergy(stored, always, of_deformation is not None)
+
+
+@cache
+def _shortening(space: Space) -> wp.Function:
+    """Warp function: F^-1 -> the largest factor by which a line has been shortened; of F that of lengthening."""
+    real, vec, mat, dim = space.scalar, space.vec, space.mat, space.dim
 
     @wp.func
     def shortening(back: mat) -> real:
@@ -58,20 +112,74 @@ def _kernel(
             x = wp.normalize(square * x)
         return wp.sqrt(wp.dot(x, square * x))
 
-    total, total_energy = laws.total_energy is not None, laws.total_energy or energy
-    phased = response is not None
-    damaged_energy = response.energy(space, laws) if response is not None else energy
-    dissipates, last = laws.dissipates, internals - 1
+    return shortening
 
-    @wp.kernel(module="unique", enable_backward=False)
+
+@cache
+def _occupied(space: Space, layout: Layout, whole: wp.Function, per_reference: bool) -> wp.Function:
+    """Warp function (fields, volume, i) -> the volume that the energy density of point i is of; below zero, or not finite,
+    where it is turned inside out."""
+    real, dim, Fields = space.scalar, space.dim, fields_struct(space, layout)
+    determinant, deformed = determinant_and_inverse(space)[0], "deformation" in dict(layout)
+
+    @wp.func
+    def occupied(fields: Fields, volume: real, i: int) -> real:
+        current = volume
+        if wp.static(deformed):
+            J = determinant(wp.identity(n=dim, dtype=real) + fields.deformation[i])
+            if wp.static(per_reference):
+                if whole(fields, i) and not (real(0.0) < J):
+                    current = -current
+            elif whole(fields, i):
+                current *= J
+        return current
+
+    return occupied
+
+
+@cache
+def _changed_shape(space: Space, layout: Layout, whole: wp.Function, follows: bool) -> wp.Function:
+    """Warp function (fields, i, stretch, distortion) -> both, or point i's own where they are larger."""
+    real, dim, Fields, shortening = space.scalar, space.dim, fields_struct(space, layout), _shortening(space)
+    (determinant, inverse), deformed = determinant_and_inverse(space), "deformation" in dict(layout)
+
+    @wp.func
+    def changed(fields: Fields, i: int, stretch: wp.float64, distortion: wp.float64):
+        largest_stretch = stretch
+        largest = distortion
+        if wp.static(deformed):
+            F = wp.identity(n=dim, dtype=real) + fields.deformation[i]
+            # Where the Courant number itself does not follow, a bound is enough for what has hardly deformed.
+            size = wp.ddot(fields.deformation[i], fields.deformation[i])
+            if wp.static(not follows) and size < real(wp.static(SMALL * SMALL)):
+                largest = wp.max(largest, wp.float64(real(1.0) / (real(1.0) - wp.sqrt(size))))
+            elif whole(fields, i):
+                shortest = shortening(inverse(F))
+                largest_stretch = wp.max(largest_stretch, wp.float64(shortest * wp.sqrt(determinant(F))))
+                largest = wp.max(largest, wp.float64(wp.max(shortest, shortening(F))))
+        return largest_stretch, largest
+
+    return changed
+
+
+@cache
+def _ledger_kernel(
+    space: Space, Params: type, layout: Layout, energy: StoredEnergy, follows: bool, dissipates: bool
+) -> wp.Kernel:
+    real, dim, Fields, stored = space.scalar, space.dim, fields_struct(space, layout), energy.stored
+    occupied = _occupied(space, layout, energy.whole, energy.per_reference)
+    changed = _changed_shape(space, layout, energy.whole, follows)
+    last = dict(layout).get("internals", 0) - 1
+
+    @kernel()
     def ledger(
-        n: int,
-        m: int,
         p: Params,
-        density: real,
+        fields: Fields,
         volume: wp.array(dtype=real),
         points: wp.array(dtype=real),
-        fields: Fields,
+        density: real,
+        n: int,
+        m: int,
         sums_out: wp.array2d(dtype=wp.float64),
     ):
         block = wp.tid()
@@ -96,50 +204,26 @@ def _kernel(
                 if first < wp.float64(0.0):
                     first = wp.float64(i)
         for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, m)):
-            s = fields.stress[i]
-            stored = energy(p, s)
-            current = points[i]
-            if wp.static(deformed):
-                F = wp.identity(n=dim, dtype=real) + fields.deformation[i]
-                J = determinant(F)
-                whole = True
-                if wp.static(breaks):
-                    # Across a crack F is the opening's: it says nothing of stiffness, and may turn over.
-                    whole = fields.damage[i][0] < real(BROKEN)
-                if wp.static(phased):
-                    stored = damaged_energy(p, fields.deformation[i], s, fields.damage[i][0])
-                elif wp.static(total):
-                    stored = total_energy(p, fields.deformation[i])
-                if wp.static(total):
-                    if whole and not (real(0.0) < J):
-                        current = -current
-                elif whole:
-                    current *= J
-                # Where the Courant number itself does not follow, a bound is enough for what has hardly deformed.
-                size = wp.ddot(fields.deformation[i], fields.deformation[i])
-                if wp.static(not follows) and size < real(wp.static(SMALL * SMALL)):
-                    distortion = wp.max(distortion, wp.float64(real(1.0) / (real(1.0) - wp.sqrt(size))))
-                elif whole:
-                    shortest = shortening(inverse(F))
-                    stretch = wp.max(stretch, wp.float64(shortest * wp.sqrt(J)))
-                    distortion = wp.max(distortion, wp.float64(wp.max(shortest, shortening(F))))
-            strain += wp.float64(current * stored)
+            each = stored(p, fields, i)
+            current = occupied(fields, points[i], i)
+            stretch, distortion = changed(fields, i, stretch, distortion)
+            strain += wp.float64(current * each)
             if wp.static(dissipates):
                 dissipated += wp.float64(current * fields.internals[i][last])
             # A maximum drops NaN; a sum keeps it, so the check is on the sum.
-            if not (wp.isfinite(stored) and current > real(0.0)):
+            if not (wp.isfinite(each) and current > real(0.0)):
                 broken += wp.float64(1.0)
                 if first < wp.float64(0.0):
                     first = wp.float64(i)
-        sums_out[block, 0] = kinetic
-        sums_out[block, 1] = strain
-        sums_out[block, 2] = dissipated
-        sums_out[block, 3] = broken
-        sums_out[block, 4] = first
-        sums_out[block, 5] = stretch
-        sums_out[block, 6] = distortion
+        sums_out[block, KINETIC] = kinetic
+        sums_out[block, STRAIN] = strain
+        sums_out[block, DISSIPATED] = dissipated
+        sums_out[block, NOT_FINITE] = broken
+        sums_out[block, FIRST] = first
+        sums_out[block, STRETCH] = stretch
+        sums_out[block, DISTORTION] = distortion
         for a in range(3):
-            sums_out[block, 7 + a] = momentum[a]
+            sums_out[block, MOMENTUM + a] = momentum[a]
 
     return ledger
 
@@ -158,32 +242,39 @@ class Diagnostics:
         response: Response | None = None,
         breaks: bool = False,
         follows: bool = True,
+        domain: Domain = WHOLE,
     ):
         """`response`: how its points answer in place of their law; `follows`: its Courant number follows the deformation, to
         rounding."""
-        self._answers, self._follows = (response, breaks), follows
+        self._answers, self._follows, self._domain = (response, breaks), follows, domain
         self._space, self._constitutive, self._density, self._device = space, constitutive, density, device
         self._volume = wp.array(volume, dtype=space.scalar, device=device)
         self._points = self._volume if points is volume else wp.array(points, dtype=space.scalar, device=device)
         self._n, self._m = len(volume), len(points)
-        self._sums = wp.zeros((-(-max(self._n, self._m) // BLOCK), 10), dtype=wp.float64, device=device)
+        self._sums = wp.zeros((blocks(max(self._n, self._m)), MOMENTUM + 3), dtype=wp.float64, device=device)
 
     def kernel(self, state: State) -> wp.Kernel:
         """The kernel that sums up `state`."""
-        return _kernel(self._space, self._constitutive.laws, state.layout, *self._answers, self._follows)
+        laws = self._constitutive.laws
+        energy = stored_energy(self._space, laws, state.layout, *self._answers)
+        return _ledger_kernel(self._space, laws.Params, state.layout, energy, self._follows, laws.dissipates)
 
     def measure(self, state: State) -> Ledger:
         """Sum up a state."""
-        wp.launch(self.kernel(state), self._sums.shape[0], device=self._device,
-                  inputs=[self._n, self._m, self._constitutive.params, self._space.scalar(self._density), self._volume, self._points, state.struct],
-                  outputs=[self._sums])  # fmt: skip
+        inputs = [self._constitutive.params, state.struct, self._volume, self._points]
+        inputs += [self._space.scalar(self._density), self._n, self._m]
+        wp.launch(self.kernel(state), len(self._sums), inputs=inputs, outputs=[self._sums], device=self._device)
         sums = self._sums.numpy()
-        total = sums.sum(0)
-        first = sums[sums[:, _NOT_FINITE] > 0, _FIRST]
+        total = self._domain.sum(sums.sum(0))
+        largest = self._domain.max(sums[:, (STRETCH, DISTORTION)].max(0))
+        found = sums[sums[:, NOT_FINITE] > 0, FIRST]
+        first = float(self._domain.min(found[:1].min(initial=np.inf)))
         return Ledger(
-            float(total[_KINETIC]), float(total[_STRAIN]), float(total[_DISSIPATED]),
-            total[_MOMENTUM : _MOMENTUM + self._space.dim].copy(),
-            int(first[0]) if len(first) else -1,
-            float(sums[:, _STRETCH].max()),
-            float(sums[:, _DISTORTION].max()),
-        )  # fmt: skip
+            kinetic=float(total[KINETIC]),
+            strain=float(total[STRAIN]),
+            dissipated=float(total[DISSIPATED]),
+            momentum=total[MOMENTUM : MOMENTUM + self._space.dim].copy(),
+            bad=int(first) if np.isfinite(first) else -1,
+            stretch=float(largest[0]),
+            distortion=float(largest[1]),
+        )

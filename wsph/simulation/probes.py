@@ -12,6 +12,7 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.clock import Clock
+from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.errors import Fault, SceneError
 from wsph.geometry.selection import select
@@ -35,9 +36,17 @@ def _kernel(space: Space) -> wp.Kernel:
             return state[at]
         return derived[at - state.shape[0]]
 
-    @wp.kernel(module="unique", enable_backward=False)
-    def record(step: wp.array(dtype=wp.int64), largest: int, offsets: wp.array(dtype=wp.int32), place: wp.array(dtype=wp.int32),
-               weight: wp.array(dtype=real), state: wp.array(dtype=real), derived: wp.array(dtype=real), ring_out: wp.array2d(dtype=real)):  # fmt: skip
+    @kernel()
+    def record(
+        step: wp.array(dtype=wp.int64),
+        offsets: wp.array(dtype=wp.int32),
+        place: wp.array(dtype=wp.int32),
+        weight: wp.array(dtype=real),
+        state: wp.array(dtype=real),
+        derived: wp.array(dtype=real),
+        largest: int,
+        ring_out: wp.array2d(dtype=real),
+    ):
         c = wp.tid()
         row = int(step[0] % wp.int64(ring_out.shape[0]))
         total = real(0.0)
@@ -139,10 +148,11 @@ class Recorder:
 
     def record(self) -> None:
         """Store the current values in the ring (a launch)."""
-        inputs = [self._clock.step, int(self.probe.reduce == "max"), self._offsets, self._place, self._weight]
+        inputs = [self._clock.step, self._offsets, self._place, self._weight]
         state = self._body.system.state
         derived = state.derived.buffer if state.derived is not None else state.buffer
-        self._clock.launch(_kernel(self._space), self._ring.shape[1], [*inputs, state.buffer, derived], [self._ring])
+        inputs += [state.buffer, derived, int(self.probe.reduce == "max")]
+        self._clock.launch(_kernel(self._space), self._ring.shape[1], inputs, [self._ring])
 
     def flush(self, steps: list[int]) -> None:
         """Read the rows of `steps` (all still in the ring)."""

@@ -23,8 +23,13 @@ def unparted(pairs: Pairs, lattice: Lattice, targets: np.ndarray, sources: np.nd
     return pairs.where(~lattice.apart(targets[pairs.rows()], sources[pairs.indices.numpy()]))
 
 
-def spanning_weights(lattice: Lattice, support: float, points: tuple[np.ndarray, np.ndarray],
-                     sided: tuple[np.ndarray, np.ndarray], volume: np.ndarray) -> Weights:  # fmt: skip
+def spanning_weights(
+    lattice: Lattice,
+    support: float,
+    points: tuple[np.ndarray, np.ndarray],
+    sided: tuple[np.ndarray, np.ndarray],
+    volume: np.ndarray,
+) -> Weights:
     """Linear-exact interpolation for output, `points` = (targets, sources) in cells: a target looks further than `support`
     until its sources span every direction. `sided`: the same in grid coordinates, each on its side of a crack."""
     targets, sources = points

@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import warp as wp
 
+from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 
 
@@ -68,9 +69,15 @@ def _kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
     point, real = space.point, space.scalar
     module = space.module("pairs")
 
-    @wp.kernel(module=module, enable_backward=False)
-    def count_row(grid: wp.uint64, targets: wp.array(dtype=point), sources: wp.array(dtype=point), reach: wp.array(dtype=real),
-                  same: int, count_out: wp.array(dtype=wp.int32)):  # fmt: skip
+    @kernel(module=module)
+    def count_row(
+        grid: wp.uint64,
+        targets: wp.array(dtype=point),
+        sources: wp.array(dtype=point),
+        reach: wp.array(dtype=real),
+        same: int,
+        count_out: wp.array(dtype=wp.int32),
+    ):
         i = wp.tid()
         radius = reach[i]
         n = int(0)
@@ -80,9 +87,16 @@ def _kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
                 n += 1
         count_out[i] = n
 
-    @wp.kernel(module=module, enable_backward=False)
-    def fill_row(grid: wp.uint64, targets: wp.array(dtype=point), sources: wp.array(dtype=point), reach: wp.array(dtype=real),
-                 same: int, offsets: wp.array(dtype=wp.int32), indices_out: wp.array(dtype=wp.int32)):  # fmt: skip
+    @kernel(module=module)
+    def fill_row(
+        grid: wp.uint64,
+        targets: wp.array(dtype=point),
+        sources: wp.array(dtype=point),
+        reach: wp.array(dtype=real),
+        offsets: wp.array(dtype=wp.int32),
+        same: int,
+        indices_out: wp.array(dtype=wp.int32),
+    ):
         i = wp.tid()
         radius = reach[i]
         start = offsets[i]
@@ -138,8 +152,8 @@ def find_pairs(
     grid.build(points=y, radius=float(radii.min()))
     count_row, fill_row = _kernels(space)
     counts = wp.zeros(n + 1, dtype=wp.int32, device=device)
-    inputs = [grid.id, x, y, reach, int(same)]
-    wp.launch(count_row, n, inputs=inputs, outputs=[counts], device=device)
+    seen = [grid.id, x, y, reach]
+    wp.launch(count_row, n, inputs=[*seen, int(same)], outputs=[counts], device=device)
     total = int(counts.numpy().sum(dtype=np.int64))
     if total >= 2**31:
         raise ValueError(
@@ -148,5 +162,5 @@ def find_pairs(
     offsets = wp.zeros(n + 1, dtype=wp.int32, device=device)
     wp.utils.array_scan(counts, offsets, inclusive=False)
     indices = wp.zeros(total, dtype=wp.int32, device=device)
-    wp.launch(fill_row, n, inputs=[*inputs, offsets], outputs=[indices], device=device)
+    wp.launch(fill_row, n, inputs=[*seen, offsets, int(same)], outputs=[indices], device=device)
     return Pairs(offsets, indices, n, m, reach)

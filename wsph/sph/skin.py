@@ -5,25 +5,32 @@ from functools import cache
 import numpy as np
 import warp as wp
 
-from wsph.backend.clock import Clock
+from wsph.backend.clock import Clock, dt_of
+from wsph.backend.domain import WHOLE, Domain
+from wsph.backend.kernels import kernel
+from wsph.backend.reduce import BLOCK, blocks, largest
 from wsph.backend.space import Space
-
-BLOCK = 1024
 
 
 @cache
 def _travel_kernel(space: Space) -> wp.Kernel:
     vec = space.vec
 
-    @wp.kernel(module="unique", enable_backward=False)
-    def travel(count: int, clock: wp.array(dtype=wp.float64), found: wp.array(dtype=vec), u: wp.array(dtype=vec), v: wp.array(dtype=vec),
-               furthest_out: wp.array(dtype=wp.float64)):  # fmt: skip
+    @kernel()
+    def travel(
+        clock: wp.array(dtype=wp.float64),
+        found: wp.array(dtype=vec),
+        u: wp.array(dtype=vec),
+        v: wp.array(dtype=vec),
+        count: int,
+        furthest_out: wp.array(dtype=wp.float64),
+    ):
         block = wp.tid()
         furthest = wp.float64(0.0)
         for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
             moved = wp.float64(wp.length(u[i] - found[i]))
             # Half as fast again: stages and accelerations within a step.
-            furthest = wp.max(furthest, moved + wp.float64(1.5) * clock[1] * wp.float64(wp.length(v[i])))
+            furthest = wp.max(furthest, moved + wp.float64(1.5) * dt_of(clock) * wp.float64(wp.length(v[i])))
         furthest_out[block] = furthest
 
     return travel
@@ -32,15 +39,15 @@ def _travel_kernel(space: Space) -> wp.Kernel:
 class Skin:
     """The skin of `n` particles. `found` holds the displacements at which the pairs were found, (n,) vec, nondimensional."""
 
-    def __init__(self, space: Space, n: int, clock: Clock):
-        self._space, self._n, self._clock = space, n, clock
+    def __init__(self, space: Space, n: int, clock: Clock, domain: Domain = WHOLE):
+        self._space, self._n, self._clock, self._domain = space, n, clock, domain
         self.found = wp.zeros(n, dtype=space.vec, device=clock.device)
-        self._furthest = wp.zeros(-(-n // BLOCK), dtype=wp.float64, device=clock.device)
+        self._furthest = wp.zeros(blocks(n), dtype=wp.float64, device=clock.device)
 
     def left(self, u: wp.array, v: wp.array, thickness: float) -> bool:
         """Whether a particle with displacement `u` and velocity `v`, (n,) vec, has moved, or can have moved by the end of
         the step, half of the thickness (a launch and a copy). False where that is not finite: the finite check says so."""
-        inputs = [self._n, self._clock.time, self.found, u, v]
-        kernel, device = _travel_kernel(self._space), self._clock.device
-        wp.launch(kernel, len(self._furthest), inputs=inputs, outputs=[self._furthest], device=device)
-        return bool(0.5 * thickness < self._furthest.numpy().max() < np.inf)
+        inputs = [self._clock.time, self.found, u, v, self._n]
+        travel, device = _travel_kernel(self._space), self._clock.device
+        wp.launch(travel, len(self._furthest), inputs=inputs, outputs=[self._furthest], device=device)
+        return 0.5 * thickness < largest(self._furthest, self._domain) < np.inf

@@ -19,31 +19,37 @@ from functools import cache
 import numpy as np
 import warp as wp
 
+from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.tensors import generalized_inverse
 from wsph.sph.pairs import Pairs
+from wsph.sph.rows import rows_of, rows_struct
 from wsph.sph.smoothing import SMOOTHING, SUPPORT
 
 
-@cache
-def _weight_kernels(space: Space, smoothing: str) -> tuple[wp.Kernel, wp.Kernel]:
-    real, vec, mat = space.scalar, space.vec, space.mat
-    value, slope = SMOOTHING[smoothing](space)
+def _interpolation_kernel(space: Space, smoothing: str) -> wp.Kernel:
+    real, vec, mat, Rows = space.scalar, space.vec, space.mat, rows_struct(space)
+    value, _ = SMOOTHING[smoothing](space)
     inverse = generalized_inverse(space)
-    dim = space.dim
-    module = space.module(f"weights.{smoothing}")
 
-    @wp.kernel(module=module, enable_backward=False)
-    def interpolation(reach: wp.array(dtype=real), linear: int, offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
-                      targets: wp.array(dtype=vec), sources: wp.array(dtype=vec), volume: wp.array(dtype=real),
-                      weight_out: wp.array(dtype=real), rank_out: wp.array(dtype=wp.int32)):  # fmt: skip
+    @kernel(module=space.module(f"weights.{smoothing}"))
+    def interpolation(
+        rows: Rows,
+        targets: wp.array(dtype=vec),
+        sources: wp.array(dtype=vec),
+        volume: wp.array(dtype=real),
+        reach: wp.array(dtype=real),
+        linear: int,
+        weight_out: wp.array(dtype=real),
+        rank_out: wp.array(dtype=wp.int32),
+    ):
         i = wp.tid()
         h = reach[i] / real(SUPPORT)
         total = real(0.0)
         mean = vec()
-        for k in range(offsets[i], offsets[i + 1]):
-            r = sources[indices[k]] - targets[i]
-            w = value(wp.length(r) / h) * volume[indices[k]]
+        for k in range(rows.offsets[i], rows.offsets[i + 1]):
+            r = sources[rows.indices[k]] - targets[i]
+            w = value(wp.length(r) / h) * volume[rows.indices[k]]
             weight_out[k] = w
             total += w
             mean += w * r
@@ -52,30 +58,44 @@ def _weight_kernels(space: Space, smoothing: str) -> tuple[wp.Kernel, wp.Kernel]
             return
         mean = mean / total
         spread = mat()
-        for k in range(offsets[i], offsets[i + 1]):
-            d = sources[indices[k]] - targets[i] - mean
+        for k in range(rows.offsets[i], rows.offsets[i + 1]):
+            d = sources[rows.indices[k]] - targets[i] - mean
             spread += weight_out[k] / total * wp.outer(d, d)
         # One source alone spans nothing: its distance from the mean is a rounding of the support.
         pinv, rank = inverse(spread, reach[i] * reach[i])
         tilt = pinv * mean
-        for k in range(offsets[i], offsets[i + 1]):
+        for k in range(rows.offsets[i], rows.offsets[i + 1]):
             w = weight_out[k] / total
             if linear != 0:
-                d = sources[indices[k]] - targets[i] - mean
+                d = sources[rows.indices[k]] - targets[i] - mean
                 w = w * (real(1.0) - wp.dot(tilt, d))
             weight_out[k] = w
         rank_out[i] = rank
 
-    @wp.kernel(module=module, enable_backward=False)
-    def gradient(reach: wp.array(dtype=real), offsets: wp.array(dtype=wp.int32), indices: wp.array(dtype=wp.int32),
-                 targets: wp.array(dtype=vec), sources: wp.array(dtype=vec), volume: wp.array(dtype=real),
-                 weight_out: wp.array(dtype=vec), rank_out: wp.array(dtype=wp.int32)):  # fmt: skip
+    return interpolation
+
+
+def _gradient_kernel(space: Space, smoothing: str) -> wp.Kernel:
+    real, vec, mat, dim, Rows = space.scalar, space.vec, space.mat, space.dim, rows_struct(space)
+    _, slope = SMOOTHING[smoothing](space)
+    inverse = generalized_inverse(space)
+
+    @kernel(module=space.module(f"weights.{smoothing}"))
+    def gradient(
+        rows: Rows,
+        targets: wp.array(dtype=vec),
+        sources: wp.array(dtype=vec),
+        volume: wp.array(dtype=real),
+        reach: wp.array(dtype=real),
+        weight_out: wp.array(dtype=vec),
+        rank_out: wp.array(dtype=wp.int32),
+    ):
         i = wp.tid()
         h = reach[i] / real(SUPPORT)
         moment = mat()
-        for k in range(offsets[i], offsets[i + 1]):
-            r = sources[indices[k]] - targets[i]
-            moment += -slope(wp.length(r) / h) * volume[indices[k]] * wp.outer(r, r)
+        for k in range(rows.offsets[i], rows.offsets[i + 1]):
+            r = sources[rows.indices[k]] - targets[i]
+            moment += -slope(wp.length(r) / h) * volume[rows.indices[k]] * wp.outer(r, r)
         correction, rank = inverse(moment, real(0.0))
         if rank < dim:
             # Too few directions for the full correction (a corner that sees one particle): each axis by itself.
@@ -85,12 +105,18 @@ def _weight_kernels(space: Space, smoothing: str) -> tuple[wp.Kernel, wp.Kernel]
                     correction[a, a] = real(1.0) / moment[a, a]
                 else:
                     rank = -1
-        for k in range(offsets[i], offsets[i + 1]):
-            r = sources[indices[k]] - targets[i]
-            weight_out[k] = -slope(wp.length(r) / h) * volume[indices[k]] * (correction * r)
+        for k in range(rows.offsets[i], rows.offsets[i + 1]):
+            r = sources[rows.indices[k]] - targets[i]
+            weight_out[k] = -slope(wp.length(r) / h) * volume[rows.indices[k]] * (correction * r)
         rank_out[i] = rank
 
-    return interpolation, gradient
+    return gradient
+
+
+@cache
+def _weight_kernels(space: Space, smoothing: str) -> tuple[wp.Kernel, wp.Kernel]:
+    """Kernels of interpolation and of gradient weights, together: they are in one module."""
+    return _interpolation_kernel(space, smoothing), _gradient_kernel(space, smoothing)
 
 
 @dataclass(frozen=True)
@@ -111,16 +137,29 @@ class Weights:
         return replace(self, values=wp.array(values, dtype=space.vec, device=self.values.device))
 
 
-def _vectors(points: np.ndarray, space: Space, device: str) -> wp.array:
-    return wp.array(np.ascontiguousarray(points), dtype=space.vec, device=device)
+def _found(
+    kernel: wp.Kernel, of: type, pairs: Pairs, points: tuple[np.ndarray, np.ndarray], volume: np.ndarray, *settings: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Weights of pairs, numbers or vectors as `of` says, in double precision, and ranks. `points` = (targets, sources)."""
+    space, device = Space(points[0].shape[1]), pairs.offsets.device
+    weight = wp.zeros(pairs.count, dtype=of, device=device)
+    rank = wp.zeros(pairs.targets, dtype=wp.int32, device=device)
+    places = [wp.array(np.ascontiguousarray(p), dtype=space.vec, device=device) for p in points]
+    volumes = wp.array(volume, dtype=wp.float64, device=device)
+    inputs = [rows_of(space, pairs), *places, volumes, pairs.reach, *settings]
+    wp.launch(kernel, pairs.targets, inputs=inputs, outputs=[weight, rank], device=device)
+    return weight.numpy(), rank.numpy()
 
 
-def _double(space: Space) -> Space:
-    return Space(space.dim)
-
-
-def interpolation_weights(space: Space, pairs: Pairs, targets: np.ndarray, sources: np.ndarray, volume: np.ndarray,
-                          smoothing: str = "cubic-spline", order: str = "linear") -> Weights:  # fmt: skip
+def interpolation_weights(
+    space: Space,
+    pairs: Pairs,
+    targets: np.ndarray,
+    sources: np.ndarray,
+    volume: np.ndarray,
+    smoothing: str = "cubic-spline",
+    order: str = "linear",
+) -> Weights:
     """Weights w_IJ of an interpolation: order "linear" (moving least squares) or "constant" (Shepard).
 
     targets (n, dim), sources (m, dim), volume (m,) in the unit of `pairs.reach`; any constant factor of the volumes
@@ -128,26 +167,20 @@ def interpolation_weights(space: Space, pairs: Pairs, targets: np.ndarray, sourc
     """
     if order not in ("linear", "constant"):
         raise ValueError(f"order {order!r} is neither 'linear' nor 'constant'")
-    double, device = _double(space), pairs.offsets.device
-    weight = wp.zeros(pairs.count, dtype=wp.float64, device=device)
-    rank = wp.zeros(pairs.targets, dtype=wp.int32, device=device)
-    wp.launch(_weight_kernels(double, smoothing)[0], pairs.targets, device=device,
-              inputs=[pairs.reach, int(order == "linear"), pairs.offsets, pairs.indices,
-                      _vectors(targets, double, device), _vectors(sources, double, device),
-                      wp.array(volume, dtype=wp.float64, device=device)],
-              outputs=[weight, rank])  # fmt: skip
-    return Weights(pairs, wp.array(weight.numpy(), dtype=space.scalar, device=device), rank.numpy())
+    made = _weight_kernels(Space(space.dim), smoothing)[0]
+    values, rank = _found(made, wp.float64, pairs, (targets, sources), volume, int(order == "linear"))
+    return Weights(pairs, wp.array(values, dtype=space.scalar, device=pairs.offsets.device), rank)
 
 
-def gradient_weights(space: Space, pairs: Pairs, targets: np.ndarray, sources: np.ndarray, volume: np.ndarray,
-                     smoothing: str = "cubic-spline") -> Weights:  # fmt: skip
+def gradient_weights(
+    space: Space,
+    pairs: Pairs,
+    targets: np.ndarray,
+    sources: np.ndarray,
+    volume: np.ndarray,
+    smoothing: str = "cubic-spline",
+) -> Weights:
     """Weights g_IJ of the corrected gradient, vectors of dim. Arguments as in `interpolation_weights`."""
-    double, device = _double(space), pairs.offsets.device
-    weight = wp.zeros(pairs.count, dtype=double.vec, device=device)
-    rank = wp.zeros(pairs.targets, dtype=wp.int32, device=device)
-    wp.launch(_weight_kernels(double, smoothing)[1], pairs.targets, device=device,
-              inputs=[pairs.reach, pairs.offsets, pairs.indices,
-                      _vectors(targets, double, device), _vectors(sources, double, device),
-                      wp.array(volume, dtype=wp.float64, device=device)],
-              outputs=[weight, rank])  # fmt: skip
-    return Weights(pairs, wp.array(weight.numpy(), dtype=space.vec, device=device), rank.numpy())
+    double = Space(space.dim)
+    values, rank = _found(_weight_kernels(double, smoothing)[1], double.vec, pairs, (targets, sources), volume)
+    return Weights(pairs, wp.array(values, dtype=space.vec, device=pairs.offsets.device), rank)

@@ -30,16 +30,33 @@ def vibrating_bar(
     another material of that E and rho, `body` further keys of the body.
     """
     return Scene(
-        schema=1, dim=1, title="vibrating bar",
-        run={"integrator": integrator, "end": 2.0 * periods, "cfl": courant, "precision": precision, "guard": "off", "device": "cpu",
-             **({"formulation": formulation} if formulation else {})},
-        bodies=[{
-            "name": "bar", "shape": {"type": "box", "min": [0.0], "max": [1.0]}, "spacing": 1.0 / cells, "state": "stress", "velocity": [f"{amplitude}*sin(pi*x)"],
-            "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.0} | (material or {}), **body,
-        }],
+        schema=1,
+        dim=1,
+        title="vibrating bar",
+        run={
+            "integrator": integrator,
+            "end": 2.0 * periods,
+            "cfl": courant,
+            "precision": precision,
+            "guard": "off",
+            "device": "cpu",
+            **({"formulation": formulation} if formulation else {}),
+        },
+        bodies=[
+            {
+                "name": "bar",
+                "shape": {"type": "box", "min": [0.0], "max": [1.0]},
+                "spacing": 1.0 / cells,
+                "state": "stress",
+                "velocity": [f"{amplitude}*sin(pi*x)"],
+                "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.0}
+                | (material or {}),
+                **body,
+            }
+        ],
         stop={"energy": 1e9},
         boundary=[{"body": "bar", "face": "-x", "fixed": ["x"]}, {"body": "bar", "face": "+x", "fixed": ["x"]}],
-    )  # fmt: skip
+    )
 
 
 def temporal_order(

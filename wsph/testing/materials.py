@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.constitutive.constitutive import Constitutive
 from wsph.constitutive.laws import user_law
@@ -59,9 +60,15 @@ class LawSampler:
 def _sample_kernel(space: Space, law: wp.Function, Params: type, internal: type) -> wp.Kernel:
     tensor = space.tensor
 
-    @wp.kernel(module="unique", enable_backward=False)
-    def sample(p: Params, stress: wp.array(dtype=tensor), L: wp.array(dtype=tensor), q: wp.array(dtype=internal),
-               rate_out: wp.array(dtype=tensor), change_out: wp.array(dtype=internal)):  # fmt: skip
+    @kernel()
+    def sample(
+        p: Params,
+        stress: wp.array(dtype=tensor),
+        L: wp.array(dtype=tensor),
+        q: wp.array(dtype=internal),
+        rate_out: wp.array(dtype=tensor),
+        change_out: wp.array(dtype=internal),
+    ):
         i = wp.tid()
         rate, change = law(p, stress[i], L[i], q[i])
         rate_out[i] = rate

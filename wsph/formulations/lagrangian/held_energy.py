@@ -3,14 +3,12 @@
 import warp as wp
 
 from wsph.backend.kernels import kernel
+from wsph.backend.reduce import BLOCK
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
 from wsph.parts.terms import points_struct
 from wsph.sph.misfit import misfit
 from wsph.sph.rows import rows_struct
-
-BLOCK = 1024
-"""Points in one partial sum: the same for any number of threads."""
 
 
 def held_energy_kernel(space: Space, layout: Layout, apart: bool) -> wp.Kernel:

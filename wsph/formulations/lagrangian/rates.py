@@ -30,6 +30,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from wsph.backend.reduce import blocks, total
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State
 from wsph.constitutive.laws import Laws
@@ -38,7 +39,7 @@ from wsph.formulations.lagrangian.flow import drift_kernel, flow_kernel
 from wsph.formulations.lagrangian.forces import force_between_kernel, force_from_points_kernel
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.lagrangian.ghosts import GhostLayer, Ghosts, ghosts
-from wsph.formulations.lagrangian.held_energy import BLOCK, held_energy_kernel
+from wsph.formulations.lagrangian.held_energy import held_energy_kernel
 from wsph.formulations.lagrangian.set_up import Reference, find_reference
 from wsph.formulations.lagrangian.strain import strain_kernel
 from wsph.formulations.one_set_setup import RateSetup
@@ -233,10 +234,10 @@ class LagrangianRates:
         if not self.form.stabilised:
             return 0.0
         m, device = len(self._placement.point_volume), self._clock.device
-        sums = wp.zeros(-(-m // BLOCK), dtype=wp.float64, device=device)
+        sums = wp.zeros(blocks(m), dtype=wp.float64, device=device)
         inputs = [m, self._rows, self._acting, self._answers.mean, state.struct]
         wp.launch(self.kernels.held, len(sums), inputs=inputs, outputs=[sums], device=device)
-        return float(sums.numpy().sum())
+        return total(sums)
 
 
 def joined(pairs: Pairs, back: Pairs) -> Pairs:

@@ -4,8 +4,11 @@ from functools import cache
 
 import warp as wp
 
+from wsph.backend.clock import dt_of
+from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
+from wsph.sph.rows import rows_struct
 
 
 @cache
@@ -46,21 +49,30 @@ passes calm a compressed face (growth at 1 % strain 4e-3 a step with one, 1e-3 w
 def frame_kernel(space: Space, layout: Layout) -> wp.Kernel:
     """Orthonormal frames of the faces, rows at the index of their axis of the grid: the normal at `axis`, the directions in
     the face from where its particles are."""
-    dim, real, vec, mat, Fields = space.dim, space.scalar, space.vec, space.mat, fields_struct(space, layout)
+    dim, real, vec, mat = space.dim, space.scalar, space.vec, space.mat
+    Fields, Rows = fields_struct(space, layout), rows_struct(space, vectors=True)
     across = _normal(space)
 
-    @wp.kernel(module="unique", enable_backward=False)
-    def frames(first: int, clock: wp.array(dtype=wp.float64), share: real, axis: wp.array(dtype=wp.int32), offsets: wp.array(dtype=wp.int32),
-               indices: wp.array(dtype=wp.int32), weight: wp.array(dtype=vec), grid: mat, fields: Fields, frame_out: wp.array(dtype=mat)):  # fmt: skip
+    @kernel(ranged=True)
+    def frames(
+        first: int,
+        grid: mat,
+        rows: Rows,
+        fields: Fields,
+        clock: wp.array(dtype=wp.float64),
+        axis: wp.array(dtype=wp.int32),
+        share: real,
+        frame_out: wp.array(dtype=mat),
+    ):
         e = first + wp.tid()
-        dt = share * real(clock[1])
-        near = indices[offsets[e]]
+        dt = share * real(dt_of(clock))
+        near = rows.indices[rows.offsets[e]]
         start = fields.displacement[near] + dt * fields.velocity[near]
         slopes = mat()
-        for k in range(offsets[e], offsets[e + 1]):
-            j = indices[k]
-            slopes += wp.outer(weight[k], fields.displacement[j] + dt * fields.velocity[j] - start)
-        rows = mat()
+        for k in range(rows.offsets[e], rows.offsets[e + 1]):
+            j = rows.indices[k]
+            slopes += wp.outer(rows.weight[k], fields.displacement[j] + dt * fields.velocity[j] - start)
+        frame = mat()
         for k in range(wp.static(dim)):
             if k != axis[e]:
                 t = vec()
@@ -70,14 +82,14 @@ def frame_kernel(space: Space, layout: Layout) -> wp.Kernel:
                     if before < k and before != axis[e]:
                         other = vec()
                         for i in range(wp.static(dim)):
-                            other[i] = rows[before, i]
+                            other[i] = frame[before, i]
                         t -= wp.dot(t, other) * other
                 t = wp.normalize(t)
                 for i in range(wp.static(dim)):
-                    rows[k, i] = t[i]
-        n = across(rows, axis[e], grid)
+                    frame[k, i] = t[i]
+        n = across(frame, axis[e], grid)
         for i in range(wp.static(dim)):
-            rows[axis[e], i] = n[i]
-        frame_out[e] = rows
+            frame[axis[e], i] = n[i]
+        frame_out[e] = frame
 
     return frames

@@ -11,15 +11,21 @@ from wsph.constitutive.laws import Laws
 
 
 @cache
-def rows_struct(space: Space) -> type:
-    """Struct of an operator's rows: offsets and indices of the pairs, interpolation and gradient weights."""
+def operator_struct(space: Space) -> type:
+    """Struct of an operator from one set to the other: rows of pairs with the weights of both its parts.
+
+    offsets   # (targets + 1,) int32
+    indices   # sources, (pairs,) int32
+    weight    # of the interpolation, (pairs,) scalar
+    gradient  # (pairs,) vec
+    """
     annotations = {
         "offsets": wp.array(dtype=wp.int32),
         "indices": wp.array(dtype=wp.int32),
         "weight": wp.array(dtype=space.scalar),
         "gradient": wp.array(dtype=space.vec),
     }
-    return wp.struct(type("Rows", (), {"__annotations__": annotations, "__module__": __name__}))
+    return wp.struct(type("Operator", (), {"__annotations__": annotations, "__module__": __name__}))
 
 
 @cache
@@ -35,11 +41,11 @@ def gather(space: Space, laws: Laws, layout: Layout) -> wp.Function:
     vec, mat = space.vec, space.mat
     stress, internal, sourced, kept = laws.stress, laws.internal, laws.source is not None, "internals" in dict(layout)
     slopes = space.matrix(len(laws.state.components), space.dim)
-    Rows, Fields = rows_struct(space), fields_struct(space, layout)
+    Operator, Fields = operator_struct(space), fields_struct(space, layout)
     at = element(wp.int32, space.scalar, vec, stress, internal)
 
     @wp.func
-    def sums(rows: Rows, i: int, fields: Fields, sources: Fields, v0: vec, s0: stress):
+    def sums(rows: Operator, i: int, fields: Fields, sources: Fields, v0: vec, s0: stress):
         v = vec()
         s = stress()
         q = internal()

@@ -1,32 +1,48 @@
 """Kernels of Taylor-SPH in small strain."""
 
+from dataclasses import dataclass
 from functools import cache
 
 import warp as wp
 
+from wsph.backend.clock import dt_of
+from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
 from wsph.backend.tensors import turning
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
-from wsph.formulations.taylor.gather import divergence, gather, rows_struct
+from wsph.formulations.taylor.faces import faces_struct, replacing
+from wsph.formulations.taylor.gather import divergence, gather, operator_struct
 from wsph.parts.body_force import Parts, acceleration, inertia_struct
 
 
-class SourceKernels:
-    """The kernel that evaluates the law at L = 0, one for each of the two sets' layouts, where the law relaxes."""
+@dataclass(frozen=True)
+class Kernels:
+    """The kernels of a composition.
 
-    def __init__(self, laws: Laws, space: Space, layouts: tuple[Layout, Layout]):
-        if laws.source is not None:
-            self.source = {
-                layout: _source_kernel(laws, fields_struct(space, layout)) for layout in dict.fromkeys(layouts)
-            }
+    `half_step` advances the virtual particles from the real ones, `rate` the real ones from the virtual ones, `turn` turns
+    stresses on faces into the axes of the faces and back, `source`, by the layout of the state, evaluates a law that
+    relaxes at L = 0.
+    """
+
+    half_step: wp.Kernel
+    rate: wp.Kernel
+    turn: wp.Kernel
+    source: dict[Layout, wp.Kernel]
+
+
+def source_kernels(space: Space, laws: Laws, *layouts: Layout) -> dict[Layout, wp.Kernel]:
+    """The kernel that evaluates the law at L = 0, for every layout, where the law relaxes."""
+    if laws.source is None:
+        return {}
+    return {layout: _source_kernel(laws, fields_struct(space, layout)) for layout in dict.fromkeys(layouts)}
 
 
 def _source_kernel(laws: Laws, Fields: type) -> wp.Kernel:
     Params, at_rest = laws.Params, laws.source or laws.respond
 
-    @wp.kernel(module="unique", enable_backward=False)
+    @kernel(ranged=True)
     def source(first: int, p: Params, fields: Fields, source_out: Fields):
         i = first + wp.tid()
         rate, dq = at_rest(p, fields.stress[i], fields.internals[i])
@@ -36,99 +52,171 @@ def _source_kernel(laws: Laws, Fields: type) -> wp.Kernel:
     return source
 
 
-class Kernels(SourceKernels):
-    """The kernels of a composition. `virtual` and `real_layout` are the layouts of the two sets' states."""
+def _half_step_kernel(space: Space, laws: Laws, virtual: Layout, real_layout: Layout, parts: Parts) -> wp.Kernel:
+    real, Params, kept = space.scalar, laws.Params, "internals" in dict(virtual)
+    Operator, Real, Virtual = operator_struct(space), fields_struct(space, real_layout), fields_struct(space, virtual)
+    from_real, linear, force_of = gather(space, laws, real_layout), laws.linear, divergence(space, laws)
+    accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
 
-    def __init__(self, space: Space, laws: Laws, virtual: Layout, real_layout: Layout, parts: Parts, rotated: bool):
-        super().__init__(laws, space, (virtual, real_layout))
-        real, mat, point = space.scalar, space.mat, space.point
-        stress, internal, Params = laws.stress, laws.internal, laws.Params
-        Rows, Real, Virtual = rows_struct(space), fields_struct(space, real_layout), fields_struct(space, virtual)
-        from_real, from_virtual = gather(space, laws, real_layout), gather(space, laws, virtual)
-        linear, linear_faces, force_of = laws.linear, laws.linear_faces, divergence(space, laws)
-        dim, width, kept = space.dim, len(laws.state.components), "internals" in dict(virtual)
-        displacement = "displacement" in dict(real_layout)
-        unpack, pack = packing(space, laws.state)
-        turned, accelerated, Inertia = turning(space), acceleration(space, parts), inertia_struct(space)
+    @kernel(ranged=True)
+    def half_step(
+        first: int,
+        p: Params,
+        body: Inertia,
+        rows: Operator,
+        fields: Real,
+        sources: Real,
+        clock: wp.array(dtype=wp.float64),
+        weight: real,
+        fields_out: Virtual,
+    ):
+        i = first + wp.tid()
+        dt = real(dt_of(clock)) * weight
+        near = rows.indices[rows.offsets[i]]
+        v0 = fields.velocity[near]
+        s0 = fields.stress[near]
+        v, s, q, S, Q, L, slope, G = from_real(rows, i, fields, sources, v0, s0)
+        # At a virtual particle f_I is the interpolated value itself.
+        L -= wp.outer(v, G)
+        slope -= wp.outer(s, G)
+        change, dq = linear(p, s + s0, L, q, S, Q)
+        fields_out.velocity[i] = v + v0 + dt * accelerated(body, force_of(slope), v + v0)
+        fields_out.stress[i] = s + s0 + dt * change
+        if wp.static(kept):
+            fields_out.internals[i] = q + dt * dq
 
-        @wp.kernel(module="unique", enable_backward=False)
-        def half_step(first: int, clock: wp.array(dtype=wp.float64), weight: real, p: Params, body: Inertia, rows: Rows,
-                      fields: Real, sources: Real, fields_out: Virtual):  # fmt: skip
-            i = first + wp.tid()
-            dt = real(clock[1]) * weight
-            near = rows.indices[rows.offsets[i]]
-            v0 = fields.velocity[near]
-            s0 = fields.stress[near]
-            v, s, q, S, Q, L, slope, G = from_real(rows, i, fields, sources, v0, s0)
-            # At a virtual particle f_I is the interpolated value itself.
-            L -= wp.outer(v, G)
-            slope -= wp.outer(s, G)
+    return half_step
+
+
+def _face_values(space: Space, laws: Laws, rotated: bool) -> wp.Function:
+    """Warp function (axes, s, s0, imposed, bits) -> s with the imposed components, in the axes of the face; s less s0."""
+    mat, stress = space.mat, laws.stress
+    (unpack, pack), turned = packing(space, laws.state), turning(space)
+    replaced = replacing(space, len(laws.state.components))
+
+    @wp.func
+    def prescribed(axes: mat, s: stress, s0: stress, imposed: stress, bits: int) -> stress:
+        if wp.static(rotated):
+            local = replaced(pack(turned(unpack(s + s0), axes)), imposed, bits)
+            return pack(turned(unpack(local), wp.transpose(axes))) - s0
+        return replaced(s, imposed - s0, bits)
+
+    return prescribed
+
+
+def _face_rate(space: Space, laws: Laws, rotated: bool) -> wp.Function:
+    """Warp function (p, axes, s, s0, L, q, S, Q, mask, dt) -> rates where the normal stresses of `mask` are prescribed; s
+    less s0."""
+    real, mat, point, Params, stress, internal = (
+        space.scalar,
+        space.mat,
+        space.point,
+        laws.Params,
+        laws.stress,
+        laws.internal,
+    )
+    (unpack, pack), turned, linear_faces = packing(space, laws.state), turning(space), laws.linear_faces
+
+    @wp.func
+    def at_face(
+        p: Params,
+        axes: mat,
+        s: stress,
+        s0: stress,
+        L: mat,
+        q: internal,
+        S: stress,
+        Q: internal,
+        mask: int,
+        dt: real,
+    ):
+        # The face's stress is prescribed at both ends of the step: its rate is known, the strain rate is not.
+        target = point()
+        difference = unpack(s)
+        if wp.static(rotated):
+            difference = turned(difference, axes)
+        for a in range(3):
+            if (mask >> a) & 1 == 1:
+                target[a] = difference[a, a] * real(2.0) / dt
+        if wp.static(rotated):
+            own = pack(turned(unpack(s + s0), axes))
+            own_S = pack(turned(unpack(S), axes))
+            change, dq = linear_faces(p, own, axes * L * wp.transpose(axes), q, own_S, Q, mask, target)
+            return pack(turned(unpack(change), wp.transpose(axes))), dq
+        else:
+            change, dq = linear_faces(p, s + s0, L, q, S, Q, mask, target)
+            return change, dq
+
+    return at_face
+
+
+def _rate_kernel(
+    space: Space, laws: Laws, virtual: Layout, real_layout: Layout, parts: Parts, rotated: bool
+) -> wp.Kernel:
+    real, dim, Params, stress, internal = space.scalar, space.dim, laws.Params, laws.stress, laws.internal
+    kept, displacement = "internals" in dict(virtual), "displacement" in dict(real_layout)
+    Operator, Real, Virtual = operator_struct(space), fields_struct(space, real_layout), fields_struct(space, virtual)
+    from_virtual, linear, force_of = gather(space, laws, virtual), laws.linear, divergence(space, laws)
+    Faces, replaced, at_face = faces_struct(space), replacing(space, space.dim), _face_rate(space, laws, rotated)
+    prescribed = _face_values(space, laws, rotated)
+    accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
+
+    @kernel(ranged=True)
+    def rate(
+        first: int,
+        p: Params,
+        body: Inertia,
+        rows: Operator,
+        faces: Faces,
+        fields: Virtual,
+        sources: Virtual,
+        imposed: Real,
+        clock: wp.array(dtype=wp.float64),
+        weight: real,
+        fields_out: Real,
+    ):
+        i = first + wp.tid()
+        dt = real(dt_of(clock)) * weight
+        v0 = fields_out.velocity[i]
+        s0 = fields_out.stress[i]
+        v, s, q, S, Q, L, slope, G = from_virtual(rows, i, fields, sources, v0, s0)
+        # f_I: the interpolated value, or the prescribed one.
+        held = faces.held[i]
+        if held != 0:
+            v = replaced(v, imposed.velocity[i] - v0, held)
+            s = prescribed(faces.axes, s, s0, imposed.stress[i], held >> wp.static(dim))
+        L -= wp.outer(v, G)
+        slope -= wp.outer(s, G)
+        change = stress()
+        dq = internal()
+        if faces.free[i] == 0:
             change, dq = linear(p, s + s0, L, q, S, Q)
-            fields_out.velocity[i] = v + v0 + dt * accelerated(body, force_of(slope), v + v0)
-            fields_out.stress[i] = s + s0 + dt * change
-            if wp.static(kept):
-                fields_out.internals[i] = q + dt * dq
+        else:
+            change, dq = at_face(p, faces.axes, s, s0, L, q, S, Q, faces.free[i], dt)
+        fields_out.velocity[i] = v0 + dt * accelerated(body, force_of(slope), v + v0)
+        fields_out.stress[i] = s0 + dt * change
+        if wp.static(kept):
+            fields_out.internals[i] = fields_out.internals[i] + dt * dq
+        if wp.static(displacement):
+            fields_out.displacement[i] = fields_out.displacement[i] + real(0.5) * dt * v0
 
-        @wp.kernel(module="unique", enable_backward=False)
-        def rate(first: int, clock: wp.array(dtype=wp.float64), weight: real, p: Params, body: Inertia, rows: Rows, held: wp.array(dtype=wp.int32),
-                 free: wp.array(dtype=wp.int32), axes: mat, fields: Virtual, sources: Virtual, imposed: Real, fields_out: Real):  # fmt: skip
-            i = first + wp.tid()
-            dt = real(clock[1]) * weight
-            v0 = fields_out.velocity[i]
-            s0 = fields_out.stress[i]
-            v, s, q, S, Q, L, slope, G = from_virtual(rows, i, fields, sources, v0, s0)
-            # f_I: the interpolated value, or the prescribed one.
-            if held[i] != 0:
-                for c in range(wp.static(dim)):
-                    if (held[i] >> c) & 1 == 1:
-                        v[c] = imposed.velocity[i][c] - v0[c]
-                if wp.static(rotated):
-                    local = pack(turned(unpack(s + s0), axes))
-                    for c in range(wp.static(width)):
-                        if (held[i] >> (wp.static(dim) + c)) & 1 == 1:
-                            local[c] = imposed.stress[i][c]
-                    s = pack(turned(unpack(local), wp.transpose(axes))) - s0
-                else:
-                    for c in range(wp.static(width)):
-                        if (held[i] >> (wp.static(dim) + c)) & 1 == 1:
-                            s[c] = imposed.stress[i][c] - s0[c]
-            L -= wp.outer(v, G)
-            slope -= wp.outer(s, G)
-            change = stress()
-            dq = internal()
-            if free[i] == 0:
-                change, dq = linear(p, s + s0, L, q, S, Q)
-            else:
-                # The face's stress is prescribed at both ends of the step: its rate is known, the strain rate is not.
-                target = point()
-                difference = unpack(s)
-                if wp.static(rotated):
-                    difference = turned(difference, axes)
-                for a in range(3):
-                    if (free[i] >> a) & 1 == 1:
-                        target[a] = difference[a, a] * real(2.0) / dt
-                if wp.static(rotated):
-                    own = pack(turned(unpack(s + s0), axes))
-                    own_S = pack(turned(unpack(S), axes))
-                    change, dq = linear_faces(p, own, axes * L * wp.transpose(axes), q, own_S, Q, free[i], target)
-                    change = pack(turned(unpack(change), wp.transpose(axes)))
-                else:
-                    change, dq = linear_faces(p, s + s0, L, q, S, Q, free[i], target)
-            fields_out.velocity[i] = v0 + dt * accelerated(body, force_of(slope), v + v0)
-            fields_out.stress[i] = s0 + dt * change
-            if wp.static(kept):
-                fields_out.internals[i] = fields_out.internals[i] + dt * dq
-            if wp.static(displacement):
-                fields_out.displacement[i] = fields_out.displacement[i] + real(0.5) * dt * v0
+    return rate
 
-        @wp.kernel(module="unique", enable_backward=False)
-        def turn(first: int, particles: wp.array(dtype=wp.int32), axes: mat, fields_out: Real):
-            i = particles[first + wp.tid()]
-            fields_out.stress[i] = pack(turned(unpack(fields_out.stress[i]), axes))
 
-        self.half_step, self.rate, self.turn = half_step, rate, turn
-        if displacement:
-            self.drift = drift_kernel(space, real_layout)
+def _turn_kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
+    mat, Fields, (unpack, pack), turned = (
+        space.mat,
+        fields_struct(space, layout),
+        packing(space, laws.state),
+        turning(space),
+    )
+
+    @kernel(ranged=True)
+    def turn(first: int, axes: mat, particles: wp.array(dtype=wp.int32), fields_out: Fields):
+        i = particles[first + wp.tid()]
+        fields_out.stress[i] = pack(turned(unpack(fields_out.stress[i]), axes))
+
+    return turn
 
 
 @cache
@@ -136,10 +224,10 @@ def drift_kernel(space: Space, layout: Layout) -> wp.Kernel:
     """The second half of the displacement's trapezoidal step: u += dt/2 v."""
     real, Fields = space.scalar, fields_struct(space, layout)
 
-    @wp.kernel(module="unique", enable_backward=False)
+    @kernel(ranged=True)
     def drift(first: int, clock: wp.array(dtype=wp.float64), fields_out: Fields):
         i = first + wp.tid()
-        half = real(0.5) * real(clock[1])
+        half = real(0.5) * real(dt_of(clock))
         fields_out.displacement[i] = fields_out.displacement[i] + half * fields_out.velocity[i]
 
     return drift
@@ -147,4 +235,11 @@ def drift_kernel(space: Space, layout: Layout) -> wp.Kernel:
 
 @cache
 def kernels(space: Space, laws: Laws, virtual: Layout, real: Layout, parts: Parts, rotated: bool) -> Kernels:
-    return Kernels(space, laws, virtual, real, parts, rotated)
+    """The kernels of a body in small strain. `virtual` and `real` are the layouts of the two sets' states; `rotated`: the
+    axes of its faces are not the coordinate axes."""
+    return Kernels(
+        _half_step_kernel(space, laws, virtual, real, parts),
+        _rate_kernel(space, laws, virtual, real, parts, rotated),
+        _turn_kernel(space, laws, real),
+        source_kernels(space, laws, virtual, real),
+    )

@@ -19,8 +19,11 @@ from wsph.backend.state import Field, Layout, State
 from wsph.formulations.layout import deformation_field, displacement_field, matter_fields, velocity_field
 from wsph.formulations.setup import Setup
 from wsph.formulations.taylor.face_frames import PASSES, frame_kernel
-from wsph.formulations.taylor.moving_kernels import Kernels, kernels
+from wsph.formulations.taylor.faces import turning_faces_struct
+from wsph.formulations.taylor.kernels import Kernels, drift_kernel
+from wsph.formulations.taylor.moving_kernels import kernels, places_struct
 from wsph.formulations.taylor.system import TwoSetSystem
+from wsph.sph.rows import rows_struct
 
 
 class MovingTwoSetSystem(TwoSetSystem):
@@ -38,25 +41,28 @@ class MovingTwoSetSystem(TwoSetSystem):
         on = np.flatnonzero(axis >= 0)
         slot = np.full(self.count, -1, np.int32)
         slot[on] = np.arange(len(on))
-        self._slot = wp.array(slot, dtype=wp.int32, device=device)
         self._axis = wp.array(axis[on], dtype=wp.int32, device=device)
         self._slopes = self._face_slopes(on)
-        # About the body's middle: single precision has no digits for how far away it stands.
-        middle = lattice.nodes.mean(0)
-        self._position = wp.array((lattice.nodes - middle) / scales.length, dtype=space.vec, device=device)
-        self._cells = wp.array((lattice.cells - middle) / scales.length, dtype=space.vec, device=device)
         self._frames = wp.zeros(len(on), dtype=space.mat, device=device)
+        faces = turning_faces_struct(space)()
+        faces.held, faces.free, faces.frames = self._faces.held, self._faces.free, self._frames
+        faces.slot = wp.array(slot, dtype=wp.int32, device=device)
+        # About the body's middle: single precision has no digits for how far away it stands.
+        middle, places = lattice.nodes.mean(0), places_struct(space)()
+        places.nodes = wp.array((lattice.nodes - middle) / scales.length, dtype=space.vec, device=device)
+        places.cells = wp.array((lattice.cells - middle) / scales.length, dtype=space.vec, device=device)
+        self._at_targets = [faces, places]
         self.arrays.part("faces").adopt(self)
 
     def _turn_faces(self, state: State, share: float) -> None:
         """The frames of the faces at the displacement + share dt velocity of `state` (a launch)."""
-        inputs = [self.clock.time, self.space.scalar(share), self._axis, *self._slopes, self._axes]
-        kernel = frame_kernel(self.space, state.layout)
-        self.clock.launch(kernel, self._framed.shape[0], [*inputs, state.struct], [self._frames])
+        inputs = [self._axes, self._slopes, state.struct, self.clock.time, self._axis, self.space.scalar(share)]
+        frames = frame_kernel(self.space, state.layout)
+        self.clock.launch(frames, self._framed.shape[0], inputs, [self._frames])
 
-    def _face_slopes(self, on: np.ndarray) -> tuple[wp.array, wp.array, wp.array]:
-        """Rows over the particles `on` faces: offsets, particles and weights whose k-th component gives the slope along the
-        k-th axis of the grid.
+    def _face_slopes(self, on: np.ndarray) -> object:
+        """Rows of the particles `on` faces, with weights whose k-th component gives the slope along the k-th axis of the
+        grid.
 
         A slope is that of values averaged PASSES times over the cells beside a particle: an odd-even displacement is
         invisible to the virtual particles, nothing restores it, and frames that saw it would feed it.
@@ -85,11 +91,11 @@ class MovingTwoSetSystem(TwoSetSystem):
         weights = np.zeros((len(kept), self.space.dim))
         np.add.at(weights, (place, axis), np.concatenate(values))
         offsets = np.searchsorted(kept, np.arange(len(on) + 1, dtype=np.int64) * self.count)
-        return (
-            wp.array(offsets, dtype=wp.int32, device=self.device),
-            wp.array(kept % self.count, dtype=wp.int32, device=self.device),
-            wp.array(weights, dtype=self.space.vec, device=self.device),
-        )
+        rows = rows_struct(self.space, vectors=True)()
+        rows.offsets = wp.array(offsets, dtype=wp.int32, device=self.device)
+        rows.indices = wp.array(kept % self.count, dtype=wp.int32, device=self.device)
+        rows.weight = wp.array(weights, dtype=self.space.vec, device=self.device)
+        return rows
 
     def _layout(self, where: str) -> Layout:
         spins = self.space.dim * (self.space.dim - 1) // 2 * (where == "virtual")
@@ -110,19 +116,7 @@ class MovingTwoSetSystem(TwoSetSystem):
     def rate(self, source: State, out: State, *, imposed: State, weight: float) -> None:
         """As in `TwoSetSystem`; `imposed` holds stress components in the frames of the faces."""
         self._turn_faces(out, 0.5)
-        inputs = [self.clock.time, self.space.scalar(weight), self.constitutive.params, self.force.struct]
-        inputs += [
-            self._real_rows,
-            self._held,
-            self._free,
-            self._slot,
-            self._frames,
-            self._position,
-            self._cells,
-            source.struct,
-            self._source(source),
-        ]
-        self.clock.launch(self.kernels.rate, out.n, [*inputs, imposed.struct], [out.struct])
+        super().rate(source, out, imposed=imposed, weight=weight)
 
     def hold(self, state: State, c: float | tuple[float, float]) -> None:
         """Set the prescribed values, stresses in the current frames of the faces."""
@@ -143,4 +137,5 @@ class MovingTwoSetSystem(TwoSetSystem):
         self._hold(state, 1.0)
         self.work.add(state, self.clock)
         self.force.add(state, self.clock)
-        self.clock.launch(self.kernels.drift, state.n, [self.clock.time], [state.struct])
+        drift = drift_kernel(self.space, state.layout)
+        self.clock.launch(drift, state.n, [self.clock.time], [state.struct])

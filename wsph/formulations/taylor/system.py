@@ -7,7 +7,6 @@ difference f_J - f_I (their eqs 38 and 40 drop f_I, which is 33 % wrong at a bou
 """
 
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import warp as wp
@@ -23,8 +22,9 @@ from wsph.errors import Refused
 from wsph.formulations.layout import displacement_field, matter_fields, velocity_field
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import System
-from wsph.formulations.taylor.gather import rows_struct
-from wsph.formulations.taylor.kernels import kernels
+from wsph.formulations.taylor.faces import faces_struct
+from wsph.formulations.taylor.gather import operator_struct
+from wsph.formulations.taylor.kernels import Kernels, drift_kernel, kernels
 from wsph.parts.body_force import BodyForce
 from wsph.plugins.blame import blame
 from wsph.sph.averages import average, outward_weights, unparted
@@ -62,14 +62,16 @@ class TwoSetSystem(System):
         )
         self._moment = self._second_moments(nodes, cells)
         self._virtual_rows, self._real_rows = self._rows(*self.to_virtual), self._rows(*self.to_real)
-
         self.state = self._new("real", own=True)
         self._axes = space.mat(*lattice.frame.axes.T.ravel())
         self._rotated = not lattice.frame.upright
         self._framed = wp.array(np.flatnonzero(lattice.on_face), dtype=wp.int32, device=device)
         self.force = BodyForce(scene.gravity, body.damping, space, scales, self.density, self.volume, device)
-        self._free = wp.array(self.conditions.free_normals, dtype=wp.int32, device=device)
-        self._held = wp.array(self._held_components(), dtype=wp.int32, device=device)
+        self._faces = faces_struct(space)()
+        self._faces.held = wp.array(self._held_components(), dtype=wp.int32, device=device)
+        self._faces.free = wp.array(self.conditions.free_normals, dtype=wp.int32, device=device)
+        self._faces.axes = self._axes
+        self._at_targets: list[object] = [self._faces]
         units = {"velocity": scales.velocity, "stress": scales.stress}
         self.boundary = BoundaryValues(space, self.conditions, self.state, lattice.nodes, units, scales.time, device)
         unpack, _ = packing(space, constitutive.state)
@@ -102,7 +104,7 @@ class TwoSetSystem(System):
             )
         )
 
-    def _make_kernels(self) -> Any:
+    def _make_kernels(self) -> Kernels:
         layouts = self._layout("virtual"), self._layout("real")
         return kernels(self.space, self.constitutive.laws, *layouts, self.force.parts, self._rotated)
 
@@ -113,8 +115,14 @@ class TwoSetSystem(System):
             held[list(values)] |= 1 << (component + (self.space.dim if name == "stress" else 0))
         return held
 
-    def _operator(self, points: tuple[np.ndarray, np.ndarray], sided: tuple[np.ndarray, np.ndarray], volume: np.ndarray,
-                  smoothing: str, name: str) -> tuple[Weights, Weights]:  # fmt: skip
+    def _operator(
+        self,
+        points: tuple[np.ndarray, np.ndarray],
+        sided: tuple[np.ndarray, np.ndarray],
+        volume: np.ndarray,
+        smoothing: str,
+        name: str,
+    ) -> tuple[Weights, Weights]:
         """Interpolation and gradient from sources to targets, `points` = (targets, sources) in cells. The kernel is one of
         grid coordinates, so cells of any aspect have the same neighbours; gradients are brought to lengths and to the
         coordinate axes. No pair reaches through a crack."""
@@ -145,7 +153,7 @@ class TwoSetSystem(System):
         return interpolation, gradient
 
     def _rows(self, interpolation: Weights, gradient: Weights) -> object:
-        rows = rows_struct(self.space)()
+        rows = operator_struct(self.space)()
         rows.offsets, rows.indices = interpolation.pairs.offsets, interpolation.pairs.indices
         rows.weight, rows.gradient = interpolation.values, gradient.values
         return rows
@@ -203,29 +211,17 @@ class TwoSetSystem(System):
 
     def half_step(self, source: State, out: State, weight: float) -> None:
         """Virtual `out` = interpolated real `source` + weight dt times the rate there."""
-        inputs = [self.clock.time, self.space.scalar(weight), self.constitutive.params, self.force.struct]
-        self.clock.launch(
-            self.kernels.half_step,
-            out.n,
-            [*inputs, self._virtual_rows, source.struct, self._source(source)],
-            [out.struct],
-        )
+        inputs = [self.constitutive.params, self.force.struct, self._virtual_rows, source.struct, self._source(source)]
+        inputs += [self.clock.time, self.space.scalar(weight)]
+        self.clock.launch(self.kernels.half_step, out.n, inputs, [out.struct])
 
     def rate(self, source: State, out: State, *, imposed: State, weight: float) -> None:
         """Real `out` += weight dt times the rate from virtual `source`.
 
         At the target, f_I is the interpolated `source`, or `imposed` in the components that are prescribed there.
         """
-        inputs = [self.clock.time, self.space.scalar(weight), self.constitutive.params, self.force.struct]
-        inputs += [
-            self._real_rows,
-            self._held,
-            self._free,
-            self._axes,
-            source.struct,
-            self._source(source),
-            imposed.struct,
-        ]
+        inputs = [self.constitutive.params, self.force.struct, self._real_rows, *self._at_targets]
+        inputs += [source.struct, self._source(source), imposed.struct, self.clock.time, self.space.scalar(weight)]
         self.clock.launch(self.kernels.rate, out.n, inputs, [out.struct])
 
     def hold(self, state: State, c: float | tuple[float, float]) -> None:
@@ -234,9 +230,9 @@ class TwoSetSystem(System):
             self.impose(state, c)
             return
         n = self._framed.shape[0]
-        self.clock.launch(self.kernels.turn, n, [self._framed, self._axes], [state.struct])
+        self.clock.launch(self.kernels.turn, n, [self._axes, self._framed], [state.struct])
         self.impose(state, c)
-        self.clock.launch(self.kernels.turn, n, [self._framed, wp.transpose(self._axes)], [state.struct])
+        self.clock.launch(self.kernels.turn, n, [wp.transpose(self._axes), self._framed], [state.struct])
 
     def accept(self, state: State) -> None:
         """Close the step: the prescribed values at t + dt, and the work of the faces and of the body forces."""
@@ -245,7 +241,8 @@ class TwoSetSystem(System):
         self.work.add(state, self.clock)
         self.force.add(state, self.clock)
         if self._displacement:
-            self.clock.launch(self.kernels.drift, state.n, [self.clock.time], [state.struct])
+            drift = drift_kernel(self.space, state.layout)
+            self.clock.launch(drift, state.n, [self.clock.time], [state.struct])
 
     def filtered(self, name: str) -> np.ndarray:
         """A field of the real particles without its odd-even part, which the virtual particles do not see: averaged to the

@@ -30,6 +30,7 @@ from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
 from wsph.backend.pair_loops import element
+from wsph.backend.reduce import total
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.constitutive.laws import Laws
@@ -243,7 +244,7 @@ class PhaseDamage(Attached):
     @property
     def released(self) -> float:
         """Elastic energy that damage has set free so far, nondimensional."""
-        return float(self._released.numpy().sum(dtype=float))
+        return total(self._released)
 
     def fracture(self) -> dict[str, float]:
         """The energy of the crack surfaces by the model's own functional, nondimensional, and points beyond BROKEN."""
