@@ -38,6 +38,35 @@ Again = Callable[[], LimitedBody]
 """Makes a body once more, in double precision."""
 
 
+class Integrator(Protocol):
+    """What a run calls of an integrator; what else it may have is asked in `wsph.plugins.integrators`."""
+
+    def step(self) -> None:
+        """One step of its system's state, by launches alone."""
+        ...
+
+
+class PushedBody(Protocol):
+    """A body in a run, as what acts between bodies sees it."""
+
+    body: Any
+    system: Any
+    integrator: Integrator
+
+
+class Limited(Protocol):
+    """A system, as the limit of its time step sees it."""
+
+    @property
+    def frequency(self) -> float:
+        """The largest frequency of its small motions, nondimensional."""
+        ...
+
+    def measure_anew(self) -> None:
+        """Forget what is known of the small motions: the next question is about the current state."""
+        ...
+
+
 @dataclass(frozen=True)
 class Entry:
     """An entry of the energy ledger: what it has come to so far, nondimensional, and the column of history.csv that it is
@@ -51,6 +80,8 @@ class Interaction(Protocol):
     """What acts between bodies, or on one from outside, between two steps: contact, a rigid tool, a tie."""
 
     ledger: tuple[Entry, ...]
+    follows: bool
+    """Whether `follow` has to be called before every step, which keeps steps from being captured in blocks."""
 
     def follow(self) -> bool:
         """Before a step, on the host: bring up to date what follows the motion; whether that changed what launches take."""

@@ -8,6 +8,7 @@ import warp as wp
 
 from wsph.backend.clock import Clock
 from wsph.backend.space import Space
+from wsph.protocols import PushedBody
 from wsph.scene.tables import Contact
 from wsph.sph.pairs import Pairs
 from wsph.sph.skin import Skin
@@ -17,7 +18,7 @@ from wsph.units import Scales
 class Side:
     """A body as contacts see it: where its particles are and what they are pushed by."""
 
-    def __init__(self, run: Any, origin: np.ndarray, space: Space, scales: Scales, clock: Clock):
+    def __init__(self, run: PushedBody, origin: np.ndarray, space: Space, scales: Scales, clock: Clock):
         system, device = run.system, clock.device
         self.system, self.name, self.count = system, run.body.name, system.count
         self.spacing = system.spacing / scales.length

@@ -17,6 +17,7 @@ is Strang's splitting, of second order. The work of the impulses, m dv (v_old + 
 the ledger. Candidates are all pairs within the radii and a skin, found anew where a particle may leave it.
 """
 
+from collections.abc import Sequence
 from itertools import chain
 from typing import Any
 
@@ -28,6 +29,8 @@ from wsph.backend.space import Space
 from wsph.contact.bodies import Meeting, Side, without_neighbours
 from wsph.contact.law import kick_kernel, law_struct, push_kernel
 from wsph.errors import Refused
+from wsph.plugins.integrators import publishes
+from wsph.protocols import Entry, PushedBody
 from wsph.scene.tables import Contact
 from wsph.sph.pairs import find_pairs
 from wsph.units import Scales
@@ -37,11 +40,20 @@ SKIN = 0.6
 
 
 class Contacts:
-    """All contacts of a composition. `follow` before a step, `act` after it."""
+    """All contacts of a composition, as one interaction. `follow` before a step, `act` after it."""
+
+    follows = True
 
     def __init__(
-        self, parts: tuple[Contact, ...], bodies: list[Any], space: Space, scales: Scales, clock: Clock, device: str
+        self,
+        parts: tuple[Contact, ...],
+        bodies: Sequence[PushedBody],
+        space: Space,
+        scales: Scales,
+        clock: Clock,
+        device: str,
     ):
+        self.ledger = (Entry("contact", lambda: self.energy), Entry("external_work", lambda: self.held_work))
         self._space, self._clock, self._device = space, clock, device
         named = {run.body.name: run for run in bodies}
         taking_part = dict.fromkeys(chain.from_iterable(part.names for part in parts))
@@ -188,14 +200,14 @@ class Contacts:
         self._find()
 
 
-def _refuse(run: Any) -> None:
+def _refuse(run: PushedBody) -> None:
     """Refuse bodies that contacts cannot push."""
     if not run.system.traits.pushable:
         raise Refused(
             f"body {run.body.name!r}: contact pushes bodies whose particles move: use an integrator of one set, not the two"
             f" sets of {run.system.formulation!r}"
         )
-    if hasattr(run.integrator, "publish"):
+    if publishes(run.integrator):
         raise Refused(
             f"body {run.body.name!r}: contact changes velocities between steps; {type(run.integrator).__name__} keeps variables of"
             " its own there: use leapfrog"

@@ -10,6 +10,7 @@ from wsph.boundary.values import BoundaryValues
 from wsph.constitutive.constitutive import project_kernel
 from wsph.formulations.setup import Setup, Traits
 from wsph.parts.body_force import BodyForce
+from wsph.protocols import Entry
 
 
 class System:
@@ -75,6 +76,18 @@ class System:
     def drag_energy(self) -> float:
         """Energy that viscosity has taken so far, nondimensional."""
         return 0.0
+
+    @property
+    def ledger(self) -> tuple[Entry, ...]:
+        """What the body brings to the energy ledger, beside the energies that its state has."""
+        return (
+            Entry("dissipated", lambda: self.force.damped),
+            Entry("dissipated", lambda: self.drag_energy),
+            Entry("dissipated", lambda: self.fracture_energy),
+            Entry("hourglass", self.hourglass_energy),
+            Entry("external_work", lambda: self.work.total),
+            Entry("external_work", lambda: self.force.gravity_work),
+        )
 
     @property
     def count(self) -> int:

@@ -77,3 +77,11 @@ def component(name: str, values: np.ndarray, labels: tuple[str, ...]) -> np.ndar
     if base in ("velocity", "displacement"):
         return values[..., AXES.index(part)]
     return values[..., 0]
+
+
+def shown(name: str, values: np.ndarray, labels: tuple[str, ...]) -> np.ndarray:
+    """The field `name` as frames carry it, from its primitive's values (..., width): a vector whole, a stress as (..., 6),
+    anything else as the scalar or the component that it is."""
+    if name == "stress":
+        return tensor(values, labels)
+    return values if name in ("velocity", "displacement") else component(name, values, labels)

@@ -1,5 +1,6 @@
 """What a material says of itself: whether its law relaxes, turns or dissipates, and its internals."""
 
+import math
 from typing import Any
 
 
@@ -37,3 +38,8 @@ def internal_values(material: Any) -> dict[str, float]:
     own = getattr(material, "internals", {}).items()
     values = {name: float(value[0] if isinstance(value, tuple) else value) for name, value in own}
     return {**values, **({"dissipation": 0.0} if dissipates(material) else {})}
+
+
+def longest_step(material: Any) -> float:
+    """The longest time step that a law can take [s], infinite where it names none."""
+    return float(material.time_step()) if hasattr(material, "time_step") else math.inf

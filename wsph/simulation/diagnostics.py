@@ -23,7 +23,7 @@ _KINETIC, _STRAIN, _DISSIPATED, _NOT_FINITE, _FIRST, _STRETCH, _DISTORTION, _MOM
 
 
 @dataclass
-class Ledger:
+class BodySums:
     """Sums over a body, nondimensional: energies, momentum (dim,), `bad` (first particle that is not finite or is turned
     inside out, or -1), `stretch`, the largest factor by which deformation has raised a particle's Courant number, and
     `distortion`, the largest factor by which it has lengthened or shortened a line."""
@@ -143,7 +143,7 @@ def _kernel(space: Space, laws: Laws, layout: Layout, model: str, follows: bool)
 
 
 class Diagnostics:
-    """The ledger of one body. `measure(state)` is one launch and one small copy."""
+    """Sums over one body. `measure(state)` is one launch and one small copy."""
 
     def __init__(
         self,
@@ -169,7 +169,7 @@ class Diagnostics:
         """The kernel that sums up `state`."""
         return _kernel(self._space, self._constitutive.laws, state.layout, self._model, self._follows)
 
-    def measure(self, state: State) -> Ledger:
+    def measure(self, state: State) -> BodySums:
         """Sum up a state."""
         wp.launch(self.kernel(state), self._sums.shape[0], device=self._device,
                   inputs=[self._n, self._m, self._constitutive.params, self._space.scalar(self._density), self._volume, self._points, state.struct],
@@ -177,7 +177,7 @@ class Diagnostics:
         sums = self._sums.numpy()
         total = sums.sum(0)
         first = sums[sums[:, _NOT_FINITE] > 0, _FIRST]
-        return Ledger(
+        return BodySums(
             float(total[_KINETIC]), float(total[_STRAIN]), float(total[_DISSIPATED]),
             total[_MOMENTUM : _MOMENTUM + self._space.dim].copy(),
             int(first[0]) if len(first) else -1,

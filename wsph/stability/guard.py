@@ -5,6 +5,7 @@ import warnings
 import numpy as np
 
 from wsph.errors import Refused
+from wsph.plugins.integrators import begin
 from wsph.protocols import Again, LimitedBody
 from wsph.scene.scene import Scene
 from wsph.stability.growth import PRODUCTS, largest_growth
@@ -26,8 +27,7 @@ def _growth(run: LimitedBody, steps: int) -> float:
     # What the trial leaves behind, up to infinities, must not reach the run.
     system.clear_scratch()
     system.start_works()
-    if hasattr(run.integrator, "begin"):
-        run.integrator.begin()
+    begin(run.integrator)
     return found
 
 
