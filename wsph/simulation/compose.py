@@ -16,17 +16,18 @@ import numpy as np
 
 from wsph.backend.clock import Clock
 from wsph.backend.device import pick_device
-from wsph.backend.expressions import Expression, compile_expression
+from wsph.backend.expressions import Expression
 from wsph.backend.graph import Program
 from wsph.backend.space import Space
 from wsph.constitutive.constitutive import Constitutive
+from wsph.constitutive.moduli import warn_of_lost_digits, wave_speed
 from wsph.constitutive.stress_state import STRESS_STATES, StressState
 from wsph.contact.table import interactions
 from wsph.errors import Fault, PluginError, Refused, SceneError
 from wsph.formulations.reading import Reading
 from wsph.formulations.setup import Formulation, Setup
 from wsph.formulations.table import FORMULATIONS, of_sets, takers
-from wsph.geometry.lattice import Lattice, lattice
+from wsph.geometry.lattice import Lattice
 from wsph.output import fields
 from wsph.parts import links
 from wsph.parts.phase_field import field
@@ -34,6 +35,7 @@ from wsph.plugins import integrators, registry
 from wsph.plugins.blame import blame
 from wsph.plugins.options import build
 from wsph.protocols import Integrator, Interaction
+from wsph.scene.lattices import lattice_of
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
 from wsph.simulation.composition import BodyRun, Composition, Step
@@ -46,9 +48,6 @@ from wsph.stability.limit import StepLimit
 from wsph.units import Scales
 
 PAIR_PARTS = ("viscosity", "residual", "hourglass", "artificial_stress", "phase_field", "links")
-
-MOST_STIFFER = 1000.0
-"""Bulk over shear modulus above which single precision is warned of."""
 
 
 def compose(scene: Scene) -> Composition:
@@ -132,10 +131,12 @@ def _method(scene: Scene) -> Method:
 
 @dataclass(frozen=True)
 class BareBody:
-    """A body of a scene before it has a system: its matter, where it is, and its wave speed [m/s]."""
+    """A body of a scene before it has a system: its material and what messages call that (`who`), its stress state, its
+    lattice and its wave speed [m/s]."""
 
     body: Body
     material: Any
+    who: str
     state: StressState
     lattice: Lattice
     speed: float
@@ -148,41 +149,13 @@ class BareBody:
 
 def _bare_bodies(scene: Scene, materials: Sequence[Any], split: bool) -> list[BareBody]:
     states = [STRESS_STATES[scene.dim, body.state] for body in scene.bodies]
-    lattices = [_lattice(k, body, scene.run.seed, split) for k, body in enumerate(scene.bodies)]
-    speeds = [_wave_speed(b, s, m) for b, s, m in zip(scene.bodies, states, materials, strict=True)]
-    return [BareBody(*each) for each in zip(scene.bodies, materials, states, lattices, speeds, strict=True)]
-
-
-def _lattice(number: int, body: Body, seed: int, split: bool) -> Lattice:
-    cracks = tuple((crack.start, crack.end) for crack in body.cracks)
-    expressions = [compile_expression(text) for text in body.map or ()]
-
-    def mapped(points: np.ndarray) -> np.ndarray:
-        return np.stack([expression(points) for expression in expressions], 1)
-
-    try:
-        return lattice(body.shape, body.spacing, body.jitter, seed, lattice_rotate=body.lattice_rotate, cracks=cracks,
-                       split=split, map=mapped if expressions else None)  # fmt: skip
-    except ValueError as error:
-        key = "spacing" if "no cell" in str(error) else "map" if "the map" in str(error) else "cracks"
-        raise SceneError("scene", [Fault(0, f"bodies.{number}.{key}", str(error))]) from None
-
-
-def _material_name(body: Body) -> str:
-    return f"material {body.material.model!r} ({registry.origin('materials', body.material.model)})"
-
-
-def _wave_speed(body: Body, state: StressState, material: Any) -> float:
-    with blame(
-        _material_name(body), "moduli(self) -> (bulk modulus, shear modulus) [Pa], both above zero, and density"
-    ):
-        bulk, shear = material.moduli()
-        if not (np.isfinite([bulk, shear]).all() and bulk > 0.0 and shear > 0.0):
-            raise Refused(f"{_material_name(body)}: its moduli {bulk:g} and {shear:g} Pa are not finite and above zero")
-        speed = state.wave_speed(bulk, shear, material.density)
-    if not (np.isfinite(speed) and speed > 0.0):
-        raise Refused(f"{_material_name(body)}: its wave speed {speed:g} m/s is not finite and above zero")
-    return speed
+    lattices = [lattice_of(body, k, scene.run.seed, split) for k, body in enumerate(scene.bodies)]
+    who = [
+        f"material {body.material.model!r} ({registry.origin('materials', body.material.model)})"
+        for body in scene.bodies
+    ]
+    speeds = [wave_speed(*each) for each in zip(materials, states, who, strict=True)]
+    return [BareBody(*each) for each in zip(scene.bodies, materials, who, states, lattices, speeds, strict=True)]
 
 
 def _scales(bodies: Sequence[BareBody]) -> Scales:
@@ -220,8 +193,8 @@ def _body_run(setting: Setting, bare: BareBody, space: Space, time_step: TimeSte
     """A body with its system, its integrator and its limit."""
     scene, method, scales, clock = setting.scene, setting.method, setting.scales, time_step.clock
     body, cells = bare.body, bare.lattice
-    constitutive = Constitutive(space, bare.material, bare.state, scales, _material_name(body))
-    _refuse(scene, bare, method, constitutive)
+    constitutive = Constitutive(space, bare.material, bare.state, scales, bare.who)
+    _refuse(scene, bare, method, space)
     system = method.formulation.build(
         Setup(scene, body, cells, space, constitutive, scales, clock, wants_displacement(scene))
     )
@@ -285,34 +258,20 @@ def _probes(scene: Scene, bodies: Sequence[BodyRun], space: Space, time_step: Ti
     ]
 
 
-def _refuse(scene: Scene, bare: BareBody, method: Method, constitutive: Constitutive) -> None:
+def _refuse(scene: Scene, bare: BareBody, method: Method, space: Space) -> None:
     """Refuse what a body cannot have, and warn of what it should not."""
     body, material = bare.body, bare.material
     if body.phase_field is not None:
-        field.refuse(body, body.phase_field, material, constitutive.who, bare.lattice.spacing, bool(bare.state.free))
+        field.refuse(body, body.phase_field, material, bare.who, bare.lattice.spacing, bool(bare.state.free))
     if body.links is not None:
-        links.refuse(body, material, constitutive.who, scene.run.correction)
+        links.refuse(body, material, bare.who, scene.run.correction)
         warnings.warn(
             f"body {body.name!r}: cracks of links follow the lattice, by up to 30 degrees; phase_field has fracture that does not",
             RuntimeWarning,
             stacklevel=6,
         )
-    _warn_of_lost_digits(body, material, constitutive.space, constitutive.who)
-    _refuse_parts(body, material, method.formulation, method.name, constitutive.who)
-
-
-def _warn_of_lost_digits(body: Body, material: Any, space: Space, who: str) -> None:
-    """Single precision has seven digits for a stress; where the bulk modulus is far above the shear modulus few of them are
-    left for the deviator."""
-    bulk, shear = material.moduli()
-    if space.precision == "f32" and bulk > MOST_STIFFER * shear:
-        digits = 7.2 - np.log10(bulk / shear)
-        warnings.warn(
-            f"body {body.name!r}: the bulk modulus of {who} is {bulk / shear:.3g} times its shear modulus: in single precision"
-            f' about {max(digits, 0.0):.1f} digits are left for shear stresses; use run.precision = "f64", or a smaller poisson_ratio',
-            RuntimeWarning,
-            stacklevel=6,
-        )
+    warn_of_lost_digits(body.name, material, space, bare.who)
+    _refuse_parts(body, material, method.formulation, method.name, bare.who)
 
 
 def _refuse_parts(body: Body, material: Any, formulation: Formulation, integrator: str, who: str) -> None:
