@@ -87,7 +87,7 @@ def test_contact_leaves_room_for_what_opens_and_closes_inside_of_a_step() -> Non
     composition = compose(touching)
     for run in composition.bodies:
         assert "contacts" in run.limit_reason
-        assert run.courant == pytest.approx(0.7 * (run.limit or 0.0), rel=1e-12)
+        assert run.courant == pytest.approx(0.7 * (run.limit or 0.0), rel=1e-9)  # the smaller of both limits
     # 0.2 % made is what this share of the bound allows.
     result = wsph.run(touching.with_(end=2.0))
     assert result.summary["energy"]["residual"] > -2e-3 * result.summary["energy"]["external_work"]
@@ -102,9 +102,9 @@ def test_a_material_with_a_limit_of_its_own_is_heeded() -> None:
 
 @pytest.mark.parametrize("integrator", ["leapfrog", "lf4"])
 def test_a_resumed_run_keeps_it(integrator: str, tmp_path: Path) -> None:
-    whole = scene(square(), integrator=integrator, run={"formulation": "total-lagrangian"}, output={"history": 1}, checkpoint={"every": 3})  # fmt: skip
+    whole = scene(square(), integrator=integrator, run={"formulation": "total-lagrangian", "end": 2.0}, output={"history": 1}, checkpoint={"every": 3})  # fmt: skip
     straight = wsph.run(whole)
-    wsph.run(whole.with_(end=0.3), tmp_path / "out")
+    wsph.run(whole.with_(end=1.0), tmp_path / "out")
     resumed = wsph.run(whole, tmp_path / "out", resume=True)
     for name, values in straight.history.items():
         np.testing.assert_array_equal(resumed.history[name], values)
