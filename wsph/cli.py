@@ -5,17 +5,23 @@ composition, an unusable folder); 3 unstable;
 130 interrupted.
 """
 
+# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
 import argparse
 import json
 import signal
 import sys
 import tomllib
 import warnings
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from wsph.errors import Unstable, WsphError
 from wsph.plugins import registry
+
+if TYPE_CHECKING:
+    from wsph.backend.graph import Program
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -134,7 +140,7 @@ class _Progress:
     def __init__(self, quiet: bool):
         self._shown = not quiet and sys.stderr.isatty()
 
-    def __enter__(self) -> Any:
+    def __enter__(self) -> Callable[[int, int, float], None] | None:
         if not self._shown:
             return None
         from rich.console import Console
@@ -211,7 +217,7 @@ def _check(options: argparse.Namespace) -> int:
     return 0
 
 
-def _replayed(program: Any) -> str:
+def _replayed(program: "Program") -> str:
     return "replayed from a captured graph" + (
         f", long launches shared by {program.threads} cores" if program.threads > 1 else ""
     )
@@ -268,7 +274,8 @@ def _study(options: argparse.Namespace) -> int:
 def _validate(options: argparse.Namespace) -> int:
     from wsph.validation.validate import as_data, validate
 
-    found, met = [], True
+    found: list[dict[str, Any]] = []
+    met = True
     for outcome in validate(options.cases, options.full):
         met = met and outcome.meets
         found.append(as_data(outcome))

@@ -1,5 +1,7 @@
 """What rooms and plugins see of each other: small protocols, without the classes that meet them."""
 
+# pyright: strict
+
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -22,11 +24,23 @@ class LimitedBody(Protocol):
 
     body: Any
     system: Any
-    integrator: Any
+    integrator: "Integrator"
     constitutive: Any
-    courant: float
-    limit: float | None
-    limit_reason: str
+
+    @property
+    def courant(self) -> float:
+        """The Courant number of its steps."""
+        ...
+
+    @property
+    def limit(self) -> float | None:
+        """The largest stable Courant number, None where it is not known."""
+        ...
+
+    @property
+    def limit_reason(self) -> str:
+        """Where the limit comes from."""
+        ...
 
     @property
     def longest_step(self) -> float:
@@ -40,6 +54,9 @@ Again = Callable[[], LimitedBody]
 
 class Integrator(Protocol):
     """What a run calls of an integrator; what else it may have is asked in `wsph.plugins.integrators`."""
+
+    order: int
+    """Its order in time."""
 
     def step(self) -> None:
         """One step of its system's state, by launches alone."""

@@ -42,7 +42,7 @@ SKIN = 0.6
 class Contacts:
     """All contacts of a composition, as one interaction. `follow` before a step, `act` after it."""
 
-    follows = True
+    follows: bool = True
 
     def __init__(
         self,
@@ -53,7 +53,10 @@ class Contacts:
         clock: Clock,
         device: str,
     ):
-        self.ledger = (Entry("contact", lambda: self.energy), Entry("external_work", lambda: self.held_work))
+        self.ledger: tuple[Entry, ...] = (
+            Entry("contact", lambda: self.energy),
+            Entry("external_work", lambda: self.held_work),
+        )
         self._space, self._clock, self._device = space, clock, device
         named = {run.body.name: run for run in bodies}
         taking_part = dict.fromkeys(chain.from_iterable(part.names for part in parts))
@@ -89,14 +92,14 @@ class Contacts:
             law.stiffness = real(part.stiffness * mean * sum(radii) ** (space.dim - 2))
         return law
 
-    def frequency(self, name: str) -> float:
+    def frequency(self, body: str) -> float:
         """A bound of the frequency that contacts add to a body's, nondimensional: each particle against 2^(dim - 1)."""
         square = 0.0
         for meeting in self._meetings:
             for law, side, other in zip(
                 meeting.laws, (meeting.one, meeting.other), (meeting.other, meeting.one), strict=True
             ):
-                if side.name == name:
+                if side.name == body:
                     inverse = 1.0 / (float(law.own_density) * float(side.system.volume.min()))
                     inverse += 1.0 / (float(law.other_density) * float(other.system.volume.min()))
                     stiffness = float(law.stiffness)

@@ -3,6 +3,8 @@
 To add one, write its file beside this one and put its function in the list.
 """
 
+# pyright: strict
+
 from collections.abc import Callable, Sequence
 
 from wsph.backend.clock import Clock

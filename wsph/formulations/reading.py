@@ -1,5 +1,8 @@
 """Reading a body: its primitive fields by name, with their widths and units, for frames and probes."""
 
+# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+# pyright: reportMissingTypeArgument=false, reportUnknownParameterType=false
+
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property

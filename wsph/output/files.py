@@ -1,5 +1,7 @@
 """Files that are written whole or not at all, and folders that a run may use."""
 
+# pyright: strict
+
 import json
 import os
 import re

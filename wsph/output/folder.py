@@ -5,13 +5,15 @@ formats stay behind this module: 1D and 2D points are padded to 3D, symmetric te
 reads another order and gets nine), nothing is boolean or half precision.
 """
 
+# pyright: strict
+
 import csv
 import io
 import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -69,9 +71,9 @@ class OutputFolder:
 def _json(value: Any) -> Any:
     """JSON has no infinities: null stands for a number that is not finite."""
     if isinstance(value, dict):
-        return {key: _json(v) for key, v in value.items()}
+        return {key: _json(v) for key, v in cast(dict[str, Any], value).items()}
     if isinstance(value, (list, tuple)):
-        return [_json(v) for v in value]
+        return [_json(v) for v in cast(Sequence[Any], value)]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

@@ -1,5 +1,7 @@
 """The lattice that a body of a scene asks for."""
 
+# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
 import numpy as np
 
 from wsph.backend.expressions import compile_expression

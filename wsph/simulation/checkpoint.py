@@ -9,6 +9,9 @@ alone, in the same precision and the same versions of wsph and Warp. A probe tha
 there.
 """
 
+# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+# pyright: reportMissingTypeArgument=false, reportUnknownParameterType=false
+
 import hashlib
 import io
 import json
@@ -16,7 +19,7 @@ import os
 import re
 import time
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import warp as wp
@@ -58,9 +61,9 @@ def identity(scene: Scene) -> dict[str, Any]:
 
 def _flat(value: Any, path: str = "") -> dict[str, Any]:
     if isinstance(value, dict):
-        parts = [(f"{path}.{key}" if path else key, v) for key, v in value.items()]
-    elif isinstance(value, list) and any(isinstance(v, (dict, list)) for v in value):
-        parts = [(f"{path}.{k}", v) for k, v in enumerate(value)]
+        parts = [(f"{path}.{key}" if path else key, v) for key, v in cast(dict[str, Any], value).items()]
+    elif isinstance(value, list) and any(isinstance(v, (dict, list)) for v in cast(list[Any], value)):
+        parts = [(f"{path}.{k}", v) for k, v in enumerate(cast(list[Any], value))]
     else:
         return {path: value}
     return {key: v for inner, part in parts for key, v in _flat(part, inner).items()}

@@ -6,6 +6,8 @@ for and nothing else. It is refused, with the reason and the way out, where its 
 its material can take.
 """
 
+# pyright: strict, reportUnknownVariableType=false
+
 import math
 import warnings
 from collections.abc import Sequence
@@ -79,7 +81,7 @@ def _compose(scene: Scene) -> Composition:
 
 
 def _materials(scene: Scene) -> list[Any]:
-    built = []
+    built: list[Any] = []
     for k, body in enumerate(scene.bodies):
         material, faults = build(
             "materials", body.material.model, body.material.options(), f"bodies.{k}.material", "model"

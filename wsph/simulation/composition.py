@@ -1,5 +1,7 @@
 """A scene made ready to run."""
 
+# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any

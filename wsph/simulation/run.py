@@ -1,5 +1,7 @@
 """Running a scene: blocks of steps, and between them checks, records and checkpoints."""
 
+# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
 import signal
 import threading
 import time

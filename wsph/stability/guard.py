@@ -1,5 +1,7 @@
 """The guard: a time step beyond what an integrator or a material can take is refused, or warned of, by name."""
 
+# pyright: strict
+
 import warnings
 
 import numpy as np
@@ -39,7 +41,7 @@ def guard(scene: Scene, run: LimitedBody, dt: float, steps: int, double: Again) 
     """
     if scene.run.guard == "off":
         return
-    faults = []
+    faults: list[str] = []
     beyond = run.limit is not None and run.courant > run.limit * (1.0 + SLACK)
     if run.limit is not None and beyond:
         grows = ""
