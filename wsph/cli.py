@@ -5,17 +5,23 @@ composition, an unusable folder); 3 unstable;
 130 interrupted.
 """
 
+# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
 import argparse
 import json
 import signal
 import sys
 import tomllib
 import warnings
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from wsph.errors import Unstable, WsphError
 from wsph.plugins import registry
+
+if TYPE_CHECKING:
+    from wsph.backend.graph import Program
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -24,7 +30,7 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     for name in ("SIGTERM", "SIGINT"):
         signal.signal(getattr(signal, name), signal.default_int_handler)
-    warnings.showwarning = lambda message, *_: print(f"warning: {message}", file=sys.stderr)
+    warnings.showwarning = _say
     try:
         return options.command(options)
     except Unstable as error:
@@ -37,6 +43,10 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("error: interrupted; nothing was written", file=sys.stderr)
         return 130
+
+
+def _say(message: Warning | str, *_: object) -> None:
+    print(f"warning: {message}", file=sys.stderr)
 
 
 def _count(text: str) -> int:
@@ -134,7 +144,7 @@ class _Progress:
     def __init__(self, quiet: bool):
         self._shown = not quiet and sys.stderr.isatty()
 
-    def __enter__(self) -> Any:
+    def __enter__(self) -> Callable[[int, int, float], None] | None:
         if not self._shown:
             return None
         from rich.console import Console
@@ -172,6 +182,7 @@ def _check(options: argparse.Namespace) -> int:
     ]
     for run in composition.bodies:
         material = f"{run.body.material.model} ({registry.origin('materials', run.body.material.model)})"
+        longest = min(run.longest_steps.values())
         device, host = (size / run.system.count for size in (run.system.nbytes, run.system.host_bytes))
         limit = (
             f"limit {run.limit:.3f} ({run.limit_reason})"
@@ -187,7 +198,7 @@ def _check(options: argparse.Namespace) -> int:
             ("  stability", f"Courant number {run.courant:.6g}, {limit}"),
             (
                 "  material",
-                f"time step at most {run.longest_step:.4g} s" if run.longest_step < 1e300 else "no limit of its own",
+                f"time step at most {longest:.4g} s" if longest < 1e300 else "no limit of its own",
             ),
         ]
     name = scene.run.integrator.name
@@ -211,7 +222,7 @@ def _check(options: argparse.Namespace) -> int:
     return 0
 
 
-def _replayed(program: Any) -> str:
+def _replayed(program: "Program") -> str:
     return "replayed from a captured graph" + (
         f", long launches shared by {program.threads} cores" if program.threads > 1 else ""
     )
@@ -268,7 +279,8 @@ def _study(options: argparse.Namespace) -> int:
 def _validate(options: argparse.Namespace) -> int:
     from wsph.validation.validate import as_data, validate
 
-    found, met = [], True
+    found: list[dict[str, Any]] = []
+    met = True
     for outcome in validate(options.cases, options.full):
         met = met and outcome.meets
         found.append(as_data(outcome))

@@ -1,5 +1,7 @@
 """What rooms and plugins see of each other: small protocols, without the classes that meet them."""
 
+# pyright: strict
+
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
@@ -48,20 +50,64 @@ class LimitedBody(Protocol):
 
     body: Any
     system: Any
-    integrator: Any
+    integrator: "Integrator"
     constitutive: Any
-    courant: float
-    limit: float | None
-    limit_reason: str
 
     @property
-    def longest_step(self) -> float:
-        """The longest time step that the material can take [s]."""
+    def courant(self) -> float:
+        """The Courant number of its steps."""
+        ...
+
+    @property
+    def limit(self) -> float | None:
+        """The largest stable Courant number, None where it is not known."""
+        ...
+
+    @property
+    def limit_reason(self) -> str:
+        """Where the limit comes from."""
+        ...
+
+    @property
+    def longest_steps(self) -> dict[str, float]:
+        """The longest time steps that the material and the parts of the body can take [s], by their names."""
         ...
 
 
 Again = Callable[[], LimitedBody]
 """Makes a body once more, in double precision."""
+
+
+class Integrator(Protocol):
+    """What a run calls of an integrator; what else it may have is asked in `wsph.plugins.integrators`."""
+
+    order: int
+    """Its order in time."""
+
+    def step(self) -> None:
+        """One step of its system's state, by launches alone."""
+        ...
+
+
+class PushedBody(Protocol):
+    """A body in a run, as what acts between bodies sees it."""
+
+    body: Any
+    system: Any
+    integrator: Integrator
+
+
+class Limited(Protocol):
+    """A system, as the limit of its time step sees it."""
+
+    @property
+    def frequency(self) -> float:
+        """The largest frequency of its small motions, nondimensional."""
+        ...
+
+    def measure_anew(self) -> None:
+        """Forget what is known of the small motions: the next question is about the current state."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -77,6 +123,8 @@ class Interaction(Protocol):
     """What acts between bodies, or on one from outside, between two steps: contact, a rigid tool, a tie."""
 
     ledger: tuple[Entry, ...]
+    follows: bool
+    """Whether `follow` has to be called before every step, which keeps steps from being captured in blocks."""
 
     def follow(self) -> bool:
         """Before a step, on the host: bring up to date what follows the motion; whether that changed what launches take."""

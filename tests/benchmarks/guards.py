@@ -33,13 +33,13 @@ def main() -> None:
         simulation = Simulation(composition, None, time.perf_counter())
         composition.program.prepare(between)
         composition.program.run(between)
-        simulation._initial = simulation._total(simulation._check(0))
+        simulation.check(0)
         shares = []
         for _ in range(5):
             started = time.perf_counter()
             composition.program.run(between)
             middle = time.perf_counter()
-            simulation._check(between)
+            simulation.check(between)
             shares.append((time.perf_counter() - middle) / (middle - started))
         print(
             f"{name}, {composition.particles} particles: a check every {between} steps takes {100 * statistics.median(shares):.2f} % of them"

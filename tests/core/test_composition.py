@@ -152,7 +152,7 @@ def test_a_scene_pays_nothing_for_fracture_and_contact_that_it_has_not() -> None
     bare = compose(scene())
     assert sorted(set(names(scene()))) == ["advance", "combine", "force_between", "strain"]
     assert not {"damage", "damaged_stress"} & set(bare.bodies[0].system.state.widths)
-    assert bare.contacts is None
+    assert bare.interactions == ()
     assert not bare.program.followed
     broken = scene(phase_field={"fracture_energy": 1.0, "length": 0.15}, residual={"coefficient": 1.0})
     assert names(broken).count("advance") == names(scene()).count("advance") + 1

@@ -51,7 +51,7 @@ def test_tensor_order_is_vtk_s(tmp_path: Path) -> None:
     vtk = pytest.importorskip("vtk")
     random = np.random.default_rng(1)
     stress = random.standard_normal((50, 6)) * 1e6
-    writer = OutputFolder(tmp_path, ("vtu",), 3)
+    writer = OutputFolder(tmp_path, ("vtu",))
     writer.frame(0.0, random.random((50, 3)), {"stress": stress})
     mesh = pv.read(tmp_path / "frames" / "frame_000000.vtu")
     xx, yy, zz, xy, yz, xz = (mesh.point_data["stress"][:, k] for k in range(6))
@@ -126,7 +126,7 @@ def test_a_kill_at_any_instant_leaves_a_readable_folder(tmp_path: Path) -> None:
 
 
 def test_two_dimensional_fields_are_padded(tmp_path: Path) -> None:
-    writer = OutputFolder(tmp_path, ("vtu",), 2)
+    writer = OutputFolder(tmp_path, ("vtu",))
     writer.frame(0.0, np.ones((4, 2)), {"velocity": np.ones((4, 2)), "density": np.ones(4)})
     mesh = pv.read(tmp_path / "frames" / "frame_000000.vtu")
     assert mesh.point_data["velocity"].tolist() == [[1.0, 1.0, 0.0]] * 4

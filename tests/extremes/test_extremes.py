@@ -150,7 +150,7 @@ def test_a_million_steps(integrator: str, precision: str, gate: float) -> None:
 
 def test_creation_is_bounded_as_the_warning_says() -> None:
     """The grid's bound is the driver's own."""
-    from wsph.simulation.run import ENERGY_WARNING
+    from wsph.simulation.checks import ENERGY_WARNING
 
     assert CREATED == ENERGY_WARNING
 

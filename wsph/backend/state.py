@@ -16,7 +16,7 @@ class Field:
 
     `at_points`: it stands where the stress does, which may be other places than those of the velocity. `leads`: it stands
     with the velocity, in what integrators advance by that name. `derived`: it follows from the other fields, in an
-    array that all states have in common. `square`: its numbers are a dim x dim matrix.
+    array that all states have in common. `hidden`: it is not read by its name. `square`: its numbers are a dim x dim matrix.
     """
 
     name: str
@@ -26,6 +26,7 @@ class Field:
     leads: bool = False
     derived: bool = False
     square: bool = False
+    hidden: bool = False
 
     def type(self, space: Space) -> type:
         """Its type in kernels."""

@@ -10,6 +10,7 @@ from wsph.backend.clock import Clock
 from wsph.backend.domain import Domain
 from wsph.backend.space import Space
 from wsph.contact.law import body_struct
+from wsph.protocols import PushedBody
 from wsph.scene.tables import Contact
 from wsph.sph.pairs import Pairs
 from wsph.sph.skin import Skin
@@ -19,7 +20,7 @@ from wsph.units import Scales
 class Side:
     """A body as contacts see it: where its particles are and what they are pushed by. `struct` goes to the kernels."""
 
-    def __init__(self, run: Any, origin: np.ndarray, space: Space, scales: Scales, clock: Clock, domain: Domain):
+    def __init__(self, run: PushedBody, origin: np.ndarray, space: Space, scales: Scales, clock: Clock, domain: Domain):
         system, device = run.system, clock.device
         self.system, self.name, self.count = system, run.body.name, system.count
         self.spacing = system.spacing / scales.length

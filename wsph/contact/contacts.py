@@ -17,6 +17,7 @@ is Strang's splitting, of second order. The work of the impulses, m dv (v_old + 
 the ledger. Candidates are all pairs within the radii and a skin, found anew where a particle may leave it.
 """
 
+from collections.abc import Sequence
 from itertools import chain
 from typing import Any
 
@@ -30,6 +31,8 @@ from wsph.backend.space import Space
 from wsph.contact.bodies import Meeting, Side, without_neighbours
 from wsph.contact.law import kick_kernel, law_struct, push_kernel
 from wsph.errors import Refused
+from wsph.plugins.integrators import publishes
+from wsph.protocols import Entry, PushedBody
 from wsph.scene.tables import Contact
 from wsph.sph.pairs import find_pairs
 from wsph.sph.rows import rows_of
@@ -40,18 +43,24 @@ SKIN = 0.6
 
 
 class Contacts:
-    """All contacts of a composition. `follow` before a step, `act` after it."""
+    """All contacts of a composition, as one interaction. `follow` before a step, `act` after it."""
+
+    follows: bool = True
 
     def __init__(
         self,
         parts: tuple[Contact, ...],
-        bodies: list[Any],
+        bodies: Sequence[PushedBody],
         space: Space,
         scales: Scales,
         clock: Clock,
         device: str,
         domain: Domain = WHOLE,
     ):
+        self.ledger: tuple[Entry, ...] = (
+            Entry("contact", lambda: self.energy),
+            Entry("external_work", lambda: self.held_work),
+        )
         self._space, self._clock, self._device, self._domain = space, clock, device, domain
         named = {run.body.name: run for run in bodies}
         taking_part = dict.fromkeys(chain.from_iterable(part.names for part in parts))
@@ -87,14 +96,14 @@ class Contacts:
             law.stiffness = real(part.stiffness * mean * sum(radii) ** (space.dim - 2))
         return law
 
-    def frequency(self, name: str) -> float:
+    def frequency(self, body: str) -> float:
         """A bound of the frequency that contacts add to a body's, nondimensional: each particle against 2^(dim - 1)."""
         square = 0.0
         for meeting in self._meetings:
             for law, side, other in zip(
                 meeting.laws, (meeting.one, meeting.other), (meeting.other, meeting.one), strict=True
             ):
-                if side.name == name:
+                if side.name == body:
                     inverse = 1.0 / (float(law.own_density) * float(side.system.volume.min()))
                     inverse += 1.0 / (float(law.other_density) * float(other.system.volume.min()))
                     stiffness = float(law.stiffness)
@@ -188,14 +197,14 @@ class Contacts:
         self._find()
 
 
-def _refuse(run: Any) -> None:
+def _refuse(run: PushedBody) -> None:
     """Refuse bodies that contacts cannot push."""
     if not run.system.traits.pushable:
         raise Refused(
             f"body {run.body.name!r}: contact pushes bodies whose particles move: use an integrator of one set, not the two"
             f" sets of {run.system.formulation!r}"
         )
-    if hasattr(run.integrator, "publish"):
+    if publishes(run.integrator):
         raise Refused(
             f"body {run.body.name!r}: contact changes velocities between steps; {type(run.integrator).__name__} keeps variables of"
             " its own there: use leapfrog"

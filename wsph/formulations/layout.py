@@ -9,7 +9,7 @@ def matter_fields(constitutive: Constitutive, *, at_points: bool = False, derive
     """Stress and internals of a material. `derived`: the stress follows from the deformation."""
     return (
         Field("stress", constitutive.width, "Pa", at_points=at_points, derived=derived),
-        Field("internals", len(constitutive.internals), "", at_points=at_points),
+        Field("internals", len(constitutive.internals), "", at_points=at_points, hidden=True),
     )
 
 
@@ -25,4 +25,4 @@ def displacement_field(space: Space, wanted: bool = True) -> Field:
 
 def deformation_field(space: Space, *, at_points: bool = False, derived: bool = False) -> Field:
     """H = F - I."""
-    return Field("deformation", space.dim**2, "", at_points=at_points, derived=derived, square=True)
+    return Field("deformation", space.dim**2, "", at_points=at_points, derived=derived, square=True, hidden=True)

@@ -19,8 +19,8 @@ ALWAYS = ("position", "id", "body")
 DERIVED = {"von_mises": "stress", "pressure": "stress"}
 
 
-def known(internals: Iterable[str], dim: int, breaks: bool = False) -> list[str]:
-    """Every field name that a body with those internals offers, and one that can break."""
+def known(internals: Iterable[str], dim: int, offered: Iterable[str] = ()) -> list[str]:
+    """Every field name that a body with those internals offers, and what its parts do."""
     vectors = [f"{name}_{axis}" for name in ("velocity", "displacement") for axis in AXES[:dim]]
     return [
         *ALWAYS,
@@ -29,7 +29,7 @@ def known(internals: Iterable[str], dim: int, breaks: bool = False) -> list[str]
         "stress",
         "density",
         *DERIVED,
-        *(["damage"] if breaks else []),
+        *offered,
         *internals,
         *vectors,
         *(f"stress_{c}" for c in TENSOR),
@@ -77,3 +77,11 @@ def component(name: str, values: np.ndarray, labels: tuple[str, ...]) -> np.ndar
     if base in ("velocity", "displacement"):
         return values[..., AXES.index(part)]
     return values[..., 0]
+
+
+def shown(name: str, values: np.ndarray, labels: tuple[str, ...]) -> np.ndarray:
+    """The field `name` as frames carry it, from its primitive's values (..., width): a vector whole, a stress as (..., 6),
+    anything else as the scalar or the component that it is."""
+    if name == "stress":
+        return tensor(values, labels)
+    return values if name in ("velocity", "displacement") else component(name, values, labels)

@@ -1,11 +1,14 @@
 """Files that are written whole or not at all, and folders that a run may use."""
 
+# pyright: strict
+
 import json
 import os
 import re
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from xml.etree import ElementTree
 
 from wsph.errors import OutputError
 
@@ -24,6 +27,12 @@ def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
 def write_text(path: Path, content: str) -> None:
     """Write a text file whole or not at all. Raises OutputError."""
     write_atomically(path, lambda temporary: _put(temporary, content))
+
+
+def xml_text(root: ElementTree.Element) -> str:
+    """An XML file's text, indented."""
+    ElementTree.indent(root)
+    return '<?xml version="1.0"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
 def _put(path: Path, content: str) -> None:
@@ -67,11 +76,11 @@ def _is_a_run(folder: Path) -> bool:
         return (folder / "history.csv").is_file() and (folder / "frames").is_dir() and (folder / "probes").is_dir()
 
 
-def own_files(folder: Path) -> list[Path]:
-    """What an earlier run wrote in a folder, and nothing else."""
-    frames = [
-        p for p in (folder / "frames").glob("*") if re.fullmatch(r"\.?frame_\d{6}(\.partial)?\.(vtu|h5|npz)", p.name)
-    ]
-    own = [folder / name for name in ("summary.json", "history.csv", "frames.pvd", "frames.xdmf")]
+def own_files(folder: Path, listings: Sequence[str], suffixes: Sequence[str]) -> list[Path]:
+    """What an earlier run wrote in a folder, and nothing else: its frames have one of the `suffixes`, and `listings` are the
+    files that list frames."""
+    frame = re.compile(rf"\.?frame_\d{{6}}(\.partial)?\.({'|'.join(map(re.escape, suffixes))})")
+    frames = [path for path in (folder / "frames").glob("*") if frame.fullmatch(path.name)]
+    own = [folder / name for name in ("summary.json", "history.csv", *filter(None, listings))]
     own += list((folder / "checkpoints").glob("*checkpoint_*.npz"))
     return [*frames, *(folder / "probes").glob("*.csv"), *own]

@@ -4,7 +4,18 @@ from pathlib import Path
 
 import numpy as np
 
+from wsph.output.frames import Frame, Listed
 
-def write_npz(path: Path, points: np.ndarray, data: dict[str, np.ndarray]) -> None:
-    with open(path, "wb") as file:
-        np.savez(file, position=points, **data)
+
+class Npz:
+    """Archives of arrays: `position` and one a field. They have no list."""
+
+    name, needs, suffix, listing = "npz", "", "npz", ""
+
+    def write(self, path: Path, frame: Frame) -> None:
+        """Write a frame as a file."""
+        with open(path, "wb") as file:
+            np.savez(file, position=frame.points, **frame.data)
+
+    def index(self, folder: Path, frames: list[Listed]) -> None:
+        """Nothing: each file stands by itself."""

@@ -1,12 +1,32 @@
 """Frames as VTU, by meshio, with a PVD index."""
 
 from pathlib import Path
+from xml.etree import ElementTree
 
 import meshio
 import numpy as np
 
+from wsph.output.files import write_text, xml_text
+from wsph.output.frames import Frame, Listed, stem
 
-def write_vtu(path: Path, points: np.ndarray, data: dict[str, np.ndarray]) -> None:
-    mesh = meshio.Mesh(points, [("vertex", np.arange(len(points))[:, None])], point_data=data)
-    # Uncompressed: zlib writes 6 MB/s where plain bytes write 89.
-    meshio.write(path, mesh, file_format="vtu", compression=None)
+
+class Vtu:
+    """VTK's unstructured grids, a vertex a particle."""
+
+    name, needs, suffix, listing = "vtu", "", "vtu", "frames.pvd"
+
+    def write(self, path: Path, frame: Frame) -> None:
+        """Write a frame as a file."""
+        vertices = np.arange(len(frame.points))[:, None]
+        mesh = meshio.Mesh(frame.points, [("vertex", vertices)], point_data=frame.data)
+        # Uncompressed: zlib writes 6 MB/s where plain bytes write 89.
+        meshio.write(path, mesh, file_format="vtu", compression=None)
+
+    def index(self, folder: Path, frames: list[Listed]) -> None:
+        """Write frames.pvd."""
+        root = ElementTree.Element("VTKFile", type="Collection", version="0.1")
+        collection = ElementTree.SubElement(root, "Collection")
+        for number, (time, _, _) in enumerate(frames):
+            file = f"frames/{stem(number)}.{self.suffix}"
+            ElementTree.SubElement(collection, "DataSet", timestep=repr(time), part="0", file=file)
+        write_text(folder / self.listing, xml_text(root))

@@ -3,26 +3,52 @@
 from pathlib import Path
 from xml.etree import ElementTree
 
-import numpy as np
+from wsph.output.files import write_text, xml_text
+from wsph.output.frames import Frame, Listed, stem
 
 
-def xml_text(root: ElementTree.Element) -> str:
-    ElementTree.indent(root)
-    return '<?xml version="1.0"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+class Xdmf:
+    """A file of arrays a frame, and one list that says what they are."""
+
+    name, needs, suffix, listing = "xdmf", "h5py", "h5", "frames.xdmf"
+
+    def write(self, path: Path, frame: Frame) -> None:
+        """Write a frame as a file."""
+        import h5py
+
+        with h5py.File(path, "w") as file:
+            file["position"] = frame.points
+            for name, v in frame.data.items():
+                # ParaView reads XDMF's Tensor6 as xx xy xz yy yz zz; all nine leave nothing to guess.
+                file[name] = v[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]] if v.ndim == 2 and v.shape[1] == 6 else v
+
+    def index(self, folder: Path, frames: list[Listed]) -> None:
+        """Write frames.xdmf."""
+        root = ElementTree.Element("Xdmf", Version="3.0")
+        series = ElementTree.SubElement(
+            ElementTree.SubElement(root, "Domain"),
+            "Grid",
+            Name="frames",
+            GridType="Collection",
+            CollectionType="Temporal",
+        )
+        for number, (time, n, names) in enumerate(frames):
+            source = f"frames/{stem(number)}.{self.suffix}"
+            grid = ElementTree.SubElement(series, "Grid", Name=f"frame {number}", GridType="Uniform")
+            ElementTree.SubElement(grid, "Time", Value=repr(time))
+            ElementTree.SubElement(grid, "Topology", TopologyType="Polyvertex", NumberOfElements=str(n))
+            _data_item(ElementTree.SubElement(grid, "Geometry", GeometryType="XYZ"), f"{n} 3", f"{source}:/position")
+            for entry in names:
+                name, width = entry.rsplit(":", 1)
+                kind = {"1": "Scalar", "3": "Vector", "6": "Tensor"}.get(width, "Matrix")
+                attribute = ElementTree.SubElement(grid, "Attribute", Name=name, AttributeType=kind, Center="Node")
+                _data_item(attribute, {"1": f"{n}", "6": f"{n} 9"}.get(width, f"{n} {width}"), f"{source}:/{name}")
+        write_text(folder / self.listing, xml_text(root))
 
 
-def data_item(parent: ElementTree.Element, dimensions: str, source: str) -> None:
-    integer = source.endswith(("/id", "/body"))
-    item = ElementTree.SubElement(parent, "DataItem", Format="HDF", Dimensions=dimensions,
-                                  NumberType="Int" if integer else "Float", Precision="8")  # fmt: skip
+def _data_item(parent: ElementTree.Element, dimensions: str, source: str) -> None:
+    kind = "Int" if source.endswith(("/id", "/body")) else "Float"
+    item = ElementTree.SubElement(
+        parent, "DataItem", Format="HDF", Dimensions=dimensions, NumberType=kind, Precision="8"
+    )
     item.text = source
-
-
-def write_h5(path: Path, points: np.ndarray, data: dict[str, np.ndarray]) -> None:
-    import h5py
-
-    with h5py.File(path, "w") as file:
-        file["position"] = points
-        for name, values in data.items():
-            # ParaView reads XDMF's Tensor6 as xx xy xz yy yz zz; all nine leave nothing to guess.
-            file[name] = values[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]] if values.ndim == 2 and values.shape[1] == 6 else values

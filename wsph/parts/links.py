@@ -58,6 +58,7 @@ class Links(Part):
 
     key: ClassVar[str] = "links"
     breaks: ClassVar[bool] = True
+    offers: ClassVar[tuple[str, ...]] = ("damage",)
     frees: ClassVar[bool] = True
     # The nearest neighbours on a square lattice, as the paper's h = 0.65 spacings.
     support: ClassVar[float | None] = 1.3

@@ -120,6 +120,8 @@ class Part(Model):
     """Whether the body can break by it: its state then carries a damage."""
     frees: ClassVar[bool] = False
     """Whether particles may lose all that they see."""
+    offers: ClassVar[tuple[str, ...]] = ()
+    """Fields of its own that frames and probes can have."""
     holds_modes: ClassVar[bool] = False
     """Whether it holds spurious modes."""
     support: ClassVar[float | None] = None

@@ -48,7 +48,7 @@ class Viscosity(Part):
             )
 
     def fields(self, host: Host) -> tuple[Field, ...]:
-        return (Field("drag", host.space.dim, "m/s", leads=True),)
+        return (Field("drag", host.space.dim, "m/s", leads=True, hidden=True),)
 
     def coefficients(self, host: Host) -> dict[str, float]:
         return {"alpha": self.alpha, "beta": self.beta}

@@ -1,5 +1,6 @@
 """What a material says of itself: whether its law relaxes, turns or dissipates, and its internals."""
 
+import math
 from typing import Any
 
 
@@ -37,3 +38,18 @@ def internal_values(material: Any) -> dict[str, float]:
     own = getattr(material, "internals", {}).items()
     values = {name: float(value[0] if isinstance(value, tuple) else value) for name, value in own}
     return {**values, **({"dissipation": 0.0} if dissipates(material) else {})}
+
+
+def longest_step(material: Any) -> float:
+    """The longest time step that a law can take [s], infinite where it names none."""
+    return float(material.time_step()) if hasattr(material, "time_step") else math.inf
+
+
+def has_rate(material: Any) -> bool:
+    """Whether it gives a rate law."""
+    return hasattr(material, "rate")
+
+
+def is_linear(material: Any) -> bool:
+    """Whether it is linear elasticity with its moduli."""
+    return bool(getattr(material, "linear", False))

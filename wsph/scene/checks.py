@@ -203,7 +203,8 @@ def _field_faults(scene: SceneTables) -> Iterator[Fault]:
         if faults:
             return  # the fields a faulty material would have are not known; its own faults are reported
         internals += internal_units(material)
-    names = known(internals, scene.dim, any(part.breaks for body in scene.bodies for part in body.parts.values()))
+    offered = [name for body in scene.bodies for part in body.parts.values() for name in part.offers]
+    names = known(internals, scene.dim, dict.fromkeys(offered))
     wanted = [("output.fields", scene.output.fields, names)]
     probed = [name for name in names if name not in ALWAYS]
     wanted += [(f"probes.{k}.fields", probe.fields, probed) for k, probe in enumerate(scene.probes)]

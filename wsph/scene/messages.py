@@ -1,7 +1,7 @@
 """What pydantic finds wrong with a table, in the words of its author."""
 
 import difflib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from pydantic import BaseModel
@@ -17,6 +17,13 @@ def nearest(name: str, names: Iterable[str], otherwise: str = "") -> str:
     """ "did you mean 'x'?" where a name is near, or else `otherwise`."""
     close = difflib.get_close_matches(name, list(names), 1)
     return f"did you mean {close[0]!r}?" if close else otherwise
+
+
+def none_of(given: object, allowed: Sequence[str]) -> str:
+    """What is said of a value that is none of some names, with the nearest of them."""
+    *most, last = map(repr, allowed)
+    hint = nearest(str(given), allowed)
+    return f"{given!r} is none of {', '.join(most)}{' or ' if most else ''}{last}" + (f"; {hint}" if hint else "")
 
 
 def of_validation(error: Any, root: type[BaseModel]) -> Fault:

@@ -1,17 +1,29 @@
 """The tables of a scene, as validated data."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, create_model, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    WrapValidator,
+    create_model,
+    model_validator,
+)
 from pydantic.fields import FieldInfo
 
 from wsph.backend.expressions import Expression, compile_expression, constant_program
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import Rotation
+from wsph.output import formats
 from wsph.parts.body_force import Damping
 from wsph.parts.part import Part
 from wsph.parts.table import PARTS
 from wsph.quantities import Cadence, Model, Strings, Value, as_tuple, in_unit, read_cadence, read_switch
+from wsph.scene.messages import none_of
 from wsph.sph.smoothing import SMOOTHING
 from wsph.units import looks_like_quantity, quantity
 
@@ -33,6 +45,21 @@ def _smoothing(name: str) -> str:
     if name not in SMOOTHING:
         raise ValueError(f"{name!r} is none of {', '.join(SMOOTHING)}")
     return name
+
+
+def _format(name: Any) -> Any:
+    known = formats.names()
+    if name not in known:
+        raise ValueError(none_of(name, known))
+    return name
+
+
+def _courant(value: Any, number: Callable[[Any], float]) -> Any:
+    """A Courant number, or "auto": by the limits of the bodies."""
+    return value if value == "auto" else number(value)
+
+
+Courant = Annotated[in_unit("", gt=0), WrapValidator(_courant), PlainSerializer(lambda value: value)]
 
 
 class IntegratorSpec(Model):
@@ -62,7 +89,7 @@ class Run(Model):
 
     integrator: Annotated[IntegratorSpec, BeforeValidator(lambda v: {"name": v} if isinstance(v, str) else v)]
     end: in_unit("s", gt=0)
-    cfl: in_unit("", gt=0) | None = None
+    cfl: Courant | None = None
     dt: in_unit("s", gt=0) | None = None
     precision: Literal["f64", "f32"] = "f64"
     device: Annotated[str, Field(pattern=r"^(auto|cpu|cuda:\d+)$")] = "auto"
@@ -236,7 +263,7 @@ class Output(Model):
     """What is written, and when."""
 
     every: Cadence | None = None
-    formats: Annotated[tuple[Literal["vtu", "xdmf", "npz"], ...], BeforeValidator(as_tuple)] = ("vtu",)
+    formats: Annotated[tuple[Annotated[str, BeforeValidator(_format)], ...], BeforeValidator(as_tuple)] = ("vtu",)
     fields: Strings = ("velocity", "stress")
     history: Cadence | None = None
 

@@ -9,25 +9,39 @@ alone, in the same precision and the same versions of wsph and Warp. A probe tha
 there.
 """
 
+# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+# pyright: reportMissingTypeArgument=false, reportUnknownParameterType=false
+
 import hashlib
 import io
 import json
 import os
 import re
+import time
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import warp as wp
 
 from wsph.errors import CheckpointError
 from wsph.output.files import write_atomically
+from wsph.output.folder import OutputFolder
 from wsph.scene.scene import Scene
+from wsph.simulation.checks import Checks
+from wsph.simulation.composition import Composition
+from wsph.simulation.ledger import Ledger
+from wsph.simulation.records import Records
+from wsph.simulation.step_control import StepControl
+from wsph.simulation.timeline import Events
 
 FIRST = b"wsph checkpoint 1\n"
 
 FREE = (("title",), ("run", "end"), ("run", "threads"), ("output",), ("probes",), ("checkpoint",), ("stop",))
 """Keys of a scene that a checkpoint leaves open."""
+
+Found = tuple[Path, dict[str, Any], dict[str, np.ndarray]]
+"""A checkpoint: its file, its facts and its arrays."""
 
 _NAME = re.compile(r"checkpoint_(\d{12})\.npz")
 
@@ -47,9 +61,9 @@ def identity(scene: Scene) -> dict[str, Any]:
 
 def _flat(value: Any, path: str = "") -> dict[str, Any]:
     if isinstance(value, dict):
-        parts = [(f"{path}.{key}" if path else key, v) for key, v in value.items()]
-    elif isinstance(value, list) and any(isinstance(v, (dict, list)) for v in value):
-        parts = [(f"{path}.{k}", v) for k, v in enumerate(value)]
+        parts = [(f"{path}.{key}" if path else key, v) for key, v in cast(dict[str, Any], value).items()]
+    elif isinstance(value, list) and any(isinstance(v, (dict, list)) for v in cast(list[Any], value)):
+        parts = [(f"{path}.{k}", v) for k, v in enumerate(cast(list[Any], value))]
     else:
         return {path: value}
     return {key: v for inner, part in parts for key, v in _flat(part, inner).items()}
@@ -111,17 +125,31 @@ def refuse_other(path: Path, facts: dict[str, Any], scene: Scene) -> None:
         )
 
 
-def kept(composition: Any) -> dict[str, wp.array]:
+def last(scene: Scene, folder: Path | None, overwrite: bool) -> Found:
+    """The last checkpoint in a folder, whole and of this scene. Raises CheckpointError."""
+    if folder is None or overwrite:
+        raise CheckpointError(
+            "resuming goes on in the output folder and keeps what is there: name the folder, without overwrite"
+        )
+    files = listed(folder / "checkpoints")
+    if not files:
+        raise CheckpointError(f"{folder}: holds no checkpoint to resume from; run without --resume")
+    facts, arrays = read(files[-1])
+    refuse_other(files[-1], facts, scene)
+    return files[-1], facts, arrays
+
+
+def kept(composition: Composition) -> dict[str, wp.array]:
     """The device arrays that a run goes on from, by name."""
     found = {"clock.step": composition.clock.step, "clock.time": composition.clock.time}
     for number, run in enumerate(composition.bodies):
         found |= {f"body{number}.{name}": array for name, array in run.system.arrays.kept.items()}
-    if composition.contacts is not None:
-        found |= composition.contacts.kept()
+    for interaction in composition.interactions:
+        found |= interaction.kept()
     return found
 
 
-def restore(path: Path, composition: Any, arrays: dict[str, np.ndarray]) -> None:
+def restore(path: Path, composition: Composition, arrays: dict[str, np.ndarray]) -> None:
     """Put the arrays of a checkpoint back. Raises CheckpointError where they are not those of the composition."""
     for name, array in kept(composition).items():
         value = arrays.get(name)
@@ -133,5 +161,76 @@ def restore(path: Path, composition: Any, arrays: dict[str, np.ndarray]) -> None
         array.assign(value)
     for run in composition.bodies:
         run.system.restored()
-    if composition.contacts is not None:
-        composition.contacts.restored()
+    for interaction in composition.interactions:
+        interaction.restored()
+
+
+class Checkpoints:
+    """Checkpoints of one run, written into its folder: when, and of what."""
+
+    def __init__(
+        self,
+        composition: Composition,
+        folder: OutputFolder | None,
+        ledger: Ledger,
+        checks: Checks,
+        control: StepControl,
+        records: Records,
+    ):
+        self._composition, self._folder, self._ledger = composition, folder, ledger
+        self._checks, self._control, self._records = checks, control, records
+        self._timeline = composition.time_step.timeline
+        self._settings = settings = composition.scene.checkpoint
+        self._written = time.perf_counter()
+        self._events = None
+        if settings is not None and isinstance(settings.every, int):
+            self._events = Events(settings.every, self._timeline)
+            self._events.skip(0)
+
+    def due(self) -> list[int]:
+        """Steps at which one is due that a block of steps has to end at."""
+        return [self._events.next] if self._events is not None else []
+
+    def keep(self, step: int, asked: bool = False) -> None:
+        """Write one, where it is due or the run is asked to end."""
+        if self._folder is None:
+            return
+        settings, due = self._settings, asked
+        if self._events is not None:
+            due |= self._events.next <= step
+            self._events.skip(step)
+        elif settings is not None:
+            due |= time.perf_counter() - self._written > settings.every
+        if not due or step >= self._timeline.last:
+            return
+        self._written = time.perf_counter()
+        recorded, probes = self._records.kept()
+        arrays = {name: array.numpy() for name, array in kept(self._composition).items()} | recorded
+        facts = {
+            "identity": identity(self._composition.scene),
+            "step": step,
+            "initial": self._ledger.initial.hex(),
+            "frames": self._folder.times,
+            "probes": probes,
+            **self._checks.kept(),
+            **self._control.kept(),
+        }
+        self._records.write_tables()
+        write(self._folder.folder / "checkpoints", step, facts, arrays, settings.keep if settings is not None else 2)
+
+    def resume(self, found: Found) -> int:
+        """Put back what a checkpoint holds; the step that it was made at. Raises CheckpointError."""
+        path, facts, arrays = found
+        step = facts["step"]
+        self._control.restore(facts)
+        if step >= self._timeline.last:
+            raise CheckpointError(
+                f"{path}: stands at step {step}; the run ends at step {self._timeline.last}: raise run.end"
+            )
+        restore(path, self._composition, arrays)
+        self._ledger.initial = float.fromhex(facts["initial"])
+        self._checks.restore(facts)
+        self._records.restore(step, facts["probes"], arrays)
+        if self._events is not None:
+            self._events.skip(step)
+        return step

@@ -1,27 +1,29 @@
 """A scene made ready to run."""
 
+# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 import warp as wp
 
 from wsph.backend.clock import Clock
 from wsph.backend.graph import Program
 from wsph.backend.space import Space
 from wsph.constitutive.constitutive import Constitutive
-from wsph.contact.contacts import Contacts
+from wsph.formulations.reading import Reading
+from wsph.plugins import integrators
 from wsph.plugins.blame import blame
+from wsph.plugins.traits import longest_step
+from wsph.protocols import Integrator, Interaction
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
 from wsph.simulation.diagnostics import Diagnostics
 from wsph.simulation.probes import Recorder
+from wsph.simulation.timeline import TimeStep
+from wsph.stability.limit import StepLimit
 from wsph.units import Scales
-
-ANEW = 0.05
-"""Logarithm of the distortion after which the limit of a one-set body is found anew."""
-
-INTEGRATOR_SIGNATURE = "a class with sets (1 or 2), formulations, order, __init__(self, system, **options), step(self), limit(self) -> (Courant number, reason) and state"
 
 
 @dataclass
@@ -31,63 +33,106 @@ class BodyRun:
     body: Body
     constitutive: Constitutive
     system: Any
-    integrator: Any
+    integrator: Integrator
     diagnostics: Diagnostics
-    courant: float
-    limit: float | None
-    limit_reason: str
-    distortion: float = 1.0
-    """Of the state whose limit this is."""
-    pushed: float = 0.0
-    """A bound of the frequency that contacts add, nondimensional."""
-    share: float = 1.0
-    """Of its limit, the Courant number that the run began with."""
-
-    def measure(self) -> None:
-        """Find the limit of the state as it is. Where contacts push, squares of frequencies add."""
-        self.limit, self.limit_reason = self.integrator.limit()
-        if self.limit is not None and self.pushed > 0.0 and self.system.frequency > 0.0:
-            self.limit /= float(np.sqrt(1.0 + (self.pushed / self.system.frequency) ** 2))
-            self.limit_reason += ", and its contacts"
+    stability: StepLimit
+    time_step: TimeStep
+    reading: Reading
 
     @property
-    def adapts(self) -> bool:
-        """Whether deformation can bring its Courant number beyond its limit."""
-        return bool(self.limit) and (self.system.traits.courant_follows or self.system.traits.measures)
-
-    def follow(self, distortion: float) -> None:
-        """Find the limit anew where a body has deformed by ANEW since, nearer to the limit by less: its stiffness has
-        changed, or its pairs."""
-        since = ANEW * float(np.clip(5.0 * (1.0 - self.share), 0.1, 1.0))
-        if self.limit is not None and self.system.traits.measures and abs(np.log(distortion / self.distortion)) > since:
-            self.distortion = distortion
-            self.system.measure_anew()
-            self.measure()
+    def courant(self) -> float:
+        """The Courant number of the steps to come: time step times wave speed over spacing."""
+        return self.time_step.dt * self.constitutive.wave_speed / self.system.spacing
 
     @property
-    def longest_step(self) -> float:
-        """The longest time step that the material can take [s], infinite where it names none."""
-        material = self.constitutive.material
-        return float(material.time_step()) if hasattr(material, "time_step") else np.inf
+    def limit(self) -> float | None:
+        """The largest stable Courant number, None where the integrator declares none."""
+        return self.stability.value
+
+    @property
+    def limit_reason(self) -> str:
+        """Where the limit comes from."""
+        return self.stability.reason
+
+    @property
+    def longest_steps(self) -> dict[str, float]:
+        """The longest time steps that the material and the parts of the body can take [s], by their names; infinite where
+        they name none."""
+        parts = {key: part.limit * self.system.scales.time for key, part in self.system.attached.items()}
+        return {self.body.material.model: longest_step(self.constitutive.material), **parts}
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of a composition, as launches: bodies, what acts between them, the clock, and what records every step."""
+
+    bodies: Sequence[BodyRun]
+    interactions: Sequence[Interaction]
+    clock: Clock
+    probes: Sequence[Recorder]
+
+    def __call__(self) -> None:
+        for run in self.bodies:
+            run.integrator.step()
+        for interaction in self.interactions:
+            interaction.act()
+        self.clock.advance()
+        if self.probes:
+            publish(self.bodies)
+        for probe in self.probes:
+            probe.record()
+
+    @property
+    def before(self) -> Callable[[], bool] | None:
+        """What brings up to date, before a step and on the host, what follows the motion, and says whether that changed what
+        the launches take; None where nothing does."""
+        following: list[Callable[[], bool]] = [
+            run.system.follow for run in self.bodies if run.system.traits.pairs_follow
+        ]
+        following += [interaction.follow for interaction in self.interactions if interaction.follows]
+
+        def follow() -> bool:
+            changed = [each() for each in following]  # all of them, not the first that did
+            return any(changed)
+
+        return follow if following else None
 
 
 @dataclass
 class Composition:
-    """A scene made ready to run. `dt` [s], `steps`, `scales`; `bodies` in the scene's order; one clock."""
+    """A scene made ready to run: `bodies` in the scene's order, `interactions` between them, one set of scales, one time
+    step."""
 
     scene: Scene
     space: Space
-    device: str
     scales: Scales
-    clock: Clock
-    dt: float
-    steps: int
+    time_step: TimeStep
     bodies: list[BodyRun]
+    interactions: tuple[Interaction, ...]
     probes: list[Recorder]
     program: Program
     integrator: str
     """Name and distribution of the integrator."""
-    contacts: Contacts | None = None
+
+    @property
+    def clock(self) -> Clock:
+        """The clock of all bodies, on the device."""
+        return self.time_step.clock
+
+    @property
+    def device(self) -> str:
+        """The Warp device that all runs on."""
+        return self.clock.device
+
+    @property
+    def dt(self) -> float:
+        """The first time step [s]."""
+        return self.time_step.first
+
+    @property
+    def steps(self) -> int:
+        """Steps to the end, with the present time step."""
+        return self.time_step.timeline.last
 
     @property
     def particles(self) -> int:
@@ -103,21 +148,13 @@ class Composition:
         """Have the states that are read made up to date (launches)."""
         publish(self.bodies)
 
-    def shorten(self, factor: float) -> None:
-        """Take steps shorter by a factor from now on. Integrators that keep variables of their own make them anew."""
-        self.clock.shorten(factor)
-        for run in self.bodies:
-            run.courant *= factor
-            if hasattr(run.integrator, "begin"):
-                run.integrator.begin()
-
     def launches(self) -> list[wp.Kernel]:
         """The kernels that a step launches, in order."""
         return [launch.kernel for launch in self.clock.launches(self.program.step)]
 
     def compile(self) -> None:
         """Compile what a run launches: the step and the diagnostics. Raises PluginError where a law does not compile."""
-        with blame(self.integrator, INTEGRATOR_SIGNATURE):
+        with blame(self.integrator, integrators.SIGNATURE):
             launched = self.launches()
             home = _package(type(self.bodies[0].integrator).__module__)
             self.program.compile([kernel for kernel in launched if _package(kernel.func.__module__) == home])
@@ -130,11 +167,10 @@ def _package(module: str) -> str:
     return module.partition(".")[0]
 
 
-def publish(bodies: list[BodyRun]) -> None:
+def publish(bodies: Sequence[BodyRun]) -> None:
     """Integrators that keep variables of their own make the state; what a system derives from it follows, unless the last
-    evaluation of the step was of the state at its end (`fresh`)."""
+    evaluation of the step was of the state at its end."""
     for run in bodies:
-        if hasattr(run.integrator, "publish"):
-            run.integrator.publish()
-        if not getattr(run.integrator, "fresh", False):
+        integrators.publish(run.integrator)
+        if not integrators.fresh(run.integrator):
             run.system.refresh(run.system.state)

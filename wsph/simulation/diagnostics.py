@@ -26,7 +26,7 @@ STRETCH and DISTORTION are the largest; the three components of the momentum sta
 
 
 @dataclass
-class Ledger:
+class BodySums:
     """Sums over a body, nondimensional: energies, momentum (dim,), `bad` (first particle that is not finite or is turned
     inside out, or -1), `stretch`, the largest factor by which deformation has raised a particle's Courant number, and
     `distortion`, the largest factor by which it has lengthened or shortened a line."""
@@ -229,7 +229,7 @@ def _ledger_kernel(
 
 
 class Diagnostics:
-    """The ledger of one body. `measure(state)` is one launch and one small copy."""
+    """Sums over one body. `measure(state)` is one launch and one small copy."""
 
     def __init__(
         self,
@@ -259,7 +259,7 @@ class Diagnostics:
         energy = stored_energy(self._space, laws, state.layout, *self._answers)
         return _ledger_kernel(self._space, laws.Params, state.layout, energy, self._follows, laws.dissipates)
 
-    def measure(self, state: State) -> Ledger:
+    def measure(self, state: State) -> BodySums:
         """Sum up a state."""
         inputs = [self._constitutive.params, state.struct, self._volume, self._points]
         inputs += [self._space.scalar(self._density), self._n, self._m]
@@ -269,7 +269,7 @@ class Diagnostics:
         largest = self._domain.max(sums[:, (STRETCH, DISTORTION)].max(0))
         found = sums[sums[:, NOT_FINITE] > 0, FIRST]
         first = float(self._domain.min(found[:1].min(initial=np.inf)))
-        return Ledger(
+        return BodySums(
             kinetic=float(total[KINETIC]),
             strain=float(total[STRAIN]),
             dissipated=float(total[DISSIPATED]),

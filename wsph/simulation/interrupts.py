@@ -1,5 +1,7 @@
 """Signals that ask a run to end."""
 
+# pyright: strict
+
 import signal
 import threading
 from typing import Any

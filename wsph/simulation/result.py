@@ -1,5 +1,7 @@
 """What a run gave: fields, records and cost, and its error against an exact solution."""
 
+# pyright: strict
+
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -58,7 +60,7 @@ class Result:
             raise ValueError(f"exact has {wanted.size} values for {computed.size} particles")
         e, wanted = np.abs(computed - wanted.reshape(-1)), np.abs(wanted.reshape(-1))
         norm = np.inf if norm == "inf" else norm
-        measures = {1: np.sum, 2: lambda v: np.sqrt(np.sum(v**2)), np.inf: np.max}
+        measures: dict[float | str, Callable[[np.ndarray], Any]] = {1: np.sum, 2: _euclidean, np.inf: np.max}
         if norm not in measures:
             raise ValueError(f"norm {norm!r} is none of 1, 2, inf")
         size = measures[norm](wanted)
@@ -84,3 +86,7 @@ class Result:
         from wsph.output import view
 
         return view.picture(self.particles, name, self.time, save=save)
+
+
+def _euclidean(values: np.ndarray) -> Any:
+    return np.sqrt(np.sum(values**2))

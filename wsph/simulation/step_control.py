@@ -1,20 +1,33 @@
-"""Watching a run's stability: the time step that follows the deformation, limits that fall, particles that clump.
+"""Control of a run's time step: the first one, how it follows the deformation, limits that fall, particles that clump.
 
-A body's limit is measured anew where it has deformed (`BodyRun.follow`). With `run.cfl` the time step shrinks with it, by
+A body's limit is found anew where it has deformed (`wsph.stability.limit`). With `run.cfl` the time step shrinks with it, by
 whole parts of an octave at steps that depend on the deformation alone, so that bits do not depend on the cadence of records
 or on resumption; with `run.dt` a run whose limit falls below its step is stopped, or warned of, by name.
 """
 
-import warnings
+# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from wsph.errors import Unstable
+from wsph.backend.clock import Clock
+from wsph.errors import Refused
+from wsph.plugins import integrators, registry
+from wsph.scene.tables import Run
+from wsph.simulation.checks import unstable, warn
 from wsph.simulation.composition import BodyRun, Composition
-from wsph.simulation.diagnostics import Ledger
-from wsph.simulation.timeline import Timeline
+from wsph.simulation.diagnostics import BodySums
+from wsph.simulation.timeline import Timeline, TimeStep, UnsetClock
 from wsph.stability.limit import SLACK
+
+AUTO = "auto"
+"""What `run.cfl` is where the limits of the bodies are to choose it."""
+
+SAFE, WITH_CONTACT = 0.95, 0.7
+"""Of its limit, the Courant number of `cfl = "auto"`. A penalty's step as a part of its bound: contacts open and close
+inside of steps, and beyond this part of it they make energy."""
 
 MOST_APART, CHANGE = 256, 0.01
 """The time step is looked at as often as the deformation changes by CHANGE, at least once in so many steps."""
@@ -29,54 +42,99 @@ LEAST_STEP = 1e-3
 """A time step that has shrunk below this part of the first is the end of a run."""
 
 
-def warn(text: str) -> None:
-    """Warn of something that a run has met."""
-    warnings.warn(text, RuntimeWarning, stacklevel=5)
+def given_step(run: Run, shortest: float, device: str, integrator: str) -> TimeStep:
+    """The time step that a scene gives, or with `cfl = "auto"` one still to be settled. `shortest` [s] is the smallest
+    spacing over wave speed of its bodies, the run's unit of time."""
+    if run.cfl == AUTO:
+        left = integrators.automatic(registry.load("integrators", run.integrator.name), run.integrator.options())
+        because = f"for its {left[0]}, " if left else ""
+        refusal = (
+            f'run.cfl = "auto": {integrator} asks for the time step, {because}before its limit is known:'
+            f" give {', '.join([*left, 'run.cfl'])} or run.dt a number"
+        )
+        return TimeStep(UnsetClock(device, refusal), Timeline(run.end, shortest))
+    if run.dt is not None:
+        return TimeStep(Clock(run.dt / shortest, device), Timeline(run.end, run.dt))
+    courant = float(run.cfl or 0.0)
+    return TimeStep(Clock(courant, device), Timeline(run.end, courant * shortest))
 
 
-class Watch:
-    """What is known of the stability of one run. `look` is the step at which its time step is looked at next."""
+def settle(time_step: TimeStep, bodies: Sequence[BodyRun], shortest: float, integrator: str) -> None:
+    """Choose a time step that the scene leaves open, by the limits of its bodies. Raises Refused where they say none."""
+    clock = time_step.clock
+    if isinstance(clock, UnsetClock):
+        courant = min(_suiting(run, shortest, integrator) for run in bodies)
+        clock.choose(courant)
+        time_step.timeline = Timeline(time_step.timeline.end, courant * shortest)
+        for run in bodies:
+            integrators.begin(run.integrator)
 
-    def __init__(self, composition: Composition, timeline: Timeline):
-        self.c, self._time = composition, timeline
+
+def _suiting(run: BodyRun, shortest: float, integrator: str) -> float:
+    """The largest Courant number, of a body whose spacing over wave speed is `shortest`, that suits this one: SAFE of its
+    limit, WITH_CONTACT of it where others push the body, or where its integrator is exact."""
+    limit, crossing = run.limit, run.system.spacing / run.constitutive.wave_speed
+    if limit is None or not np.isfinite(limit):
+        raise Refused(
+            f'run.cfl = "auto": body {run.body.name!r} has no limit to go by ({run.limit_reason}): give run.cfl or run.dt a number'
+        )
+    if limit <= 0.0:
+        raise Refused(
+            f'run.cfl = "auto": body {run.body.name!r} has no stable time step with {integrator} ({run.limit_reason}): use another'
+            " integrator, or give run.cfl or run.dt a number"
+        )
+    exact = integrators.exact(run.integrator)
+    courant = exact if exact is not None else (WITH_CONTACT if run.stability.pushed else SAFE) * limit
+    return min(courant * (crossing / shortest), SAFE * min(run.longest_steps.values()) / shortest)
+
+
+class StepControl:
+    """What is known of the time step of one run. `look` is the step at which it is looked at next."""
+
+    def __init__(self, composition: Composition):
         run = composition.scene.run
+        self._bodies, self._step, self._unit = composition.bodies, composition.time_step, composition.scales.time
         self._guard = run.guard
-        self.adapts = run.cfl is not None and run.guard != "off" and any(body.adapts for body in composition.bodies)
+        self.adapts = run.cfl is not None and run.guard != "off" and any(body.stability.adapts for body in self._bodies)
         self.look = 1
         self._pace, self._seen = 1, 0.0
-        self._folds, self._since = [0.0] * len(composition.bodies), 0
+        self._folds, self._since = [0.0] * len(self._bodies), 0
         self._warned = False
 
     def kept(self) -> dict[str, Any]:
         """What a checkpoint holds of it."""
         return {
-            "clumps": [self._folds, self._since],
-            "pace": [self._pace, self.look, self._seen],
-            "limits": [[run.limit, run.distortion] for run in self.c.bodies],
+            "timeline": self._step.timeline.pieces,
+            "watch": {
+                "clumps": [self._folds, self._since],
+                "pace": [self._pace, self.look, self._seen],
+                "limits": [run.stability.kept() for run in self._bodies],
+            },
         }
 
     def restore(self, facts: dict[str, Any]) -> None:
-        """Put back what `kept` gave, on a timeline that stands where it stood."""
-        self._folds, self._since = facts["clumps"]
-        self._pace, self.look, self._seen = facts["pace"]
-        for run, (limit, distortion) in zip(self.c.bodies, facts["limits"], strict=True):
-            run.courant *= self._time.dt / self.c.dt
-            run.limit, run.distortion = limit, distortion
+        """Put back what `kept` gave."""
+        self._step.restore(facts["timeline"])
+        watch = facts["watch"]
+        self._folds, self._since = watch["clumps"]
+        self._pace, self.look, self._seen = watch["pace"]
+        for run, limit in zip(self._bodies, watch["limits"], strict=True):
+            run.stability.restore(*limit)
 
-    def check_limits(self, step: int, ledgers: list[Ledger]) -> None:
+    def check_limits(self, step: int, sums: Sequence[BodySums]) -> None:
         """Where operators follow the deformation, so does the Courant number; where the stiffness does, so does its limit.
         Raises Unstable where a step that does not follow is beyond it."""
         if self._guard == "off" or self.adapts:
             return
-        for run, ledger in zip(self.c.bodies, ledgers, strict=True):
+        for run, each in zip(self._bodies, sums, strict=True):
             if run.limit:
-                self._check_limit(step, run, ledger)
+                self._check_limit(step, run, each)
 
-    def _check_limit(self, step: int, run: BodyRun, ledger: Ledger) -> None:
-        run.follow(ledger.distortion)
-        local, moves = _local(run, ledger), run.system.traits.courant_follows
+    def _check_limit(self, step: int, run: BodyRun, sums: BodySums) -> None:
+        run.stability.follow(sums.distortion)
+        local, moves = _local(run, sums), run.system.traits.courant_follows
         limit = run.limit if run.limit is not None else np.inf  # zero where nothing is stable any more
-        if local <= limit * (1.0 + SLACK) or not (moves or run.distortion != 1.0):
+        if local <= limit * (1.0 + SLACK) or not (moves or run.stability.distortion != 1.0):
             return
         if moves:
             what = f"a particle's own Courant number has become {local:.6g} by deformation"
@@ -84,75 +142,67 @@ class Watch:
             what = "its stability limit has fallen below its Courant number by deformation"
         what += "; use a smaller run.dt, or run.cfl, with which it follows"
         if self._guard == "refuse":
-            raise self.unstable(step, run, "time step", what)
+            raise unstable(self._step.timeline, step, run, "time step", what)
         if not self._warned:
             self._warned = True
             warn(f"step {step}: {what}, limit {run.limit:.3f}")
 
-    def follow(self, step: int, ledgers: list[Ledger]) -> bool:
+    def follow(self, step: int, sums: Sequence[BodySums]) -> bool:
         """Shorten the time step where deformation has brought a body's Courant number half of the way to its limit: to the
         share of the limit that it began with. Whether it did; raises Unstable where no step would be left."""
         if not self.adapts or step != self.look:
             return False
-        seen = max(float(np.log(max(ledger.stretch, ledger.distortion))) for ledger in ledgers)
+        self._pace_on(step, sums)
+        factor = 1.0
+        for run, each in zip(self._bodies, sums, strict=True):
+            if run.stability.adapts:
+                run.stability.follow(each.distortion)
+                began = run.stability.share
+                share = _local(run, each) / run.limit if run.limit else np.inf
+                if share > 0.5 * (1.0 + began) * (1.0 + SLACK):
+                    factor = min(factor, began / share)
+        if factor == 1.0 or step >= self._step.timeline.last:
+            return False
+        # By whole parts of an octave: what rounding changes of the deformation changes no step.
+        factor = 2.0 ** (np.floor(OCTAVE * np.log2(max(factor, 0.1 * LEAST_STEP))) / OCTAVE)
+        dt = self._step.dt * factor
+        if dt < LEAST_STEP * self._step.first:
+            what = f"deformation asks for steps of {dt:.3g} s, below a thousandth of the first"
+            raise unstable(self._step.timeline, step, self._bodies[0], "time step", what)
+        self._step.shorten(step, factor)
+        for run in self._bodies:
+            integrators.begin(run.integrator)
+        return True
+
+    def _pace_on(self, step: int, sums: Sequence[BodySums]) -> None:
+        """Choose when to look next, by how fast the deformation changes."""
+        seen = max(float(np.log(max(each.stretch, each.distortion))) for each in sums)
         change, self._seen = abs(seen - self._seen), seen
         paces = self._pace * CHANGE / change if change > 0.0 else np.inf
         self._pace = int(np.clip(min(paces, 2.0 * self._pace), 1, MOST_APART))
         self.look = step + self._pace
-        factor = 1.0
-        for run, ledger in zip(self.c.bodies, ledgers, strict=True):
-            if run.adapts:
-                run.follow(ledger.distortion)
-                share = _local(run, ledger) / run.limit if run.limit else np.inf
-                if share > 0.5 * (1.0 + run.share) * (1.0 + SLACK):
-                    factor = min(factor, run.share / share)
-        if factor == 1.0 or step >= self._time.last:
-            return False
-        # By whole parts of an octave: what rounding changes of the deformation changes no step.
-        factor = 2.0 ** (np.floor(OCTAVE * np.log2(max(factor, 0.1 * LEAST_STEP))) / OCTAVE)
-        dt = self._time.dt * factor
-        if dt < LEAST_STEP * self.c.dt:
-            what = f"deformation asks for steps of {dt:.3g} s, below a thousandth of the first"
-            raise self.unstable(step, self.c.bodies[0], "time step", what)
-        self.c.shorten(factor)
-        self._time.shorten(step, dt)
-        return True
 
     def clump(self, step: int) -> None:
         """Warn of bodies whose particles have begun to clump together: the tensile instability of pairs that follow the
         motion (Swegle et al. 1995). Energy is kept in it, so that nothing else tells."""
-        passed = (self._time.time(step) - self._time.time(self._since)) / self.c.scales.time
+        time = self._step.timeline.time
+        passed = (time(step) - time(self._since)) / self._unit
         self._since = step
         if self._guard == "off":
             return
-        for k, run in enumerate(self.c.bodies):
+        for k, run in enumerate(self._bodies):
             if not run.system.traits.clumps or self._folds[k] > CLUMPED:
                 continue
             self._folds[k] += run.system.growth * passed
             if self._folds[k] > CLUMPED:
-                pace = run.system.growth * self._time.dt / self.c.scales.time
+                pace = run.system.growth * self._step.dt / self._unit
                 warn(
                     f"step {step}: particles of body {run.body.name!r} clump together: a mode grows by {pace:.2g} a step about its"
                     " deformed state, by more than 100 so far, which no energy tells (tensile instability of pairs that follow the"
                     ' motion); use formulation = "total-lagrangian" or "stress-points", whose pairs do not'
                 )
 
-    def unstable(
-        self, step: int, run: BodyRun, name: str, what: str, particle: int = -1, position: Any = ()
-    ) -> Unstable:
-        """The error that names what was found, where and when, and the limit. `name` is a field, or what else is wrong."""
-        t, dt, limit = self._time.time(step), self._time.dt, run.limit
-        place = f" of particle {particle} at ({', '.join(f'{x:g}' for x in position)}) m" if particle >= 0 else ""
-        bound = f", limit {limit:.3f}" if limit is not None else ""
-        message = (
-            f"found unstable at step {step}, t = {t:.6g} s (dt = {dt:.4g} s): {name}{place} of body {run.body.name!r}: {what};"
-            f" Courant number {run.courant:.6g}{bound}"
-        )
-        return Unstable(
-            message, step=step, time=t, dt=dt, field=name, particle=particle, position=position, limit=limit
-        )
 
-
-def _local(run: BodyRun, ledger: Ledger) -> float:
+def _local(run: BodyRun, sums: BodySums) -> float:
     """The largest Courant number of a particle."""
-    return run.courant * (ledger.stretch if run.system.traits.courant_follows else 1.0)
+    return run.courant * (sums.stretch if run.system.traits.courant_follows else 1.0)

@@ -1,9 +1,13 @@
-"""What time it is at a step, and when something is due in a run."""
+"""What time it is at a step, how long steps are, and when something is due in a run."""
+
+# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
+from wsph.backend.clock import Clock
 from wsph.errors import Refused
 
 MOST_STEPS = 1e12
@@ -36,7 +40,7 @@ class Timeline:
         first, t, dt = next(piece for piece in reversed(self.pieces) if piece[0] <= step)
         return t + (step - first) * dt
 
-    def times(self, steps: list[int]) -> np.ndarray:
+    def times(self, steps: Sequence[int]) -> np.ndarray:
         """Times of many steps [s]."""
         first, t, dt = np.array(self.pieces).T
         piece = np.searchsorted(first, steps, side="right") - 1
@@ -50,6 +54,55 @@ class Timeline:
     def shorten(self, step: int, dt: float) -> None:
         """From `step` on every step takes `dt`."""
         self.pieces.append((step, self.time(step), dt))
+
+
+class UnsetClock(Clock):
+    """A clock whose time step is still to be chosen. Launches go through it; who asks for the step is refused."""
+
+    def __init__(self, device: str, refusal: str):
+        super().__init__(1.0, device)
+        self._refusal = refusal
+
+    @property
+    def dt(self) -> float:
+        """The time step of the steps to come. Raises Refused while there is none."""
+        if self._refusal:
+            raise Refused(self._refusal)
+        return super().dt
+
+    def choose(self, dt: float) -> None:
+        """Set the step, nondimensional."""
+        self.time.assign([0.0, dt, 0.0, 0.0])
+        self._refusal = ""
+
+
+class TimeStep:
+    """The time step of a run, its one owner: on the host a timeline [s], on the device a clock in the run's own unit.
+
+    What follows from it, such as a body's Courant number, is computed from it whenever it is asked for.
+    """
+
+    def __init__(self, clock: Clock, timeline: Timeline):
+        self.clock, self.timeline = clock, timeline
+
+    @property
+    def dt(self) -> float:
+        """The time step of the steps to come [s]."""
+        return self.timeline.dt
+
+    @property
+    def first(self) -> float:
+        """The time step that the run began with [s]."""
+        return self.timeline.pieces[0][2]
+
+    def shorten(self, step: int, factor: float) -> None:
+        """From `step`, the current one, on steps are shorter by a factor."""
+        self.clock.shorten(factor)
+        self.timeline.shorten(step, self.dt * factor)
+
+    def restore(self, pieces: Sequence[Sequence[float]]) -> None:
+        """Put back the timeline of a checkpoint, whose arrays hold the clock."""
+        self.timeline.pieces[:] = [(int(step), float(t), float(dt)) for step, t, dt in pieces]
 
 
 class Events:

@@ -1,10 +1,13 @@
 """The guard: a time step beyond what an integrator or a material can take is refused, or warned of, by name."""
 
+# pyright: strict
+
 import warnings
 
 import numpy as np
 
 from wsph.errors import Refused
+from wsph.plugins.integrators import begin
 from wsph.protocols import Again, LimitedBody
 from wsph.scene.scene import Scene
 from wsph.stability.growth import PRODUCTS, largest_growth
@@ -26,8 +29,7 @@ def _growth(run: LimitedBody, steps: int) -> float:
     # What the trial leaves behind, up to infinities, must not reach the run.
     system.arrays.reset()
     system.start_works()
-    if hasattr(run.integrator, "begin"):
-        run.integrator.begin()
+    begin(run.integrator)
     return found
 
 
@@ -39,7 +41,7 @@ def guard(scene: Scene, run: LimitedBody, dt: float, steps: int, double: Again) 
     """
     if scene.run.guard == "off":
         return
-    faults = []
+    faults: list[str] = []
     beyond = run.limit is not None and run.courant > run.limit * (1.0 + SLACK)
     if run.limit is not None and beyond:
         grows = ""
@@ -59,12 +61,13 @@ def guard(scene: Scene, run: LimitedBody, dt: float, steps: int, double: Again) 
                 f"body {run.body.name!r}: with jitter = {run.body.jitter:g} a mode of its step grows by {found:.2g} a step,"
                 f" {found * steps:.3g} e-folds in this run of {steps} steps; use less jitter, a larger run.cfl or run.support = 1.8"
             )
-    if dt > run.longest_step * (1.0 + SLACK):
-        at_most = _rounded_down(run.longest_step)
-        faults.append(
-            f"body {run.body.name!r}: a time step of {dt:.4g} s is beyond what {run.body.material.model} can take,"
-            f" limit {at_most} s; use run.dt <= {at_most}"
-        )
+    for name, longest in run.longest_steps.items():
+        if dt > longest * (1.0 + SLACK):
+            at_most = _rounded_down(longest)
+            faults.append(
+                f"body {run.body.name!r}: a time step of {dt:.4g} s is beyond what {name} can take, limit {at_most} s; use"
+                f" run.dt <= {at_most}"
+            )
     if faults and scene.run.guard == "refuse":
         raise Refused("\n".join(f'{f}; run.guard = "warn" runs it all the same' for f in faults))
     for fault in faults:

@@ -1,4 +1,72 @@
-"""What is taken for a limit of the time step."""
+"""The limit of a body's time step, and what is taken for one."""
+
+# pyright: strict
+
+from collections.abc import Callable
+
+import numpy as np
+
+from wsph.protocols import Limited
 
 SLACK = 1e-6
 """A Courant number beyond its limit by less than this part of it is within."""
+
+ANEW = 0.05
+"""Logarithm of the distortion after which the limit of a body is found anew."""
+
+
+class StepLimit:
+    """The largest stable Courant number of a body, found anew where its deformation has changed its stiffness or its pairs.
+
+    `value`, None where the integrator declares none, and `reason`; `distortion` of the state that they are of; `share` of
+    the limit that the run began with.
+    """
+
+    def __init__(
+        self, ask: Callable[[], tuple[float | None, str]], system: Limited, measured: bool, courant_follows: bool
+    ):
+        """`ask` gives limit and reason for the system's current state. `measured`: that answer follows the state;
+        `courant_follows`: so does a particle's own Courant number."""
+        self._ask, self._system = ask, system
+        self._measured, self._courant_follows = measured, courant_follows
+        self._pushed = 0.0
+        self.distortion = self.share = 1.0
+        self.value, self.reason = ask()
+
+    def push(self, frequency: float) -> None:
+        """Take account of what acts on the body from outside: a bound of the frequency that it adds, nondimensional."""
+        self._pushed = frequency
+        self._measure()
+
+    @property
+    def pushed(self) -> bool:
+        """Whether something from outside adds to its frequencies."""
+        return self._pushed > 0.0
+
+    def _measure(self) -> None:
+        """Find the limit of the state as it is. Squares of frequencies add."""
+        self.value, self.reason = self._ask()
+        if self.value is not None and self.pushed and self._system.frequency > 0.0:
+            self.value /= float(np.sqrt(1.0 + (self._pushed / self._system.frequency) ** 2))
+            self.reason += ", and its contacts"
+
+    @property
+    def adapts(self) -> bool:
+        """Whether deformation can bring the Courant number beyond it."""
+        return bool(self.value) and (self._courant_follows or self._measured)
+
+    def follow(self, distortion: float) -> None:
+        """Find it anew where the body has deformed by ANEW since, nearer to the limit by less."""
+        since = ANEW * float(np.clip(5.0 * (1.0 - self.share), 0.1, 1.0))
+        if self.value is not None and self._measured and abs(np.log(distortion / self.distortion)) > since:
+            self.distortion = distortion
+            self._system.measure_anew()
+            self._measure()
+
+    def kept(self) -> list[float | None]:
+        """What a checkpoint holds of it."""
+        return [self.value, self.distortion]
+
+    def restore(self, value: float | None, distortion: float) -> None:
+        """Put back what `kept` gave."""
+        self.value, self.distortion = value, distortion

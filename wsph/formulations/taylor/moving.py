@@ -104,7 +104,7 @@ class MovingTwoSetSystem(TwoSetSystem):
                 velocity_field(self.space),
                 *matter_fields(self.constitutive),
                 deformation_field(self.space),
-                Field("spin", spins, "1/s"),
+                Field("spin", spins, "1/s", hidden=True),
                 displacement_field(self.space),
             )
         )

@@ -11,7 +11,7 @@ from wsph.parts.phase_field.field import PhaseDamage, respond
 from wsph.parts.phase_field.response import energy_left
 from wsph.parts.phase_field.sweep import phase_struct
 from wsph.parts.terms import Response
-from wsph.plugins.traits import turns
+from wsph.plugins.traits import is_linear, turns
 from wsph.protocols import Traits
 from wsph.quantities import in_unit
 
@@ -22,6 +22,7 @@ class PhaseField(Part):
 
     key: ClassVar[str] = "phase_field"
     breaks: ClassVar[bool] = True
+    offers: ClassVar[tuple[str, ...]] = ("damage",)
     fracture_energy: in_unit("J/m2", gt=0)
     length: in_unit("m", gt=0)
     model: Literal["AT1", "AT2"] = "AT1"
@@ -42,7 +43,7 @@ class PhaseField(Part):
                 f"body {host.name!r}: with a Poisson ratio below zero phase_field finds no strain out of a plane of zero stress: use"
                 ' state = "strain" (or 3D)'
             )
-        if not (getattr(material, "linear", False) or turns(material)):
+        if not (is_linear(material) or turns(material)):
             raise Refused(
                 f"body {host.name!r}: phase_field splits the energy of linear elasticity or the stress of a rate law that turns with"
                 f" the body; {host.constitutive.who} is neither: use elastic or jaumann"
@@ -58,7 +59,7 @@ class PhaseField(Part):
         return (
             Field("damage", 1, "", at_points=True, derived=True),
             # An evolved stress goes on undamaged.
-            Field("damaged_stress", host.constitutive.width * evolved, "Pa", at_points=True, derived=True),
+            Field("damaged_stress", host.constitutive.width * evolved, "Pa", at_points=True, derived=True, hidden=True),
         )
 
     def response(self, host: Host) -> Response | None:

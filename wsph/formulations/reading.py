@@ -1,0 +1,165 @@
+"""Reading a body: its primitive fields by name, with their widths and units, for frames and probes."""
+
+# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+# pyright: reportMissingTypeArgument=false, reportUnknownParameterType=false
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+import warp as wp
+
+from wsph.backend.state import State
+from wsph.constitutive.constitutive import Constitutive
+from wsph.geometry.lattice import Lattice
+from wsph.plugins.traits import internal_units
+from wsph.units import Scales
+
+DENSITY = "density"
+
+Places = list[tuple[np.ndarray, np.ndarray]]
+"""Particles and weights, for each point where a field is read."""
+
+
+class Readable(Protocol):
+    """A system, as it is read."""
+
+    formulation: str
+    state: State
+    position: np.ndarray
+    spacing: float
+    density: float
+    lattice: Lattice
+    scales: Scales
+    constitutive: Constitutive
+
+    @property
+    def count(self) -> int:
+        """Particles that carry the state."""
+        ...
+
+    def filtered(self, name: str) -> np.ndarray:
+        """A field as frames carry it, (n, width), nondimensional."""
+        ...
+
+    def current_density(self) -> np.ndarray:
+        """Densities of the particles, (n,), nondimensional."""
+        ...
+
+    def current_position(self) -> np.ndarray:
+        """Where the particles are, (n, dim) [m]."""
+        ...
+
+    def sample(self, points: np.ndarray, name: str) -> Places:
+        """How to read a field of the state at `points` (m, dim) [m]."""
+        ...
+
+
+@dataclass(frozen=True)
+class Field:
+    """A primitive field: `width` components in the state's field `stored`, from `first` on; `unit` is its SI unit and
+    `scale` what one inner unit is in it."""
+
+    name: str
+    width: int
+    unit: str
+    scale: float
+    stored: str
+    first: int = 0
+
+
+def _scale(unit: str, scales: Scales) -> float:
+    """What one inner unit is in an SI unit."""
+    usual = {"m": scales.length, "m/s": scales.velocity, "Pa": scales.stress, "": 1.0}
+    return usual[unit] if unit in usual else scales.of(unit)
+
+
+class Reading:
+    """What can be read of a body, in SI.
+
+    `fields` by name are those that stand in its state: the velocity, the stress, where they are there the displacement and
+    the damage, and the internals by their own names. The density is read beside them: it follows from the deformation.
+    """
+
+    def __init__(self, system: Readable):
+        self._system = system
+
+    @cached_property
+    def fields(self) -> dict[str, Field]:
+        """Every field of the state that can be read, by its name."""
+        system, constitutive = self._system, self._system.constitutive
+        found: dict[str, Field] = {}
+        for field in system.state.layout.fields:
+            if not field.hidden:
+                found[field.name] = Field(
+                    field.name, field.width, field.unit, _scale(field.unit, system.scales), field.name
+                )
+        for k, (name, unit) in enumerate(internal_units(constitutive.material).items()):
+            found[name] = Field(name, 1, unit, constitutive.internal_scales[name], "internals", k)
+        return found
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all primitive fields."""
+        return (*self.fields, DENSITY)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Components of the stress that are kept, in the order of its columns."""
+        return self._system.constitutive.state.labels
+
+    @property
+    def count(self) -> int:
+        """Particles that carry the state."""
+        return self._system.count
+
+    @property
+    def positions(self) -> np.ndarray:
+        """Where the particles are in the reference configuration, (n, dim) [m]."""
+        return self._system.position
+
+    @property
+    def current_positions(self) -> np.ndarray:
+        """Where the particles are, (n, dim) [m]: the reference configuration where nothing follows their displacement."""
+        return self._system.current_position()
+
+    @property
+    def steady_density(self) -> float | None:
+        """The density [kg/m3] of every particle, where the formulation evolves no deformation that could change it."""
+        if "deformation" in self._system.state.widths:
+            return None
+        return self._system.density * self._system.scales.density
+
+    def si(self, name: str) -> np.ndarray:
+        """A primitive field of the particles as frames carry it, (n, width), SI. Raises KeyError for one that the body does
+        not have."""
+        system = self._system
+        if name == DENSITY:
+            return system.current_density()[:, None] * system.scales.density
+        field = self.fields[name]
+        values = system.filtered(field.stored)
+        return values[:, field.first : field.first + field.width] * field.scale
+
+    def where(self, name: str) -> np.ndarray:
+        """Where a field of the state stands in the reference configuration, (m, dim) [m]: at the particles, or at the cells
+        where stresses have places of their own."""
+        system = self._system
+        apart = system.state.counts.get(self.fields[name].stored, system.count) != system.count
+        return system.lattice.cells if apart else system.position
+
+    def sample(self, points: np.ndarray, name: str) -> Places:
+        """How to read a field of the state at `points` (m, dim) [m]."""
+        return self._system.sample(points, self.fields[name].stored)
+
+    @property
+    def buffers(self) -> tuple[wp.array, wp.array]:
+        """The numbers of the state, and those of what is derived from it: what `index` counts through as one, the second
+        after the first. The same array twice where nothing is derived."""
+        state = self._system.state
+        return state.buffer, state.derived.buffer if state.derived is not None else state.buffer
+
+    def index(self, name: str, particles: np.ndarray, component: int) -> np.ndarray:
+        """Where a component of a field of particles, or of points of its own, stands in the `buffers`."""
+        field = self.fields[name]
+        return np.asarray(self._system.state.index(field.stored, particles, field.first + component))

@@ -1,0 +1,34 @@
+"""The formats that frames are written in.
+
+To add one, write its file beside this one and put an instance in the list.
+"""
+
+# pyright: strict
+
+import importlib.util
+from collections.abc import Sequence
+
+from wsph.errors import OutputError
+from wsph.output.frames import Format
+from wsph.output.npz import Npz
+from wsph.output.vtu import Vtu
+from wsph.output.xdmf import Xdmf
+
+FORMATS: list[Format] = [Vtu(), Xdmf(), Npz()]
+
+
+def names() -> list[str]:
+    """The names of all formats, as scenes write them."""
+    return [each.name for each in FORMATS]
+
+
+def named(wanted: Sequence[str]) -> list[Format]:
+    """The formats of those names."""
+    return [each for name in wanted for each in FORMATS if each.name == name]
+
+
+def check_installed(wanted: Sequence[str]) -> None:
+    """Raise OutputError for a format whose package is not installed."""
+    for each in named(wanted):
+        if each.needs and importlib.util.find_spec(each.needs) is None:
+            raise OutputError(f'the format {each.name} needs {each.needs}: pip install "wsph[{each.name}]"')

@@ -1,0 +1,72 @@
+"""What an integrator says of itself: what it works on, its limit, and what it wants called beside its steps."""
+
+# pyright: strict
+
+import inspect
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from wsph.protocols import Integrator
+
+SIGNATURE = "a class with sets (1 or 2), formulations, order, __init__(self, system, **options), step(self), limit(self) -> (Courant number, reason) and state"
+
+
+def sets(plugin: type) -> int:
+    """How many sets of particles it works on."""
+    return getattr(plugin, "sets", 1)
+
+
+def offered(plugin: type, known: Sequence[str]) -> Sequence[str]:
+    """The formulations that it works in, the default first: of the `known` ones the first, where it names none."""
+    return getattr(plugin, "formulations", tuple(known)[:1])
+
+
+def steps(plugin: type) -> bool:
+    """Whether it has a step at all."""
+    return callable(getattr(plugin, "step", None))
+
+
+def evaluations(integrator: Integrator) -> int:
+    """Right-hand sides in a step."""
+    return getattr(integrator, "evaluations", 1)
+
+
+def begin(integrator: Integrator) -> None:
+    """Have it make what it keeps between steps from the state (launches): before the first step, and where the time step
+    has changed."""
+    if hasattr(integrator, "begin"):
+        getattr(integrator, "begin")()  # noqa: B009
+
+
+def publishes(integrator: Integrator) -> bool:
+    """Whether it keeps variables of its own, from which the state is made before it is read."""
+    return hasattr(integrator, "publish")
+
+
+def publish(integrator: Integrator) -> None:
+    """Have the state made from the integrator's own variables (launches), where it keeps some."""
+    if hasattr(integrator, "publish"):
+        getattr(integrator, "publish")()  # noqa: B009
+
+
+def fresh(integrator: Integrator) -> bool:
+    """Whether the last evaluation of a step is of the state at its end."""
+    return getattr(integrator, "fresh", False)
+
+
+def limit(integrator: Integrator) -> tuple[float | None, str]:
+    """The largest stable Courant number, None where it declares none, and where it comes from."""
+    if hasattr(integrator, "limit"):
+        return getattr(integrator, "limit")()  # noqa: B009
+    return None, "the integrator declares none"
+
+
+def exact(integrator: Integrator) -> float | None:
+    """The Courant number at which its steps are exact for waves, None where there is none."""
+    return getattr(integrator, "exact")() if hasattr(integrator, "exact") else None  # noqa: B009
+
+
+def automatic(plugin: type, options: Mapping[str, Any]) -> list[str]:
+    """The options that it is left to choose by itself: those that are "auto", as given or by default."""
+    defaults = {name: each.default for name, each in inspect.signature(plugin).parameters.items()}
+    return [name for name, value in {**defaults, **options}.items() if isinstance(value, str) and value == "auto"]

@@ -1,0 +1,102 @@
+"""The energy ledger of a run: what its bodies, and what acts between them, have come to, column by column.
+
+Nothing here knows which parts of bodies or which interactions there are: each brings its entries. An entry may name a
+column of its own, which then stands before the external work. The residual is the external work less all the others:
+below zero, energy was created.
+"""
+
+# pyright: strict
+
+import operator
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import reduce
+
+import numpy as np
+
+from wsph.protocols import Entry
+from wsph.simulation.diagnostics import BodySums
+
+COLUMNS = ("kinetic", "strain", "dissipated", "hourglass", "contact")
+"""What every ledger has, in the order of history.csv."""
+
+WORK, RESIDUAL = "external_work", "residual"
+
+
+@dataclass(frozen=True)
+class Account:
+    """The ledger at a step, nondimensional: `energies` by column, the `total` of what the bodies hold and have lost, the
+    `work` done on them, with what they started with, and their momentum (dim,)."""
+
+    energies: dict[str, float]
+    total: float
+    work: float
+    momentum: np.ndarray
+
+
+class Ledger:
+    """Sums up the entries of bodies and interactions. `initial` is what the bodies started with, nondimensional."""
+
+    def __init__(self, bodies: Sequence[Sequence[Entry]], interactions: Sequence[Sequence[Entry]]):
+        """The entries of each. Raises ValueError for one that names the residual."""
+        self._bodies, self._interactions = bodies, interactions
+        named = dict.fromkeys(entry.column for entries in (*bodies, *interactions) for entry in entries)
+        if RESIDUAL in named:
+            raise ValueError("the residual is what all entries leave: none can name it")
+        self.further = tuple(name for name in named if name not in (*COLUMNS, WORK))
+        """Columns beyond those that every ledger has."""
+        self.columns = (*COLUMNS, *self.further, WORK, RESIDUAL)
+        self.initial = 0.0
+
+    def open(self, sums: Sequence[BodySums]) -> Account:
+        """Begin with what the bodies hold; the account of that."""
+        self.initial = self.account(sums).total
+        return self.account(sums)
+
+    def account(self, sums: Sequence[BodySums]) -> Account:
+        """What all has come to (copies from the device). `sums` are of the bodies' states as they are."""
+        bodies = [_by_column(entries) for entries in self._bodies]
+        interactions = [_by_column(entries) for entries in self._interactions]
+        measured = {
+            "kinetic": [sum(e.kinetic for e in sums)],
+            "strain": [sum(e.strain for e in sums)],
+            "dissipated": [sum(e.dissipated for e in sums)],
+        }
+        # The order of these sums is part of the bits of a run.
+        beside = {
+            name: [*_over(bodies, name), *_together(interactions, name)] for name in (*COLUMNS, *self.further, WORK)
+        }
+        energies = {
+            name: reduce(operator.add, [*measured.get(name, []), *beside[name]] or [0.0])
+            for name in (*COLUMNS, *self.further)
+        }
+        total = sum(e.kinetic + e.strain for e in sums) + energies["dissipated"]
+        total += energies["hourglass"] + energies["contact"]
+        for value in (*beside["kinetic"], *beside["strain"], *(energies[name] for name in self.further)):
+            total += value
+        work = self.initial
+        for value in (*_together(interactions, WORK), *_over(bodies, WORK)):
+            work += value
+        energies |= {WORK: work, RESIDUAL: work - total}
+        return Account(energies, total, work, np.asarray(sum(e.momentum for e in sums)))
+
+
+def _by_column(entries: Sequence[Entry]) -> dict[str, float]:
+    """What the entries of one body or interaction have come to, by column."""
+    values: dict[str, float] = {}
+    for entry in entries:
+        value = entry.value()
+        values[entry.column] = values[entry.column] + value if entry.column in values else value
+    return values
+
+
+def _over(groups: Sequence[dict[str, float]], column: str) -> list[float]:
+    """The sum of a column over bodies, in a list that is empty where none has it."""
+    found = [group[column] for group in groups if column in group]
+    return [float(sum(found))] if found else []
+
+
+def _together(groups: Sequence[dict[str, float]], column: str) -> list[float]:
+    """The same over interactions, where a zero keeps its sign."""
+    found = [group[column] for group in groups if column in group]
+    return [reduce(operator.add, found)] if found else []

@@ -1,0 +1,159 @@
+"""What a run records: rows of its history, probes, frames; and when each is due."""
+
+# pyright: strict
+
+import time
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from wsph.output import fields
+from wsph.output.folder import OutputFolder
+from wsph.simulation.checks import warn
+from wsph.simulation.composition import BodyRun, Composition
+from wsph.simulation.ledger import Account
+from wsph.simulation.probes import Recorder
+from wsph.simulation.timeline import Events
+
+HISTORY_ROWS = 100
+
+TABLE_SECONDS = 5.0
+"""With frames, tables are written at most this often, and at the end: each time all their rows."""
+
+
+class Records:
+    """History, probes and frames of one run. With a folder, frames and tables are written as they come."""
+
+    def __init__(self, composition: Composition, energies: Sequence[str], folder: OutputFolder | None):
+        """`energies` are the columns of the ledger."""
+        self._bodies, self._timeline = composition.bodies, composition.time_step.timeline
+        self._probes, self._folder, self._written = composition.probes, folder, 0.0
+        scene, scales = composition.scene, composition.scales
+        self._wanted = scene.output.fields
+        axes = [f"momentum_{axis}" for axis in "xyz"[: scene.dim]]
+        self._names = ["step", "time", "dt", *energies, *axes]
+        self._rows: list[list[float]] = []
+        self._energy = scales.stress * scales.length**scene.dim
+        self._impulse = scales.density * scales.length**scene.dim * scales.velocity
+        every = scene.output.history or max(self._timeline.last // HISTORY_ROWS, 1)
+        self._history = Events(every, self._timeline)
+        self._frames = Events(scene.output.every, self._timeline)
+        timed = [(probe, Events(probe.probe.every, self._timeline)) for probe in self._probes]
+        self._slow = [(probe, events) for probe, events in timed if not probe.every_step]
+        self._fast = [(probe, events) for probe, events in timed if probe.every_step]
+
+    def due(self) -> list[int]:
+        """Steps at which something is due that a block of steps has to end at."""
+        return [events.next for events in (self._history, self._frames, *(e for _, e in self._slow))]
+
+    def retimed(self) -> None:
+        """The timeline has changed: what is due next is due at other steps."""
+        for events in (self._history, self._frames, *(e for _, e in (*self._slow, *self._fast))):
+            events.retimed()
+
+    def begin(self) -> None:
+        """Record the start in the probes that the steps themselves record from then on."""
+        for probe, _ in self._fast:
+            probe.record()
+
+    def collect(self, step: int) -> None:
+        """Read what the probes of every step hold up to `step`, before they need the room again."""
+        for probe, events in self._fast:
+            due: list[int] = []
+            while events.next <= step:
+                due.append(events.next)
+                events.advance()
+            probe.flush(due)
+
+    def take(self, step: int, account: Account, final: bool = False) -> None:
+        """Everything that is due at `step`; where the run ends early (`final`), what is due at its end."""
+        if self._history.next <= step or final:
+            self.row(step, account)
+            self._history.advance()
+        for probe, events in self._slow:
+            if events.next <= step or final:
+                probe.record()
+                probe.flush([step])
+                events.advance()
+        if self._frames.next <= step or final:
+            self._frames.advance()
+            self._frame(step)
+
+    def row(self, step: int, account: Account) -> None:
+        """Append a row of the history; at most one a step."""
+        if self._rows and self._rows[-1][0] == step:
+            return
+        energies = [value * self._energy for value in account.energies.values()]
+        momentum = account.momentum * self._impulse
+        self._rows.append([step, self._timeline.time(step), self._timeline.dt, *energies, *momentum])
+
+    def _frame(self, step: int) -> None:
+        if self._folder is None:
+            return
+        everything = self.particles(self._wanted)
+        moved = np.concatenate([run.reading.current_positions for run in self._bodies])
+        data = {name: values for name, values in everything.items() if name != "position"}
+        self._folder.frame(self._timeline.time(step), moved, data)
+        if time.perf_counter() - self._written > TABLE_SECONDS:
+            self.write_tables()
+
+    def write_tables(self) -> None:
+        """Write the history and the probes, whole."""
+        self._written = time.perf_counter()
+        if self._folder is not None:
+            self._folder.table("history.csv", self.history())
+            for name, columns in self.probes().items():
+                self._folder.table(f"probes/{name}.csv", columns)
+
+    def history(self) -> dict[str, np.ndarray]:
+        """The columns of history.csv."""
+        table = np.array(self._rows).reshape(len(self._rows), len(self._names))
+        return {name: table[:, k].astype(int) if name == "step" else table[:, k] for k, name in enumerate(self._names)}
+
+    def probes(self) -> dict[str, dict[str, np.ndarray]]:
+        """The columns of every probe, by its name."""
+        return {each.probe.name: {"time": self._timeline.times(each.steps), **each.columns()} for each in self._probes}
+
+    def particles(self, names: Sequence[str]) -> dict[str, np.ndarray]:
+        """Fields of all bodies' particles, one body after the other, SI, with position, id and body."""
+        parts = [_fields(run, number, names) for number, run in enumerate(self._bodies)]
+        whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        return whole | {"id": np.arange(len(whole["body"])), "body": whole.pop("body")}
+
+    def kept(self) -> tuple[dict[str, np.ndarray], list[Any]]:
+        """What a checkpoint holds of them: arrays, and of each probe its keys and its steps."""
+        arrays, probes = {"history": np.array(self._rows)}, list[Any]()
+        for number, recorder in enumerate(self._probes):
+            arrays[f"probe{number}"], steps = recorder.kept()
+            probes.append([recorder.probe.model_dump_json(), steps])
+        return arrays, probes
+
+    def restore(self, step: int, probes: Sequence[Any], arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from `step` with what `kept` gave. A probe that it does not have begins there."""
+        self._rows = arrays["history"].tolist()
+        there = {name: (k, steps) for k, (name, steps) in enumerate(probes)}
+        timed: list[tuple[Recorder, Events]] = [*self._slow, *self._fast]
+        for recorder, events in timed:
+            if (known := there.get(recorder.probe.model_dump_json())) is not None:
+                recorder.go_on(arrays[f"probe{known[0]}"], known[1])
+            else:
+                warn(f"probe {recorder.probe.name!r} is not one of the checkpoint's: its record begins at step {step}")
+            events.skip(step)
+        self._history.skip(step)
+        self._frames.skip(step)
+
+
+def _fields(run: BodyRun, number: int, names: Sequence[str]) -> dict[str, np.ndarray]:
+    """Fields of a body's particles by name, NaN where the body has no such field, with position and body."""
+    reading = run.reading
+    known = {fields.primitive(name) for name in names}.intersection(reading.names)
+    values = {name: reading.si(name) for name in known}
+    found = {"position": reading.positions}
+    for name in (n for n in names if n not in fields.ALWAYS):
+        base = values.get(fields.primitive(name))
+        if base is None:
+            found[name] = np.full(reading.count, np.nan)
+        else:
+            found[name] = fields.shown(name, base, reading.labels)
+    return found | {"body": np.full(reading.count, number)}

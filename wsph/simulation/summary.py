@@ -1,0 +1,82 @@
+"""What summary.json holds of a run."""
+
+# pyright: strict
+
+import platform
+from dataclasses import dataclass
+from importlib import metadata
+from typing import Any
+
+import numpy as np
+
+from wsph.plugins import integrators, registry
+from wsph.scene.scene import Scene
+from wsph.simulation.composition import Composition
+from wsph.simulation.ledger import Ledger
+
+VERSIONS = (("wsph", "wsph"), ("warp", "warp-lang"), ("numpy", "numpy"), ("meshio", "meshio"))
+"""What a result depends on: its name in the summary, and its distribution."""
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How a run ended: `status` and `reason`, at which `step`, from which step on it ran (`first`), the wall time of all
+    and that `inside` of steps [s]."""
+
+    status: str
+    reason: str
+    step: int
+    first: int
+    wall: float
+    inside: float
+
+
+def summary(composition: Composition, ledger: Ledger, history: dict[str, np.ndarray], ending: Ending) -> dict[str, Any]:
+    """Everything that is said of a run as a whole. `history` are the columns of its records."""
+    last = {name: float(values[-1]) if len(values) else 0.0 for name, values in history.items()}
+    scene, particles, timeline = composition.scene, composition.particles, composition.time_step.timeline
+    steps = particles * (ending.step - ending.first)
+    return {
+        "status": ending.status,
+        "reason": ending.reason,
+        "steps": ending.step,
+        "time": timeline.time(ending.step),
+        "dt": timeline.dt,
+        "particles": particles,
+        "pairs": composition.pairs,
+        "right_hand_sides": ending.step * integrators.evaluations(composition.bodies[0].integrator),
+        "wall_seconds": ending.wall,
+        "particle_steps_per_second": steps / ending.inside if ending.inside > 0.0 else 0.0,
+        "bytes_per_particle": sum(run.system.nbytes for run in composition.bodies) / particles,
+        # external_work includes what the bodies started with: the residual is it less all the others.
+        "energy": {name: last[name] for name in ledger.columns},
+        **_fracture(composition),
+        # Of the last good state: where the run ended in a state that is not finite, before its last step.
+        "energy_step": int(last["step"]),
+        "momentum": [last[f"momentum_{axis}"] for axis in "xyz"[: scene.dim]],
+        "device": composition.device,
+        "versions": {name: metadata.version(package) for name, package in VERSIONS}
+        | {"python": platform.python_version()},
+        "plugins": _plugins(scene),
+        "scene": scene.data(),
+    }
+
+
+def _fracture(composition: Composition) -> dict[str, Any]:
+    """Of every body that can break: the energy set free and that of the crack surfaces [J], and broken particles."""
+    scales, found = composition.scales, dict[str, dict[str, float]]()
+    joule = scales.stress * scales.length**composition.scene.dim
+    for run in (run for run in composition.bodies if run.system.breaks):
+        parts: dict[str, float] = run.system.fracture()
+        found[run.body.name] = {name: v * joule if "energy" in name else v for name, v in parts.items()}
+    return {"fracture": found} if found else {}
+
+
+def _plugins(scene: Scene) -> dict[str, str]:
+    """Distributions and versions of the plugins that the scene names."""
+    name = scene.run.integrator.name
+    models = [body.material.model for body in scene.bodies]
+    return {
+        f"integrator {name}": registry.origin("integrators", name),
+        **{f"material {model}": registry.origin("materials", model) for model in models},
+    }
