@@ -1,7 +1,6 @@
 """The extremes: a part of the pairwise grid, units from nm to km and ns to years, limits bracketed, long runs."""
 
 import resource
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -9,10 +8,8 @@ import numpy as np
 import pytest
 
 import wsph
+from tests.extremes.grid import CREATED, LEVELS, cases, goes_together, in_working_range, outcomes, reviewed, table
 from wsph.simulation.compose import compose
-
-sys.path.insert(0, str(Path(__file__).parent))
-from grid import CREATED, LEVELS, cases, goes_together, in_working_range, outcomes, reviewed, table
 
 CASES = cases()
 

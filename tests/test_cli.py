@@ -10,7 +10,7 @@ import pytest
 
 from wsph.cli import main
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[1]
 SCENE = ROOT / "examples" / "shock_bar.toml"
 
 

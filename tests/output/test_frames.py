@@ -1,4 +1,4 @@
-"""Output: frames that ParaView's readers read right, files that survive a kill, folders that stay readable."""
+"""Frames: ParaView's readers read them right, also those of a run that was killed."""
 
 import os
 import signal
@@ -12,9 +12,7 @@ import numpy as np
 import pytest
 
 import wsph
-from wsph.errors import OutputError
 from wsph.output.fields import von_mises
-from wsph.output.files import write_atomically
 from wsph.output.folder import OutputFolder
 
 pv = pytest.importorskip("pyvista")
@@ -85,16 +83,6 @@ def test_xdmf_and_npz_carry_the_same_numbers(folder: Path) -> None:
         reader.SetFileName(str(folder / "frames.xdmf"))
         reader.Update()
         assert reader.GetOutputDataObject(0) is not None
-
-
-def test_a_failed_write_leaves_no_debris(tmp_path: Path) -> None:
-    def fail(path: Path) -> None:
-        path.write_text("half")
-        raise OSError(28, "No space left on device")
-
-    with pytest.raises(OutputError, match="No space left"):
-        write_atomically(tmp_path / "x.csv", fail)
-    assert list(tmp_path.iterdir()) == []
 
 
 KILLED = """

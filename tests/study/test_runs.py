@@ -58,7 +58,7 @@ def test_rows_of_cost_and_error(tmp_path: Path, capsys: pytest.CaptureFixture[st
 def test_processes_make_the_same_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     loaded, scene = load_study(study(tmp_path))
     alone = run_study(loaded, scene, tmp_path)
-    monkeypatch.setattr("wsph.study.SPREAD_SECONDS", 0.0)
+    monkeypatch.setattr("wsph.study.runs.SPREAD_SECONDS", 0.0)
     seen: list[tuple[int, int]] = []
     spread = run_study(loaded, scene, tmp_path, lambda done, of: seen.append((done, of)), workers=2)
     timeless = [[{k: v for k, v in row.items() if k != "seconds"} for row in rows] for rows in (alone, spread)]
@@ -70,7 +70,7 @@ def test_an_interrupt_ends_a_study(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     loaded, scene = load_study(study(tmp_path))
     interrupted = run(scene, end=1e-4)
     interrupted.status = "interrupted"
-    monkeypatch.setattr("wsph.study.run", lambda *_, **__: interrupted)
+    monkeypatch.setattr("wsph.study.runs.run", lambda *_, **__: interrupted)
     with pytest.raises(KeyboardInterrupt):
         run_study(loaded, scene, tmp_path)
 

@@ -1,6 +1,5 @@
-"""A broken plugin harms the scene that names it and no other; the tree runs no code that is not Python's import."""
+"""A broken plugin harms the scene that names it and no other."""
 
-import ast
 import os
 import subprocess
 import sys
@@ -161,18 +160,3 @@ def test_a_name_that_two_distributions_claim_is_used_from_neither(tmp_path: Path
     assert "is claimed by" in done.stderr
     assert "first-one 4.2" in done.stderr
     assert "second-one 4.2" in done.stderr
-
-
-def test_the_tree_evaluates_no_text_and_unpickles_nothing() -> None:
-    """Scenes, checkpoints and frames are data: no eval, exec, pickle, or array of objects anywhere in the packages."""
-    files = [p for name in ("wsph", "integrators", "materials") for p in (ROOT / name).rglob("*.py")]
-    assert len(files) > 50
-    for path in files:
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Call):
-                called = ast.unparse(node.func)
-                assert called not in ("eval", "exec", "compile", "__import__", "os.system", "yaml.load"), (path, called)
-                assert not any(k.arg in ("allow_pickle", "shell") and ast.unparse(k.value) != "False" for k in node.keywords), path  # fmt: skip
-            if isinstance(node, ast.Import | ast.ImportFrom):
-                names = {getattr(node, "module", None), *(alias.name for alias in node.names)}
-                assert not names & {"pickle", "marshal", "shelve", "dill", "joblib"}, (path, names)

@@ -1,15 +1,12 @@
 """Steps replayed in pieces: the same bits for any number of threads, and faults that come back."""
 
-import os
 from collections.abc import Callable
 
 import numpy as np
 import pytest
-import warp as wp
 
 import wsph
-from wsph.backend import launch, threads
-from wsph.backend.pair_loops import PAIR_LOOPS, vector_width
+from wsph.backend.graph import SMALL_PAIRS, Program
 from wsph.simulation.compose import compose
 
 
@@ -80,53 +77,13 @@ def test_a_part_that_fails_is_raised_where_the_step_is_run(broken: str, share: C
     assert run.run(3) == 3  # with a crew of its own
 
 
-def test_threads_meet_after_every_launch_that_they_share(monkeypatch: pytest.MonkeyPatch) -> None:
-    @wp.kernel(enable_backward=False)
-    def ranged(first: int):
-        pass
-
-    @wp.kernel(enable_backward=False)
-    def whole(n: int):
-        pass
-
-    seen: list[str] = []
-    found = threads.Crew(2)
-    monkeypatch.setattr(found, "_meet", lambda number: seen.append("meet"))
-
-    def note(kernel: wp.Kernel, n: int, inputs: list, **_: object) -> None:
-        seen.append(f"{kernel.key.split('_')[-1]} {inputs[0]}+{n}")
-
-    monkeypatch.setattr(launch.wp, "launch", note)
-    launches = [launch.Launch(kernel, 9, [], [], "cpu") for kernel in (whole, ranged)]
-    assert [threads.share(launches[1], seconds) for seconds in (1e-6, 1e-4, 1.0)] == list(threads.Share)
-    assert threads.share(launches[0], 1.0) is threads.Share.ALONE
-    launches[0].inputs.append(0)
-    plan = [(launches[k], k == 1) for k in (0, 1, 1, 0, 0)]
-    found._part(plan, 0)
-    assert seen == ["whole 0+9", "meet", "ranged 0+4", "meet", "ranged 0+4", "meet", "whole 0+9", "whole 0+9", "meet"]
-    seen.clear()
-    found._part(plan, 1)
-    assert seen == ["meet", "ranged 4+5", "meet", "ranged 4+5", "meet", "meet"]
-    seen.clear()
-    monkeypatch.setattr(threads, "PIECE_SHARE", 0.5)
-    found._pieces(launches[1], 1.0)
-    assert seen == [f"ranged {each}" for each in ("0+2", "2+1", "3+1", "4+2", "6+1", "7+1", "8+1")]
-    found.dismiss()
-
-
-@pytest.mark.skipif(not hasattr(os, "sched_getaffinity"), reason="no affinity here")
-def test_the_caller_gets_its_cores_back() -> None:
-    before = os.sched_getaffinity(0)
-    found = threads.Crew(2)
-    with found.at_work():
-        assert len(os.sched_getaffinity(0)) == 1
-    assert os.sched_getaffinity(0) == before
-    found.dismiss()
-
-
-@pytest.mark.parametrize(
-    ("says", "width"), [("vendor_id\t: AuthenticAMD", 128), ("vendor_id\t: GenuineIntel", 512), ("", 512)]
-)
-def test_pair_loops_are_as_wide_as_the_processor_likes(says: str, width: int) -> None:
-    assert vector_width(says) == width
-    assert PAIR_LOOPS["cpu_compiler_flags"].endswith(("=128", "=512"))
+def test_a_captured_graph_gives_the_bits_of_direct_launches(shock_bar: wsph.Scene) -> None:
+    states = []
+    for pairs in (1, SMALL_PAIRS + 1):
+        composition = compose(shock_bar.with_(cfl=0.7))
+        program = Program(composition.program.step, composition.clock, pairs)
+        assert program.small == (pairs == 1)
+        program.run(301)
+        states.append(composition.bodies[0].system.state.buffer.numpy())
+    assert np.array_equal(*states)
+    assert np.abs(states[0]).max() > 1e-3  # a velocity over the wave speed

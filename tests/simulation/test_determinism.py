@@ -15,6 +15,7 @@ import pytest
 import wsph
 from wsph.simulation.compose import compose
 
+ROOT = Path(__file__).resolve().parents[2]
 MISES = {"model": "mises", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3, "yield_stress": 2e-3}
 
 
@@ -58,12 +59,17 @@ def test_one_hash(formulation: str, tmp_path: Path, share: Callable[[], None]) -
 
 def test_a_cold_cache_gives_the_same_hash(tmp_path: Path) -> None:
     here = digest(wsph.run(scene("stress-points")))
-    code = "import json, sys; sys.path.insert(0, sys.argv[1]); import test_determinism as t, wsph;"
+    code = "import json, wsph, tests.simulation.test_determinism as t;"
     code += "print(json.dumps(t.digest(wsph.run(t.scene('stress-points')))))"
-    command = [sys.executable, "-c", code, str(Path(__file__).parent)]
+    command = [sys.executable, "-c", code]
     for _ in range(2):  # cold, then from what that has left
         done = subprocess.run(
-            command, capture_output=True, text=True, check=True, env={**os.environ, "WARP_CACHE_PATH": str(tmp_path)}
+            command,
+            capture_output=True,
+            text=True,
+            check=True,
+            cwd=ROOT,
+            env={**os.environ, "WARP_CACHE_PATH": str(tmp_path)},
         )
         assert json.loads(done.stdout.splitlines()[-1]) == here
 

@@ -1,0 +1,65 @@
+"""Hourglass control: holds what a gradient does not see, and nothing else."""
+
+import numpy as np
+import pytest
+
+import wsph
+from wsph.simulation.compose import compose
+
+
+def block(**body: object) -> wsph.Scene:
+    """A free block that spins and stretches."""
+    data = {"name": "b", "shape": {"type": "box", "min": [-0.5, -0.5], "max": [0.5, 0.5]}, "spacing": 0.1, "state": "strain",
+            "velocity": ["-0.1*y + 0.05*x", "0.1*x"], "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}, **body}  # fmt: skip
+    run = {"integrator": "leapfrog", "formulation": "total-lagrangian", "end": 4.0, "cfl": 0.5}
+    return wsph.Scene(schema=1, dim=2, run=run, bodies=[data])
+
+
+def checkered(**body: object) -> float:
+    """Acceleration of a field that alternates from particle to particle, over that of the residual form."""
+    composition = compose(block(spacing=0.04, **body))
+    system = composition.bodies[0].system
+    sign = (-1.0) ** np.rint(system.grid_index).sum(1)
+    system.state.write("displacement", 1e-6 * sign[:, None] * [1.0, 0.0])
+    out = system.new()
+    system.rate(system.state, out, "velocity")
+    inside = np.abs(system.position).max(1) < 0.2
+    return float(np.abs(out.read("velocity")[inside]).max())
+
+
+def test_hourglass_control_holds_what_a_gradient_does_not_see() -> None:
+    bare = checkered(hourglass=False)
+    held = checkered(hourglass={"coefficient": 0.1})
+    stiffer = checkered(hourglass={"coefficient": 0.2})
+    assert bare < 1e-12
+    assert held > 1e-8
+    assert stiffer == pytest.approx(2.0 * held, rel=1e-9)
+
+
+def test_hourglass_takes_the_place_of_the_residual_unless_both_are_named() -> None:
+    def terms(**body: object) -> tuple[bool, bool]:
+        form = compose(block(**body)).bodies[0].system.form
+        return form.residual, form.parts.hourglass
+
+    assert terms() == (True, False)
+    assert terms(hourglass={"coefficient": 0.1}) == (False, True)
+    assert terms(hourglass=False) == (False, False)
+    assert terms(hourglass={"coefficient": 0.1}, residual={"coefficient": 0.5}) == (True, True)
+
+
+def test_it_keeps_angular_momentum_and_a_linear_field_free_of_force() -> None:
+    composition = compose(block(hourglass={"coefficient": 0.1}))
+    system = composition.bodies[0].system
+    x = system.position / composition.scales.length
+    mass = system.volume * system.density
+
+    def spin() -> float:
+        at, v = x + system.state.read("displacement"), system.state.read("velocity")
+        return float(mass @ (at[:, 0] * v[:, 1] - at[:, 1] * v[:, 0]))
+
+    before = spin()
+    composition.program.run(500)
+    assert spin() == pytest.approx(before, rel=1e-12)
+    system.state.write("displacement", x @ np.array([[0.1, 0.3], [-0.2, 0.2]]))
+    system.rate(system.state, system.new(), "velocity")
+    assert np.abs(system._hold.numpy()).max() < 1e-14
