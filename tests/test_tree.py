@@ -9,7 +9,11 @@ ROOT = Path(__file__).resolve().parents[1]
 def test_the_tree_evaluates_no_text_and_unpickles_nothing() -> None:
     """Scenes, checkpoints and frames are data: no eval, exec, pickle, or array of objects anywhere in the packages."""
     files = [p for name in ("wsph", "integrators", "materials") for p in (ROOT / name).rglob("*.py")]
-    assert len(files) > 50
+    assert {
+        ROOT / "wsph" / "cli.py",
+        ROOT / "integrators" / "wsph_integrators" / "taylor.py",
+        ROOT / "materials" / "wsph_materials" / "mises.py",
+    } <= set(files)
     for path in files:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Call):

@@ -57,5 +57,5 @@ def test_positions_that_are_not_finite_and_bad_radii_are_refused() -> None:
     with pytest.raises(ValueError, match="particle 1 has a position that is not finite"):
         find_pairs(np.array([[0.0], [np.nan], [1.0]]), points, 1.0)
     for radius in (0.0, -1.0, np.nan):
-        with pytest.raises(ValueError, match="support radius"):
+        with pytest.raises(ValueError, match=f"the support radius {radius} is not above zero"):
             find_pairs(points, points, radius)
