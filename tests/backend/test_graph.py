@@ -6,18 +6,16 @@ import numpy as np
 import pytest
 
 import wsph
+from tests import scenes
 from wsph.backend.graph import SMALL_PAIRS, Program
 from wsph.simulation.compose import compose
 
 
-def block(threads: int, run: dict, **body: object) -> wsph.Scene:
+def block(threads: int, run: dict) -> wsph.Scene:
     """A block of 512 cells in 3D that spins and stretches, held at one side."""
-    data = {"name": "b", "shape": {"type": "box", "min": [0.0] * 3, "max": [1.0] * 3}, "spacing": 0.125,
-            "velocity": ["-0.1*y+0.05*x", "0.1*x", "0"], "material": {"model": "jaumann", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}, **body}  # fmt: skip
-    runs = {"integrator": "leapfrog", "end": 0.5, "cfl": 0.2, "threads": threads, **run}
-    return wsph.Scene(
-        schema=1, dim=3, run=runs, bodies=[data], boundary=[{"body": "b", "face": "-x", "fixed": ["x", "y", "z"]}]
-    )
+    keys = {"end": 0.5, "cfl": 0.2, "threads": threads, **run}
+    velocity = ["-0.1*y+0.05*x", "0.1*x", "0"]
+    return scenes.block(3, 8, model="jaumann", run=keys, tables={"boundary": [scenes.held("-x", 3)]}, velocity=velocity)
 
 
 CASES = [

@@ -6,28 +6,33 @@ import numpy as np
 import pytest
 
 import wsph
+from tests import scenes
 from wsph.errors import Refused
 from wsph.simulation.compose import compose
 
-SOFT = {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.0}
+SOFT = scenes.material(poisson_ratio=0.0)
 SPEED = 1e-3
 
 
 def bar(name: str, start: float, end: float, *, cells: int = 100, velocity: float = 0.0, **body: Any) -> dict:
     """A 1D elastic bar of unit wave speed."""
-    shape = {"type": "box", "min": [start], "max": [end]}
-    return {"name": name, "shape": shape, "spacing": (end - start) / cells, "state": "stress", "velocity": [velocity], "material": SOFT, **body}  # fmt: skip
+    keys = {"state": "stress", "velocity": [velocity], "material": SOFT, **body}
+    return scenes.body(scenes.box((start, end)), (end - start) / cells, name, **keys)
 
 
-def impact(*bodies: dict, end: float, contact: dict | None = None, dim: int = 1, **keys: Any) -> wsph.Result:
-    run = {"integrator": "leapfrog", "formulation": "total-lagrangian", "end": end, "cfl": 0.25, **keys.pop("run", {})}
-    names = [body["name"] for body in bodies]
-    meeting = {"between": names, **(contact or {})}
-    # Loss is what pinball contact is about.
-    return wsph.run(
-        wsph.Scene(schema=1, dim=dim, run=run, bodies=list(bodies), contact=[meeting], output={"history": 1}, **keys),
-        throw=False,
+def pair(run: dict | None = None, *contacts: dict, **tables: Any) -> wsph.Scene:
+    """Two bars, one behind the other."""
+    return scenes.scene(
+        bar("a", 0.0, 1.0), bar("b", 1.0, 2.0), run={"cfl": 0.2, **(run or {})}, contact=list(contacts), **tables
     )
+
+
+def impact(*bodies: dict, end: float, contact: dict | None = None, **tables: Any) -> wsph.Result:
+    """A run of two bodies that meet."""
+    run = {"formulation": "total-lagrangian", "end": end, "cfl": 0.25}
+    meeting = {"between": [body["name"] for body in bodies], **(contact or {})}
+    # Loss is what pinball contact is about.
+    return wsph.run(scenes.scene(*bodies, run=run, contact=[meeting], output={"history": 1}, **tables), throw=False)
 
 
 def mean_velocity(result: wsph.Result, body: int) -> float:
@@ -60,12 +65,11 @@ def test_the_restitution_of_unequal_bars_is_the_ratio_of_their_lengths() -> None
 @pytest.mark.parametrize("dim", [2, 3])
 def test_momentum_is_kept_to_rounding_and_no_energy_is_made(law: str, friction: float, dim: int) -> None:
     def block(name: str, x: float, velocity: list[float]) -> dict:
-        low, high = [x, *[0.1 * (x > 0.0)] * (dim - 1)], [x + 1.0, *[1.0 + 0.1 * (x > 0.0)] * (dim - 1)]
-        body = {"name": name, "shape": {"type": "box", "min": low, "max": high}, "spacing": 0.125, "velocity": velocity[:dim],
-                "material": {**SOFT, "poisson_ratio": 0.3}, "viscosity": {"alpha": 0.5}}  # fmt: skip
-        return body | ({"state": "strain"} if dim == 2 else {})
+        aside = 0.1 * (x > 0.0)
+        shape = scenes.box((x, x + 1.0), *[(aside, 1.0 + aside)] * (dim - 1))
+        return scenes.body(shape, 0.125, name, velocity=velocity[:dim], viscosity={"alpha": 0.5})
 
-    result = impact(block("a", 0.0, [0.05, 0.02, 0.0]), block("b", 1.02, [-0.05, 0.0, 0.01]), end=4.0, dim=dim,
+    result = impact(block("a", 0.0, [0.05, 0.02, 0.0]), block("b", 1.02, [-0.05, 0.0, 0.01]), end=4.0,
                     contact={"law": law, "friction": friction})  # fmt: skip
     history = result.history
     for axis in "xyz"[:dim]:
@@ -98,26 +102,20 @@ def test_a_body_that_is_driven_does_work_on_what_it_meets() -> None:
     assert (result.field("velocity_x")[result.field("body") == 0] == SPEED).all()
 
 
-NOTCHED = {"name": "b", "shape": {"type": "box", "min": [-1.0, 0.0], "max": [1.0, 0.5]}, "spacing": 0.1, "state": "strain",
-           "velocity": ["-0.05*x/max(abs(x), 0.01)", 0.0], "material": {**SOFT, "model": "jaumann"},
-           "cracks": [{"from": [0.0, 0.0], "to": [0.0, 0.5]}]}  # fmt: skip
-
-
-def box(left: float, right: float) -> dict:
-    return {"type": "box", "min": [left, 0.0], "max": [right, 0.5]}
+NOTCHED = scenes.body(scenes.box((-1.0, 1.0), 0.5), 0.1, velocity=["-0.05*x/max(abs(x), 0.01)", 0.0],
+                      material=scenes.material("jaumann", poisson_ratio=0.0), cracks=[{"from": [0.0, 0.0], "to": [0.0, 0.5]}])  # fmt: skip
 
 
 @pytest.mark.parametrize(("formulation", "keys"), [
     ("total-lagrangian", {}),
-    ("stress-points", {"cracks": [], "shape": {"type": "union", "shapes": [box(-1.1, -0.1), box(0.1, 1.1)]}}),
+    ("stress-points", {"cracks": [], "shape": {"type": "union", "shapes": [scenes.box((-1.1, -0.1), 0.5), scenes.box((0.1, 1.1), 0.5)]}}),
 ])  # fmt: skip
 def test_parts_of_a_body_meet_each_other(formulation: str, keys: dict) -> None:
     """Two halves fly at each other: without self-contact they pass."""
     body = NOTCHED | keys
-    run = {"integrator": "leapfrog", "formulation": formulation, "end": 8.0, "cfl": 0.25}
 
-    def parting(**keys: Any) -> float:
-        result = wsph.run(wsph.Scene(schema=1, dim=2, run=run, bodies=[body], **keys))
+    def parting(**tables: Any) -> float:
+        result = wsph.run(scenes.scene(body, run={"formulation": formulation, "end": 8.0, "cfl": 0.25}, **tables))
         x, velocity = result.particles["position"][:, 0], result.field("velocity_x")
         return float(velocity[x > 0.01].mean() - velocity[x < -0.01].mean())
 
@@ -127,9 +125,9 @@ def test_parts_of_a_body_meet_each_other(formulation: str, keys: dict) -> None:
 
 def test_what_lies_on_each_other_from_the_start_is_refused() -> None:
     """Nodes on both sides of a crack: nothing says which way they part."""
-    run = {"integrator": "leapfrog", "formulation": "stress-points", "end": 1.0, "cfl": 0.25}
+    scene = scenes.scene(NOTCHED, run={"formulation": "stress-points", "cfl": 0.25}, contact=[{"self": "b"}])
     with pytest.raises(Refused, match=r"lie 0 m apart at \[0\.0, 0\.\d\] m.* leave a gap"):
-        wsph.run(wsph.Scene(schema=1, dim=2, run=run, bodies=[NOTCHED], contact=[{"self": "b"}]))
+        wsph.run(scene)
 
 
 @pytest.mark.parametrize(("contact", "text"), [
@@ -142,8 +140,7 @@ def test_what_lies_on_each_other_from_the_start_is_refused() -> None:
 ])  # fmt: skip
 def test_what_a_scene_says_wrong_of_it(contact: dict, text: str) -> None:
     with pytest.raises(wsph.SceneError, match=text):
-        wsph.Scene(schema=1, dim=1, run={"integrator": "leapfrog", "end": 1.0, "cfl": 0.2},
-                   bodies=[bar("a", 0.0, 1.0), bar("b", 1.0, 2.0)], contact=[contact])  # fmt: skip
+        pair({}, contact)
 
 
 @pytest.mark.parametrize(
@@ -154,18 +151,14 @@ def test_what_a_scene_says_wrong_of_it(contact: dict, text: str) -> None:
     ],
 )
 def test_what_cannot_be_pushed_is_refused(integrator: str, text: str) -> None:
-    bodies = [bar("a", 0.0, 1.0), bar("b", 1.0, 2.0)]
-    scene = wsph.Scene(schema=1, dim=1, run={"integrator": integrator, "end": 1.0, "cfl": 0.2}, bodies=bodies, contact=[{"between": ["a", "b"]}])  # fmt: skip
+    scene = pair({"integrator": integrator}, {"between": ["a", "b"]})
     with pytest.raises(wsph.Refused, match=text):
         compose(scene)
 
 
 def test_a_stiff_contact_lowers_the_limit() -> None:
-    bodies = [bar("a", 0.0, 1.0), bar("b", 1.0, 2.0)]
-
     def limit(**contact: Any) -> float:
-        run = {"integrator": "leapfrog", "formulation": "total-lagrangian", "end": 1.0, "cfl": 0.1}
         parts = [{"between": ["a", "b"], **contact}] if contact else []
-        return compose(wsph.Scene(schema=1, dim=1, run=run, bodies=bodies, contact=parts)).bodies[0].limit or 0.0
+        return compose(pair({"formulation": "total-lagrangian", "cfl": 0.1}, *parts)).bodies[0].limit or 0.0
 
     assert limit() > limit(stiffness=1.0) > limit(stiffness=10.0)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import wsph
+from tests import scenes
 from wsph.simulation.compose import compose
 from wsph.simulation.composition import Composition
 
@@ -17,16 +18,15 @@ METHODS = [
     ("leapfrog", "updated-lagrangian"),
     ("rk4", "total-lagrangian"),
 ]
-ELASTIC = {"density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}
 
 
 def block(method: tuple[str, str], velocity: list[str], size: tuple[float, float] = (1.0, 1.0), precision: str = "f64",
           **run: Any) -> wsph.Scene:  # fmt: skip
     """A free block about the origin, seven cells along every unit of length: as little aligned as a block can be."""
-    body = {"name": "b", "shape": {"type": "box", "min": [-0.5 * s for s in size], "max": [0.5 * s for s in size]}, "spacing": 1.0 / 7.0,
-            "state": "strain", "velocity": velocity, "material": {"model": "jaumann", **ELASTIC}}  # fmt: skip
-    keys = {"integrator": method[0], "formulation": method[1], "end": 1.0, "cfl": 0.4, "precision": precision, **run}
-    return wsph.Scene(schema=1, dim=2, run=keys, bodies=[body])
+    shape = scenes.box(*((-0.5 * side, 0.5 * side) for side in size))
+    body = scenes.body(shape, 1.0 / 7.0, velocity=velocity, material=scenes.material("jaumann"))
+    keys = {"integrator": method[0], "formulation": method[1], "cfl": 0.4, "precision": precision, **run}
+    return scenes.scene(body, run=keys)
 
 
 def fields(result: wsph.Result) -> tuple[np.ndarray, np.ndarray]:
@@ -107,10 +107,9 @@ def test_a_prestress_turns_with_the_body_ten_times(name: str, order: int, fewest
 
 def bar(integrator: str, formulation: str, wave: float, **body: Any) -> Composition:
     """A bar of 41 cells with a small displacement or velocity sin(wave x/spacing) along it."""
-    data = {"name": "b", "shape": {"type": "box", "min": [0.0], "max": [41.0]}, "spacing": 1.0, "state": "stress",
-            "velocity": [f"1e-7*sin({wave}*x)"], "material": {"model": "elastic", **ELASTIC}, **body}  # fmt: skip
-    run = {"integrator": integrator, "formulation": formulation, "end": 1.0, "cfl": 0.5, "guard": "off"}
-    return compose(wsph.Scene(schema=1, dim=1, run=run, bodies=[data]))
+    made = scenes.body(scenes.box(41.0), 1.0, state="stress", velocity=[f"1e-7*sin({wave}*x)"], **body)
+    run = {"integrator": integrator, "formulation": formulation, "cfl": 0.5, "guard": "off"}
+    return compose(scenes.scene(made, run=run))
 
 
 @pytest.mark.parametrize("wave", [0.3, 1.0, 2.0, 3.0])

@@ -2,18 +2,11 @@
 
 import numpy as np
 import pytest
-from pydantic import TypeAdapter
 
+from tests.scenes import box, shape
 from wsph.geometry.lattice import lattice
-from wsph.geometry.shapes.combined import Shape
 
-
-def shape(**data: object) -> object:
-    """A shape from a scene's data."""
-    return TypeAdapter(Shape).validate_python(data)
-
-
-SQUARE = {"type": "box", "min": [0.0, 0.0], "max": [4.0, 4.0]}
+SQUARE = box(4.0, 4.0)
 
 
 class TestCracks:

@@ -2,22 +2,16 @@
 
 import numpy as np
 import pytest
-from pydantic import TypeAdapter
 
+from tests.scenes import box, cube, shape
 from wsph.geometry.lattice import lattice
 from wsph.geometry.shapes.box import Box
-from wsph.geometry.shapes.combined import Shape
-
-
-def box(dim: int, edge: float = 1.0) -> Box:
-    """A cube."""
-    return Box(type="box", min=[0.0] * dim, max=[edge] * dim)
 
 
 @pytest.mark.parametrize("dim", [1, 2, 3])
 def test_volumes_faces_and_corners(dim: int) -> None:
     n = 5
-    body = lattice(box(dim), 1.0 / n)
+    body = lattice(shape(**cube(dim)), 1.0 / n)
     assert len(body.nodes) == (n + 1) ** dim
     assert len(body.cells) == n**dim
     assert body.node_volume.sum() == pytest.approx(1.0, rel=1e-14)
@@ -36,8 +30,8 @@ def test_the_last_node_is_the_corner_to_the_last_bit() -> None:
 
 
 def test_jitter_keeps_faces_and_is_seeded() -> None:
-    body, again, other = (lattice(box(2), 0.1, 0.4, seed) for seed in (3, 3, 4))
-    straight = lattice(box(2), 0.1)
+    body, again, other = (lattice(shape(**cube(2)), 0.1, 0.4, seed) for seed in (3, 3, 4))
+    straight = lattice(shape(**cube(2)), 0.1)
     assert (body.nodes == again.nodes).all()
     assert (body.nodes != other.nodes).any()
     moved = np.abs(body.nodes - straight.nodes)
@@ -49,13 +43,8 @@ def test_jitter_keeps_faces_and_is_seeded() -> None:
     np.testing.assert_allclose(body.cells, body.nodes[body.corners].mean(1))
 
 
-def shape(**data: object) -> object:
-    """A shape from a scene's data."""
-    return TypeAdapter(Shape).validate_python(data)
-
-
-SQUARE = {"type": "box", "min": [0.0, 0.0], "max": [4.0, 4.0]}
-HOLE = {"type": "box", "min": [1.0, 1.0], "max": [3.0, 2.0]}
+SQUARE = box(4.0, 4.0)
+HOLE = box((1.0, 3.0), (1.0, 2.0))
 
 
 def test_a_hole_has_faces_that_are_not_the_outer_ones() -> None:
@@ -97,7 +86,7 @@ def polar(points: np.ndarray) -> np.ndarray:
 
 
 def test_a_map_moves_nodes_volumes_and_areas() -> None:
-    body = lattice(box(2), 1 / 40, map=polar)
+    body = lattice(shape(**cube(2)), 1 / 40, map=polar)
     assert body.mapped
     assert body.cell_volume.sum() == pytest.approx(0.25 * np.pi * 3.0, rel=1e-3)
     assert body.node_volume.sum() == pytest.approx(body.cell_volume.sum(), rel=1e-14)
@@ -106,13 +95,13 @@ def test_a_map_moves_nodes_volumes_and_areas() -> None:
     assert body.spacing == pytest.approx(1 / 40, rel=1e-9)
     assert body.edges[1] == pytest.approx(np.pi / 40, rel=1e-3)
     with pytest.raises(ValueError, match="inside out"):
-        lattice(box(2), 0.1, map=lambda x: x * [1.0, -1.0])
+        lattice(shape(**cube(2)), 0.1, map=lambda x: x * [1.0, -1.0])
     with pytest.raises(ValueError, match="not finite"):
-        lattice(box(2), 0.1, map=lambda x: x / 0.0 if len(x) == 0 else np.full_like(x, np.nan))
+        lattice(shape(**cube(2)), 0.1, map=lambda x: x / 0.0 if len(x) == 0 else np.full_like(x, np.nan))
 
 
 def test_a_map_in_three_dimensions() -> None:
-    body = lattice(box(3), 0.1, map=lambda x: np.concatenate([polar(x[:, :2]), 2.0 * x[:, 2:]], 1))
+    body = lattice(shape(**cube(3)), 0.1, map=lambda x: np.concatenate([polar(x[:, :2]), 2.0 * x[:, 2:]], 1))
     assert body.cell_volume.sum() == pytest.approx(0.5 * np.pi * 3.0, rel=5e-3)
     assert body.faces.area[body.faces.named("+z")].sum() == pytest.approx(0.25 * np.pi * 3.0, rel=5e-3)
     assert body.faces.area[body.faces.named("+x")].sum() == pytest.approx(2.0 * np.pi, rel=3e-3)

@@ -2,18 +2,11 @@
 
 import numpy as np
 import pytest
-from pydantic import TypeAdapter
 
+from tests.scenes import box, shape
 from wsph.geometry.lattice import lattice
-from wsph.geometry.shapes.combined import Shape
 
-
-def shape(**data: object) -> object:
-    """A shape from a scene's data."""
-    return TypeAdapter(Shape).validate_python(data)
-
-
-SQUARE = {"type": "box", "min": [0.0, 0.0], "max": [4.0, 4.0]}
+SQUARE = box(4.0, 4.0)
 
 
 @pytest.mark.parametrize(
@@ -24,7 +17,7 @@ SQUARE = {"type": "box", "min": [0.0, 0.0], "max": [4.0, 4.0]}
         ({"type": "polygon", "points": [[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]]}, 1.0),
         ({"type": "sphere", "center": [0.0, 0.0, 0.0], "radius": 1.0}, 4.0 / 3.0 * np.pi),
         ({"type": "cylinder", "from": [0.0, 0.0, 0.0], "to": [0.0, 1.0, 1.0], "radius": 0.5}, np.pi / 4.0 * 2**0.5),
-        ({"type": "union", "shapes": [SQUARE, {"type": "box", "min": [3.0, 3.0], "max": [6.0, 5.0]}]}, 21.0),
+        ({"type": "union", "shapes": [SQUARE, box((3.0, 6.0), (3.0, 5.0))]}, 21.0),
     ],
     ids=lambda v: v["type"] if isinstance(v, dict) else "",
 )  # fmt: skip

@@ -3,17 +3,8 @@
 import numpy as np
 import pytest
 
-import wsph
+from tests.scenes import spinning
 from wsph.simulation.compose import compose
-
-
-def block(**body: object) -> wsph.Scene:
-    """A free block that spins and stretches."""
-    data = {"name": "b", "shape": {"type": "box", "min": [-0.5, -0.5], "max": [0.5, 0.5]}, "spacing": 0.1, "state": "strain",
-            "velocity": ["-0.1*y + 0.05*x", "0.1*x"], "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}, **body}  # fmt: skip
-    run = {"integrator": "leapfrog", "formulation": "total-lagrangian", "end": 4.0, "cfl": 0.5}
-    return wsph.Scene(schema=1, dim=2, run=run, bodies=[data])
-
 
 AMPLITUDE = 1e-6
 """Of a displacement that alternates from particle to particle, in spacings."""
@@ -21,7 +12,7 @@ AMPLITUDE = 1e-6
 
 def checkered(**body: object) -> float:
     """The largest acceleration inside a block whose displacement alternates from particle to particle, nondimensional."""
-    composition = compose(block(spacing=0.04, **body))
+    composition = compose(spinning(spacing=0.04, **body))
     system = composition.bodies[0].system
     sign = (-1.0) ** np.rint(system.grid_index).sum(1)
     system.state.write("displacement", AMPLITUDE * sign[:, None] * [1.0, 0.0])
@@ -51,7 +42,7 @@ def test_hourglass_control_holds_what_a_gradient_does_not_see() -> None:
 
 def test_hourglass_takes_the_place_of_the_residual_unless_both_are_named() -> None:
     def terms(**body: object) -> tuple[bool, bool]:
-        form = compose(block(**body)).bodies[0].system.form
+        form = compose(spinning(**body)).bodies[0].system.form
         return form.residual, form.parts.hourglass
 
     assert terms() == (True, False)
@@ -61,7 +52,7 @@ def test_hourglass_takes_the_place_of_the_residual_unless_both_are_named() -> No
 
 
 def test_it_keeps_angular_momentum_and_a_linear_field_free_of_force() -> None:
-    composition = compose(block(hourglass={"coefficient": 0.1}))
+    composition = compose(spinning(hourglass={"coefficient": 0.1}))
     system = composition.bodies[0].system
     x = system.position / composition.scales.length
     mass = system.volume * system.density

@@ -6,22 +6,21 @@ import numpy as np
 import pytest
 
 import wsph
+from tests import scenes
 from wsph.simulation.compose import compose
 from wsph.simulation.composition import Composition
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*follow the lattice")
-JAUMANN = {"model": "jaumann", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.25}
+JAUMANN = scenes.material("jaumann", poisson_ratio=0.25)
 STRETCH = {"criterion": "stretch", "threshold": 0.1}
 
 
 def block(*, dim: int = 2, end: float = 3.0, run: dict | None = None, **body: Any) -> wsph.Scene:
     """A free block of side 1."""
-    data = {"name": "b", "shape": {"type": "box", "min": [-0.5] * dim, "max": [0.5] * dim}, "spacing": 0.05 if dim < 3 else 0.125,
-            "material": JAUMANN, "links": STRETCH, **body}  # fmt: skip
-    if dim < 3:
-        data.setdefault("state", "strain")
-    settings = {"integrator": "leapfrog", "formulation": "total-lagrangian", "end": end, "cfl": 0.15, **(run or {})}
-    return wsph.Scene(schema=1, dim=dim, run=settings, bodies=[data])
+    keys = {"formulation": "total-lagrangian", "end": end, "cfl": 0.15, **(run or {})}
+    return scenes.block(
+        dim, 20 if dim < 3 else 8, centred=True, run=keys, **{"material": JAUMANN, "links": STRETCH, **body}
+    )
 
 
 def held(composition: Composition, gradient: np.ndarray) -> Any:
@@ -142,14 +141,7 @@ def test_doubled_and_crushed_to_two_fifths_without_breaking(strain: float) -> No
         {"body": "b", "where": "x > 0.44", "velocity": {"x": speed}},
         {"body": "b", "where": "x < -0.44", "velocity": {"x": 0.0}},
     ]
-    material = {
-        "model": "mises",
-        "density": 1.0,
-        "youngs_modulus": 1.0,
-        "poisson_ratio": 0.3,
-        "yield_stress": 0.01,
-        "hardening_modulus": 0.05,
-    }
+    material = scenes.material("mises", yield_stress=0.01, hardening_modulus=0.05)
     data = block(end=abs(strain / speed), velocity=[f"{speed}*(x+0.5)", "0"], material=material, viscosity={"alpha": 0.5},
                  links={"criterion": "stretch", "threshold": 50.0}).data()  # fmt: skip
     result = wsph.run(wsph.Scene(**data | {"boundary": grip, "output": {"fields": ["displacement", "damage"]}}))

@@ -6,24 +6,21 @@ import numpy as np
 import pytest
 
 import wsph
+from tests import scenes
+from tests.scenes import FORMS
 from wsph.simulation.compose import compose
 from wsph.simulation.composition import Composition
 
-ELASTIC = {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.25}
+ELASTIC = scenes.material(poisson_ratio=0.25)
 TOUGH = {"fracture_energy": 1e-3, "length": 0.1}
-FORMS = ("total-lagrangian", "stress-points")
 
 
 def block(*, dim: int = 2, end: float = 4.0, run: dict | None = None, **body: Any) -> wsph.Scene:
     """A free block of side 1."""
-    data = {"name": "b", "shape": {"type": "box", "min": [-0.5] * dim, "max": [0.5] * dim}, "spacing": 0.05 if dim < 3 else 0.125,
-            "material": ELASTIC, "phase_field": {**TOUGH, "length": 0.1 if dim < 3 else 0.2}, **body}  # fmt: skip
-    if dim < 3:
-        data.setdefault("state", "strain")
-    settings = {"integrator": "leapfrog", "formulation": "total-lagrangian", "end": end, "cfl": 0.2, **(run or {})}
-    return wsph.Scene(
-        schema=1, dim=dim, run=settings, bodies=[data], output={"fields": ["damage", "stress", "velocity"]}
-    )
+    keys = {"formulation": "total-lagrangian", "end": end, "cfl": 0.2, **(run or {})}
+    tough = {"material": ELASTIC, "phase_field": {**TOUGH, "length": 0.1 if dim < 3 else 0.2}}
+    tables = {"output": {"fields": ["damage", "stress", "velocity"]}}
+    return scenes.block(dim, 20 if dim < 3 else 8, centred=True, run=keys, tables=tables, **{**tough, **body})
 
 
 def stretched(composition: Composition, gradient: np.ndarray, sweeps: int) -> np.ndarray:

@@ -4,22 +4,15 @@ import numpy as np
 import pytest
 
 import wsph
+from tests.scenes import spinning
 from wsph.simulation.compose import compose
-
-
-def block(**body: object) -> wsph.Scene:
-    """A free block that spins and stretches."""
-    data = {"name": "b", "shape": {"type": "box", "min": [-0.5, -0.5], "max": [0.5, 0.5]}, "spacing": 0.1, "state": "strain",
-            "velocity": ["-0.1*y + 0.05*x", "0.1*x"], "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}, **body}  # fmt: skip
-    run = {"integrator": "leapfrog", "formulation": "total-lagrangian", "end": 4.0, "cfl": 0.5}
-    return wsph.Scene(schema=1, dim=2, run=run, bodies=[data])
 
 
 @pytest.mark.parametrize("kind", ["pair", "approach"])
 def test_viscosity_at_points_is_a_stress(kind: str) -> None:
     """What it takes of a linear velocity field in a strained body is the power of the viscous stress in it."""
     part = {"alpha": 0.7, "beta": 0.4, "kind": kind}
-    composition = compose(block(viscosity=part).with_(**{"run.formulation": "stress-points"}))
+    composition = compose(spinning(viscosity=part).with_(**{"run.formulation": "stress-points"}))
     system, random = composition.bodies[0].system, np.random.default_rng(3)
     x = system.position / composition.scales.length
     H = 0.1 * random.standard_normal((2, 2))
@@ -45,7 +38,7 @@ def test_viscosity_at_points_is_a_stress(kind: str) -> None:
 @pytest.mark.parametrize("kind", ["pair", "approach"])
 def test_what_viscosity_at_points_takes_is_on_the_ledger(kind: str) -> None:
     part = {"alpha": 1.0, "beta": 1.0, "kind": kind}
-    energy = wsph.run(block(viscosity=part).with_(**{"run.formulation": "stress-points", "run.cfl": 0.2})).summary[
+    energy = wsph.run(spinning(viscosity=part).with_(**{"run.formulation": "stress-points", "run.cfl": 0.2})).summary[
         "energy"
     ]
     assert energy["dissipated"] > 1e-3 * energy["external_work"]
@@ -62,7 +55,7 @@ def test_what_viscosity_takes_is_exact_however_long_the_step(integrator: object,
     """Where it is all that there is, a body that is hardly elastic loses to it what its motion loses, in every method, from
     the first half step on; the trapezoidal rule would be out by a third."""
     part = {"alpha": 1e5, "beta": 0.0, "kind": "pair"}
-    scene = block(viscosity=part, velocity=["sin(9*x + 4*y)", "cos(8*x)"], hourglass=False).with_(
+    scene = spinning(viscosity=part, velocity=["sin(9*x + 4*y)", "cos(8*x)"], hourglass=False).with_(
         **{"run.formulation": formulation, "run.integrator": integrator, "guard": "off", "stop": {"energy": 1e30}}
     )
     run = compose(scene).bodies[0]
@@ -78,7 +71,7 @@ def test_what_viscosity_takes_is_exact_however_long_the_step(integrator: object,
 @pytest.mark.parametrize("kind", ["pair", "approach"])
 def test_the_limit_with_viscosity_at_points_holds(name: str, kind: str) -> None:
     part = {"alpha": 0.5, "beta": 0.0, "kind": kind}
-    scene = block(viscosity=part, velocity=["1e-3*sin(9*x + 4*y)", "1e-3*cos(8*x)"])
+    scene = spinning(viscosity=part, velocity=["1e-3*sin(9*x + 4*y)", "1e-3*cos(8*x)"])
     scene = scene.with_(
         **{"run.formulation": "stress-points", "run.integrator": name, "guard": "off", "stop": {"energy": 1e30}}
     )
@@ -95,7 +88,7 @@ def test_the_limit_with_viscosity_at_points_holds(name: str, kind: str) -> None:
 
 
 def test_rkc_is_refused_at_points_that_leave_modes_undamped() -> None:
-    scene = block(viscosity={"alpha": 2.5, "kind": "pair"}).with_(
+    scene = spinning(viscosity={"alpha": 2.5, "kind": "pair"}).with_(
         **{"run.formulation": "stress-points", "run.integrator": "rkc"}
     )
     with pytest.raises(wsph.Refused, match=r"limit 0\.000"):

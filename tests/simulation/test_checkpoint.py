@@ -8,24 +8,20 @@ import numpy as np
 import pytest
 
 import wsph
+from tests import scenes
 from wsph.cli import main
 from wsph.simulation import checkpoint
 
 
 def block(**run: object) -> wsph.Scene:
     """A square that is pulled, with gravity and damping, probes and frames."""
-    material = {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}
-    body = {"name": "b", "shape": {"type": "box", "min": [0.0, 0.0], "max": [1.0, 1.0]}, "spacing": 0.125, "state": "strain",
-            "velocity": ["0.01*x", "0"], "damping": {"rate": 0.1}, "material": material}  # fmt: skip
-    pull = [
-        {"body": "b", "face": "+x", "velocity": {"x": "0.01*(1+t)"}},
-        {"body": "b", "face": "-x", "fixed": ["x", "y"]},
-    ]
     probes = [{"name": "every", "at": [[0.5, 0.5]], "fields": ["stress_xx", "velocity"], "every": 1},
               {"name": "seldom", "at": [[0.7, 0.5]], "fields": ["velocity_x"], "every": 7}]  # fmt: skip
-    step = {} if "dt" in run else {"cfl": 0.3}
-    return wsph.Scene(schema=1, dim=2, run={"integrator": "leapfrog", "end": 1.2, **step, **run}, bodies=[body], boundary=pull,
-                      probes=probes, gravity={"y": -0.01}, output={"every": 9, "history": 5, "formats": ["npz", "vtu"]})  # fmt: skip
+    tables = {"boundary": [scenes.driven("+x", x="0.01*(1+t)"), scenes.held("-x", 2)], "probes": probes, "gravity": {"y": -0.01},
+              "output": {"every": 9, "history": 5, "formats": ["npz", "vtu"]}}  # fmt: skip
+    return scenes.block(
+        cells=8, run={"end": 1.2, **run}, tables=tables, velocity=["0.01*x", "0"], damping={"rate": 0.1}
+    )
 
 
 def files(folder: Path) -> dict[str, bytes]:
@@ -81,7 +77,7 @@ def test_resumed_is_straight_byte_for_byte(run: dict, tmp_path: Path) -> None:
     if run["integrator"] in ("lf4", "blanes-moan4"):
         del data["bodies"][0]["damping"]
     if run["integrator"] == "lf4":
-        data["boundary"] = [{"body": "b", "face": "-x", "fixed": ["x", "y"]}]
+        data["boundary"] = [scenes.held("-x", 2)]
     if isinstance(run["integrator"], dict):
         data["bodies"][0]["viscosity"] = {"alpha": 1.0, "kind": "pair"}
     scene = wsph.Scene(**data)
@@ -111,8 +107,7 @@ def test_internals_are_kept(material: str, tmp_path: Path) -> None:
         "perzyna": {"yield_stress": 2e-3, "hardening_modulus": 0.1, "fluidity": 0.05, "exponent": 1.0},
         "mises": {"yield_stress": 2e-3},
     }
-    keys = {"model": material, "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3, **own.get(material, {})}
-    scene = block(dt=0.02).with_(**{"bodies.0.material": keys})
+    scene = block(dt=0.02).with_(**{"bodies.0.material": scenes.material(material, **own.get(material, {}))})
     straight = wsph.run(scene)
     wsph.run(scene.with_(end=0.5, checkpoint={"every": 10}), tmp_path / "out")
     resumed = wsph.run(scene, tmp_path / "out", resume=True)
@@ -136,7 +131,7 @@ def test_what_is_broken_and_what_touches_are_kept(part: str, tmp_path: Path) -> 
     changes = {f"bodies.0.{key}": value for key, value in BREAKING[part].items()}
     scene = block(dt=0.02, formulation="total-lagrangian").with_(**{"bodies.0.velocity": ["0.1*x", "0"], **changes})
     other = {**scene.data()["bodies"][0], "name": "c", "velocity": ["-0.2", "0"]}
-    other["shape"] = {"type": "box", "min": [1.05, 0.0], "max": [2.05, 1.0]}
+    other["shape"] = scenes.box((1.05, 2.05), 1.0)
     data = scene.data()
     data["bodies"].append(other)
     data["contact"] = [{"between": ["b", "c"], "friction": 0.1}, {"self": "b"}]

@@ -1,12 +1,11 @@
 """Compositions: only what the scene asks for; refused beyond the limits, by name, with the number."""
 
-import copy
-
 import numpy as np
 import pytest
 import warp as wp
 
 import wsph
+from tests import scenes
 from wsph.errors import Refused, SceneError
 from wsph.simulation.compose import compose
 
@@ -87,13 +86,8 @@ def test_two_dimensions_are_held_below_the_corners_growth(shock_bar: wsph.Scene)
 
 def square_scene(shock_bar: wsph.Scene) -> wsph.Scene:
     """The bar made a square in plane strain."""
-    data = copy.deepcopy(shock_bar.data())
-    data |= {"dim": 2, "probes": []}
-    data["bodies"][0] |= {
-        "shape": {"type": "box", "min": [0.0, 0.0], "max": [1.0, 1.0]},
-        "spacing": 0.1,
-        "state": "strain",
-    }
+    data = shock_bar.data() | {"dim": 2, "probes": []}
+    data["bodies"][0] |= {"shape": scenes.cube(2), "spacing": 0.1, "state": "strain"}
     data["run"]["cfl"] = 0.9
     return wsph.Scene(**data)
 
@@ -122,9 +116,9 @@ def test_what_selects_nothing_or_cannot_be_is_refused(shock_bar: wsph.Scene) -> 
 @pytest.mark.parametrize("precision", ["f64", "f32"])
 @pytest.mark.parametrize("dim", [1, 2, 3])
 def test_every_dimension_and_precision_runs_ten_steps(shock_bar: wsph.Scene, dim: int, precision: str) -> None:
-    data = copy.deepcopy(shock_bar.data())
+    data = shock_bar.data()
     body = data["bodies"][0]
-    body |= {"shape": {"type": "box", "min": [0.0] * dim, "max": [1.0] * dim}, "spacing": 0.2}
+    body |= {"shape": scenes.cube(dim), "spacing": 0.2}
     if dim == 3:
         del body["state"]
     data |= {"dim": dim, "probes": []}
@@ -136,18 +130,9 @@ def test_every_dimension_and_precision_runs_ten_steps(shock_bar: wsph.Scene, dim
 
 def test_a_scene_pays_nothing_for_fracture_and_contact_that_it_has_not() -> None:
     """The same kernels, launches and bytes whether or not the program knows of them."""
-    material = {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}
-    body = {
-        "name": "b",
-        "shape": {"type": "box", "min": [0.0, 0.0], "max": [1.0, 1.0]},
-        "spacing": 0.1,
-        "state": "strain",
-        "material": material,
-    }
-    run = {"integrator": "leapfrog", "formulation": "total-lagrangian", "end": 1.0, "cfl": 0.2}
 
     def scene(**part: object) -> wsph.Scene:
-        return wsph.Scene(schema=1, dim=2, run=run, bodies=[{**body, **part}])
+        return scenes.block(run={"formulation": "total-lagrangian", "cfl": 0.2}, **part)
 
     bare = compose(scene())
     assert sorted(set(names(scene()))) == ["advance", "combine", "force_between", "strain"]

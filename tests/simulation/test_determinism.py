@@ -13,25 +13,19 @@ import numpy as np
 import pytest
 
 import wsph
+from tests import scenes
 from wsph.simulation.compose import compose
 
 ROOT = Path(__file__).resolve().parents[2]
-MISES = {"model": "mises", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3, "yield_stress": 2e-3}
 
 
 def scene(formulation: str, threads: int = 1, every: int = 50) -> wsph.Scene:
     """A body that yields while it is pulled, with a probe every step."""
-    body = {"name": "b", "shape": {"type": "box", "min": [0.0, 0.0], "max": [1.0, 1.0]}, "spacing": 0.1, "state": "strain",
-            "velocity": ["0.02*x", "0.01*x"], "material": MISES}  # fmt: skip
-    run = {"integrator": "leapfrog", "formulation": formulation, "end": 1.2, "dt": 0.03, "threads": threads}
-    pull = [
-        {"body": "b", "face": "-x", "fixed": ["x", "y"]},
-        {"body": "b", "face": "+x", "velocity": {"x": "0.02*(1+t)"}},
-    ]
-    probes = [{"name": "p", "at": [[0.5, 0.5]], "fields": ["velocity", "stress"], "every": 1}]
-    return wsph.Scene(
-        schema=1, dim=2, run=run, bodies=[body], boundary=pull, probes=probes, output={"every": every, "history": 1}
-    )
+    run = {"formulation": formulation, "end": 1.2, "dt": 0.03, "threads": threads}
+    tables = {"boundary": [scenes.held("-x", 2), scenes.driven("+x", x="0.02*(1+t)")], "output": {"every": every, "history": 1},
+              "probes": [{"name": "p", "at": [[0.5, 0.5]], "fields": ["velocity", "stress"], "every": 1}]}  # fmt: skip
+    mises = scenes.material("mises", yield_stress=2e-3)
+    return scenes.block(run=run, tables=tables, velocity=["0.02*x", "0.01*x"], material=mises)
 
 
 def digest(result: wsph.Result) -> str:
@@ -79,14 +73,13 @@ def test_a_cold_cache_gives_the_same_hash(tmp_path: Path) -> None:
 def test_a_time_step_that_follows_is_the_same_whatever_is_recorded_when(integrator: str, tmp_path: Path) -> None:
     """Stretched or squeezed, at 97 % of its limit: in single steps or many, straight or resumed from any step."""
     taylor = integrator == "ul-tsph"
-    material = {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}
-    body = {"name": "b", "shape": {"type": "box", "min": [0.0, 0.0], "max": [1.0, 1.0]}, "spacing": 0.1, "state": "strain",
-            "velocity": ["-0.1*x" if taylor else "0.3*x", "0"], "material": material}  # fmt: skip
     run = {"integrator": integrator, "formulation": "updated-lagrangian" if taylor else "stress-points", "end": 2.0, "guard": "refuse"}  # fmt: skip
     # A processed method keeps no velocities that are prescribed in time.
     pull = [] if integrator == "lf4" else [{"body": "b", "face": "-x", "fixed": ["x"]}]
-    limit = compose(wsph.Scene(schema=1, dim=2, run=run | {"cfl": 0.01}, bodies=[body], boundary=pull)).bodies[0].limit
-    whole = wsph.Scene(schema=1, dim=2, run=run | {"cfl": 0.97 * limit}, bodies=[body], boundary=pull)
+    moving = scenes.block(
+        run=run | {"cfl": 0.01}, tables={"boundary": pull}, velocity=["-0.1*x" if taylor else "0.3*x", "0"]
+    )
+    whole = moving.with_(cfl=0.97 * compose(moving).bodies[0].limit)
     straight = wsph.run(whole)
     assert straight.history["dt"][-1] < 0.99 * straight.history["dt"][0]
     for every in (1, 7, 1000):

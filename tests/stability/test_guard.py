@@ -14,6 +14,8 @@ from wsph_integrators.runge_kutta import Euler, Midpoint, RungeKutta4, damped_li
 from wsph_integrators.symplectic import Leapfrog
 
 import wsph
+from tests import scenes
+from tests.scenes import FORMS
 from wsph.simulation.compose import compose
 from wsph.stability.spectrum import modes
 from wsph.testing import spectral_radius, whole_spectrum
@@ -21,23 +23,15 @@ from wsph.validation.case import example
 from wsph.validation.he_seaid import WINDOW, at_courant, damped_beam, fastest, holds
 from wsph.validation.oracles import MAGNESIUM_SPEED
 
-FORMS = ("stress-points", "total-lagrangian")
-
 
 def block(alpha: float, jitter: float = 0.0, *, coefficient: float | None = None, model: str = "elastic", dim: int = 2,
           cells: int = 9, **run: Any) -> wsph.Scene:  # fmt: skip
     """A free block of cells with viscosity on all pairs, held by hourglass control, by its residual (None) or not (0)."""
-    body: dict[str, Any] = {
-        "name": "b", "shape": {"type": "box", "min": [0.0] * dim, "max": [1.0] * dim}, "spacing": 1.0 / cells,
-        "jitter": jitter, "viscosity": {"alpha": alpha, "kind": "pair"} if alpha else None,
-        "material": {"model": model, "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3},
-    }  # fmt: skip
-    body |= {"state": "strain"} if dim == 2 else {}
-    body |= (
-        {"hourglass": {"coefficient": coefficient}} if coefficient else {"residual": False} if coefficient == 0 else {}
-    )
-    keys = {"formulation": "total-lagrangian", "integrator": "leapfrog", "end": 1.0, "dt": 1e-3, "guard": "off"}
-    return wsph.Scene(schema=1, dim=dim, run=keys | run, bodies=[body])
+    parts: dict[str, Any] = {"viscosity": {"alpha": alpha, "kind": "pair"}} if alpha else {}
+    if coefficient is not None:
+        parts |= {"hourglass": {"coefficient": coefficient}} if coefficient else {"residual": False}
+    keys = {"formulation": "total-lagrangian", "dt": 1e-3, "guard": "off"}
+    return scenes.block(dim, cells, model=model, run=keys | run, jitter=jitter, **parts)
 
 
 def blocks() -> Iterator[dict[str, Any]]:
@@ -168,8 +162,6 @@ def beam(integrator: str, formulation: str = "stress-points", **run: Any) -> wsp
 @pytest.mark.parametrize("stages", [2, 3, 5, 10])
 def test_undamped_waves_grow_with_chebyshev_at_every_courant_number(stages: int) -> None:
     """The spectral radius of the program's own step of a bar held at one end."""
-    body = {"name": "b", "shape": {"type": "box", "min": [0.0], "max": [1.0]}, "spacing": 1.0 / 12, "state": "strain",
-            "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}}  # fmt: skip
     run = {
         "integrator": {"name": "rkc", "stages": stages},
         "formulation": "total-lagrangian",
@@ -177,7 +169,7 @@ def test_undamped_waves_grow_with_chebyshev_at_every_courant_number(stages: int)
         "cfl": 0.1,
         "guard": "off",
     }
-    scene = wsph.Scene(schema=1, dim=1, run=run, bodies=[body], boundary=[{"body": "b", "face": "-x", "fixed": ["x"]}])
+    scene = scenes.block(1, 12, run=run, tables={"boundary": [scenes.held("-x", 1)]})
     grown = [spectral_radius(scene.with_(cfl=courant), 1e-6) - 1.0 for courant in (0.05, 0.1, 0.2, 0.4, 0.8)]
     assert grown[0] > 1e-8
     assert all(longer > 4.0 * shorter for shorter, longer in pairwise(grown)), grown

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import wsph
+from tests import scenes
 from wsph.simulation.compose import compose
 from wsph.validation.case import example
 
@@ -37,12 +38,10 @@ def test_ghosts_hand_the_load_on() -> None:
 
 
 def test_what_the_papers_form_is_not_made_for_is_refused() -> None:
-    plate = {"name": "b", "shape": {"type": "box", "min": [0.0, 0.0], "max": [1.0, 1.0]}, "spacing": 0.1, "state": "stress",
-             "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}}  # fmt: skip
-    run = {"integrator": "leapfrog", "formulation": "total-lagrangian", "correction": "paper", "end": 1.0, "cfl": 0.5}
-    load = [{"body": "b", "face": "+x", "traction": {"x": 1.0}}]
+    run = {"formulation": "total-lagrangian", "correction": "paper", "cfl": 0.5}
+    load = {"boundary": [{"body": "b", "face": "+x", "traction": {"x": 1.0}}]}
     with pytest.raises(wsph.Refused, match="only bars have ghosts"):
-        compose(wsph.Scene(schema=1, dim=2, run=run, bodies=[plate], boundary=load))
+        compose(scenes.block(run=run, tables=load, state="stress"))
     for key, value in (("residual", {"coefficient": 1.0}), ("hourglass", {"coefficient": 0.1}), ("placement", "nodes")):
         with pytest.raises(wsph.Refused, match="with particles in the cells, without residual"):
             compose(bar(**{f"bodies.0.{key}": value}))

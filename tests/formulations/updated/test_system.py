@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import wsph
+from tests import scenes
 from wsph.formulations.updated import system
 from wsph.simulation.compose import compose
 from wsph.simulation.composition import Composition
@@ -13,10 +14,9 @@ from wsph.testing import temporal_order
 def block(model: str = "neo-hookean", cells: int = 10, velocity: tuple[str, ...] = ("0", "0"), *, run: dict | None = None,
           boundary: list | None = None, **body: object) -> wsph.Scene:  # fmt: skip
     """A square in plane strain, c = 1.16 m/s."""
-    data = {"name": "b", "shape": {"type": "box", "min": [-0.5, -0.5], "max": [0.5, 0.5]}, "spacing": 1.0 / cells, "state": "strain",
-            "velocity": velocity, "material": {"model": model, "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}, **body}  # fmt: skip
-    runs = {"integrator": "leapfrog", "formulation": "updated-lagrangian", "end": 1.0, "cfl": 0.3, **(run or {})}
-    return wsph.Scene(schema=1, dim=2, run=runs, bodies=[data], boundary=boundary or [])
+    keys = {"formulation": "updated-lagrangian", **(run or {})}
+    tables = {"boundary": boundary or []}
+    return scenes.block(2, cells, model=model, centred=True, run=keys, tables=tables, velocity=velocity, **body)
 
 
 @pytest.mark.parametrize("model", ["elastic", "jaumann", "neo-hookean"])
@@ -86,20 +86,12 @@ def test_what_is_compressed_on_one_side_keeps_momentum_and_energy(part: dict) ->
 
 
 def test_a_bar_carries_the_wave_of_the_lagrangian_form() -> None:
-    body = {"name": "b", "shape": {"type": "box", "min": [0.0], "max": [1.0]}, "spacing": 0.02, "state": "stress",
-            "velocity": ["1e-4*sin(pi*x)"], "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.0}}  # fmt: skip
-    hold = [{"body": "b", "face": face, "fixed": ["x"]} for face in ("-x", "+x")]
+    body = {"velocity": ["1e-4*sin(pi*x)"], "material": scenes.material(poisson_ratio=0.0)}
+    ends = {"boundary": [scenes.held(face, 1) for face in ("-x", "+x")]}
     found = []
-    for formulation in ("updated-lagrangian", "total-lagrangian"):
-        run = {"integrator": "leapfrog", "formulation": formulation, "end": 2.0, "cfl": 0.5}
-        scene = wsph.Scene(
-            schema=1,
-            dim=1,
-            run=run,
-            bodies=[body | {"residual": False} if formulation[0] == "t" else body],
-            boundary=hold,
-        )
-        found.append(wsph.run(scene).particles["velocity"])
+    for formulation, part in (("updated-lagrangian", {}), ("total-lagrangian", {"residual": False})):
+        run = {"formulation": formulation, "end": 2.0, "cfl": 0.5}
+        found.append(wsph.run(scenes.bar(50, run=run, tables=ends, **body, **part)).particles["velocity"])
     np.testing.assert_allclose(found[0], found[1], atol=2e-7)
 
 
@@ -134,12 +126,10 @@ class TestTensileInstability:
         1.3 at 1.5; .5 and 1.4 without it."""
 
         def rate(stretch: float, **part: object) -> float:
-            body = {"name": "b", "shape": {"type": "box", "min": [-0.5], "max": [0.5]}, "spacing": 1.0 / 60, "state": "strain",
-                    "material": {"model": "neo-hookean", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}, **part}  # fmt: skip
-            run = {"integrator": "leapfrog", "formulation": "updated-lagrangian", "guard": "off", "cfl": 0.2,
-                   "end": 1.0, "support": 3.0}  # fmt: skip
-            ends = [{"body": "b", "where": "abs(x) > 0.5 - 5.3/60", "fixed": ["x"]}]
-            composition = compose(wsph.Scene(schema=1, dim=1, run=run, bodies=[body], boundary=ends))
+            run = {"formulation": "updated-lagrangian", "guard": "off", "cfl": 0.2, "support": 3.0}
+            ends = {"boundary": [{"body": "b", "where": "abs(x) > 0.5 - 5.3/60", "fixed": ["x"]}]}
+            scene = scenes.block(1, 60, model="neo-hookean", centred=True, run=run, tables=ends, **part)
+            composition = compose(scene)
             system = composition.bodies[0].system
             system.state.write("displacement", (stretch - 1.0) * system.position / composition.scales.length)
             system.state.write("deformation", np.full((system.state.counts["deformation"], 1), stretch - 1.0))
@@ -180,11 +170,9 @@ class TestTensileInstability:
 
     def test_a_run_says_so_when_it_has_grown(self) -> None:
         """A bar that is pulled by a tenth, and one that is not."""
-        body = {"name": "b", "shape": {"type": "box", "min": [0.0], "max": [1.0]}, "spacing": 0.025, "state": "strain",
-                "velocity": ["0.1*x"], "material": {"model": "neo-hookean", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}}  # fmt: skip
-        run = {"integrator": "leapfrog", "formulation": "updated-lagrangian", "end": 1.2, "cfl": 0.2}
-        ends = [{"body": "b", "face": "-x", "fixed": ["x"]}, {"body": "b", "face": "+x", "velocity": {"x": 0.1}}]
-        scene = wsph.Scene(schema=1, dim=1, run=run, bodies=[body], boundary=ends)
+        run = {"formulation": "updated-lagrangian", "end": 1.2, "cfl": 0.2}
+        ends = [scenes.held("-x", 1), scenes.driven("+x", x=0.1)]
+        scene = scenes.block(1, 40, model="neo-hookean", run=run, tables={"boundary": ends}, velocity=["0.1*x"])
         with pytest.warns(RuntimeWarning, match=r"step \d+: particles of body 'b' clump together.*use formulation"):
             wsph.run(scene)
         wsph.run(scene.with_(formulation="total-lagrangian"))
