@@ -28,7 +28,12 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: "-".join(map(str, case.values())))
+LAGRANGIAN = ({"formulation": "total-lagrangian"}, {"formulation": "updated-lagrangian"})
+"""Which the hashes of whole runs (tests/simulation/test_determinism.py) are of too."""
+
+
+@pytest.mark.parametrize("case", [pytest.param(case, marks=pytest.mark.slow if case in LAGRANGIAN else ()) for case in CASES],
+                         ids=lambda case: "-".join(map(str, case.values())))  # fmt: skip
 def test_any_number_of_threads_gives_the_same_bits(case: dict, share: Callable[[], None]) -> None:
     states = []
     captured = compose(block(1, case))

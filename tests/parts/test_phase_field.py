@@ -35,8 +35,9 @@ def stretched(composition: Composition, gradient: np.ndarray, sweeps: int) -> np
 
 
 @pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("dim", [1, 2, 3])
-@pytest.mark.parametrize("model", ["AT1", "AT2"])
+@pytest.mark.parametrize(("model", "dim"), [
+    ("AT1", 1), ("AT1", 2), ("AT1", 3), ("AT2", 2), *(pytest.param("AT2", dim, marks=pytest.mark.slow) for dim in (1, 3)),
+])  # fmt: skip
 def test_uniform_strain_has_the_damage_of_the_closed_form_up_to_the_faces(model: str, dim: int, form: str) -> None:
     """d = 1 - 1/q for AT1 where q > 1, q/(1 + q) for AT2, q = (16/3 or 2) psi l/G_c, psi of uniaxial strain."""
     length = 0.1 if dim < 3 else 0.2
@@ -170,11 +171,14 @@ def test_what_is_whole_needs_no_eigenvectors_in_3d() -> None:
         assert np.abs(quick - principal).max() < 1e-10 * np.abs(principal).max()
 
 
-@pytest.mark.parametrize(("dim", "form", "state"), [
-    (2, "total-lagrangian", "strain"), (2, "total-lagrangian", "stress"), (2, "stress-points", "strain"),
-    (3, "total-lagrangian", None), (3, "stress-points", None),
+TORN = [(2, "total-lagrangian", "strain"), (2, "total-lagrangian", "stress"), (2, "stress-points", "strain"),
+        (3, "total-lagrangian", None), (3, "stress-points", None)]  # fmt: skip
+
+
+@pytest.mark.parametrize(("model", "dim", "form", "state"), [
+    pytest.param(model, *row, marks=pytest.mark.slow if (model, row[0]) == ("jaumann", 3) else ())
+    for model in ("elastic", "jaumann") for row in TORN
 ])  # fmt: skip
-@pytest.mark.parametrize("model", ["elastic", "jaumann"])
 def test_a_tearing_block_keeps_momentum_and_creates_no_energy(
     model: str, dim: int, form: str, state: str | None
 ) -> None:
