@@ -2,7 +2,6 @@
 
 import hashlib
 import itertools
-import json
 import os
 import subprocess
 import sys
@@ -52,20 +51,17 @@ def test_one_hash(formulation: str, tmp_path: Path, share: Callable[[], None]) -
 
 
 def test_a_cold_cache_gives_the_same_hash(tmp_path: Path) -> None:
-    here = digest(wsph.run(scene("stress-points", dim=1)))
-    code = "import json, wsph, tests.simulation.test_determinism as t;"
-    code += "print(json.dumps(t.digest(wsph.run(t.scene('stress-points', dim=1)))))"
-    command = [sys.executable, "-c", code]
-    for _ in range(2):  # cold, then from what that has left
-        done = subprocess.run(
-            command,
-            capture_output=True,
-            text=True,
-            check=True,
-            cwd=ROOT,
-            env={**os.environ, "WARP_CACHE_PATH": str(tmp_path)},
+    code = "import wsph, tests.simulation.test_determinism as t; print(t.digest(wsph.run(t.scene('stress-points', dim=1))))"
+    environment = {**os.environ, "WARP_CACHE_PATH": str(tmp_path)}
+    cold, warm = (
+        subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT, env=environment
         )
-        assert json.loads(done.stdout.splitlines()[-1]) == here
+        for _ in range(2)
+    )
+    assert list(tmp_path.rglob("*.o"))
+    assert len(cold.stdout.splitlines()[-1]) == 64
+    assert cold.stdout.splitlines()[-1] == warm.stdout.splitlines()[-1]
 
 
 @pytest.mark.filterwarnings("ignore:.*energy was created")
