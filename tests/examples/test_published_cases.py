@@ -8,7 +8,8 @@ import pytest
 
 from wsph import Scene
 from wsph.errors import WsphError
-from wsph.validation import CASES, example, oracles, validate
+from wsph.validation import CASES, oracles, validate
+from wsph.validation.case import example
 from wsph.validation.measures import stress_intensity
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import wsph
+from tests.scenes import turning
 from wsph.simulation.compose import compose
 from wsph.testing import drift
 
@@ -27,14 +28,9 @@ METHODS: list[tuple[str, str, dict[str, Any]]] = [
 
 
 def scene(integrator: str, formulation: str, dim: int, precision: str, **run: Any) -> wsph.Scene:
-    """A block about the origin."""
-    body: dict[str, Any] = {"name": "b", "shape": {"type": "box", "min": [-0.5] * dim, "max": [0.5] * dim}, "spacing": 1.0 / (6 if dim == 2 else 4),
-            "velocity": ["-0.1*y + 0.02*x", "0.1*x", "0.01*z"][:dim],
-            "material": {"model": "jaumann", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}}  # fmt: skip
-    if dim == 2:
-        body["state"] = "strain"
-    keys = {"integrator": integrator, "formulation": formulation, "end": 1.0, "cfl": 0.1, "precision": precision, **run}
-    return wsph.Scene(schema=1, dim=dim, run=keys, bodies=[body])
+    """A block of the material that every method takes."""
+    keys = {"integrator": integrator, "formulation": formulation, "cfl": 0.1, "precision": precision, **run}
+    return turning(dim, keys, model="jaumann")
 
 
 def table() -> Iterator[str]:

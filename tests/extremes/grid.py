@@ -91,9 +91,9 @@ def cases() -> list[Case]:
     }
     random, rows = np.random.default_rng(4), []
     while open_pairs:
-        best, most = None, -1
+        left, best, most = sorted(open_pairs), None, -1
         for _ in range(60):
-            a, x, b, y = sorted(open_pairs)[random.integers(len(open_pairs))]
+            a, x, b, y = left[random.integers(len(left))]
             row: list[int] = [int(random.integers(len(LEVELS[n]))) for n in names]
             row[a], row[b] = x, y
             if not goes_together({n: LEVELS[n][k] for n, k in zip(names, row, strict=True)}):

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import wsph
+from tests import scenes
 from wsph.simulation.compose import compose
 from wsph.testing import whole_spectrum
 from wsph.validation.case import example
 from wsph.validation.oracles import BEAM_FREQUENCY
 
-FORMS = ("stress-points", "total-lagrangian")
 REFERENCES = json.loads((Path(__file__).resolve().parents[1] / "references" / "beam_modes.json").read_text())
 
 
@@ -27,9 +27,8 @@ def beam(material: dict, size: tuple[float, ...], rows: int, *, integrator: obje
     speed = 1e-5 * (material["youngs_modulus"] / material["density"]) ** 0.5
     mode = f"{speed!r}*({n!r}*(sin({k!r}*x)-sinh({k!r}*x))-{m!r}*(cos({k!r}*x)-cosh({k!r}*x)))*(x>0)"
     cells = round(length / spacing)
-    low = [0.0, *(-0.5 * edge for edge in size[1:])]
     data = {
-        "name": "beam", "shape": {"type": "box", "min": low, "max": [length, *(0.5 * edge for edge in size[1:])]},
+        "name": "beam", "shape": scenes.box(length, *((-0.5 * edge, 0.5 * edge) for edge in size[1:])),
         "spacing": [length / cells, *[spacing] * (dim - 1)], "velocity": ["0", mode, "0"][:dim],
         "material": {"model": "elastic", **material}, **({"state": "stress"} if dim == 2 else {}), **body,
     }  # fmt: skip
@@ -41,8 +40,7 @@ def beam(material: dict, size: tuple[float, ...], rows: int, *, integrator: obje
         "guard": guard,
     }
     probe = {"name": "tip", "at": [[length, 0.0, 0.0][:dim]], "fields": ["displacement_y"], "every": 1}
-    hold = {"body": "beam", "face": "-x", "fixed": ["x", "y", "z"][:dim]}
-    return wsph.Scene(schema=1, dim=dim, run=run, bodies=[data], boundary=[hold], probes=[probe])
+    return scenes.scene(data, run=run, boundary=[scenes.held("-x", dim, "beam")], probes=[probe])
 
 
 def ratio(case: str, rows: int, **keys: object) -> tuple[float, wsph.Result]:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import wsph
+from tests import scenes
 from wsph.geometry.shapes.shape import rotation_matrix
 from wsph.simulation.compose import compose
 from wsph.stability.growth import largest_growth
@@ -40,17 +41,13 @@ def block(
     for condition in boundary:
         if "fixed" in condition:
             condition["fixed"] = axes
-    body = {
-        "name": "block",
-        "shape": {"type": "box", "min": [0.0] * dim, "max": [1.0] * dim},
-        "spacing": 1.0 / cells,
+    run = {"integrator": "tsph", "cfl": courant, "guard": "off", "support": support, "seed": seed}
+    keys = {
         "jitter": jitter,
-        "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": poisson},
+        "material": scenes.material(poisson_ratio=poisson),
+        **({"state": state} if dim < 3 else {}),
     }
-    if dim < 3:
-        body["state"] = state
-    run = {"integrator": "tsph", "end": 1.0, "cfl": courant, "guard": "off", "support": support, "seed": seed}
-    return wsph.Scene(schema=1, dim=dim, run=run, bodies=[body], boundary=boundary)
+    return scenes.block(dim, cells, run=run, tables={"boundary": boundary}, name="block", **keys)
 
 
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.499])
@@ -137,23 +134,15 @@ def test_a_slab_between_symmetric_faces_carries_the_wave_of_one_dimension(dim: i
             for axis in "yz"[: dimension - 1]
             for sign in "+-"
         ]
-        body = {
-            "name": "bar",
-            "shape": {"type": "box", "min": [0.0] * dimension, "max": [1.0, 0.1, 0.1][:dimension]},
-            "spacing": 0.05,
-            "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3},
-        }
-        if dimension < 3:
-            body["state"] = "strain"
+        body = scenes.body(scenes.box(*[1.0, 0.1, 0.1][:dimension]), 0.05, "bar")
         drive = {"body": "bar", "face": "-x", "velocity": {"x": 1.0}} | (
             {"fixed": ["y", "z"][: dimension - 1]} if dimension > 1 else {}
         )
         probe = {"name": "end", "at": [[1.0, 0.05, 0.05][:dimension]], "fields": ["stress_xx"]}
-        fixed = {"body": "bar", "face": "+x", "fixed": ["x", "y", "z"][:dimension]}
-        scene = wsph.Scene(
-            schema=1, dim=dimension, run={"integrator": "tsph", "end": 2.5, "cfl": 0.9}, bodies=[body],
-            boundary=[drive, fixed, *sides], probes=[probe],
-        )  # fmt: skip
+        boundary = [drive, scenes.held("+x", dimension, "bar"), *sides]
+        scene = scenes.scene(
+            body, run={"integrator": "tsph", "end": 2.5, "cfl": 0.9}, boundary=boundary, probes=[probe]
+        )
         return wsph.run(scene).probes["end"]["stress_xx"]
 
     line, slab = stress(1), stress(dim)
@@ -198,10 +187,7 @@ def test_the_interior_limit_is_that_of_one_dimension_in_two_and_three(dim: int, 
 
 def line(cells: int, support: float) -> wsph.Scene:
     """A bar for the same test in 1D."""
-    data = block(cells=cells, support=support, courant=0.5).data()
-    data |= {"dim": 1, "boundary": []}
-    data["bodies"][0]["shape"] = {"type": "box", "min": [0.0], "max": [1.0]}
-    return wsph.Scene(**data)
+    return block(cells=cells, dim=1, support=support, courant=0.5)
 
 
 @pytest.mark.parametrize("integrator", ["tsph", "ul-tsph"])
@@ -210,33 +196,13 @@ def test_a_turned_block_carries_the_turned_wave(dim: int, rotate: object, integr
     """The same numbers in turned axes, to rounding: gradients, faces and prescribed values turn with the body."""
 
     def run(turned: bool) -> wsph.Result:
-        shape = {"type": "box", "min": [0.0] * dim, "max": [1.0] + [0.25] * (dim - 1)} | (
-            {"rotate": rotate} if turned else {}
-        )
-        material = {
-            "model": "elastic" if integrator == "tsph" else "jaumann",
-            "density": 1.0,
-            "youngs_modulus": 1.0,
-            "poisson_ratio": 0.3,
-        }
-        body = {"name": "b", "shape": shape, "spacing": 0.125, "material": material} | (
-            {"state": "stress"} if dim == 2 else {}
-        )
+        shape = scenes.box(1.0, *[0.25] * (dim - 1)) | ({"rotate": rotate} if turned else {})
+        material = scenes.material("elastic" if integrator == "tsph" else "jaumann")
+        body = scenes.body(shape, 0.125, material=material, **({"state": "stress"} if dim == 2 else {}))
         push = R[:, 0] if turned else np.eye(dim)[0]
         drive = {axis: f"{0.01 * float(v)!r}*(t < .5)" for axis, v in zip("xyz", push, strict=False)}
-        boundary = [
-            {"body": "b", "face": "-x", "velocity": drive},
-            {"body": "b", "face": "+x", "fixed": list("xyz"[:dim])},
-        ]
-        return wsph.run(
-            wsph.Scene(
-                schema=1,
-                dim=dim,
-                run={"integrator": integrator, "end": 1.5, "cfl": 0.8},
-                bodies=[body],
-                boundary=boundary,
-            )
-        )
+        boundary = [scenes.driven("-x", **drive), scenes.held("+x", dim)]
+        return wsph.run(scenes.scene(body, run={"integrator": integrator, "end": 1.5, "cfl": 0.8}, boundary=boundary))
 
     R = rotation_matrix((tuple(rotate[0]), rotate[1]) if isinstance(rotate, list) else rotate, dim)
     straight, turned = run(False), run(True)
@@ -263,25 +229,17 @@ def test_a_bar_in_three_dimensions_carries_the_wave_of_one(rotate: object) -> No
     """nu = 0, free sides: the 1D bar at every step, straight or turned in space, to rounding."""
 
     def stress(dim: int) -> np.ndarray:
-        shape = {"type": "box", "min": [0.0] * dim, "max": [1.0, 0.1, 0.1][:dim]}
+        shape = scenes.box(*[1.0, 0.1, 0.1][:dim])
         push = np.eye(dim)[0]
         if dim == 3 and rotate:
             shape["rotate"] = rotate
             push = rotation_matrix((tuple(rotate[0]), rotate[1]), 3)[:, 0]  # type: ignore[index]
-        body = {"name": "b", "shape": shape, "spacing": 0.05,
-                "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.0}}  # fmt: skip
-        if dim == 1:
-            body["state"] = "stress"
+        state = {"state": "stress"} if dim == 1 else {}
+        body = scenes.body(shape, 0.05, material=scenes.material(poisson_ratio=0.0), **state)
         drive = {axis: f"{float(v)!r}*(t < .5)" for axis, v in zip("xyz", push, strict=False)}
-        boundary = [
-            {"body": "b", "face": "-x", "velocity": drive},
-            {"body": "b", "face": "+x", "fixed": list("xyz"[:dim])},
-        ]
-        composition = compose(
-            wsph.Scene(
-                schema=1, dim=dim, run={"integrator": "tsph", "end": 1.4, "cfl": 0.9}, bodies=[body], boundary=boundary
-            )
-        )
+        boundary = [scenes.driven("-x", **drive), scenes.held("+x", dim)]
+        run = {"integrator": "tsph", "end": 1.4, "cfl": 0.9}
+        composition = compose(scenes.scene(body, run=run, boundary=boundary))
         system = composition.bodies[0].system
         end = np.unique(system.lattice.faces.nodes[system.lattice.faces.named("+x")])
         columns = [

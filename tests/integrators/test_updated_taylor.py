@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import wsph
+from tests import scenes
 from wsph.errors import Unstable
 from wsph.simulation.compose import compose
 
@@ -60,22 +61,12 @@ def test_a_step_that_deformation_makes_too_long_is_stopped_by_name_and_a_courant
 def test_density_follows_a_prescribed_stretch(dim: int) -> None:
     """Every particle moves as v = rate x: J = (1 + rate t)^dim."""
     axes = ["x", "y", "z"][:dim]
-    body = {
-        "name": "b",
-        "shape": {"type": "box", "min": [0.0] * dim, "max": [1.0] * dim},
-        "spacing": 0.25,
-        "velocity": [f"0.1*{axis}" for axis in axes],
-        "material": {"model": "jaumann", "density": 2.0, "youngs_modulus": 1.0, "poisson_ratio": 0.0},
-    }
-    if dim < 3:
-        body["state"] = "strain"
+    material = scenes.material("jaumann", density=2.0, poisson_ratio=0.0)
     motion = {"body": "b", "where": "x >= 0", "velocity": {axis: f"0.1*{axis}" for axis in axes}}
-    result = wsph.run(
-        wsph.Scene(
-            schema=1, dim=dim, bodies=[body], boundary=[motion], run={"integrator": "ul-tsph", "end": 2.0, "cfl": 0.5},
-            output={"fields": ["density", "stress"]},
-        )
-    )  # fmt: skip
+    run = {"integrator": "ul-tsph", "end": 2.0, "cfl": 0.5}
+    tables = {"boundary": [motion], "output": {"fields": ["density", "stress"]}}
+    velocity = [f"0.1*{axis}" for axis in axes]
+    result = wsph.run(scenes.block(dim, 4, run=run, tables=tables, velocity=velocity, material=material))
     stretch = 1.0 + 0.1 * result.time
     np.testing.assert_allclose(result.particles["density"], 2.0 / stretch**dim, rtol=2e-3)
     # Hypoelastic with nu = 0: stress = E ln(stretch) along every axis.
@@ -84,13 +75,7 @@ def test_density_follows_a_prescribed_stretch(dim: int) -> None:
 
 def test_faces_turn_with_the_body() -> None:
     """A free block turned by any angle has no growing mode, and its faces stay free: the step sees its own frame."""
-    scene = wsph.Scene(
-        schema=1, dim=2, run={"integrator": "ul-tsph", "end": 1.0, "cfl": 0.8},
-        bodies=[{
-            "name": "b", "shape": {"type": "box", "min": [0.0, 0.0], "max": [1.0, 1.0]}, "spacing": 0.25, "state": "strain",
-            "material": {"model": "jaumann", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3},
-        }],
-    )  # fmt: skip
+    scene = scenes.block(2, 4, model="jaumann", run={"integrator": "ul-tsph", "cfl": 0.8})
     largest, steps = [], 200
     for angle in (0.0, 0.3, np.pi / 4, 2.0):
         composition = compose(scene)
@@ -115,15 +100,10 @@ def test_a_bar_spun_once_round_under_prestress_keeps_its_invariants() -> None:
         "x": f"-{omega}*(sin({omega}*t)*x+cos({omega}*t)*y)",
         "y": f"{omega}*(cos({omega}*t)*x-sin({omega}*t)*y)",
     }
-    scene = wsph.Scene(
-        schema=1, dim=2, run={"integrator": "ul-tsph", "end": 2 * np.pi / omega, "cfl": 0.8, "guard": "off"},
-        bodies=[{
-            "name": "b", "shape": {"type": "box", "min": [-0.5, -0.1], "max": [0.5, 0.1]}, "spacing": 0.1, "state": "stress",
-            "velocity": [f"-{omega}*y", f"{omega}*x"],
-            "material": {"model": "jaumann", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3},
-        }],
-        boundary=[{"body": "b", "face": face, "velocity": turning} for face in ("-x", "+x")],
-    )  # fmt: skip
+    body = scenes.body(scenes.box((-0.5, 0.5), (-0.1, 0.1)), 0.1, state="stress", velocity=[f"-{omega}*y", f"{omega}*x"],
+                       material=scenes.material("jaumann"))  # fmt: skip
+    run = {"integrator": "ul-tsph", "end": 2 * np.pi / omega, "cfl": 0.8, "guard": "off"}
+    scene = scenes.scene(body, run=run, boundary=[scenes.driven(face, **turning) for face in ("-x", "+x")])
     composition = compose(scene)
     system = composition.bodies[0].system
     start = np.zeros((system.count, 3))
@@ -145,14 +125,9 @@ def test_a_free_spin_keeps_its_energy_for_a_while_and_is_stopped_by_name() -> No
     """Collocation does not keep angular momentum. At 5 % of the wave speed a free block of 8 cells loses 1 % of its energy
     in the first half turn, then creates some, and is stopped after more than a turn with the reason."""
     omega = 0.05
-    scene = wsph.Scene(
-        schema=1, dim=2, run={"integrator": "ul-tsph", "end": 4 * np.pi / omega, "cfl": 0.5},
-        bodies=[{
-            "name": "b", "shape": {"type": "box", "min": [-0.5, -0.25], "max": [0.5, 0.25]}, "spacing": 0.125, "state": "strain",
-            "velocity": [f"-{omega}*y", f"{omega}*x"],
-            "material": {"model": "jaumann", "density": 1.0, "youngs_modulus": 0.743, "poisson_ratio": 0.3},
-        }],
-    )  # fmt: skip
+    body = scenes.body(scenes.box((-0.5, 0.5), (-0.25, 0.25)), 0.125, velocity=[f"-{omega}*y", f"{omega}*x"],
+                       material=scenes.material("jaumann", youngs_modulus=0.743))  # fmt: skip
+    scene = scenes.scene(body, run={"integrator": "ul-tsph", "end": 4 * np.pi / omega, "cfl": 0.5})
     half = wsph.run(scene, end=np.pi / omega).history
     energy = half["kinetic"] + half["strain"]
     assert np.abs(energy / energy[0] - 1.0).max() < 0.015

@@ -4,27 +4,24 @@ import numpy as np
 import pytest
 
 import wsph
+from tests import scenes
 from wsph.simulation.compose import compose
 
 E, NU, YIELD, HARDENING, STRAIN = 2e11, 0.3, 2e8, 1e9, 4e-3
 SHEAR = E / 2.6
-MATERIAL = {"model": "mises", "density": 1.0, "youngs_modulus": E, "poisson_ratio": NU, "yield_stress": YIELD,
-            "hardening_modulus": HARDENING}  # fmt: skip
+MATERIAL = scenes.material("mises", youngs_modulus=E, yield_stress=YIELD, hardening_modulus=HARDENING)
 FORMS = ("stress-points", "total-lagrangian", "updated-lagrangian")
 
 
-def strained(dim: int, state: str | None, velocity: list[str], run: dict) -> wsph.Result:
+def strained(dim: int, state: str, velocity: list[str], run: dict) -> wsph.Result:
     """A block whose particles all move with a given velocity, to a strain of 4e-3."""
     end = 2e3 / float(np.sqrt(E))
     rate = STRAIN / end
     velocity = [f"{rate!r}*({v})" for v in velocity]
-    body = {"name": "b", "shape": {"type": "box", "min": [0.0] * dim, "max": [1.0] * dim}, "spacing": 0.25, "velocity": velocity,
-            "material": MATERIAL, **({"state": state} if state else {})}  # fmt: skip
     moved = [{"body": "b", "where": "x > -1", "velocity": dict(zip("xyz", velocity, strict=False))}]
-    fields = {"fields": ["stress", "plastic_strain"]}
-    return wsph.run(
-        wsph.Scene(schema=1, dim=dim, run={"end": end, "cfl": 0.5, **run}, bodies=[body], boundary=moved, output=fields)
-    )
+    tables = {"boundary": moved, "output": {"fields": ["stress", "plastic_strain"]}}
+    keys = {"velocity": velocity, "material": MATERIAL, "state": state}
+    return wsph.run(scenes.block(dim, 4, run={"end": end, "cfl": 0.5, **run}, tables=tables, **keys))
 
 
 RUNS = [{"integrator": name, "formulation": form} for name in ("leapfrog", "rk4") for form in FORMS]
@@ -92,15 +89,13 @@ def test_a_plastic_wave_has_the_elastic_precursor_of_yield(integrator: str) -> N
     """A bar hit faster than yield: behind the precursor stands the yield stress, behind the plastic front the rest."""
     speed = float(np.sqrt(E))
     v0 = 2.0 * YIELD / speed
-    body = {"name": "bar", "shape": {"type": "box", "min": [0.0], "max": [1.0]}, "spacing": 0.002, "state": "stress",
-            "material": MATERIAL | {"hardening_modulus": E / 3.0}}  # fmt: skip
+    body = {"material": MATERIAL | {"hardening_modulus": E / 3.0}}
     if integrator == "leapfrog":
         body["viscosity"] = {"alpha": 0.5}
     run = {"integrator": integrator, "end": 0.7 / speed, "cfl": 0.9 if integrator == "tsph" else 0.3}
     if integrator == "leapfrog":
         run |= {"formulation": "total-lagrangian"}
-    push = [{"body": "bar", "face": "-x", "velocity": {"x": v0}}]
-    composition = compose(wsph.Scene(schema=1, dim=1, run=run, bodies=[body], boundary=push))
+    composition = compose(scenes.bar(500, run=run, tables={"boundary": [scenes.driven("-x", x=v0)]}, **body))
     composition.compile()
     composition.program.run(composition.steps)
     system = composition.bodies[0].system
@@ -113,6 +108,4 @@ def test_a_plastic_wave_has_the_elastic_precursor_of_yield(integrator: str) -> N
 def test_softening_faster_than_elasticity_is_refused() -> None:
     fault = r"bodies.0.material: mises refuses its fields: hardening_modulus must be above -3 G"
     with pytest.raises(wsph.SceneError, match=fault):
-        wsph.Scene(schema=1, dim=1, run={"integrator": "leapfrog", "end": 1.0, "cfl": 0.5}, bodies=[
-            {"name": "b", "shape": {"type": "box", "min": [0.0], "max": [1.0]}, "spacing": 0.1, "state": "stress",
-             "material": MATERIAL | {"hardening_modulus": -3.1 * SHEAR}}])  # fmt: skip
+        scenes.bar(10, material=MATERIAL | {"hardening_modulus": -3.1 * SHEAR})

@@ -17,7 +17,7 @@ maxwell = pytest.importorskip("wsph_maxwell.material", reason="pip install tests
 def test_both_are_listed_with_their_distribution() -> None:
     found = {(e.group, e.name): e.distribution for group in registry.GROUPS for e in registry.entries(group)}
     assert found["materials", "maxwell"] == found["integrators", "ralston"] == "wsph-maxwell"
-    source = "".join(path.read_text() for path in Path(wsph.__file__).parent.glob("*.py")).lower()
+    source = "".join(path.read_text() for path in Path(wsph.__file__).parent.rglob("*.py")).lower()
     assert "maxwell" not in source
     assert "ralston" not in source
 

@@ -1,0 +1,151 @@
+"""Tables: every key of a scene that has all parts, missing, misspelt and with odd values, is taken or named."""
+
+import copy
+import tomllib
+
+import pytest
+
+import wsph
+from wsph.errors import SceneError
+from wsph.scene import tables
+
+RICH = tomllib.loads("""
+schema = 1
+dim = 2
+title = "all parts"
+[run]
+integrator = { name = "rkc", stages = 4 }
+formulation = "total-lagrangian"
+end = "1 ms"
+cfl = 0.2
+support = 2.6
+seed = 3
+correction = "symmetric"
+kernel = "cubic-spline"
+precision = "f32"
+guard = "warn"
+threads = 2
+device = "cpu"
+[[bodies]]
+name = "a"
+shape = { type = "difference", shapes = [ { type = "box", min = [0.0, 0.0], max = [1.0, 1.0] }, { type = "disc", center = [0.5, 0.5], radius = 0.2 } ] }
+spacing = 0.05
+state = "strain"
+velocity = ["x", 0.0]
+jitter = 0.1
+placement = "cells"
+residual = { coefficient = 0.5 }
+lattice_rotate = 5.0
+material = { model = "mises", density = 7800.0, youngs_modulus = "200 GPa", poisson_ratio = 0.3, yield_stress = "300 MPa", hardening_modulus = 1e9 }
+viscosity = { alpha = 1.0, beta = 1.0, kind = "pair" }
+hourglass = { coefficient = 0.1 }
+artificial_stress = { epsilon = 0.3, exponent = 4.0 }
+damping = { rate = 10.0 }
+[bodies.links]
+criterion = "stretch"
+threshold = 0.02
+[[bodies]]
+name = "b"
+shape = { type = "polygon", points = [[2.0, 0.0], [3.0, 0.0], [3.0, 1.0], [2.0, 1.0]] }
+spacing = 0.1
+state = "strain"
+material = { model = "jaumann", density = 7800.0, youngs_modulus = "200 GPa", poisson_ratio = 0.3 }
+phase_field = { fracture_energy = 2e4, length = 0.2, model = "AT2" }
+cracks = [ { from = [2.0, 0.5], to = [2.5, 0.5] } ]
+[[bodies]]
+name = "c"
+shape = { type = "box", min = [4.0, 0.0], max = [5.0, 1.0] }
+spacing = 0.1
+state = "stress"
+map = ["x + 0.1*y", "y"]
+material = { model = "elastic", density = 7800.0, youngs_modulus = "200 GPa", poisson_ratio = 0.3 }
+[functions.ramp]
+t = [0.0, 1e-3]
+value = [0.0, 1.0]
+[[boundary]]
+body = "a"
+face = "-x"
+velocity = { x = "ramp" }
+[[boundary]]
+body = "b"
+where = "x > 2.9"
+traction = { x = "1 MPa" }
+[[contact]]
+between = ["a", "b"]
+law = "pinball"
+stiffness = 1.0
+friction = 0.1
+radius = 0.5
+[gravity]
+y = -9.81
+[[probes]]
+name = "p"
+at = [[0.1, 0.1]]
+fields = ["velocity"]
+every = 2
+[output]
+every = "0.1 ms"
+history = 5
+formats = ["vtu"]
+fields = ["velocity"]
+[checkpoint]
+every = 50
+keep = 2
+[stop]
+energy = 0.1
+""")
+
+
+def leaves(data: object, path: tuple = ()) -> list[tuple]:
+    """Paths of everything in a scene that is not a table or a list."""
+    if isinstance(data, dict):
+        return [p for key, value in data.items() for p in leaves(value, (*path, key))]
+    if isinstance(data, list):
+        return [p for k, value in enumerate(data) for p in leaves(value, (*path, k))]
+    return [path]
+
+
+def changed_at(path: tuple, value: object, name: str | None = None) -> dict:
+    """RICH with another value at a path, or under another name, or without it."""
+    data = copy.deepcopy(RICH)
+    place = data
+    for key in path[:-1]:
+        place = place[key]
+    old = place.pop(path[-1]) if isinstance(place, dict) else place[path[-1]]
+    if name is not None:
+        place[name] = old
+    elif value is not None:
+        place[path[-1]] = value
+    return data
+
+
+ODD = [True, "text", "1 parsec", "", -1, 0, -0.0, 1e308, 10**400, float("nan"), float("inf"), [], [1.0], {}, {"a": 1}]
+
+
+def test_the_rich_scene_is_one_and_leaves_out_no_key() -> None:
+    """Of its tables and of those of runs and bodies: but dt, which cfl stands for."""
+    wsph.Scene(**copy.deepcopy(RICH))
+    assert set(RICH) == {field.alias or name for name, field in wsph.Scene.model_fields.items()}
+    assert set(RICH["run"]) == set(tables.Run.model_fields) - {"dt"}
+    assert {key for body in RICH["bodies"] for key in body} == set(tables.Body.model_fields)
+
+
+def taken_or_named(data: dict) -> bool:
+    """Whether it is a scene, or every fault of it names a key."""
+    try:
+        wsph.Scene(**data)
+    except SceneError as error:
+        return all(fault.key for fault in error.faults)
+    return True
+
+
+@pytest.mark.parametrize("path", leaves(RICH), ids=lambda p: ".".join(map(str, p)))
+def test_every_key_missing_misspelt_and_with_odd_values_is_taken_or_named(path: tuple) -> None:
+    for value in ODD:
+        assert taken_or_named(changed_at(path, value)), value
+    if isinstance(path[-1], str):
+        assert taken_or_named(changed_at(path, None))
+        with pytest.raises(
+            SceneError, match=r"unknown key|is none of|is no|no entry|as an identifier|needs|is missing|exactly one"
+        ):
+            wsph.Scene(**changed_at(path, None, f"{path[-1]}x"))
