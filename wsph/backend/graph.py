@@ -37,6 +37,8 @@ def _timed(graphs: list[wp.Graph]) -> list[float]:
 class Program:
     """A step as a list of launches. `run(n)` runs it n times."""
 
+    _crew: Crew | None = None
+
     def __init__(
         self,
         step: Callable[[], None],
@@ -57,14 +59,12 @@ class Program:
         self._seconds: list[float] = []
         self._blocks = BLOCKS if self.batched else (1,)
         self._graphs: dict[int, wp.Graph] = {}
-        self._crew: Crew | None = None
         self._stretches: list[Stretch] = []
         self._times = 1
 
     def __del__(self) -> None:
-        crew = getattr(self, "_crew", None)
-        if crew is not None:
-            crew.dismiss()
+        if self._crew is not None:
+            self._crew.dismiss()
 
     def prepare(self, steps: int) -> None:
         """Capture what `run(steps)` replays: about 1 ms per captured step, once."""
