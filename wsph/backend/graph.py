@@ -4,6 +4,8 @@ On CUDA and for small scenes on the CPU a graph holds many steps (.2 us a launch
 step, and its cores share the launches that are found to take long (`wsph.backend.threads`).
 """
 
+# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
 import contextlib
 import time
 from collections.abc import Callable
@@ -37,6 +39,8 @@ def _timed(graphs: list[wp.Graph]) -> list[float]:
 class Program:
     """A step as a list of launches. `run(n)` runs it n times."""
 
+    _crew: Crew | None = None
+
     def __init__(
         self,
         step: Callable[[], None],
@@ -57,14 +61,12 @@ class Program:
         self._seconds: list[float] = []
         self._blocks = BLOCKS if self.batched else (1,)
         self._graphs: dict[int, wp.Graph] = {}
-        self._crew: Crew | None = None
         self._stretches: list[Stretch] = []
         self._times = 1
 
     def __del__(self) -> None:
-        crew = getattr(self, "_crew", None)
-        if crew is not None:
-            crew.dismiss()
+        if self._crew is not None:
+            self._crew.dismiss()
 
     def prepare(self, steps: int) -> None:
         """Capture what `run(steps)` replays: about 1 ms per captured step, once."""

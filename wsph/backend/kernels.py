@@ -6,6 +6,8 @@ where a thread's range begins, parameters, arrays that are read, scalars, and la
 launch (`wsph.backend.launch`). More than MOST arguments are a struct that has not been found yet.
 """
 
+# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
 import ast
 from collections.abc import Callable, Iterator
 from functools import cache

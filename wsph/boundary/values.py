@@ -1,5 +1,5 @@
 """Prescribed values on the device: a list whose entries are a place in the flat state and a program for the stack machine
-(`wsph.backend.stack_machine`)."""
+(`wsph.boundary.stack_machine`)."""
 
 from collections.abc import Callable
 from functools import cache
@@ -11,9 +11,9 @@ from wsph.backend.clock import Clock, dt_of, time_of
 from wsph.backend.expressions import OPERATIONS, Expression
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
-from wsph.backend.stack_machine import Bank, evaluate
 from wsph.backend.state import State
 from wsph.boundary.conditions import Conditions, Prescribed
+from wsph.boundary.stack_machine import Bank, evaluate
 
 CONSTANT = -1
 """The program of an entry that never changes: its scale is its value. Most faces are free: thousands of zeros."""

@@ -13,9 +13,9 @@ from wsph.backend.reduce import BLOCK, blocks, total
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.backend.tensors import determinant_and_inverse
-from wsph.backend.works import Works
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.values import BoundaryValues
+from wsph.parts.works import Works
 
 
 @cache

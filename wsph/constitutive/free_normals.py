@@ -6,6 +6,7 @@ where they are linear. In uniaxial stress both free normals of an isotropic soli
 """
 
 import inspect
+from functools import cache
 from typing import Any
 
 import warp as wp
@@ -56,19 +57,27 @@ def free_rate(space: Space, law: wp.Function, Params: type, internal: type, free
     return two
 
 
-def total_laws(
-    space: Space, material: Any, state: StressState, Params: type
-) -> tuple[wp.Function | None, wp.Function | None]:
-    """The total law for the displacement gradients of a stress state, and its energy; None where the material has none."""
-    if not hasattr(material, "stress"):
-        return None, None
-    law, stored = material.stress(space, Params), None
-    if not isinstance(law, wp.Function) or len(inspect.signature(law.func).parameters) != 2:
-        raise PluginError(f"{type(material).__name__}.stress gave no law of two arguments; expected {TOTAL_SIGNATURE}")
+@cache
+def _secant(space: Space) -> wp.Function:
+    """Warp function (gap before, gap after a step, step, slope before, stiffness) -> the slope by a secant, and the next
+    step. A secant far from the elastic stiffness is not taken."""
+    real = space.scalar
+
+    @wp.func
+    def secant(before: real, gap: real, step: real, slope: real, stiffness: real):
+        between = (gap - before) / step
+        taken = slope
+        if between > real(0.05) * stiffness:
+            taken = between
+        return taken, -gap / taken
+
+    return secant
+
+
+def _whole_gradient(space: Space, law: wp.Function, state: StressState, Params: type) -> wp.Function:
+    """Warp function (p, displacement gradient dim x dim) -> that of the space, the free normals without stress."""
     real, tensor, mat, dim = space.scalar, space.tensor, space.mat, space.dim
-    _, pack = packing(space, state)
-    unit = unit_normal(space)
-    free = len(state.free)
+    unit, secant, free = unit_normal(space), _secant(space), len(state.free)
     first = state.free[0] if free else 0
 
     @wp.func
@@ -104,13 +113,24 @@ def total_laws(
             if wp.abs(step) > real(LEAST_SECANT) * (real(1.0) + wp.abs(x)):
                 x += step
                 next_gap = law(p, widened(h, x))[first, first]
-                secant = (next_gap - gap) / step
-                if secant > real(0.05) * stiffness:
-                    slope = secant
+                slope, step = secant(gap, next_gap, step, slope, stiffness)
                 gap = next_gap
-                step = -gap / slope
         return widened(h, x)
 
+    return whole
+
+
+def total_laws(
+    space: Space, material: Any, state: StressState, Params: type
+) -> tuple[wp.Function | None, wp.Function | None]:
+    """The total law for the displacement gradients of a stress state, and its energy; None where the material has none."""
+    if not hasattr(material, "stress"):
+        return None, None
+    law, stored = material.stress(space, Params), None
+    if not isinstance(law, wp.Function) or len(inspect.signature(law.func).parameters) != 2:
+        raise PluginError(f"{type(material).__name__}.stress gave no law of two arguments; expected {TOTAL_SIGNATURE}")
+    real, tensor, mat, dim = space.scalar, space.tensor, space.mat, space.dim
+    (_, pack), whole = packing(space, state), _whole_gradient(space, law, state, Params)
     # A law may give its first Piola stress itself: that is what forces take, and cheaper than there and back.
     direct = hasattr(material, "piola")
     nominal = material.piola(space, Params) if direct else law
@@ -158,7 +178,7 @@ def projection(space: Space, material: Any, state: StressState, Params: type, in
         space.vector(len(state.components)),
         space.vector(max(count, 1)),
     )
-    (unpack, pack), unit, free = packing(space, state), unit_normal(space), len(state.free)
+    (unpack, pack), unit, secant, free = packing(space, state), unit_normal(space), _secant(space), len(state.free)
     first = state.free[0] if free else 0
 
     @wp.func
@@ -199,11 +219,8 @@ def projection(space: Space, material: Any, state: StressState, Params: type, in
                     x += step
                     trial = strained(p, s, x)
                     t, changed = returned(p, trial, mine)
-                    secant = (t[first, first] - gap) / step
-                    if secant > real(0.05) * stiffness:
-                        slope = secant
+                    slope, step = secant(gap, t[first, first], step, slope, stiffness)
                     gap = t[first, first]
-                    step = -gap / slope
         mean = wp.trace(t) / real(3.0)
         lost = trial - t
         mean_lost = wp.trace(lost) / real(3.0)

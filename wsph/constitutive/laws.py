@@ -15,7 +15,7 @@ strain by what keeps their stress zero after the return (`wsph.constitutive.free
 import dataclasses
 import inspect
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any
 
 import warp as wp
@@ -115,41 +115,9 @@ def user_law(space: Space, material: Any, Params: type, internal: type) -> wp.Fu
     return with_internals
 
 
-@lru_cache(maxsize=64)
-def laws_of(space: Space, material: Any, state: StressState) -> Laws:
-    """The laws of a material, by its values: `rate` is a third party's code and may branch on any of them.
-
-    Another value gives another Laws but the same kernel source, so it is loaded from the kernel cache, not compiled.
-    """
-    relaxing, depends = relaxes(material), bool(getattr(material, "depends_on_stress", True))
-    dissipating = dissipates(material)
-    real, tensor, mat, point = space.scalar, space.tensor, space.mat, space.point
-    dim = space.dim
-    width = len(state.components)
-    stress = space.vector(width)
-    count = len(getattr(material, "internals", {}))
-    internal = space.vector(max(count + dissipating, 1))
-    # Not id-based: the same fields give the same struct, and so the same compiled kernel, in every process.
-    Params = wp.struct(
-        type(
-            f"{type(material).__name__}Params",
-            (),
-            {"__annotations__": dict.fromkeys(parameters(material), real), "__module__": __name__},
-        )
-    )
-    unpack, pack = packing(space, state)
-    law = user_law(space, material, Params, internal)
-    free_law = free_rate(space, law, Params, internal, state.free)
-    unit = unit_normal(space)
-    static_mask = sum(1 << k for k in state.free)
-
-    @wp.func
-    def embed(L: mat) -> tensor:
-        full = tensor()
-        for i in range(wp.static(dim)):
-            for j in range(wp.static(dim)):
-                full[i, j] = L[i, j]
-        return full
+def _dissipation(space: Space, Params: type) -> wp.Function:
+    """Warp function (p, stress, stress rate at L = 0) -> the rate of the dissipated energy density."""
+    real, tensor = space.scalar, space.tensor
 
     @wp.func
     def dissipation(p: Params, s: tensor, at_rest: tensor) -> real:
@@ -159,33 +127,46 @@ def laws_of(space: Space, material: Any, state: StressState) -> Laws:
         deviatoric = wp.ddot(s - mean * one, at_rest - mean_rate * one)
         return -(deviatoric / (real(2.0) * p.elastic_shear) + mean * mean_rate / p.elastic_bulk)
 
-    @wp.func
-    def at_rest(p: Params, packed: stress, q: internal):
-        s = unpack(packed)
-        rate, dq = free_law(p, s, tensor(), q)
-        if wp.static(relaxing):
-            bare, _ = law(p, s, tensor(), q)
-            dq[count] = dissipation(p, s, bare)
-        return pack(rate), dq
+    return dissipation
+
+
+@cache
+def _embedding(space: Space) -> wp.Function:
+    """Warp function dim x dim -> 3x3, zero elsewhere."""
+    mat, tensor, dim = space.mat, space.tensor, space.dim
 
     @wp.func
-    def respond(p: Params, packed: stress, L: mat, q: internal):
-        s = unpack(packed)
-        rate, dq = free_law(p, s, embed(L), q)
-        if wp.static(relaxing):
-            bare, _ = law(p, s, tensor(), q)
-            dq[count] = dissipation(p, s, bare)
-        return pack(rate), dq
+    def embed(L: mat) -> tensor:
+        full = tensor()
+        for i in range(wp.static(dim)):
+            for j in range(wp.static(dim)):
+                full[i, j] = L[i, j]
+        return full
+
+    return embed
+
+
+def _stored(space: Space, Params: type, state: StressState) -> wp.Function:
+    """Warp function (p, packed stress) -> elastic energy density."""
+    real, stress, (unpack, _) = space.scalar, space.vector(len(state.components)), packing(space, state)
 
     @wp.func
-    def linear(p: Params, packed: stress, L: mat, q: internal, S: stress, Q: internal):
+    def energy(p: Params, packed: stress) -> real:
         s = unpack(packed)
-        rate, dq = free_law(p, s, embed(L), q)
-        if wp.static(relaxing):
-            rest, dq_rest = free_law(p, s, tensor(), q)
-            rate -= rest
-            dq -= dq_rest
-        return pack(rate) + S, dq + Q
+        mean = (s[0, 0] + s[1, 1] + s[2, 2]) / real(3.0)
+        deviator = s - mean * wp.identity(n=3, dtype=real)
+        return real(0.5) * mean * mean / p.elastic_bulk + real(0.25) * wp.ddot(deviator, deviator) / p.elastic_shear
+
+    return energy
+
+
+def _face_law(
+    space: Space, law: wp.Function, Params: type, internal: type, state: StressState, relaxing: bool
+) -> wp.Function:
+    """`Laws.linear_faces` of a plugin's law."""
+    real, tensor, mat, point = space.scalar, space.tensor, space.mat, space.point
+    stress, (unpack, pack) = space.vector(len(state.components)), packing(space, state)
+    unit, embed, static_mask = unit_normal(space), _embedding(space), sum(1 << k for k in state.free)
 
     @wp.func
     def linear_faces(p: Params, packed: stress, L: mat, q: internal, S: stress, Q: internal, mask: int, target: point):
@@ -218,25 +199,69 @@ def laws_of(space: Space, material: Any, state: StressState) -> Laws:
                 dq += x[k] * (dq_changed - dq_moving)
         return pack(rate), dq + Q
 
-    @wp.func
-    def energy(p: Params, packed: stress) -> real:
-        s = unpack(packed)
-        mean = (s[0, 0] + s[1, 1] + s[2, 2]) / real(3.0)
-        deviator = s - mean * wp.identity(n=3, dtype=real)
-        return real(0.5) * mean * mean / p.elastic_bulk + real(0.25) * wp.ddot(deviator, deviator) / p.elastic_shear
+    return linear_faces
 
+
+@lru_cache(maxsize=64)
+def laws_of(space: Space, material: Any, state: StressState) -> Laws:
+    """The laws of a material, by its values: `rate` is a third party's code and may branch on any of them.
+
+    Another value gives another Laws but the same kernel source, so it is loaded from the kernel cache, not compiled.
+    """
+    relaxing, depends = relaxes(material), bool(getattr(material, "depends_on_stress", True))
+    dissipating, count = dissipates(material), len(getattr(material, "internals", {}))
+    real, tensor, mat = space.scalar, space.tensor, space.mat
+    stress, internal = space.vector(len(state.components)), space.vector(max(count + dissipating, 1))
+    # Not id-based: the same fields give the same struct, and so the same compiled kernel, in every process.
+    annotations = dict.fromkeys(parameters(material), real)
+    name = f"{type(material).__name__}Params"
+    Params = wp.struct(type(name, (), {"__annotations__": annotations, "__module__": __name__}))
+    law = user_law(space, material, Params, internal)
+    free_law = free_rate(space, law, Params, internal, state.free)
+    (unpack, pack), embed, dissipation = packing(space, state), _embedding(space), _dissipation(space, Params)
+
+    @wp.func
+    def at_rest(p: Params, packed: stress, q: internal):
+        s = unpack(packed)
+        rate, dq = free_law(p, s, tensor(), q)
+        if wp.static(relaxing):
+            bare, _ = law(p, s, tensor(), q)
+            dq[count] = dissipation(p, s, bare)
+        return pack(rate), dq
+
+    @wp.func
+    def respond(p: Params, packed: stress, L: mat, q: internal):
+        s = unpack(packed)
+        rate, dq = free_law(p, s, embed(L), q)
+        if wp.static(relaxing):
+            bare, _ = law(p, s, tensor(), q)
+            dq[count] = dissipation(p, s, bare)
+        return pack(rate), dq
+
+    @wp.func
+    def linear(p: Params, packed: stress, L: mat, q: internal, S: stress, Q: internal):
+        s = unpack(packed)
+        rate, dq = free_law(p, s, embed(L), q)
+        if wp.static(relaxing):
+            rest, dq_rest = free_law(p, s, tensor(), q)
+            rate -= rest
+            dq -= dq_rest
+        return pack(rate) + S, dq + Q
+
+    total, total_energy = total_laws(space, material, state, Params)
     return Laws(
-        state,
-        Params,
-        stress,
-        internal,
-        at_rest if relaxing else None,
-        respond,
-        linear,
-        linear_faces,
-        energy,
-        depends,
-        dissipating,
-        projection(space, material, state, Params, internal),
-        *total_laws(space, material, state, Params),
+        state=state,
+        Params=Params,
+        stress=stress,
+        internal=internal,
+        source=at_rest if relaxing else None,
+        respond=respond,
+        linear=linear,
+        linear_faces=_face_law(space, law, Params, internal, state, relaxing),
+        energy=_stored(space, Params, state),
+        depends_on_stress=depends,
+        dissipates=dissipating,
+        project=projection(space, material, state, Params, internal),
+        total=total,
+        total_energy=total_energy,
     )

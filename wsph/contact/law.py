@@ -57,7 +57,7 @@ def push_size(space: Space, law: str) -> wp.Function:
 @cache
 def push_kernel(space: Space, law: str, rubbing: bool, itself: bool) -> wp.Kernel:
     """Impulses of a step on the particles of a body, from those of another one or of itself. `slot` (pairs,): where the
-    weight of the link between two neighbours stands in `link_weight`, -1 for others."""
+    weight of the link between two neighbours stands in `weight`, -1 for others."""
     real, vec, Law, Body, Rows = space.scalar, space.vec, law_struct(space), body_struct(space), rows_struct(space)
     size_of = push_size(space, law)
 
@@ -70,7 +70,7 @@ def push_kernel(space: Space, law: str, rubbing: bool, itself: bool) -> wp.Kerne
         other: Body,
         clock: wp.array(dtype=wp.float64),
         slot: wp.array(dtype=wp.int32),
-        link_weight: wp.array(dtype=real),
+        weight: wp.array(dtype=real),
         impulse_out: wp.array(dtype=vec),
     ):
         i = first + wp.tid()
@@ -83,7 +83,7 @@ def push_kernel(space: Space, law: str, rubbing: bool, itself: bool) -> wp.Kerne
             acts = distance < c.reach and distance > real(0.0)
             # Neighbours in one body push only where the link between them has broken.
             if wp.static(itself) and slot[k] >= 0:
-                acts = acts and link_weight[slot[k]] == real(0.0)
+                acts = acts and weight[slot[k]] == real(0.0)
             if acts:
                 n = r / distance
                 moving = own.v[i] - other.v[j]

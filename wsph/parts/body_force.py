@@ -15,7 +15,7 @@ from wsph.backend.clock import Clock
 from wsph.backend.reduce import BLOCK
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
-from wsph.backend.works import Works
+from wsph.parts.works import Works
 from wsph.quantities import Model, in_unit
 from wsph.units import Scales
 
