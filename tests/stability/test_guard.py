@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 from wsph_integrators.chebyshev import Coefficients
-from wsph_integrators.runge_kutta import Euler, Midpoint, RungeKutta4, damped_limit, margin
+from wsph_integrators.runge_kutta import Euler, Midpoint, RungeKutta4
 from wsph_integrators.symplectic import Leapfrog
 
 import wsph
 from tests import scenes
 from tests.scenes import FORMS
 from wsph.simulation.compose import compose
+from wsph.stability.regions import damped_limit, margin
 from wsph.stability.spectrum import modes
 from wsph.testing import spectral_radius, whole_spectrum
 from wsph.validation.case import example

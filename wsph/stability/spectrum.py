@@ -4,7 +4,7 @@ Small motions are M u'' + D u' + K u = 0, and a step of any method multiplies ea
 of its own. Neither the largest frequency nor the largest damping rate says where that leaves 1 first: a wave that is damped
 is held further than one that is not, and a method that amplifies waves stops at the one that is damped least for its
 frequency. So K and D are projected on what a few dozen right-hand sides span, and the modes of the projection stand for the
-body's (tests/integrators/test_guard.py holds limits to runs and to whole spectra).
+body's (tests/stability/test_guard.py holds limits to runs and to whole spectra).
 """
 
 from dataclasses import dataclass
@@ -12,15 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-APPROACH = (0.5, 0.022, 0.2, 0.59)
-"""Viscosity of what approaches acts on half of the pairs of a wave, but motion that it overdamps lasts longer in the half of
-the time in which it is not damped, and in a front more than half of the pairs close: its damping is taken as .5 less .022
-times the largest damping rate over the largest frequency, not below .2, and as .59 times the one on all pairs, whichever is
-the worse. The numbers are from runs of the magnesium bar (`wsph validate --full bar-stability`), whose limits lie 0 to 20 %
-above what they give."""
-
-STILL = {"f64": 1e-4, "f32": 1e-2}
-"""A mode slower than this part of the fastest is a motion of the rigid body, by the run's precision."""
+from wsph.stability.margins import APPROACH, STILL
 
 
 def outermost(matrix: np.ndarray, square: np.ndarray, end: int = -1) -> tuple[float, float]:
