@@ -95,3 +95,14 @@ def combine(
     inputs = [space.vector(7)(*coefficients), _span(start, end, each), clock.time, *arrays]
     made = _combine_kernel(space, len(plain), len(timed), len(squared))
     clock.launch(made, -(-(end - start) // each), inputs, [out])
+
+
+@cache
+def clear_kernel(dtype: type) -> wp.Kernel:
+    """Every element of an array zero."""
+
+    @kernel(ranged=True)
+    def clear(first: int, array_out: wp.array(dtype=dtype)):
+        array_out[first + wp.tid()] = dtype()
+
+    return clear

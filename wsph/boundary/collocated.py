@@ -11,13 +11,13 @@ from wsph.boundary.conditions import (
     prescribed_velocities,
     selected_conditions,
 )
+from wsph.boundary.tables import Prescribing
 from wsph.errors import Fault, SceneError
 from wsph.geometry.lattice import Lattice
 from wsph.output.fields import AXES
-from wsph.scene.scene import Scene
 
 
-def face_conditions(scene: Scene, body: str, lattice: Lattice, labels: tuple[str, ...]) -> Conditions:
+def face_conditions(scene: Prescribing, body: str, lattice: Lattice, labels: tuple[str, ...]) -> Conditions:
     """Conditions of a two-set body. `labels` are the kept stress components. Raises SceneError where one selects nothing."""
     faces, dim, n = lattice.faces, scene.dim, len(lattice.nodes)
     result = Conditions(mirrored=np.ones(n))
@@ -36,6 +36,9 @@ def face_conditions(scene: Scene, body: str, lattice: Lattice, labels: tuple[str
             result.put("velocity", AXES.index(axis), nodes, value)
             moved[rows, AXES.index(axis)] = True
             loaded[rows] |= nonzero(value)
+        for key in condition.acting:
+            text = "two-set bodies prescribe stress on their faces: use an integrator of one set"
+            raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
         if condition.traction:
             text = "two-set bodies prescribe stress on their faces: write stress = { xx = ... }"
             raise SceneError("scene", [Fault(0, f"boundary.{k}.traction", text)])

@@ -14,13 +14,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from wsph.backend.expressions import Expression, constant_program
+from wsph.boundary.load import Load, LoadedFaces
+from wsph.boundary.tables import Boundary, Function, Prescribing
 from wsph.errors import Fault, SceneError
 from wsph.geometry.faces import Faces
 from wsph.geometry.lattice import Lattice
 from wsph.geometry.selection import select
 from wsph.output.fields import AXES
-from wsph.scene.scene import Scene
-from wsph.scene.tables import Boundary, Function
 
 Prescribed = Expression | Function
 
@@ -31,7 +31,8 @@ class Conditions:
 
     entries: (field, component) -> {particle: value}; free_normals: bit k of (n,) where sigma_kk is prescribed; work_*: rows
     of (particle, axis, signed area [m^(dim-1)]) on faces that move or carry stress. mirrored (n,): how often a particle is
-    there with its images across planes of symmetry, 1, 2, 4 or 8: its volume times that is a whole particle's.
+    there with its images across planes of symmetry, 1, 2, 4 or 8: its volume times that is a whole particle's. acting: loads
+    that follow the state, by a name, and where they act.
     """
 
     entries: dict[tuple[str, int], dict[int, Prescribed]] = field(default_factory=dict)
@@ -40,6 +41,7 @@ class Conditions:
     work_axis: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     work_area: np.ndarray = field(default_factory=lambda: np.zeros(0))
     loads: "Conditions | None" = None
+    acting: list[tuple[str, Load, LoadedFaces]] = field(default_factory=list)
     mirrored: np.ndarray = field(default_factory=lambda: np.ones(0))
     scales: dict[tuple[str, int], dict[int, float]] = field(default_factory=dict)
 
@@ -95,7 +97,7 @@ def face_component(axis: int, tangent: int) -> str:
     return "".join(AXES[k] for k in sorted((axis, tangent)))
 
 
-def prescribed_velocities(scene: Scene, condition: Boundary) -> dict[str, Prescribed]:
+def prescribed_velocities(scene: Prescribing, condition: Boundary) -> dict[str, Prescribed]:
     """The velocity components that a condition prescribes, those held at zero included."""
     held = (*condition.fixed, *([condition.symmetry] if condition.symmetry else []))
     moved = {axis: scene.value(value, "m/s") for axis, value in condition.velocity.items()}
@@ -108,7 +110,7 @@ def _nothing_selected(k: int, condition: Boundary) -> SceneError:
 
 
 def selected_conditions(
-    scene: Scene, body: str, lattice: Lattice, position: np.ndarray, on: np.ndarray
+    scene: Prescribing, body: str, lattice: Lattice, position: np.ndarray, on: np.ndarray
 ) -> Iterator[tuple[int, Boundary, np.ndarray, np.ndarray]]:
     """The conditions of a body: number, condition, the particles that it selects and the rows of the faces (m,) bool. `on`
     (m, k) are the particles of each face. Raises SceneError where one selects nothing."""

@@ -3,24 +3,28 @@
 import numpy as np
 
 from wsph.boundary.conditions import Conditions, prescribed_velocities, selected_conditions
+from wsph.boundary.load import LoadedFaces
+from wsph.boundary.tables import Prescribing
 from wsph.errors import Fault, SceneError
+from wsph.geometry.faces import Faces
 from wsph.geometry.lattice import Lattice
 from wsph.output.fields import AXES
-from wsph.scene.scene import Scene
 
 
-def layer_conditions(scene: Scene, body: str, lattice: Lattice) -> Conditions:
+def layer_conditions(scene: Prescribing, body: str, lattice: Lattice) -> Conditions:
     """Conditions of a Lagrangian body whose particles are the cells: a face is its first layer of particles."""
     faces = lattice.faces
     return _natural_conditions(scene, body, lattice, lattice.cells, faces.cell[:, None])
 
 
-def node_conditions(scene: Scene, body: str, lattice: Lattice) -> Conditions:
+def node_conditions(scene: Prescribing, body: str, lattice: Lattice) -> Conditions:
     """Conditions of a Lagrangian body whose particles are the nodes, those of the faces included."""
     return _natural_conditions(scene, body, lattice, lattice.nodes, lattice.faces.nodes)
 
 
-def _natural_conditions(scene: Scene, body: str, lattice: Lattice, position: np.ndarray, on: np.ndarray) -> Conditions:
+def _natural_conditions(
+    scene: Prescribing, body: str, lattice: Lattice, position: np.ndarray, on: np.ndarray
+) -> Conditions:
     """Velocities of particles, and loads as forces: a free face needs nothing. `on` (faces, k): the particles of each face.
 
     A stress on a face is a nominal one: force per reference area, along the axes of the shape; `traction` is along the
@@ -48,6 +52,13 @@ def _natural_conditions(scene: Scene, body: str, lattice: Lattice, position: np.
         if condition.stress and len(velocities) == dim:
             text = "all velocities are prescribed too: a load there moves nothing"
             raise SceneError("scene", [Fault(0, f"boundary.{k}.stress", text)])
+        for key, load in condition.acting.items():
+            if lattice.mapped or not rows.any():
+                text = (
+                    "acts on no face selected here" if not lattice.mapped else "needs a regular lattice, without `map`"
+                )
+                raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
+            result.acting.append((f"{k}.{key}", load, _loaded(faces, on, rows, lattice)))
         for key, given in (("stress", condition.stress), ("traction", condition.traction)):
             for label, value in given.items():
                 acting = rows & (np.isin(faces.axis, [AXES.index(a) for a in label]) if key == "stress" else True)
@@ -58,3 +69,15 @@ def _natural_conditions(scene: Scene, body: str, lattice: Lattice, position: np.
                     raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}.{label}", text)])
                 result.loads.load(faces, on, acting, label, key == "traction", scene.value(value, "Pa"), lattice)
     return result
+
+
+def _loaded(faces: Faces, on: np.ndarray, rows: np.ndarray, lattice: Lattice) -> LoadedFaces:
+    """The particles of some faces, the areas that they stand for [m^(dim-1)] and their mean normals."""
+    n, corners, dim = len(lattice.nodes), on.shape[1], lattice.frame.axes.shape[0]
+    share = np.repeat(faces.area[rows] / corners, corners)
+    outward = (faces.sign[rows, None] * lattice.frame.axes.T[faces.axis[rows]]).repeat(corners, 0)
+    area = np.bincount(on[rows].ravel(), share, n)
+    particle = np.flatnonzero(area)
+    mean = np.stack([np.bincount(on[rows].ravel(), share * outward[:, k], n) for k in range(dim)], 1)[particle]
+    size = np.linalg.norm(mean, axis=1, keepdims=True)
+    return LoadedFaces(particle, area[particle], np.divide(mean, size, out=np.zeros_like(mean), where=size > 0.0))

@@ -99,7 +99,7 @@ class OneSetSystem(System):
         self.boundary = BoundaryValues(
             space, self.conditions, self.state, self.position, units, setup.scales.time, self.device
         )
-        self.loads = Loads(setup, self.conditions, self.placement, self.state, self.arrays.part("loads"))
+        self.loads = Loads(setup, self.conditions, self.placement, self.arrays.part("loads"))
         self.force = BodyForce(
             setup.scene.gravity, setup.body.damping, space, setup.scales, self.density, self.volume, self.device
         )
@@ -202,6 +202,8 @@ class OneSetSystem(System):
         self.constrain(state, 1.0)
         self.work.loads.add(state, self.clock)
         self.force.add(state, self.clock)
+        for load in self.loads.acting:
+            load.advance(state)
         for part in self.attached.values():
             part.advance()
 
@@ -219,7 +221,8 @@ class OneSetSystem(System):
         drag = Entry("dissipated", lambda: self.work.loads.viscous)
         own = super().ledger
         external, rest = own[:3], own[3:]
-        return (*external, drag, *rest, Entry("hourglass", self.hourglass_energy))
+        loads = (entry for load in self.loads.acting for entry in load.ledger)
+        return (*external, drag, *rest, Entry("hourglass", self.hourglass_energy), *loads)
 
     def hourglass_energy(self) -> float:
         """Work done against forces that hold spurious modes so far, and energy of the stabilisation, nondimensional."""

@@ -1,14 +1,16 @@
 """What the right-hand sides of a one-set body are made from."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import warp as wp
 
+from wsph.backend.algebra import clear_kernel
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.state import Field, Layout, State
 from wsph.boundary.conditions import Conditions
+from wsph.boundary.load import ActingLoad
 from wsph.boundary.values import BoundaryValues
 from wsph.errors import Refused
 from wsph.formulations.lagrangian.form import Form
@@ -46,31 +48,51 @@ class Placement:
 
 
 class Loads:
-    """Loads on a body as forces on its particles, on each face of it by itself: `vectors` (n dim,), vec, nondimensional."""
+    """Loads on a body as forces on its particles, nondimensional: prescribed ones on each face by itself, `vectors` (n dim,)
+    vec, and the sum of those that follow the state, `following` (n,) vec."""
 
-    def __init__(self, setup: Setup, conditions: Conditions, placement: Placement, state: State, arrays: Arrays):
-        space, scales = setup.space, setup.scales
+    def __init__(self, setup: Setup, conditions: Conditions, placement: Placement, arrays: Arrays):
+        space, scales, clock = setup.space, setup.scales, setup.clock
         given = conditions.loads is not None and bool(conditions.loads.entries)
         # Ghosts ask every face for its load.
         n = placement.count if given or setup.scene.run.correction == "paper" else 1
-        self.state = State(space, n, loads_layout(space.dim), setup.device)
+        self.state = State(space, n, Layout((Field("load", space.dim**2, "N"),)), setup.device)
         arrays.take("imposed", self.state.buffer, kept=True)
-        units = {"load": scales.stress * scales.length ** (space.dim - 1)}
+        area = scales.length ** (space.dim - 1)
         self.values = BoundaryValues(
-            space, conditions.loads, self.state, placement.position, units, scales.time, setup.device
+            space,
+            conditions.loads,
+            self.state,
+            placement.position,
+            {"load": scales.stress * area},
+            scales.time,
+            setup.device,
         )
         self.vectors = wp.array(
             ptr=self.state.buffer.ptr, dtype=space.vec, shape=n * space.dim, device=setup.device, copy=False
         )
+        self._clock = clock
+        self.acting: list[ActingLoad] = []
+        for name, load, faces in conditions.acting:
+            scaled = replace(faces, area=faces.area / area)
+            self.acting.append(load.attach(scaled, space, scales, clock, arrays.part(name)))
+        self.following = arrays.zeros("following", placement.count if self.acting else 1, space.vec)
 
     @property
     def count(self) -> int:
-        """How many entries there are."""
+        """How many prescribed entries there are."""
         return self.values.count
 
     def impose(self, clock: Clock, c: float | tuple[float, float]) -> None:
-        """Set the loads of t + c dt (a launch)."""
+        """Set the prescribed loads of t + c dt (a launch)."""
         self.values.impose(self.state, clock, c)
+
+    def follow(self, state: State) -> None:
+        """Find the forces of the loads that follow a state (launches, where there are any)."""
+        if self.acting:
+            self._clock.launch(clear_kernel(self.following.dtype), len(self.following), [], [self.following])
+        for load in self.acting:
+            load.act(state, self.following)
 
 
 @dataclass(frozen=True)
@@ -127,6 +149,7 @@ class RateSetup:
             next(iter(responses), None),
             host.breaks,
             not host.traits.reference,
+            bool(self.loads.acting),
         )
 
     def coefficients(self, form: Form) -> object:
@@ -149,8 +172,3 @@ class RateSetup:
                 f"{len(lonely)} particles of body {host.name!r}, the first at {self.placement.position[lonely[0]].tolist()} m, see"
                 f" too few neighbours for a gradient: raise run.support (now {host.support:g} spacings)"
             )
-
-
-def loads_layout(dim: int) -> Layout:
-    """One load for every face and direction of a particle."""
-    return Layout((Field("load", dim**2, "N"),))

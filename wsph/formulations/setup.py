@@ -1,28 +1,17 @@
-"""What a body is built from, and a formulation as a value."""
+"""What a body is built from."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 from wsph.backend.clock import Clock
 from wsph.backend.space import Space
 from wsph.constitutive.constitutive import Constitutive
 from wsph.geometry.lattice import Lattice
 from wsph.parts.part import Host
+from wsph.plugins.formulations import Formulation
 from wsph.protocols import Traits
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
 from wsph.units import Scales
-
-
-@dataclass(frozen=True)
-class Formulation:
-    """A formulation by its name, for integrators of one or two `sets` of particles."""
-
-    name: str
-    sets: int
-    traits: Traits
-    build: "Callable[[Setup], Any]"
 
 
 @dataclass(frozen=True)

@@ -16,12 +16,14 @@ from pydantic import (
 from pydantic.fields import FieldInfo
 
 from wsph.backend.expressions import Expression, compile_expression, constant_program
+from wsph.boundary.tables import Boundary, Function
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import Rotation
 from wsph.output import formats
 from wsph.parts.body_force import Damping
 from wsph.parts.part import Part
 from wsph.parts.table import PARTS
+from wsph.plugins.formulations import names
 from wsph.quantities import Cadence, Model, Strings, Value, as_tuple, in_unit, read_cadence, read_switch
 from wsph.scene.messages import none_of
 from wsph.sph.smoothing import SMOOTHING
@@ -32,12 +34,6 @@ def _whole(value: Any) -> Any:
     # Literal compares: without this 1.0 and true would pass for 1.
     if isinstance(value, (bool, float)):
         raise ValueError(f"{value!r} must be a whole number")
-    return value
-
-
-def _face(value: str) -> str:
-    if value not in ("-x", "+x", "-y", "+y", "-z", "+z"):
-        raise ValueError(f"{value!r} is no face; write -x, +x, -y, ...")
     return value
 
 
@@ -60,6 +56,12 @@ def _courant(value: Any, number: Callable[[Any], float]) -> Any:
 
 
 Courant = Annotated[in_unit("", gt=0), WrapValidator(_courant), PlainSerializer(lambda value: value)]
+
+
+def _formulation(name: str) -> str:
+    if name not in (known := names()):
+        raise ValueError(none_of(name, known))
+    return name
 
 
 class IntegratorSpec(Model):
@@ -94,7 +96,7 @@ class Run(Model):
     precision: Literal["f64", "f32"] = "f64"
     device: Annotated[str, Field(pattern=r"^(auto|cpu|cuda:\d+)$")] = "auto"
     threads: Annotated[int, Field(ge=0, le=1024)] = 0
-    formulation: Literal["small-strain", "total-lagrangian", "stress-points", "updated-lagrangian"] | None = None
+    formulation: Annotated[str, AfterValidator(_formulation)] | None = None
     correction: Literal["symmetric", "paper"] = "symmetric"
     kernel: Annotated[str, AfterValidator(_smoothing)] = "cubic-spline"
     support: in_unit("", gt=0) | None = None
@@ -166,47 +168,6 @@ class Body(_WithParts):
         """The parts that the scene names, by their keys, those that it switches off included."""
         given = {key: getattr(self, key) for key in PARTS}
         return {key: part for key, part in given.items() if part is not None}
-
-
-class Function(Model):
-    """A function of time: a table (t, value, interp) or an expression of x, y, z, t."""
-
-    t: Annotated[tuple[in_unit("s"), ...], BeforeValidator(as_tuple)] | None = None
-    value: Annotated[tuple[in_unit(""), ...], BeforeValidator(as_tuple)] | None = None
-    interp: Literal["linear", "step"] = "linear"
-    expression: str | None = None
-
-    @model_validator(mode="after")
-    def _table_or_expression(self) -> "Function":
-        if (self.expression is None) == (self.t is None and self.value is None):
-            raise ValueError("either a table (t and value) or an expression is needed")
-        if self.expression is None:
-            if self.t is None or self.value is None or len(self.t) != len(self.value) or not self.t:
-                raise ValueError("t and value must have the same number of entries, at least one")
-            if any(a >= b for a, b in zip(self.t, self.t[1:], strict=False)):
-                raise ValueError("t must increase from entry to entry")
-        return self
-
-
-class Boundary(Model):
-    """Prescribed values on a face or on the particles that `where` selects."""
-
-    body: str
-    where: str | None = None
-    face: Annotated[str, AfterValidator(_face)] | None = None
-    velocity: dict[str, Value] = {}
-    fixed: Strings = ()
-    symmetry: Literal["x", "y", "z"] | None = None
-    stress: dict[str, Value] = {}
-    traction: dict[str, Value] = {}
-
-    @model_validator(mode="after")
-    def _complete(self) -> "Boundary":
-        if (self.where is None) == (self.face is None):
-            raise ValueError("exactly one of where and face is needed")
-        if not (self.velocity or self.fixed or self.symmetry or self.stress or self.traction):
-            raise ValueError("nothing is prescribed: give velocity, fixed, symmetry, stress or traction")
-        return self
 
 
 class Contact(Model):

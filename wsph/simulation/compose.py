@@ -27,12 +27,13 @@ from wsph.constitutive.stress_state import STRESS_STATES, StressState
 from wsph.contact.table import interactions
 from wsph.errors import Fault, PluginError, Refused, SceneError
 from wsph.formulations.reading import Reading
-from wsph.formulations.setup import Formulation, Setup
-from wsph.formulations.table import FORMULATIONS, of_sets, takers
+from wsph.formulations.setup import Setup
 from wsph.geometry.lattice import Lattice
 from wsph.output import fields
 from wsph.plugins import integrators, registry
 from wsph.plugins.blame import blame
+from wsph.plugins.formulations import FORMULATIONS, Formulation, of_sets
+from wsph.plugins.formulations import offered as worked_in
 from wsph.plugins.options import build
 from wsph.plugins.traits import has_rate
 from wsph.protocols import Integrator, Interaction
@@ -119,7 +120,7 @@ def _method(scene: Scene) -> Method:
     plugin = registry.load("integrators", name)
     who = f"integrator {name!r} ({registry.origin('integrators', name)})"
     systems = of_sets(integrators.sets(plugin))
-    offered = integrators.offered(plugin, tuple(systems))
+    offered = worked_in(integrators.offered(plugin, tuple(systems)), integrators.sets(plugin))
     if not integrators.steps(plugin) or not all(each in systems for each in offered) or not offered:
         raise PluginError(f"{who} is no integrator; expected {integrators.SIGNATURE}")
     chosen = scene.run.formulation or offered[0]
@@ -283,6 +284,6 @@ def _refuse(body: Body, material: Any, method: Method, who: str) -> None:
         if part.acts and not part.fits(traits):
             here = f"{formulation.name!r}" if formulation.sets == 1 else f"the two sets of {method.name}"
             raise Refused(
-                f"body {body.name!r}: {key} is a part of the one-set form {' and '.join(takers(type(part)))}, not of {here}:"
+                f"body {body.name!r}: {key} is a part of the one-set form {' and '.join(each.name for each in FORMULATIONS if part.fits(each.traits))}, not of {here}:"
                 f" choose run.formulation, or leave bodies.{key} out"
             )

@@ -1,5 +1,7 @@
 """Forces: of points on nodes, and between particles that are their own points."""
 
+from functools import cache
+
 import warp as wp
 
 from wsph.backend.kernels import kernel
@@ -14,10 +16,10 @@ from wsph.sph.rows import rows_struct
 
 def force_from_points_kernel(space: Space, layout: Layout, parts: Parts, form: Form) -> wp.Kernel:
     """Accelerations of nodes from the points that see them; `rows` are those of the nodes."""
-    real, vec, mat, dim, Fields = space.scalar, space.vec, space.mat, space.dim, fields_struct(space, layout)
+    real, vec, mat, Fields = space.scalar, space.vec, space.mat, fields_struct(space, layout)
     accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
     Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
-    at, drags = element(wp.int32, real, vec, mat), form.drags
+    at, drags, loaded = element(wp.int32, real, vec, mat), form.drags, _loaded(space, form)
 
     @kernel(ranged=True, pairs=True)
     def force_from_points(
@@ -27,6 +29,7 @@ def force_from_points_kernel(space: Space, layout: Layout, parts: Parts, form: F
         points: Points,
         answers: Answers,
         loads: wp.array(dtype=vec),
+        following: wp.array(dtype=vec),
         own: wp.array(dtype=real),
         fields: Fields,
         rate_out: Fields,
@@ -47,9 +50,7 @@ def force_from_points_kernel(space: Space, layout: Layout, parts: Parts, form: F
             if wp.static(drags):
                 drag = drag - at(rows.weight, k) * (at(answers.extra, p) * (x - at(points.centre, p)))
             k += 1
-        if wp.static(form.loaded):
-            for a in range(wp.static(dim)):
-                f += loads[i * dim + a]
+        f = loaded(f, loads, following, i)
         if wp.static(drags):
             rate_out.drag[i] = drag / (own[i] * body.density)
             f += drag
@@ -59,19 +60,12 @@ def force_from_points_kernel(space: Space, layout: Layout, parts: Parts, form: F
 
 
 def force_between_kernel(space: Space, layout: Layout, parts: Parts, form: Form) -> wp.Kernel:
-    """Accelerations of particles that are their own points, with up to three forces between pairs beside the stress."""
-    real, vec, mat, dim, Fields = space.scalar, space.vec, space.mat, space.dim, fields_struct(space, layout)
-    accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
-    Rows, Points, Answers, Coefficients = (
-        rows_struct(space),
-        points_struct(space),
-        answers_struct(space),
-        coefficients_of(space, form),
-    )
-    seen, at, terms = seen_pair(space, layout, form), element(wp.int32, real, vec, mat), form.pair_terms
-    made = [term.make(space, layout, form.smoothing, Coefficients) for term in terms]
-    term0, term1, term2 = (made + 3 * [accelerated])[:3]
-    sums = tuple(term.sum for term in terms) + 3 * ("",)
+    """Accelerations of particles that are their own points, with what else acts between them."""
+    real, vec, mat, Fields = space.scalar, space.vec, space.mat, fields_struct(space, layout)
+    accelerated, Inertia, Coefficients = acceleration(space, parts), inertia_struct(space), coefficients_of(space, form)
+    Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
+    seen, at, loaded = seen_pair(space, layout, form), element(wp.int32, real, vec, mat), _loaded(space, form)
+    dragged, held = (_summed(space, layout, form, kind) for kind in ("drag", "hold"))
     drags, holds = form.drags, form.holds
 
     @kernel(ranged=True, pairs=not form.moving)
@@ -83,6 +77,7 @@ def force_between_kernel(space: Space, layout: Layout, parts: Parts, form: Form)
         points: Points,
         answers: Answers,
         loads: wp.array(dtype=vec),
+        following: wp.array(dtype=vec),
         fields: Fields,
         others: Fields,
         holding_out: wp.array(dtype=vec),
@@ -116,31 +111,15 @@ def force_between_kernel(space: Space, layout: Layout, parts: Parts, form: Form)
             if wp.static(form.stabilised):
                 # What is left of du beside H r: that part stands in the corrected stress.
                 f = f + (points.stabilisation * both) * (at(others.displacement, j) - u)
-            if wp.static(len(terms) > 0):
-                apart = r
-                if wp.static(not form.moving):
-                    apart = r + (at(others.displacement, j) - u)
-                x0 = term0(c, body.density, points, answers, fields, others, i, j, wr, r, apart, both)
-                if wp.static(sums[0] == "drag"):
-                    drag = drag + x0
-                else:
-                    hold = hold + x0
-                if wp.static(len(terms) > 1):
-                    x1 = term1(c, body.density, points, answers, fields, others, i, j, wr, r, apart, both)
-                    if wp.static(sums[1] == "drag"):
-                        drag = drag + x1
-                    else:
-                        hold = hold + x1
-                if wp.static(len(terms) > 2):
-                    x2 = term2(c, body.density, points, answers, fields, others, i, j, wr, r, apart, both)
-                    if wp.static(sums[2] == "drag"):
-                        drag = drag + x2
-                    else:
-                        hold = hold + x2
+            apart = r
+            if wp.static((drags or holds) and not form.moving):
+                apart = r + (at(others.displacement, j) - u)
+            if wp.static(drags):
+                drag = drag + dragged(c, body.density, points, answers, fields, others, i, j, wr, r, apart, both)
+            if wp.static(holds):
+                hold = hold + held(c, body.density, points, answers, fields, others, i, j, wr, r, apart, both)
             k += 1
-        if wp.static(form.loaded):
-            for a in range(wp.static(dim)):
-                f += loads[i * dim + a]
+        f = loaded(f, loads, following, i)
         if wp.static(drags):
             rate_out.drag[i] = drag / (points.volume[i] * body.density)
             f += drag
@@ -150,3 +129,58 @@ def force_between_kernel(space: Space, layout: Layout, parts: Parts, form: Form)
         rate_out.velocity[i] = accelerated(body, f / points.volume[i], fields.velocity[i])
 
     return force_between
+
+
+@cache
+def _loaded(space: Space, form: Form) -> wp.Function:
+    """Warp function (force, loads, following, i) -> the force with the loads on particle i."""
+    vec, dim = space.vec, space.dim
+
+    @wp.func
+    def loaded(force: vec, loads: wp.array(dtype=vec), following: wp.array(dtype=vec), i: int) -> vec:
+        f = force
+        if wp.static(form.loaded):
+            for a in range(wp.static(dim)):
+                f += loads[i * dim + a]
+        if wp.static(form.followed):
+            f += following[i]
+        return f
+
+    return loaded
+
+
+def _summed(space: Space, layout: Layout, form: Form, kind: str) -> wp.Function | None:
+    """The pair terms of one kind as one Warp function, as `wsph.parts.terms.PairTerm` has it; None where there are none."""
+    Coefficients, Fields = coefficients_of(space, form), fields_struct(space, layout)
+    made = [term.make(space, layout, form.smoothing, Coefficients) for term in form.pair_terms if term.sum == kind]
+    if not made:
+        return None
+    total = made[0]
+    for term in made[1:]:
+        total = _both(space, Coefficients, Fields, total, term)
+    return total
+
+
+def _both(space: Space, Coefficients: type, Fields: type, one: wp.Function, other: wp.Function) -> wp.Function:
+    """The sum of two pair terms."""
+    real, vec, Points, Answers = space.scalar, space.vec, points_struct(space), answers_struct(space)
+
+    @wp.func
+    def both_terms(
+        c: Coefficients,
+        density: real,
+        points: Points,
+        answers: Answers,
+        fields: Fields,
+        others: Fields,
+        i: int,
+        j: int,
+        wr: vec,
+        r: vec,
+        apart: vec,
+        both: real,
+    ) -> vec:
+        first = one(c, density, points, answers, fields, others, i, j, wr, r, apart, both)
+        return first + other(c, density, points, answers, fields, others, i, j, wr, r, apart, both)
+
+    return both_terms

@@ -42,6 +42,8 @@ class Form:
     """Whether the body can break: across a crack the deformation says nothing."""
     moving: bool = False
     """Whether pairs are seen in the current configuration."""
+    followed: bool = False
+    """Whether there are loads that follow the state."""
 
     @property
     def numbers(self) -> tuple[str, ...]:

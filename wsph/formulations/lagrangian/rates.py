@@ -42,7 +42,9 @@ from wsph.formulations.lagrangian.ghosts import GhostLayer, Ghosts, ghosts
 from wsph.formulations.lagrangian.held_energy import held_energy_kernel
 from wsph.formulations.lagrangian.set_up import Reference, find_reference
 from wsph.formulations.lagrangian.strain import strain_kernel
+from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.one_set_setup import RateSetup
+from wsph.formulations.setup import Setup
 from wsph.parts.body_force import Parts
 from wsph.parts.part import Attached, Neighbourhood
 from wsph.parts.table import PARTS
@@ -220,13 +222,14 @@ class LagrangianRates:
 
     def _find_forces(self, state: State, out: State) -> None:
         self.refresh(state)
-        n, loads = self._placement.count, self._loads.vectors
+        self._loads.follow(state)
+        n, loads = self._placement.count, [self._loads.vectors, self._loads.following]
         if self._back_rows is not None:
-            inputs = [self._force.struct, self._back_rows, self._acting, self._answers, loads, self._volume]
+            inputs = [self._force.struct, self._back_rows, self._acting, self._answers, *loads, self._volume]
             self._clock.launch(self.kernels.force, n, [*inputs, state.struct], [out.struct])
             return
         others = state.struct if self._ghosts is None else self._ghosts.state.struct
-        inputs = [self._force.struct, self._coefficients, self._rows, self._acting, self._answers, loads]
+        inputs = [self._force.struct, self._coefficients, self._rows, self._acting, self._answers, *loads]
         self._clock.launch(self.kernels.force, n, [*inputs, state.struct, others], [self.holding, out.struct])
 
     def held_energy(self, state: State) -> float:
@@ -276,3 +279,8 @@ def _ghosts(made: RateSetup) -> Ghosts | None:
     if host.lattice.cracks and host.space.dim == 1:
         raise Refused(f'body {name!r}: run.correction = "paper" surrounds a bar with ghosts; it cannot be cracked')
     return ghosts(host.lattice, made.conditions, host.support) if host.space.dim == 1 else None
+
+
+def build(setup: Setup) -> OneSetSystem:
+    """A body in the reference configuration."""
+    return OneSetSystem(setup, LagrangianRates)

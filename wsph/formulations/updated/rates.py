@@ -28,7 +28,9 @@ from wsph.errors import Refused
 from wsph.formulations.lagrangian.flow import drift_kernel, flow_kernel
 from wsph.formulations.lagrangian.forces import force_between_kernel
 from wsph.formulations.lagrangian.form import Form
+from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.one_set_setup import RateSetup
+from wsph.formulations.setup import Setup
 from wsph.formulations.updated.gradient import velocity_gradient_ahead
 from wsph.formulations.updated.moments import moments_kernel
 from wsph.parts.body_force import Parts
@@ -152,8 +154,9 @@ class UpdatedRates:
         """`OneSetSystem.rate`; the rest takes places and velocities alone."""
         if part != "rest":
             self.refresh(state)
+            self._loads.follow(state)
             inputs = [self._force.struct, self._coefficients, self._rows, self._points, self._answers]
-            inputs += [self._loads.vectors, state.struct, state.struct]
+            inputs += [self._loads.vectors, self._loads.following, state.struct, state.struct]
             self._clock.launch(self.kernels.force, self._count, inputs, [self.holding, out.struct])
         if part != "velocity":
             self._clock.launch(self.kernels.drift, self._count, [state.struct], [out.struct])
@@ -170,3 +173,8 @@ class UpdatedRates:
     def held_energy(self, state: State) -> float:
         """Nothing is held here but by forces whose work is counted."""
         return 0.0
+
+
+def build(setup: Setup) -> OneSetSystem:
+    """A body in the current configuration."""
+    return OneSetSystem(setup, UpdatedRates)

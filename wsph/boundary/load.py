@@ -1,0 +1,59 @@
+"""Loads that follow the state of a body, such as springs and follower pressures: what each gives, and to whom.
+
+A load is one file. Its class is its table in a `[[boundary]]` of a scene, under its key; on the device it adds forces to the
+particles of the selected faces in every evaluation of the right-hand sides, and stands on the ledger. Its stiffness
+lowers the limit of the time step by itself: limits are found from the right-hand sides.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import warp as wp
+
+from wsph.backend.arrays import Arrays
+from wsph.backend.clock import Clock
+from wsph.backend.space import Space
+from wsph.backend.state import State
+from wsph.protocols import Entry
+from wsph.quantities import Model
+from wsph.units import Scales
+
+
+@dataclass(frozen=True)
+class LoadedFaces:
+    """Selected faces of a body by their particles: `particle` (k,), `area` (k,) of the faces that each stands for and
+    `normal` (k, dim) outward unit vectors, in the reference configuration, nondimensional."""
+
+    particle: np.ndarray
+    area: np.ndarray
+    normal: np.ndarray
+
+
+class ActingLoad:
+    """A load on the device."""
+
+    ledger: tuple[Entry, ...] = ()
+    """Its entries of the energy ledger."""
+
+    def act(self, state: State, forces: wp.array) -> None:
+        """Add its forces in a state to `forces` (n,) vec, nondimensional (launches)."""
+        raise NotImplementedError
+
+    def advance(self, state: State) -> None:
+        """Close a step (launches), where its work is summed up."""
+
+
+class Load(Model):
+    """Base of the loads' tables."""
+
+    key: ClassVar[str] = ""
+    """Its key in a boundary of a scene."""
+
+    def attach(self, faces: LoadedFaces, space: Space, scales: Scales, clock: Clock, arrays: Arrays) -> ActingLoad:
+        """What it has on the device; its arrays are registered in `arrays`."""
+        raise NotImplementedError
+
+
+LOADS: dict[str, type[Load]] = {}
+"""Every load that follows the state, by its key: one is added by its file and an entry here."""

@@ -1,0 +1,86 @@
+"""Formulations by name: what each can do, and where it is built. Its module is imported only when a scene asks for it.
+
+A formulation is added by its folder and an entry of `FORMULATIONS`.
+"""
+
+# pyright: strict
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+from wsph.protocols import Traits
+
+
+@dataclass(frozen=True)
+class Formulation:
+    """A formulation by its `name`, for integrators of one or two `sets` of particles. `target` is where the function stands
+    that builds its system from a setup, "module:function". `as_` names a formulation whose integrators work in it too."""
+
+    name: str
+    sets: int
+    traits: Traits
+    target: str
+    as_: str = ""
+
+    @property
+    def build(self) -> Callable[[Any], Any]:
+        """The function that builds a system from a `wsph.formulations.setup.Setup`."""
+        module, _, function = self.target.partition(":")
+        return getattr(import_module(module), function)
+
+
+_TWO_SETS = Traits(needs_rate=True, splits_cracks=True, tried=True, support=1.2)
+
+FORMULATIONS = [
+    Formulation("small-strain", 2, _TWO_SETS, "wsph.formulations.taylor.system:TwoSetSystem"),
+    Formulation(
+        "total-lagrangian",
+        1,
+        Traits(one_set=True, pairwise=True, reference=True, maps=True, measures=True, pushable=True),
+        "wsph.formulations.lagrangian.rates:build",
+    ),
+    Formulation(
+        "stress-points",
+        1,
+        Traits(
+            one_set=True,
+            reference=True,
+            stabilisation=0.6,
+            support=1.8,
+            maps=True,
+            splits_cracks=True,
+            measures=True,
+            pushable=True,
+        ),
+        "wsph.formulations.lagrangian.rates:build",
+    ),
+    Formulation(
+        "updated-lagrangian",
+        1,
+        Traits(one_set=True, pairwise=True, pairs_follow=True, measures=True, clumps=True, pushable=True),
+        "wsph.formulations.updated.rates:build",
+    ),
+    Formulation(
+        "updated-lagrangian",
+        2,
+        _TWO_SETS.with_(courant_follows=True),
+        "wsph.formulations.taylor.moving:MovingTwoSetSystem",
+    ),
+]
+
+
+def names() -> list[str]:
+    """Their names, each once."""
+    return list(dict.fromkeys(each.name for each in FORMULATIONS))
+
+
+def of_sets(sets: int) -> dict[str, Formulation]:
+    """The formulations for integrators of so many sets, by name."""
+    return {each.name: each for each in FORMULATIONS if each.sets == sets}
+
+
+def offered(declared: tuple[str, ...], sets: int) -> tuple[str, ...]:
+    """The formulations that an integrator works in which declares those: these, and what is to integrators as they are."""
+    return (*declared, *(each.name for each in FORMULATIONS if each.sets == sets and each.as_ in declared))
