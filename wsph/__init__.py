@@ -1,7 +1,9 @@
 """wsph: solid mechanics by smoothed particle hydrodynamics on NVIDIA Warp."""
 
+# pyright: strict
+
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from wsph.errors import OutputError, PluginError, Refused, SceneError, Unstable, WsphError
@@ -37,7 +39,7 @@ _HOME = {
 """Modules of the public names; the others are errors."""
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     # On demand: `wsph list` and an interrupt during start-up need not wait for Warp to be imported.
     if name == "__version__":
         return import_module("importlib.metadata").version("wsph")

@@ -5,7 +5,8 @@ composition, an unusable folder); 3 unstable;
 130 interrupted.
 """
 
-# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+# pyright: strict
+# pyright: reportUnknownMemberType=false
 
 import argparse
 import json
@@ -205,7 +206,7 @@ def _check(options: argparse.Namespace) -> int:
             ),
         ]
     name = scene.run.integrator.name
-    kernels = [kernel.func.__name__ for kernel in composition.launches()]
+    kernels: list[str] = [kernel.func.__name__ for kernel in composition.launches()]
     rows += [
         (
             "integrator",

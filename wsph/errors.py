@@ -1,6 +1,10 @@
 """What can go wrong, by whose fault it is. Nothing here exits the process: the command line maps these to exit codes."""
 
+# pyright: strict
+
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 
 class WsphError(Exception):
@@ -55,7 +59,18 @@ class Unstable(WsphError):
     body is meant), `position` [m] and `limit` (the stability limit of the time step as a Courant number, or None).
     """
 
-    def __init__(self, message, *, step, time, dt, field, particle=-1, position=(), limit=None):
+    def __init__(
+        self,
+        message: str,
+        *,
+        step: int,
+        time: float,
+        dt: float,
+        field: str,
+        particle: int = -1,
+        position: Iterable[float] = (),
+        limit: float | None = None,
+    ):
         super().__init__(message)
         self.step, self.time, self.dt = step, time, dt
         self.field, self.particle, self.position, self.limit = field, particle, tuple(position), limit
@@ -64,5 +79,5 @@ class Unstable(WsphError):
         return _unstable, (str(self), dict(vars(self)))
 
 
-def _unstable(message: str, values: dict) -> Unstable:
+def _unstable(message: str, values: Mapping[str, Any]) -> Unstable:
     return Unstable(message, **values)

@@ -1,20 +1,43 @@
 """How quantities are written in a scene: the types of its tables' keys."""
 
-from functools import partial
-from typing import Annotated, Any
+# pyright: strict
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Annotated, TypeGuard
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, GetCoreSchemaHandler
+from pydantic_core import CoreSchema
 
 from wsph.units import quantity
+
+Table = dict[str, object]
+"""A table as it stands in a file: its values are numbers, strings, truths, lists and tables."""
+
+
+def is_table(value: object) -> TypeGuard[Table]:
+    """Whether a value of a file is a table."""
+    return isinstance(value, dict)
+
+
+def is_list(value: object) -> TypeGuard[list[object]]:
+    """Whether a value of a file is a list."""
+    return isinstance(value, list)
+
+
+def is_sequence(value: object) -> TypeGuard[Sequence[object]]:
+    """Whether a value is a list, or the tuple that Python may give for one."""
+    return isinstance(value, (list, tuple))
 
 
 def _length(value: object) -> float:
     return quantity(value, "m")
 
 
-def as_tuple(value: Any) -> Any:
+def as_tuple(value: object) -> object:
     """A list of a scene as the tuple that its model holds."""
-    return tuple(value) if isinstance(value, list) else value
+    return tuple(value) if is_list(value) else value
 
 
 Length = Annotated[float, BeforeValidator(_length)]
@@ -28,8 +51,24 @@ class Model(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-def in_unit(unit: str, **limits: Any) -> Any:
-    return Annotated[float, BeforeValidator(partial(quantity, expected=unit)), Field(**limits)]
+@dataclass(frozen=True)
+class Unit:
+    """A number in a unit ("" for a plain number), or a string with such a unit: `Annotated[float, Unit("m", gt=0)]`."""
+
+    unit: str
+    gt: float | None = None
+    ge: float | None = None
+    lt: float | None = None
+    le: float | None = None
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        number = BeforeValidator(partial(quantity, expected=self.unit))
+        return handler.generate_schema(Annotated[float, number, Field(gt=self.gt, ge=self.ge, lt=self.lt, le=self.le)])
+
+
+def in_unit(unit: str, **limits: float) -> object:
+    """The type of such a number."""
+    return Annotated[float, Unit(unit, **limits)]
 
 
 def read_cadence(value: object) -> int | float:
@@ -56,7 +95,7 @@ Value = Annotated[float | str, BeforeValidator(_plain)]
 Strings = Annotated[tuple[str, ...], BeforeValidator(as_tuple)]
 
 
-def read_switch(value: Any) -> Any:
+def read_switch(value: object) -> object:
     """A part that is there by default: false takes it away."""
     if value is True:
         raise ValueError("true says nothing: leave the key out for the default, or give its coefficient")

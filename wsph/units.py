@@ -6,6 +6,8 @@ spacing, time the spacing over the wave speed, stress the density times the wave
 same answer in every unit system, and single precision keeps its seven digits from nanometres to kilometres.
 """
 
+# pyright: strict
+
 import difflib
 import math
 import numbers

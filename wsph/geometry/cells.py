@@ -1,5 +1,7 @@
 """Volumes, edges and areas of cells from their corners."""
 
+# pyright: strict
+
 from itertools import product
 
 import numpy as np
@@ -20,7 +22,7 @@ def mapped_cells(cells: np.ndarray, offsets: np.ndarray) -> tuple[np.ndarray, tu
     if not (volume > 0.0).all():
         where = cells[np.flatnonzero(~(volume > 0.0))[0]].mean(0)
         raise ValueError(f"the map turns the cell at {[float(f'{x:.6g}') for x in where]} m inside out")
-    lengths = []
+    lengths: list[np.ndarray] = []
     for axis in range(cells.shape[2]):
         low, high = edge_ends(offsets, axis)
         lengths.append(np.linalg.norm(cells[:, high] - cells[:, low], axis=2))

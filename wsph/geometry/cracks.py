@@ -1,5 +1,7 @@
 """Cuts: which faces they run along, and how they part nodes and pairs."""
 
+# pyright: strict
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Faces of a body, found from its cells alone: a cell face that belongs to one cell is a face, whatever the shape."""
 
+# pyright: strict
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,6 +4,8 @@ A grid stands in its own frame: its lines are at `origin + k * step` along `axes
 `lattice_rotate`. Points in units of cells along those axes are called grid coordinates.
 """
 
+# pyright: strict
+
 from dataclasses import dataclass
 from itertools import product
 

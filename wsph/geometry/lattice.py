@@ -6,6 +6,8 @@ is a face of the body, whatever the shape. A crack cuts the faces that it runs a
 side. Everything here is numpy, in metres; grid coordinates are in cells along the grid's own axes.
 """
 
+# pyright: strict
+
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product
@@ -131,7 +133,7 @@ def lattice(
     """
     dim, grid = shape.dim, plan(shape, spacing, lattice_rotate)
     count = grid.count
-    index = np.stack(np.meshgrid(*[np.arange(n) for n in count], indexing="ij"), -1).reshape(-1, dim)
+    index = np.stack(np.meshgrid(*[np.arange(int(n)) for n in count], indexing="ij"), -1).reshape(-1, dim)
     index = index[shape.contains(grid.points(index + 0.5))]
     if not len(index):
         raise ValueError(f"{grid.step.min():g} m leaves no cell inside the shape")

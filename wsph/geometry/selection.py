@@ -1,5 +1,7 @@
 """Particles that an expression of the reference position selects."""
 
+# pyright: strict
+
 import numpy as np
 
 from wsph.backend.expressions import compile_expression

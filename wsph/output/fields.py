@@ -4,6 +4,8 @@ A primitive field stands in the state (velocity, stress, displacement, internals
 the host. Arrays are SI, with any leading shape: (..., width) for primitives and components.
 """
 
+# pyright: strict
+
 from collections.abc import Iterable
 
 import numpy as np

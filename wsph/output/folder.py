@@ -11,16 +11,17 @@ import csv
 import io
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from wsph.errors import OutputError
 from wsph.output.files import own_files, write_atomically, write_text
 from wsph.output.formats import FORMATS, named
 from wsph.output.frames import Frame, Listed, stem
+from wsph.quantities import is_sequence, is_table
 
 
 class OutputFolder:
@@ -52,7 +53,7 @@ class OutputFolder:
         for each in self._formats:
             each.index(self.folder, self.times)
 
-    def table(self, name: str, columns: dict[str, Any]) -> None:
+    def table(self, name: str, columns: Mapping[str, ArrayLike]) -> None:
         """Write `name` (a path in the folder) as CSV, a column an entry, in the shortest digits that read back the same."""
         buffer = io.StringIO()
         writer = csv.writer(buffer, lineterminator="\n")
@@ -60,7 +61,7 @@ class OutputFolder:
         writer.writerows(zip(*[np.asarray(v).tolist() for v in columns.values()], strict=True))
         write_text(self.folder / name, buffer.getvalue())
 
-    def summary(self, content: dict[str, Any]) -> None:
+    def summary(self, content: Mapping[str, object]) -> None:
         """Write summary.json."""
         write_text(
             self.folder / "summary.json",
@@ -68,12 +69,12 @@ class OutputFolder:
         )
 
 
-def _json(value: Any) -> Any:
+def _json(value: object) -> object:
     """JSON has no infinities: null stands for a number that is not finite."""
-    if isinstance(value, dict):
-        return {key: _json(v) for key, v in cast(dict[str, Any], value).items()}
-    if isinstance(value, (list, tuple)):
-        return [_json(v) for v in cast(Sequence[Any], value)]
+    if is_table(value):
+        return {key: _json(v) for key, v in value.items()}
+    if is_sequence(value):
+        return [_json(v) for v in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

@@ -1,6 +1,9 @@
 """Frames as numpy archives."""
 
+# pyright: strict
+
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -14,8 +17,9 @@ class Npz:
 
     def write(self, path: Path, frame: Frame) -> None:
         """Write a frame as a file."""
+        fields: dict[str, Any] = {**frame.data}
         with open(path, "wb") as file:
-            np.savez(file, position=frame.points, **frame.data)
+            np.savez(file, position=frame.points, **fields)
 
     def index(self, folder: Path, frames: list[Listed]) -> None:
         """Nothing: each file stands by itself."""

@@ -1,15 +1,22 @@
 """Pictures of a run: a field over its particles, off-screen, with pyvista (the extra "view")."""
 
+# pyright: strict
+# pyright: reportMissingTypeStubs=false
+
 import os
 import re
 import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wsph.errors import OutputError
 from wsph.output.fields import tensor, von_mises
+
+if TYPE_CHECKING:
+    from pyvista import Plotter
 
 SIZE = (1000, 700)
 
@@ -75,18 +82,30 @@ def picture(
     time: float,
     save: str | Path | None = None,
     limits: tuple[float, float] | None = None,
-) -> Any:
+) -> "Plotter | None":
     """Draw a field of particles: a curve over x for a bar, coloured particles otherwise.
 
     Returns the plotter, or writes `save`.
     """
     if save is not None and Path(save).suffix != ".png":
         raise OutputError(f"{save}: a picture is a .png")
+    plotter = _drawn(data, name, time, limits, shown=save is None)
+    if save is None:
+        return plotter
+    try:
+        plotter.screenshot(str(save))
+    except OSError as error:
+        raise OutputError(f"{save}: cannot be written: {error.strerror or error}") from error
+    plotter.close()
+    return None
+
+
+def _drawn(data: dict[str, np.ndarray], name: str, time: float, limits: tuple[float, float] | None, shown: bool) -> Any:
     pv = _pyvista()
     label, values = _scalar(data, name)
     points = np.zeros((len(values), 3))
     points[:, : data["position"].shape[1]] = data["position"]
-    plotter = pv.Plotter(off_screen=save is not None, window_size=list(SIZE))
+    plotter = pv.Plotter(off_screen=not shown, window_size=list(SIZE))
     title = f"{label}   t = {time:.6g} s"
     low, high = limits or (float(values.min()), float(values.max()))
     if high - low <= 1e-12 * max(abs(high), abs(low)):
@@ -122,21 +141,14 @@ def picture(
         plotter.add_text(title, font_size=12)
         if flat:
             plotter.view_xy()
-    if save is None:
-        return plotter
-    try:
-        plotter.screenshot(str(save))
-    except OSError as error:
-        raise OutputError(f"{save}: cannot be written: {error.strerror or error}") from error
-    plotter.close()
-    return None
+    return plotter
 
 
 def _spacing(points: np.ndarray) -> float:
     """Typical distance between particles, from the volume that they fill."""
     extent = np.ptp(points, axis=0)
     extent = extent[extent > 0.0]
-    return float((np.prod(extent) / len(points)) ** (1.0 / len(extent))) if len(extent) else 1.0
+    return float((float(np.prod(extent)) / len(points)) ** (1.0 / len(extent))) if len(extent) else 1.0
 
 
 def view(folder: Path, name: str, save: Path | None) -> None:
@@ -145,7 +157,7 @@ def view(folder: Path, name: str, save: Path | None) -> None:
     if save is None:
         if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or sys.platform in ("win32", "darwin")):
             raise OutputError("there is no display to show a picture on; save it with --save FILE.png")
-        picture(read(found[-1][1]), name, found[-1][0]).show()
+        _drawn(read(found[-1][1]), name, found[-1][0], None, shown=True).show()
         return
     if save.suffix == ".png":
         picture(read(found[-1][1]), name, found[-1][0], save)
@@ -166,7 +178,7 @@ def _animate(found: list[tuple[float, Path]], name: str, save: Path) -> None:
     values = [_scalar(data, name)[1] for _, data in loaded]
     limits = (float(min(v.min() for v in values)), float(max(v.max() for v in values)))
     with tempfile.TemporaryDirectory() as folder:
-        pages = []
+        pages: list[Image.Image] = []
         for k, (time, data) in enumerate(loaded):
             path = Path(folder) / f"{k}.png"
             picture(data, name, time, path, limits)
@@ -178,14 +190,15 @@ def _animate(found: list[tuple[float, Path]], name: str, save: Path) -> None:
             raise OutputError(f"{save}: cannot be written: {error.strerror or error}") from error
 
 
-def front(rows: list[dict[str, Any]], title: str, save: str | Path) -> None:
+def front(rows: Sequence[Mapping[str, str | int | float]], title: str, save: str | Path) -> None:
     """Error against right-hand sides of a study's rows, a line for each variant, both axes logarithmic."""
     pv = _pyvista()
     plotter = pv.Plotter(off_screen=True, window_size=[900, 650])
     chart = pv.Chart2D(x_label="right-hand sides", y_label="relative error")
     colors = ("black", "blue", "red", "green", "orange", "purple", "brown", "cyan", "magenta", "gray")
     for k, name in enumerate(dict.fromkeys(row["variant"] for row in rows)):
-        found = sorted((r["right_hand_sides"], r["error"]) for r in rows if r["variant"] == name and r.get("error"))
+        mine = (row for row in rows if row["variant"] == name and row.get("error"))
+        found = sorted((float(row["right_hand_sides"]), float(row["error"])) for row in mine)
         if found:
             x, y = np.array(found, float).T
             color = colors[k % len(colors)]

@@ -1,5 +1,8 @@
 """Frames as HDF5 with an XDMF index."""
 
+# pyright: strict
+# pyright: reportMissingTypeStubs=false
+
 from pathlib import Path
 from xml.etree import ElementTree
 

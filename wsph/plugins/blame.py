@@ -1,6 +1,8 @@
 """Errors of a plugin's code in words that name the plugin and the signature that was expected of it."""
 
-from collections.abc import Iterator
+# pyright: strict
+
+from collections.abc import Generator
 from contextlib import contextmanager
 
 from wsph.errors import PluginError, WsphError
@@ -9,7 +11,7 @@ RATE_SIGNATURE = "rate(self, space, Params) -> @wp.func (p: Params, stress: spac
 
 
 @contextmanager
-def blame(who: str, signature: str = RATE_SIGNATURE) -> Iterator[None]:
+def blame(who: str, signature: str = RATE_SIGNATURE) -> Generator[None]:
     """Turn what Warp says of a plugin's code into an error that names the plugin and what was expected of it."""
     try:
         yield

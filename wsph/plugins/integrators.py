@@ -4,7 +4,6 @@
 
 import inspect
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from wsph.protocols import Integrator
 
@@ -66,7 +65,7 @@ def exact(integrator: Integrator) -> float | None:
     return getattr(integrator, "exact")() if hasattr(integrator, "exact") else None  # noqa: B009
 
 
-def automatic(plugin: type, options: Mapping[str, Any]) -> list[str]:
+def automatic(plugin: type, options: Mapping[str, object]) -> list[str]:
     """The options that it is left to choose by itself: those that are "auto", as given or by default."""
     defaults = {name: each.default for name, each in inspect.signature(plugin).parameters.items()}
     return [name for name, value in {**defaults, **options}.items() if isinstance(value, str) and value == "auto"]

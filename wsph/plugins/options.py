@@ -1,8 +1,11 @@
 """Plugins from a scene's keys: a dataclass's fields declare the unit and the range of every key."""
 
+# pyright: strict
+
 import dataclasses
 import difflib
 import math
+from collections.abc import Mapping
 from typing import Any
 
 from wsph.errors import Fault, PluginError
@@ -10,7 +13,7 @@ from wsph.plugins import registry
 from wsph.units import quantity
 
 
-def build(group: str, name: str, options: dict[str, Any], key: str, name_key: str) -> tuple[Any, list[Fault]]:
+def build(group: str, name: str, options: Mapping[str, object], key: str, name_key: str) -> tuple[object, list[Fault]]:
     """Make a plugin's dataclass from a scene's keys: (instance or None, faults).
 
     Every field may declare `metadata={"unit": ..., "min": ..., "max": ..., "above": ..., "below": ...}`; min and max are
@@ -23,7 +26,8 @@ def build(group: str, name: str, options: dict[str, Any], key: str, name_key: st
     if not dataclasses.is_dataclass(plugin):
         return None, [Fault(0, f"{key}.{name_key}", f"{name!r} from {registry.origin(group, name)} is not a dataclass")]
     fields = {f.name: f for f in dataclasses.fields(plugin)}
-    faults, values = [], {}
+    faults: list[Fault] = []
+    values: dict[str, object] = {}
     for option, value in options.items():
         if option not in fields:
             close = difflib.get_close_matches(option, fields, 1)

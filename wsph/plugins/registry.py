@@ -4,6 +4,8 @@ A plugin is any installed distribution with an entry point in the group `wsph.in
 is broken, or whose name two distributions claim, is listed as such and harms only the scene that names it.
 """
 
+# pyright: strict
+
 import ast
 import dataclasses
 import difflib

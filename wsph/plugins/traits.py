@@ -1,55 +1,61 @@
 """What a material says of itself: whether its law relaxes, turns or dissipates, and its internals."""
 
+# pyright: strict
+
 import math
-from typing import Any
+from collections.abc import Mapping
 
 
-def relaxes(material: Any) -> bool:
+def relaxes(material: object) -> bool:
     """Whether the stress rate at L = 0 can differ from zero: by default, wherever the law depends on stress."""
-    return hasattr(material, "rate") and bool(
-        getattr(material, "relaxes", getattr(material, "depends_on_stress", True))
-    )
+    return hasattr(material, "rate") and bool(getattr(material, "relaxes", depends_on_stress(material)))
 
 
-def turns(material: Any) -> bool:
+def depends_on_stress(material: object) -> bool:
+    """Whether the rate depends on the stress, which is so where it does not say otherwise."""
+    return bool(getattr(material, "depends_on_stress", True))
+
+
+def turns(material: object) -> bool:
     """Whether it is a rate law alone whose stress turns with the body: one that depends on stress does."""
-    return not hasattr(material, "stress") and bool(getattr(material, "depends_on_stress", True))
+    return not hasattr(material, "stress") and depends_on_stress(material)
 
 
-def dissipates(material: Any) -> bool:
+def dissipates(material: object) -> bool:
     """Whether a law can take energy: it relaxes, or its stress is brought back to a yield surface."""
     return relaxes(material) or hasattr(material, "project")
 
 
-def internal_units(material: Any) -> dict[str, str]:
-    """Name and unit of a body's internals: the material's own, and the dissipated energy density where its law can
-    take energy.
+def own_internals(material: object) -> Mapping[str, float | tuple[float, str]]:
+    """The internals that a material declares: plain numbers by their initial values, others as (initial, "Pa")."""
+    return getattr(material, "internals", {})
 
-    A material declares `internals = {"name": initial}` for plain numbers, `{"name": (initial, "Pa")}` otherwise.
-    """
-    units = {
-        name: value[1] if isinstance(value, tuple) else "" for name, value in getattr(material, "internals", {}).items()
-    }
+
+def internal_units(material: object) -> dict[str, str]:
+    """Name and unit of a body's internals: the material's own, and the dissipated energy density where its law can
+    take energy."""
+    own = own_internals(material).items()
+    units = {name: value[1] if isinstance(value, tuple) else "" for name, value in own}
     return {**units, **({"dissipation": "Pa"} if dissipates(material) else {})}
 
 
-def internal_values(material: Any) -> dict[str, float]:
+def internal_values(material: object) -> dict[str, float]:
     """Name and initial value, in SI, of a body's internals."""
-    own = getattr(material, "internals", {}).items()
+    own = own_internals(material).items()
     values = {name: float(value[0] if isinstance(value, tuple) else value) for name, value in own}
     return {**values, **({"dissipation": 0.0} if dissipates(material) else {})}
 
 
-def longest_step(material: Any) -> float:
+def longest_step(material: object) -> float:
     """The longest time step that a law can take [s], infinite where it names none."""
-    return float(material.time_step()) if hasattr(material, "time_step") else math.inf
+    return float(getattr(material, "time_step")()) if hasattr(material, "time_step") else math.inf  # noqa: B009
 
 
-def has_rate(material: Any) -> bool:
+def has_rate(material: object) -> bool:
     """Whether it gives a rate law."""
     return hasattr(material, "rate")
 
 
-def is_linear(material: Any) -> bool:
+def is_linear(material: object) -> bool:
     """Whether it is linear elasticity with its moduli."""
     return bool(getattr(material, "linear", False))

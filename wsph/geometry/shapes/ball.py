@@ -1,5 +1,7 @@
 """A disc or a sphere."""
 
+# pyright: strict
+
 from typing import Literal
 
 import numpy as np

@@ -1,5 +1,7 @@
 """A box."""
 
+# pyright: strict
+
 from typing import Literal
 
 import numpy as np

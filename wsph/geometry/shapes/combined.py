@@ -1,5 +1,7 @@
 """Differences and unions of shapes; the table of all shapes by their `type`."""
 
+# pyright: strict
+
 from typing import Annotated, Literal
 
 import numpy as np

@@ -1,5 +1,7 @@
 """A cylinder."""
 
+# pyright: strict
+
 from typing import Literal
 
 import numpy as np

@@ -1,5 +1,7 @@
 """A polygon."""
 
+# pyright: strict
+
 from itertools import pairwise
 from typing import Annotated, Literal
 

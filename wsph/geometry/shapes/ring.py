@@ -1,5 +1,7 @@
 """A ring."""
 
+# pyright: strict
+
 from typing import Literal
 
 import numpy as np

@@ -4,28 +4,30 @@ A shape names the planes that a lattice has to meet (`edges`): those of its boxe
 and slanted sides are met in steps of a cell. `rotate` turns a shape, and the lattice in it, about the middle of its bounds.
 """
 
+# pyright: strict
+
 from itertools import product
-from typing import Annotated, Any
+from typing import Annotated, Protocol
 
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict
 
-from wsph.quantities import Point
+from wsph.quantities import Point, is_sequence
 from wsph.units import quantity
 
 Edges = list[np.ndarray]
 """Per axis, the coordinates of planes that the lattice has to meet [m]."""
 
 
-def read_rotation(value: Any) -> Any:
+def read_rotation(value: object) -> float | tuple[tuple[float, ...], float]:
     """Degrees in 2D; [axis, degrees] in 3D, the axis "x", "y", "z" or a vector."""
-    if isinstance(value, (list, tuple)):
+    if is_sequence(value):
         if len(value) != 2:
             raise ValueError(f"{value!r}: write [axis, degrees], as in [[0, 0, 1], 30]")
         axis, degrees = value
         if isinstance(axis, str) and axis in ("x", "y", "z"):
             axis = [float(axis == a) for a in "xyz"]
-        numbers = [quantity(x, "") for x in axis] if isinstance(axis, (list, tuple)) else []
+        numbers = [quantity(x, "") for x in axis] if is_sequence(axis) else []
         if len(numbers) != 3 or not any(numbers):
             raise ValueError(f"{axis!r} is no axis: write a vector of three numbers that is not zero, or x, y or z")
         return (tuple(numbers), quantity(degrees, ""))
@@ -113,7 +115,16 @@ class BaseShape(BaseModel):
         return self.middle + (ends - self.middle) @ self.axes.T
 
 
-def check_coordinates(shape: Any, points: tuple[Point, ...], dim: int) -> None:
+class Typed(Protocol):
+    """A shape, by the name that scenes know it by."""
+
+    @property
+    def type(self) -> str:
+        """Its `type` in a scene."""
+        ...
+
+
+def check_coordinates(shape: Typed, points: tuple[Point, ...], dim: int) -> None:
     for point in points:
         if len(point) != dim:
             raise ValueError(f"a {shape.type} is of {dim} dimensions; {list(point)} has {len(point)} coordinates")
