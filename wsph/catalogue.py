@@ -30,8 +30,8 @@ class Row:
 
 def formulations() -> list[Row]:
     """Formulations: for integrators of how many sets, what they can do, and which parts they take."""
-    from wsph.formulations.table import FORMULATIONS
     from wsph.parts.table import PARTS
+    from wsph.plugins.formulations import FORMULATIONS
 
     rows: list[Row] = []
     for each in FORMULATIONS:
@@ -48,8 +48,8 @@ def formulations() -> list[Row]:
 
 def parts() -> list[Row]:
     """Optional parts of a body, and the formulations that take them."""
-    from wsph.formulations.table import FORMULATIONS
     from wsph.parts.table import PARTS
+    from wsph.plugins.formulations import FORMULATIONS
 
     rows: list[Row] = []
     for key, part in PARTS.items():
