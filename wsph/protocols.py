@@ -186,7 +186,7 @@ class Stability(Protocol):
         ...
 
     @property
-    def residual(self) -> float:
+    def stabilisation(self) -> float:
         """Stiffness of what a linear field leaves of the displacements; it puts the fastest modes where they are damped
         well."""
         ...

@@ -7,13 +7,13 @@ from hypothesis import strategies as st
 from wsph_materials.elastic import Elastic
 
 from wsph.backend.clock import Clock
-from wsph.backend.expressions import Expression, compile_expression
 from wsph.backend.space import Space
 from wsph.backend.state import State
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.values import BoundaryValues
 from wsph.constitutive.constitutive import Constitutive
 from wsph.constitutive.stress_state import STRESS_STATES
+from wsph.expressions import Expression, compile_expression
 from wsph.formulations.layout import layout_of
 from wsph.scene.tables import Function
 from wsph.units import Scales

@@ -24,12 +24,12 @@ from pydantic import field_validator
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
-from wsph.backend.expressions import compile_expression, constant_program
 from wsph.backend.kernels import kernel
 from wsph.backend.pair_loops import element
 from wsph.backend.space import Space
 from wsph.backend.state import Field, Layout, State, fields_struct
 from wsph.errors import Refused
+from wsph.expressions import compile_expression, constant_program
 from wsph.parts.part import Attached, Host, Neighbourhood, Part
 from wsph.parts.terms import points_struct
 from wsph.protocols import Entry, Traits

@@ -82,7 +82,7 @@ def gaps(scene: wsph.Scene) -> dict[str, tuple[float, float]]:
     """The limits found with some tens of right-hand sides over those of the whole spectrum, and by how much a step at the
     former multiplies the motion that grows fastest, less 1."""
     system = compose(scene).bodies[0].system
-    known = {name: getattr(system, name) for name in ("frequency", "residual", "irregular", "space", "points")}
+    known = {name: getattr(system, name) for name in ("frequency", "stabilisation", "irregular", "space", "points")}
     shared = known | {"courant": lambda product: product / system.frequency, "damped": True}
     K, D = whole_spectrum(system)
 

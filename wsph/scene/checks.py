@@ -10,8 +10,8 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from wsph.backend.expressions import FUNCTIONS, VARIABLES, Expression, compile_expression
 from wsph.errors import Fault, PluginError
+from wsph.expressions import FUNCTIONS, VARIABLES, Expression, compile_expression
 from wsph.geometry.grid import plan
 from wsph.output.fields import ALWAYS, AXES, known
 from wsph.plugins import registry

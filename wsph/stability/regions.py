@@ -85,7 +85,7 @@ def margin(system: Stability, order: int, amplifies: bool) -> float:
     if not amplifies:
         return margins.HELD_IRREGULAR if system.irregular else margins.HELD
     euler = order == 1 and system.space.dim > 1
-    share = margins.EULER if euler else margins.AMPLIFIED_INSIDE if system.residual > 0.0 else margins.AMPLIFIED
+    share = margins.EULER if euler else margins.AMPLIFIED_INSIDE if system.stabilisation > 0.0 else margins.AMPLIFIED
     return share * (margins.AMPLIFIED_IRREGULAR if system.irregular else 1.0)
 
 

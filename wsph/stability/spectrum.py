@@ -59,14 +59,14 @@ class Spectrum:
         return float(np.sqrt(max(-value - gap, 0.0)))
 
     @cached_property
-    def viscous_rate(self) -> float:
+    def drag_rate(self) -> float:
         """The largest damping rate of the viscosity, an upper estimate."""
         return sum(outermost(self.damping, self.squares[2])) if self.damping.any() else 0.0
 
     def approach(self) -> tuple[float, float]:
         """The least and the most of the viscosity that acts where it acts on approaching pairs alone."""
         start, slope, floor, most = APPROACH
-        over = self.viscous_rate / self.frequency if self.frequency > 0.0 else 0.0
+        over = self.drag_rate / self.frequency if self.frequency > 0.0 else 0.0
         return max(start - slope * over, floor), most
 
     def largest(self, dt: float, factor: float, shares: tuple[float, ...]) -> float:
@@ -89,7 +89,7 @@ class Spectrum:
         if not known > 0.0:
             return found[0]
         higher = self.frequency**2 / known
-        stronger = self.viscous_rate / outermost(self.damping, self.squares[2])[0] if self.viscous_rate > 0.0 else 1.0
+        stronger = self.drag_rate / outermost(self.damping, self.squares[2])[0] if self.drag_rate > 0.0 else 1.0
         for share in shares:
             each = modes(higher * self.stiffness, share * self.damping + self.rate * one, self.still)
             found.append(np.where(np.abs(each) > self.frequency, stronger * each, each))

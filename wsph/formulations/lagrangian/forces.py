@@ -87,11 +87,9 @@ def force_between_kernel(space: Space, layout: Layout, parts: Parts, form: Form)
         u = fields.displacement[i]
         A = answers.corrected[i]
         own = real(0.0)
-        M = mat()
+        M = points.moment[i]
         if wp.static(form.shares):
             own = points.share[i]
-        if wp.static(form.paper):
-            M = points.moment[i]
         f = vec()
         drag = vec()
         hold = vec()
