@@ -12,7 +12,6 @@ from wsph.boundary.conditions import Conditions
 from wsph.boundary.values import BoundaryValues
 from wsph.expressions import Expression, compile_expression
 from wsph.scene.tables import Function
-from wsph.units import Scales
 
 
 def on_device(
@@ -23,7 +22,7 @@ def on_device(
     x: float = 0.3,
 ) -> np.ndarray:
     """Values as the device imposes them on the velocities of particles at x, at time + c dt [s]."""
-    space, scales = Space(1), Scales(1.0, 1.0, 1.0)
+    space = Space(1)
     state = State(space, len(values), Layout((Field("velocity", 1, "m/s", leads=True),)), "cpu")
     conditions = Conditions()
     for k, value in enumerate(values):
