@@ -1,14 +1,21 @@
 """The command line: exit codes, messages without traceback, nothing compiled or written for bad input."""
 
+import dataclasses
 import json
 import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from wsph import catalogue
 from wsph.cli import main
+from wsph.errors import SceneError
+from wsph.parts.table import PARTS
+from wsph.protocols import Traits
+from wsph.scene.load import load
 
 ROOT = Path(__file__).resolve().parents[1]
 SCENE = ROOT / "examples" / "shock_bar.toml"
@@ -49,6 +56,73 @@ def test_run_check_and_list(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
         assert words in text, words
     assert main(["list", "materials", "--json"]) == 0
     assert {"elastic", "perzyna"} <= {row["name"] for row in json.loads(capsys.readouterr().out)}
+
+
+def listed(group: str, capsys: pytest.CaptureFixture[str]) -> dict[str, dict[str, Any]]:
+    """What `wsph list GROUP --json` prints, by name; formulations by name and sets."""
+    assert main(["list", group, "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)
+    assert {row["group"] for row in rows} == {group}
+    assert all(row["description"] for row in rows)
+    return {f"{row['name']} {row['sets']}" if "sets" in row else row["name"]: row for row in rows}
+
+
+def test_formulations_are_listed_with_their_traits_in_words(capsys: pytest.CaptureFixture[str]) -> None:
+    found = listed("formulations", capsys)
+    assert {"stress-points 1", "updated-lagrangian 1", "updated-lagrangian 2", "small-strain 2"} <= set(found)
+    for row in found.values():
+        assert set(row["traits"]) == {each.name for each in dataclasses.fields(Traits)}
+    assert "hourglass" not in found["stress-points 1"]["parts"]
+    assert main(["list", "formulations"]) == 0
+    text = capsys.readouterr().out
+    for words in ("for integrators of 2 sets", "a material has to give a rate law", "support by default 1.8 spacings"):
+        assert words in text, words
+
+
+def test_every_trait_has_words() -> None:
+    for name, said in catalogue.attribute_docstrings(Traits).items():
+        assert len(said.split()) > 2, name
+
+
+def test_parts_are_listed_with_the_formulations_that_take_them(capsys: pytest.CaptureFixture[str]) -> None:
+    found = listed("parts", capsys)
+    assert list(found) == list(PARTS)
+    assert [each["name"] for each in found["hourglass"]["formulations"]] == ["total-lagrangian"]
+    assert main(["list", "parts"]) == 0
+    text = capsys.readouterr().out
+    assert "Artificial viscosity: `alpha` linear" in text
+    assert "taken by total-lagrangian (1 set); stress-points (1 set)" in text
+
+
+def test_formats_kernels_and_shapes_are_those_that_a_scene_takes(capsys: pytest.CaptureFixture[str]) -> None:
+    assert listed("formats", capsys)["vtu"]["files"] == ["frames/*.vtu", "frames.pvd"]
+    assert {"vtu", "xdmf", "npz"} <= set(listed("formats", capsys))
+    for kernel in listed("kernels", capsys):
+        load(SCENE, {"run.kernel": kernel})
+    with pytest.raises(SceneError) as error:
+        load(SCENE, {"bodies.0.shape": {"type": "blob"}})
+    found = listed("shapes", capsys)
+    assert all(repr(name) in str(error.value) for name in found), str(error.value)
+    assert found["cylinder"]["keys"] == ["from", "to", "radius", "rotate"]
+    for group in catalogue.GROUPS:
+        assert main(["list", group]) == 0
+        assert capsys.readouterr().out.count(f"\n{group[:-1]}") == len(listed(group, capsys)) - 1
+
+
+def test_without_a_group_plugins_alone_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["list", "--json"]) == 0
+    assert {row["group"] for row in json.loads(capsys.readouterr().out)} == {"integrators", "materials"}
+
+
+def test_no_list_imports_a_plugin_and_plugins_are_listed_without_warp() -> None:
+    code = (
+        "import sys; from wsph.cli import main; from wsph import catalogue;"
+        "main(['list']); assert 'warp' not in sys.modules;"
+        "assert not any(main(['list', group]) for group in catalogue.GROUPS);"
+        "sys.exit(any(m.startswith(('wsph_integrators', 'wsph_materials')) for m in sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
 
 
 def test_an_unstable_run_exits_3_and_keeps_its_output(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

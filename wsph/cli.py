@@ -18,6 +18,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from wsph import catalogue
 from wsph.errors import Unstable, WsphError
 from wsph.plugins import registry
 
@@ -82,8 +83,10 @@ def _parser() -> argparse.ArgumentParser:
     check.add_argument("scene", type=Path)
     check.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a key")
     check.set_defaults(command=_check)
-    listing = commands.add_parser("list", help="list installed integrators and materials")
-    listing.add_argument("group", nargs="?", choices=list(registry.GROUPS))
+    listing = commands.add_parser(
+        "list", help="list what a scene can name (default: installed integrators and materials)"
+    )
+    listing.add_argument("group", nargs="?", choices=[*registry.GROUPS, *catalogue.GROUPS])
     listing.add_argument("--json", action="store_true", help="print JSON")
     listing.set_defaults(command=_list)
     validation = commands.add_parser("validate", help="run the published cases and compare them with their oracles")
@@ -230,6 +233,8 @@ def _replayed(program: "Program") -> str:
 
 
 def _list(options: argparse.Namespace) -> int:
+    if options.group in catalogue.GROUPS:
+        return _list_own(options.group, options.json)
     groups = [options.group] if options.group else list(registry.GROUPS)
     found = [entry for group in groups for entry in registry.described(group)]
     if options.json:
@@ -251,6 +256,20 @@ def _list(options: argparse.Namespace) -> int:
         print(
             f"{entry.group[:-1]:<11} {entry.name:<14} {entry.distribution} {entry.version:<8} {entry.status:<4} {entry.description}"
         )
+    return 0
+
+
+def _list_own(group: str, as_json: bool) -> int:
+    """What wsph itself has of a group; no plugin is looked for."""
+    rows = catalogue.GROUPS[group]()
+    if as_json:
+        found = [{"group": group, "name": row.name, "description": row.description, **row.data} for row in rows]
+        print(json.dumps(found, indent=2))
+        return 0
+    for row in rows:
+        print(f"{group[:-1]:<11} {row.name:<18} {row.description}")
+        for words in row.words:
+            print(f"{'':<31}{words}")
     return 0
 
 

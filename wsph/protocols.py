@@ -145,3 +145,197 @@ class Interaction(Protocol):
     def restored(self) -> None:
         """Make what follows from the kept arrays, after they have been put back."""
         ...
+
+
+class Dimensioned(Protocol):
+    """Where a body is."""
+
+    @property
+    def dim(self) -> int:
+        """1, 2 or 3."""
+        ...
+
+
+class Stability(Protocol):
+    """A body, as the limit of an integrator's time step sees it: its small motions about the current state,
+    nondimensional. Read by `wsph.stability.regions`."""
+
+    @property
+    def space(self) -> Dimensioned:
+        """Its dimensions."""
+        ...
+
+    @property
+    def frequency(self) -> float:
+        """The largest omega of its small motions."""
+        ...
+
+    @property
+    def modes(self) -> Any:
+        """lambda of motions exp(lambda t), (k,) complex: the outermost of them and some tens of others."""
+        ...
+
+    @property
+    def damped(self) -> bool:
+        """Whether small motions are damped: by viscosity, or in proportion to mass."""
+        ...
+
+    @property
+    def irregular(self) -> bool:
+        """Whether its cells differ in size, so that modes keep to a few particles."""
+        ...
+
+    @property
+    def stabilisation(self) -> float:
+        """Stiffness of what a linear field leaves of the displacements; it puts the fastest modes where they are damped
+        well."""
+        ...
+
+    def largest(self, dt: float, factor: float) -> float:
+        """The largest eigenvalue of dt^2 K + factor dt D, stiffness and damping, an upper estimate."""
+        ...
+
+    def courant(self, product: float) -> float:
+        """The Courant number at which omega dt = `product` for its fastest wave."""
+        ...
+
+
+AnyState = Any
+"""A state of a system: made by its `new`, changed by its calls, never looked into by an integrator."""
+
+Terms = list[tuple[float, AnyState]]
+"""Coefficients, and the states or rates that they multiply."""
+
+
+class Timed(Protocol):
+    """The clock of a run, as an integrator sees it."""
+
+    @property
+    def dt(self) -> float:
+        """The time step, nondimensional."""
+        ...
+
+
+class LawForm(Protocol):
+    """What an integrator may ask of how a composition's forces are found."""
+
+    @property
+    def total(self) -> bool:
+        """Whether the law gives the stress of a deformation, so that stresses follow from the displacements."""
+        ...
+
+
+class OneSet(Stability, Protocol):
+    """A body as integrators on one set of particles see it: calls over flat states, which are launches alone."""
+
+    @property
+    def state(self) -> AnyState:
+        """What a step advances."""
+        ...
+
+    @property
+    def clock(self) -> Timed:
+        """The clock of the run; it goes on after all bodies have stepped."""
+        ...
+
+    @property
+    def bar_time(self) -> float:
+        """The spacing over sqrt(E/rho), nondimensional."""
+        ...
+
+    @property
+    def viscous(self) -> bool:
+        """Whether there are forces that depend on velocities, beside damping in proportion to mass."""
+        ...
+
+    @property
+    def moved(self) -> bool:
+        """Whether a velocity other than zero is prescribed anywhere."""
+        ...
+
+    @property
+    def form(self) -> LawForm:
+        """How its forces are found."""
+        ...
+
+    def new(self) -> AnyState:
+        """A state, zero but for the internals' initial values."""
+        ...
+
+    def rate(self, state: AnyState, out: AnyState, part: str = "all", ahead: float = 0.0) -> None:
+        """`out` = the time derivative of `state`: of its "velocity", of the "rest", or of "all"."""
+        ...
+
+    def combine(
+        self,
+        out: AnyState,
+        plain: Terms,
+        timed: Terms | None = None,
+        squared: Terms | None = None,
+        part: str = "all",
+    ) -> None:
+        """`out` = sum of c x over `plain` + dt times that of c k over `timed` + dt^2 c k of `squared`."""
+        ...
+
+    def drift(self, state: AnyState, k: AnyState, c: float, ahead: float = 0.0) -> None:
+        """All of `state` but its velocity goes on by c dt; what `k` holds of the rest after it is undefined."""
+        ...
+
+    def impose(self, state: AnyState, c: float | tuple[float, float]) -> None:
+        """Set the prescribed values at t + c dt; (0, 1) is the mean of both ends of the step."""
+        ...
+
+    def constrain(self, state: AnyState, c: float) -> None:
+        """`impose` on the state that goes on from there, in the middle of a step."""
+        ...
+
+    def project(self, state: AnyState) -> None:
+        """Bring the stresses back to where the law allows them."""
+        ...
+
+    def accept(self, state: AnyState) -> None:
+        """Close the step: the last call, on a state that has not been imposed on since it was advanced."""
+        ...
+
+
+class TwoSets(Protocol):
+    """A body as integrators on two sets of particles see it: "real" ones, which carry the state, and "virtual" ones."""
+
+    @property
+    def state(self) -> AnyState:
+        """What a step advances, at the real particles."""
+        ...
+
+    @property
+    def space(self) -> Dimensioned:
+        """Its dimensions."""
+        ...
+
+    @property
+    def second_moment(self) -> float:
+        """Smallest second moment of the weights that interpolate to virtual particles, in spacings squared."""
+        ...
+
+    def new(self, where: str = "real") -> AnyState:
+        """A state, zero but for the internals' initial values, at the "real" or at the "virtual" particles."""
+        ...
+
+    def half_step(self, source: AnyState, out: AnyState, weight: float) -> None:
+        """Virtual `out` = interpolated real `source` + weight dt times the rate there."""
+        ...
+
+    def rate(self, source: AnyState, out: AnyState, *, imposed: AnyState, weight: float) -> None:
+        """Real `out` += weight dt times the rate from virtual `source`, prescribed components taken from `imposed`."""
+        ...
+
+    def impose(self, state: AnyState, c: float | tuple[float, float]) -> None:
+        """Set the prescribed values at t + c dt; (0, 1) is the mean of both ends of the step."""
+        ...
+
+    def project(self, state: AnyState) -> None:
+        """Bring the stresses back to where the law allows them."""
+        ...
+
+    def accept(self, state: AnyState) -> None:
+        """Close the step: the last call, on a state that has not been imposed on since it was advanced."""
+        ...

@@ -10,7 +10,8 @@ import math
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from wsph_integrators.runge_kutta import damped_limit, margin
+from wsph.protocols import OneSet
+from wsph.stability.regions import Limit, damped_limit, margin
 
 DAMPING = 2.0 / 13.0
 MOST_STAGES = 200
@@ -69,14 +70,14 @@ def stages_for(courant: float) -> int:
 class RungeKuttaChebyshev:
     """RKC of second order with `stages` evaluations a step, 2 or more, or "auto": by eq 28 from the Courant number.
 
-    For strong damping of every mode (a damping ratio above .9, where it holds more than leapfrog per evaluation). Without
+    For strong damping of every mode (a damping ratio above 0.9, where it holds more than leapfrog per evaluation). Without
     enough viscosity it is refused: leapfrog is the alternative.
     """
 
     formulations = ("total-lagrangian", "stress-points", "updated-lagrangian")
     order = 2
 
-    def __init__(self, system, stages: int | str = "auto"):
+    def __init__(self, system: OneSet, stages: int | str = "auto"):
         self.system, self.state = system, system.state
         if stages == "auto":
             stages = max(stages_for(system.clock.dt / system.bar_time), 2)
@@ -91,7 +92,7 @@ class RungeKuttaChebyshev:
         self.sum = system.new() if system.moved else None
         self.weights = self.coefficients.weights()
 
-    def limit(self) -> tuple[float, str]:
+    def limit(self) -> Limit:
         """Largest stable Courant number and where it comes from."""
         if not self.system.damped:
             return 0.0, "RKC amplifies every undamped wave: give the body viscosity, or use leapfrog"

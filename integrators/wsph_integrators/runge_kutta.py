@@ -6,20 +6,10 @@ body, damped or not, is first multiplied by more than 1; methods that amplify ev
 have the limit 0 without damping on every mode: they are for comparisons.
 """
 
-from collections.abc import Callable
-
 import numpy as np
 
-WAVES = np.linspace(1e-3, 12.0, 24001)
-
-
-def imaginary_limit(polynomial: np.ndarray) -> float:
-    """Largest y up to which |R(iz)| <= 1 for all z <= y, R the stability polynomial (ascending coefficients)."""
-    size = np.abs(np.polynomial.polynomial.polyval(1j * WAVES, polynomial))
-    beyond = np.flatnonzero(size > 1.0 + 1e-9)
-    reach = float(WAVES[max(beyond[0] - 1, 0)]) if len(beyond) else float(WAVES[-1])
-    # What leaves 1 as y^4 does so by less than 1e-9 at first: that is no region.
-    return reach if reach > 0.1 else 0.0
+from wsph.protocols import OneSet
+from wsph.stability.regions import Limit, limit_of
 
 
 class Tableau:
@@ -31,7 +21,7 @@ class Tableau:
     a: tuple[tuple[float, ...], ...] = ()
     b: tuple[float, ...] = (1.0,)
 
-    def __init__(self, system):
+    def __init__(self, system: OneSet):
         self.system, self.state = system, system.state
         self.stage = system.new() if self.a else None
         self.k = [system.new() for _ in self.b]
@@ -82,7 +72,7 @@ class Tableau:
             power = a @ power
         return np.array(result)
 
-    def limit(self) -> tuple[float, str]:
+    def limit(self) -> Limit:
         """Largest stable Courant number and where it comes from."""
         return limit_of(self.system, self.polynomial(), self.order)
 
@@ -103,65 +93,6 @@ class Tableau:
         if terms[3:]:
             s.combine(y, plain=[(1.0, y)], timed=terms[3:])
         s.accept(y)
-
-
-def limit_of(system, polynomial: np.ndarray, order: int) -> tuple[float, str]:
-    """The Courant number where the small motions of a body leave a method's region."""
-    reach = imaginary_limit(polynomial)
-    if system.damped:
-        share = margin(system, order, amplifies=reach == 0.0)
-        return damped_limit(system, lambda z: np.polynomial.polynomial.polyval(z, polynomial), len(polynomial), share)
-    if reach == 0.0:
-        return 0.0, "it amplifies every undamped wave: use leapfrog or rk4, or give the body viscosity"
-    return system.courant(0.98 * reach), f"omega dt <= {reach:.3f} for its fastest wave, times .98"
-
-
-def margin(system, order: int, amplifies: bool) -> float:
-    """Share that is taken of the step that the known modes of a body bear.
-
-    A method that amplifies waves is limited by the mode that is damped least for its frequency; the known modes are means of
-    several and bear up to 2 % more than the least of them, where a residual damps the fastest ones well and the least
-    damped ones lie inside of the spectrum 8 %, and in an irregular body, whose modes keep to a few particles, twice that.
-    Euler's limit follows the damping itself, not its third root: up to 35 %, irregular 60, in more than one dimension. The
-    numbers are from the whole spectra of 432 blocks (tests/integrators/test_guard.py).
-    """
-    if not amplifies:
-        return 0.95 if system.irregular else 0.98
-    euler = order == 1 and system.space.dim > 1
-    share = 0.7 if euler else 0.92 if system.residual > 0.0 else 0.96
-    return share * (0.88 if system.irregular else 1.0)
-
-
-LEAST = 0.02
-"""omega dt below which a step is not worth taking."""
-
-
-def damped_limit(
-    system, amplification: Callable[[np.ndarray], np.ndarray], stages: int, share: float
-) -> tuple[float, str]:
-    """A share of the Courant number where damped motions leave the region |amplification(lambda dt)| <= 1. A method that
-    amplifies waves may hold those that are damped."""
-    if not 0.0 < system.frequency < np.inf:
-        return system.courant(1.0), "its fastest wave"
-    modes = system.modes
-    # What needs a hundred times the steps of leapfrog is no region.
-    steps = np.geomspace(LEAST, 2.0 * stages**2, 400) / np.abs(modes).max()
-    low, high = 0.0, steps[-1]
-
-    def holds(dt: float) -> bool:
-        return bool(np.abs(amplification(dt * modes)).max() <= 1.0 + 1e-9)
-
-    for dt in steps:
-        if not holds(dt):
-            high = dt
-            break
-        low = dt
-    if low == 0.0:
-        return 0.0, "it amplifies undamped waves, and some stay undamped: use leapfrog or rk4"
-    while high - low > 1e-3 * low:
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if holds(middle) else (low, middle)
-    return system.courant(share * system.frequency * low), "its waves and their damping"
 
 
 class Euler(Tableau):
@@ -197,7 +128,7 @@ class Chain:
     chain: tuple[float, ...] = ()
     tail = False
 
-    def __init__(self, system):
+    def __init__(self, system: OneSet):
         self.system, self.state = system, system.state
         self.stage, self.k = system.new(), system.new()
         self.first = system.new() if self.tail else None
@@ -219,7 +150,7 @@ class Chain:
         whole[1] += 0.25
         return whole
 
-    def limit(self) -> tuple[float, str]:
+    def limit(self) -> Limit:
         """Largest stable Courant number and where it comes from."""
         return limit_of(self.system, self.polynomial(), self.order)
 

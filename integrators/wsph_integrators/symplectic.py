@@ -2,18 +2,8 @@
 
 import numpy as np
 
-
-def splitting_limit(kicks: tuple[float, ...], drifts: tuple[float, ...]) -> float:
-    """Largest omega dt up to which a splitting of kicks and drifts holds a wave: |trace|/2 of its step's matrix at most
-    1."""
-    y = np.linspace(1e-3, 12.0, 24001)
-    a, b, c, d = np.ones_like(y), np.zeros_like(y), np.zeros_like(y), np.ones_like(y)
-    for k, kick in enumerate(kicks):
-        c, d = c - kick * y * a, d - kick * y * b
-        if k < len(drifts):
-            a, b = a + drifts[k] * y * c, b + drifts[k] * y * d
-    beyond = np.flatnonzero(np.abs(a + d) > 2.0 + 1e-9)
-    return float(y[beyond[0] - 1]) if len(beyond) else float(y[-1])
+from wsph.protocols import AnyState, OneSet
+from wsph.stability.regions import Limit, alternating_limit, splitting_limit, undamped_limit
 
 
 class Leapfrog:
@@ -30,13 +20,13 @@ class Leapfrog:
     evaluations = 1
     fresh = True
 
-    def __init__(self, system, lagged: bool = False):
+    def __init__(self, system: OneSet, lagged: bool = False):
         if not isinstance(lagged, bool):
             raise ValueError(f"lagged = {lagged!r}: true or false")
         self.system, self.state, self.lagged = system, system.state, lagged
         # Where neither forces nor the work of moved particles ask for a velocity there is nothing to predict, and one
         # acceleration is enough.
-        self.predicts = not lagged and (system.viscous or system.force.parts.damped or system.moved)
+        self.predicts = not lagged and (system.damped or system.moved)
         self.k = system.new()
         self.old = system.new() if self.predicts else self.k
 
@@ -44,22 +34,12 @@ class Leapfrog:
         """The forces at the start."""
         self.system.rate(self.state, self.old, "velocity")
 
-    def limit(self) -> tuple[float, str]:
+    def limit(self) -> Limit:
         """Largest stable Courant number and where it comes from."""
         s = self.system
         if not s.damped or not 0.0 < s.frequency < np.inf:
-            return s.courant(1.96), "omega dt <= 2 for its fastest wave, times .98"
-        # Motion that changes its sign from step to step is the first to grow: dt^2 K + 2 dt D = 4 where damping is lagged,
-        # dt^2 K + 4 dt D = 4 where it is predicted.
-        factor, low, high = 2.0 if self.lagged else 4.0, 0.0, 2.0 / s.frequency
-        while high - low > 1e-3 * high:
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if s.largest(middle, factor) <= 4.0 else (low, middle)
-        # Modes of an irregular body keep to a few particles, and fewer of them are known (tests/integrators/test_guard.py).
-        share = 0.89 if s.irregular else 0.98
-        return s.courant(
-            share * s.frequency * low
-        ), f"dt^2 K + {factor:.0f} dt D <= 4 for its waves and their damping, times {share:.2f}"
+            return undamped_limit(s, 2.0)
+        return alternating_limit(s, 2.0 if self.lagged else 4.0)
 
     def step(self) -> None:
         """One step, by launches alone."""
@@ -95,24 +75,23 @@ class BlanesMoan4:
     kicks = (0.0829844064174052, 0.396309801498368, -0.0390563049223486)
     drifts = (0.245298957184271, 0.604872665711080)
 
-    def __init__(self, system):
+    def __init__(self, system: OneSet):
         self.system, self.state = system, system.state
         self.k = system.new()
         b, a = self.kicks, self.drifts
         self._kicks = (*b, 1.0 - 2.0 * sum(b), *reversed(b))
         third = 0.5 - sum(a)
         self._drifts = (*a, third, third, *reversed(a))
-        if system.viscous or system.force.parts.damped:
+        if system.damped:
             raise ValueError("a splitting of force and motion takes no damping and no viscosity: use leapfrog")
 
     def begin(self) -> None:
         """The forces at the start."""
         self.system.rate(self.state, self.k, "velocity")
 
-    def limit(self) -> tuple[float, str]:
+    def limit(self) -> Limit:
         """Largest stable Courant number and where it comes from."""
-        reach = splitting_limit(self._kicks, self._drifts)
-        return self.system.courant(0.98 * reach), f"omega dt <= {reach:.3f} for its fastest wave, times .98"
+        return undamped_limit(self.system, splitting_limit(self._kicks, self._drifts))
 
     def step(self) -> None:
         """One step, by launches alone."""
@@ -129,6 +108,10 @@ class BlanesMoan4:
         s.accept(y)
 
 
+REACH = 3.464
+"""omega dt up to which leapfrog with the modified force holds a wave: sqrt(12)."""
+
+
 class ProcessedLeapfrog:
     """Leapfrog with the modified force a(u + dt^2/12 a(u)) between a start and an output transformation (lf4): fourth order
     in the processed variables, two evaluations, omega dt <= 3.46, 1.73 per evaluation.
@@ -141,9 +124,9 @@ class ProcessedLeapfrog:
     order = 4
     evaluations = 2
 
-    def __init__(self, system):
+    def __init__(self, system: OneSet):
         self.system, self.state = system, system.state
-        if system.viscous or system.force.parts.damped or not system.form.total or system.moved:
+        if system.damped or not system.form.total or system.moved:
             raise ValueError("lf4 takes total laws, velocities held at zero, no damping and no viscosity: use leapfrog")
         self.inner, self.moved = system.new(), system.new()
         self.k, self.first = system.new(), system.new()
@@ -153,11 +136,11 @@ class ProcessedLeapfrog:
         self._process(self.state, self.inner, -1.0)
         self._modified()
 
-    def limit(self) -> tuple[float, str]:
+    def limit(self) -> Limit:
         """Largest stable Courant number and where it comes from."""
-        return self.system.courant(0.98 * 3.464), "omega dt <= 3.464 for its fastest wave, times .98"
+        return undamped_limit(self.system, REACH)
 
-    def _process(self, source, out, sign: float) -> None:
+    def _process(self, source: AnyState, out: AnyState, sign: float) -> None:
         """out = u + sign dt^2/12 a(u), v - sign dt^2/12 a'(u) v, the derivative by a central difference over dt/8."""
         s, part = self.system, 1.0 / 8.0
         s.combine(out, plain=[(1.0, source)])
@@ -170,7 +153,7 @@ class ProcessedLeapfrog:
             s.combine(out, plain=[(1.0, out)], timed=[(-sign * side / (24.0 * part), self.k)], part="velocity")
         s.impose(out, 0.0)
 
-    def _accelerations(self, source) -> None:
+    def _accelerations(self, source: AnyState) -> None:
         """first = how the rest changes where the accelerations of `source` are velocities; held particles have none."""
         s = self.system
         s.rate(source, self.k, "velocity")

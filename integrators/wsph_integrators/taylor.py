@@ -1,8 +1,7 @@
 """Taylor-SPH in small strain (TSPH), Herreros & Mabssout 2011, doi 10.1016/j.cma.2011.02.006."""
 
-import math
-
-from wsph.formulations.taylor.system import TwoSetSystem
+from wsph.protocols import TwoSets
+from wsph.stability.regions import Limit, two_step_limit
 
 
 class TaylorSPH:
@@ -20,25 +19,15 @@ class TaylorSPH:
     formulations = ("small-strain",)
     evaluations = 2
 
-    def __init__(self, system: TwoSetSystem):
+    def __init__(self, system: TwoSets):
         self.system = system
         self.state = system.state
         self.half = system.new("virtual")
         self.imposed = system.new("real")
 
-    def limit(self) -> tuple[float, str]:
+    def limit(self) -> Limit:
         """Largest stable Courant number and where it comes from."""
-        moment = self.system.second_moment
-        if moment <= 0.0:
-            return (
-                0.0,
-                f"the interpolation's second moment m2 = {moment:.3g} is not positive: run.support does not suit these"
-                " particles: 1.2 does on a lattice, 1.8 with jitter up to .2",
-            )
-        limit = 2.0 * math.sqrt(moment)
-        if self.system.space.dim == 1:
-            return limit, "2 sqrt(m2) of the interpolation weights"
-        return 0.9 * limit, ".9 of 2 sqrt(m2) of the interpolation weights, because corners grow above"
+        return two_step_limit(self.system.second_moment, self.system.space.dim)
 
     def exact(self) -> float | None:
         """The Courant number at which a step is exact for waves: 1 in one dimension where every virtual particle sees its

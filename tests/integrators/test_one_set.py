@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 from wsph_integrators.chebyshev import Coefficients, stages_for
-from wsph_integrators.runge_kutta import Chain, Tableau, imaginary_limit
+from wsph_integrators.runge_kutta import Chain, Tableau
 
 import wsph
 from tests import scenes
 from tests.scenes import FORMS
 from wsph.plugins import registry
 from wsph.simulation.compose import compose
+from wsph.stability.regions import imaginary_limit
 from wsph.testing import drift, temporal_order
 
 NEO_HOOKEAN = {"model": "neo-hookean", "poisson_ratio": 0.3}

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 from wsph_integrators.chebyshev import Coefficients
-from wsph_integrators.runge_kutta import Euler, Midpoint, RungeKutta4, damped_limit, margin
+from wsph_integrators.runge_kutta import Euler, Midpoint, RungeKutta4
 from wsph_integrators.symplectic import Leapfrog
 
 import wsph
 from tests import scenes
 from tests.scenes import FORMS
 from wsph.simulation.compose import compose
+from wsph.stability.regions import damped_limit, margin
 from wsph.stability.spectrum import modes
 from wsph.testing import spectral_radius, whole_spectrum
 from wsph.validation.case import example
@@ -81,7 +82,7 @@ def gaps(scene: wsph.Scene) -> dict[str, tuple[float, float]]:
     """The limits found with some tens of right-hand sides over those of the whole spectrum, and by how much a step at the
     former multiplies the motion that grows fastest, less 1."""
     system = compose(scene).bodies[0].system
-    known = {name: getattr(system, name) for name in ("frequency", "residual", "irregular", "space", "points")}
+    known = {name: getattr(system, name) for name in ("frequency", "stabilisation", "irregular", "space", "points")}
     shared = known | {"courant": lambda product: product / system.frequency, "damped": True}
     K, D = whole_spectrum(system)
 

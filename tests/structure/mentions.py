@@ -33,8 +33,8 @@ class Part:
 
 
 PARTS = (
-    # The drag is the field that viscosity keeps: the same part by another name.
-    Part("viscosity", frozenset({"viscosity", "viscous", "drag", "dragging", "dragged"})),
+    # Drag is the sum of all forces that depend on velocities: any part may add to it.
+    Part("viscosity", frozenset({"viscosity", "viscous"})),
     Part("hourglass", frozenset({"hourglass"})),
     Part(
         "residual",

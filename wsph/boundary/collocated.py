@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from wsph.backend.expressions import constant_program
 from wsph.boundary.conditions import (
     Conditions,
     Prescribed,
@@ -13,6 +12,7 @@ from wsph.boundary.conditions import (
 )
 from wsph.boundary.tables import Prescribing
 from wsph.errors import Fault, SceneError
+from wsph.expressions import constant_program
 from wsph.geometry.lattice import Lattice
 from wsph.output.fields import AXES
 

@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from wsph.backend.expressions import Expression, constant_program
 from wsph.boundary.load import Load, LoadedFaces
 from wsph.boundary.tables import Boundary, Function, Prescribing
 from wsph.errors import Fault, SceneError
+from wsph.expressions import Expression, constant_program
 from wsph.geometry.faces import Faces
 from wsph.geometry.lattice import Lattice
 from wsph.geometry.selection import select

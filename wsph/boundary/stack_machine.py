@@ -1,12 +1,12 @@
 """The stack machine that evaluates a scene's expressions and tables on the device.
 
-A prescribed value is a program for it (`wsph.backend.expressions`), a number and a table included, so that one kernel serves
+A prescribed value is a program for it (`wsph.expressions`), a number and a table included, so that one kernel serves
 every boundary condition of every scene.
 """
 
 import warp as wp
 
-from wsph.backend.expressions import OPERATIONS
+from wsph.expressions import OPERATIONS
 
 Stack = wp.types.vector(length=16, dtype=wp.float64)
 

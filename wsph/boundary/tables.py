@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol
 from pydantic import AfterValidator, BeforeValidator, create_model, model_validator
 from pydantic.fields import FieldInfo
 
-from wsph.backend.expressions import Expression
 from wsph.boundary.load import LOADS, Load
+from wsph.expressions import Expression
 from wsph.quantities import Model, Strings, Value, as_tuple, in_unit
 
 

@@ -8,12 +8,12 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.clock import Clock, dt_of, time_of
-from wsph.backend.expressions import OPERATIONS, Expression
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import State
 from wsph.boundary.conditions import Conditions, Prescribed
 from wsph.boundary.stack_machine import Bank, evaluate
+from wsph.expressions import OPERATIONS, Expression
 
 CONSTANT = -1
 """The program of an entry that never changes: its scale is its value. Most faces are free: thousands of zeros."""

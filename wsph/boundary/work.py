@@ -165,7 +165,7 @@ class ConstraintWork:
 
 @cache
 def _load_kernel(space: Space, layout: Layout, loading: bool, holding: bool) -> wp.Kernel:
-    dim, vec, Fields, viscous = space.dim, space.vec, fields_struct(space, layout), "drag" in dict(layout)
+    dim, vec, Fields, drags = space.dim, space.vec, fields_struct(space, layout), "drag" in dict(layout)
 
     @kernel(ranged=True)
     def work(
@@ -190,7 +190,7 @@ def _load_kernel(space: Space, layout: Layout, loading: bool, holding: bool) -> 
             if wp.static(loading):
                 for a in range(wp.static(dim)):
                     loaded += wp.float64(wp.dot(loads[i * dim + a], v))
-            if wp.static(viscous):
+            if wp.static(drags):
                 # What it has changed times the mean velocity of the step: exact where the velocity is free, however long the
                 # step is beside the time in which it acts.
                 dragged -= wp.float64(mass[i] * wp.dot(drag_out[i], v + old_out[i]))
@@ -228,10 +228,10 @@ class LoadWork(Works):
         device: str,
         domain: Domain = WHOLE,
     ):
-        self._viscous = "drag" in state.widths
-        super().__init__(state.n, loads.count > 0 or self._viscous or hold is not None, device, domain)
+        self._drags = "drag" in state.widths
+        super().__init__(state.n, loads.count > 0 or self._drags or hold is not None, device, domain)
         self._kernel = _load_kernel(space, state.layout, loads.count > 0, hold is not None)
-        self.before = wp.zeros(state.n if self._viscous else 1, dtype=space.vec, device=device)
+        self.before = wp.zeros(state.n if self._drags else 1, dtype=space.vec, device=device)
         if self._acts:
             forces, count = values.buffer.ptr, values.n * space.dim
             self._loads = wp.array(ptr=forces, dtype=space.vec, shape=count, device=device, copy=False)
@@ -239,12 +239,12 @@ class LoadWork(Works):
             self._mass = wp.array(mass, dtype=space.scalar, device=device)
 
     def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[Any]]:
-        drag = state.struct.drag if self._viscous else self.before
+        drag = state.struct.drag if self._drags else self.before
         inputs = [state.struct, clock.time, self._loads, self._hold, self._mass, self._n]
         return self._kernel, [*inputs, drag, self.before]
 
     def kept(self) -> dict[str, wp.array]:
-        return super().kept() | ({"before": self.before} if self._viscous else {})
+        return super().kept() | ({"before": self.before} if self._drags else {})
 
     @property
     def total(self) -> float:
@@ -252,8 +252,8 @@ class LoadWork(Works):
         return self._total(0)
 
     @property
-    def viscous(self) -> float:
-        """Energy that viscosity has taken so far, nondimensional."""
+    def dragged(self) -> float:
+        """Energy that drag has taken so far, nondimensional."""
         return self._total(1)
 
     @property

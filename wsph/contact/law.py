@@ -104,7 +104,7 @@ def push_kernel(space: Space, law: str, rubbing: bool, itself: bool) -> wp.Kerne
 
 
 @cache
-def kick_kernel(space: Space, viscous: bool) -> wp.Kernel:
+def kick_kernel(space: Space, drags: bool) -> wp.Kernel:
     """Change the velocities by the impulses, and count the work; the impulses are zero after it. `free` (n,) vec is one
     along the axes along which a velocity is not prescribed."""
     real, vec = space.scalar, space.vec
@@ -127,7 +127,7 @@ def kick_kernel(space: Space, viscous: bool) -> wp.Kernel:
             old = velocity_out[i]
             new = old + wp.cw_mul(free[i], J) / (density * volume[i])
             velocity_out[i] = new
-            if wp.static(viscous):
+            if wp.static(drags):
                 before_out[i] = new
             work_out[i] = work_out[i] + wp.float64(real(0.5) * wp.dot(J, old + new))
             # What holds a prescribed component takes the impulse, and the work.

@@ -218,13 +218,13 @@ class OneSetSystem(System):
 
     @property
     def ledger(self) -> tuple[Entry, ...]:
-        drag = Entry("dissipated", lambda: self.work.loads.viscous)
+        drag = Entry("dissipated", lambda: self.work.loads.dragged)
         own = super().ledger
         external, rest = own[:3], own[3:]
         loads = (entry for load in self.loads.acting for entry in load.ledger)
-        return (*external, drag, *rest, Entry("hourglass", self.hourglass_energy), *loads)
+        return (*external, drag, *rest, Entry("hourglass", self.held_energy), *loads)
 
-    def hourglass_energy(self) -> float:
+    def held_energy(self) -> float:
         """Work done against forces that hold spurious modes so far, and energy of the stabilisation, nondimensional."""
         return self.work.loads.held + self.rates.held_energy(self.state)
 
@@ -300,11 +300,6 @@ class OneSetSystem(System):
     def irregular(self) -> bool:
         """Whether its cells differ in size: by jitter or a map."""
         return self.lattice.irregular
-
-    @property
-    def residual(self) -> float:
-        """Stiffness of what a linear field leaves of the displacements, nondimensional."""
-        return self.stabilisation
 
     @property
     def bar_time(self) -> float:

@@ -4,7 +4,7 @@
 
 import numpy as np
 
-from wsph.backend.expressions import compile_expression
+from wsph.expressions import compile_expression
 
 WHERE_TOLERANCE = 1e-6
 """Points this fraction of a spacing from equality count as equal in `where`."""

@@ -64,9 +64,10 @@ def _push(space: Space, layout: Layout, smoothing: str, Coefficients: type) -> w
         wr: vec,
         r: vec,
         apart: vec,
+        square: real,
         both: real,
     ) -> vec:
-        near = wp.pow(value(wp.sqrt(wp.dot(apart, apart)) / c.h) / c.at_spacing, c.exponent)
+        near = wp.pow(value(wp.sqrt(square) / c.h) / c.at_spacing, c.exponent)
         return near * ((at(answers.extra, i) + at(answers.extra, j)) * wr)
 
     return hold

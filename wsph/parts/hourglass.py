@@ -59,11 +59,12 @@ def _spring(space: Space, layout: Layout, smoothing: str, Coefficients: type) ->
         wr: vec,
         r: vec,
         apart: vec,
+        square: real,
         both: real,
     ) -> vec:
         # Twice the distance less what both deformations say of it, along the line between.
         H = real(2.0) * wp.identity(n=dim, dtype=real) + at(fields.deformation, i)
-        gap = real(2.0) - wp.dot((H + at(fields.deformation, j)) * r, apart) / wp.dot(apart, apart)
+        gap = real(2.0) - wp.dot((H + at(fields.deformation, j)) * r, apart) / square
         return (c.spring * both * gap) * apart
 
     return hold

@@ -67,10 +67,10 @@ class PairTerm:
     """A force between two particles that are their own points, beside the stress.
 
     `make(space, layout, smoothing, coefficients)` gives the Warp function (c: coefficients, density, points, answers,
-    fields, others, i, j, wr, r, apart, both) -> the force on i, vec: r from i to j where the weights were found and wr that
-    times the weight of the pair, `apart` from i to j now, `both` the weight times the sum of the two shares. Its sum is a
-    "drag", which depends on velocities and is dissipated, or a "hold", which holds spurious modes. `shares`: it takes
-    `both`; `one_sided`: it acts on approach alone.
+    fields, others, i, j, wr, r, apart, square, both) -> the force on i, vec: r from i to j where the weights were found
+    and wr that times the weight of the pair, `apart` from i to j now and `square` its own, `both` the weight times the
+    sum of the two shares. Its sum is a "drag", which depends on velocities and is dissipated, or a "hold", which holds
+    spurious modes. `shares`: it takes `both`; `one_sided`: it acts on approach alone.
     """
 
     sum: Literal["drag", "hold"]

@@ -117,9 +117,10 @@ def _along_the_line(approach: bool):
             wr: vec,
             r: vec,
             apart: vec,
+            square: real,
             both: real,
         ) -> vec:
-            pressure = pressure_of(c, density, closing_of(fields, others, i, j, apart), wp.dot(apart, apart))
+            pressure = pressure_of(c, density, closing_of(fields, others, i, j, apart), square)
             return (real(wp.static(0.5 * dim)) * pressure * both) * apart
 
         return drag
@@ -149,9 +150,10 @@ def _along_own_gradient(approach: bool):
             wr: vec,
             r: vec,
             apart: vec,
+            square: real,
             both: real,
         ) -> vec:
-            pressure = pressure_of(c, density, closing_of(fields, others, i, j, apart), wp.dot(apart, apart))
+            pressure = pressure_of(c, density, closing_of(fields, others, i, j, apart), square)
             return (pressure * points.volume[i]) * (points.moment[i] * wr)
 
         return drag

@@ -12,8 +12,8 @@ import inspect
 import math
 from collections.abc import Callable, Iterator, Mapping
 
-from wsph.backend.expressions import FUNCTIONS, VARIABLES, Expression, compile_expression
 from wsph.errors import Fault, PluginError
+from wsph.expressions import FUNCTIONS, VARIABLES, Expression, compile_expression
 from wsph.geometry.grid import plan
 from wsph.output.fields import ALWAYS, AXES, known
 from wsph.plugins import registry

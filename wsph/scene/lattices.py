@@ -5,8 +5,8 @@
 
 import numpy as np
 
-from wsph.backend.expressions import compile_expression
 from wsph.errors import Fault, SceneError
+from wsph.expressions import compile_expression
 from wsph.geometry.lattice import Lattice, lattice
 from wsph.scene.tables import Body
 

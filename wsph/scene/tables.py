@@ -15,8 +15,8 @@ from pydantic import (
 )
 from pydantic.fields import FieldInfo
 
-from wsph.backend.expressions import Expression, compile_expression, constant_program
 from wsph.boundary.tables import Boundary, Function
+from wsph.expressions import Expression, compile_expression, constant_program
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import Rotation
 from wsph.output import formats

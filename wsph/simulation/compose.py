@@ -18,7 +18,6 @@ import numpy as np
 
 from wsph.backend.clock import Clock
 from wsph.backend.device import pick_device
-from wsph.backend.expressions import Expression
 from wsph.backend.graph import Program
 from wsph.backend.space import Space
 from wsph.constitutive.constitutive import Constitutive
@@ -26,6 +25,7 @@ from wsph.constitutive.moduli import warn_of_lost_digits, wave_speed
 from wsph.constitutive.stress_state import STRESS_STATES, StressState
 from wsph.contact.table import interactions
 from wsph.errors import Fault, PluginError, Refused, SceneError
+from wsph.expressions import Expression
 from wsph.formulations.reading import Reading
 from wsph.formulations.setup import Setup
 from wsph.geometry.lattice import Lattice

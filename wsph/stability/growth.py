@@ -10,9 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from wsph.backend.state import State
-
-PRODUCTS = 40
-"""Products of Arnoldi's method, and so vectors kept."""
+from wsph.stability.margins import PRODUCTS
 
 
 def largest_growth(step: Callable[[], None], state: State, block: int = 100, products: int = PRODUCTS,

@@ -10,8 +10,9 @@ from wsph.errors import Refused
 from wsph.plugins.integrators import begin
 from wsph.protocols import Again, LimitedBody
 from wsph.scene.scene import Scene
-from wsph.stability.growth import PRODUCTS, largest_growth
+from wsph.stability.growth import largest_growth
 from wsph.stability.limit import SLACK
+from wsph.stability.margins import PRODUCTS
 
 GROWN = 10.0
 """A mode that a run amplifies by more than this is refused or warned of."""

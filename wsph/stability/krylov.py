@@ -6,14 +6,9 @@ import numpy as np
 
 from wsph.backend.space import Space
 from wsph.backend.state import State
-from wsph.stability.spectrum import STILL, Spectrum
+from wsph.stability.margins import DAMPED_VECTORS, STILL, VECTORS
+from wsph.stability.spectrum import Spectrum
 from wsph.units import Scales
-
-VECTORS = 20
-"""Vectors, with a product each, for a body without damping: Lanczos' method."""
-
-DAMPED_VECTORS = (6, 24)
-"""Of one with viscosity, with two products each: Lanczos' vectors, then up to so many by the second-order Krylov space."""
 
 LARGE = 1_000_000
 """Numbers in a vector from which on vectors are kept in single precision: a limit needs two digits."""

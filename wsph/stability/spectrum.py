@@ -4,7 +4,7 @@ Small motions are M u'' + D u' + K u = 0, and a step of any method multiplies ea
 of its own. Neither the largest frequency nor the largest damping rate says where that leaves 1 first: a wave that is damped
 is held further than one that is not, and a method that amplifies waves stops at the one that is damped least for its
 frequency. So K and D are projected on what a few dozen right-hand sides span, and the modes of the projection stand for the
-body's (tests/integrators/test_guard.py holds limits to runs and to whole spectra).
+body's (tests/stability/test_guard.py holds limits to runs and to whole spectra).
 """
 
 from dataclasses import dataclass
@@ -12,15 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-APPROACH = (0.5, 0.022, 0.2, 0.59)
-"""Viscosity of what approaches acts on half of the pairs of a wave, but motion that it overdamps lasts longer in the half of
-the time in which it is not damped, and in a front more than half of the pairs close: its damping is taken as .5 less .022
-times the largest damping rate over the largest frequency, not below .2, and as .59 times the one on all pairs, whichever is
-the worse. The numbers are from runs of the magnesium bar (`wsph validate --full bar-stability`), whose limits lie 0 to 20 %
-above what they give."""
-
-STILL = {"f64": 1e-4, "f32": 1e-2}
-"""A mode slower than this part of the fastest is a motion of the rigid body, by the run's precision."""
+from wsph.stability.margins import APPROACH, STILL
 
 
 def outermost(matrix: np.ndarray, square: np.ndarray, end: int = -1) -> tuple[float, float]:
@@ -67,14 +59,14 @@ class Spectrum:
         return float(np.sqrt(max(-value - gap, 0.0)))
 
     @cached_property
-    def viscous_rate(self) -> float:
+    def drag_rate(self) -> float:
         """The largest damping rate of the viscosity, an upper estimate."""
         return sum(outermost(self.damping, self.squares[2])) if self.damping.any() else 0.0
 
     def approach(self) -> tuple[float, float]:
         """The least and the most of the viscosity that acts where it acts on approaching pairs alone."""
         start, slope, floor, most = APPROACH
-        over = self.viscous_rate / self.frequency if self.frequency > 0.0 else 0.0
+        over = self.drag_rate / self.frequency if self.frequency > 0.0 else 0.0
         return max(start - slope * over, floor), most
 
     def largest(self, dt: float, factor: float, shares: tuple[float, ...]) -> float:
@@ -97,7 +89,7 @@ class Spectrum:
         if not known > 0.0:
             return found[0]
         higher = self.frequency**2 / known
-        stronger = self.viscous_rate / outermost(self.damping, self.squares[2])[0] if self.viscous_rate > 0.0 else 1.0
+        stronger = self.drag_rate / outermost(self.damping, self.squares[2])[0] if self.drag_rate > 0.0 else 1.0
         for share in shares:
             each = modes(higher * self.stiffness, share * self.damping + self.rate * one, self.still)
             found.append(np.where(np.abs(each) > self.frequency, stronger * each, each))

@@ -9,8 +9,8 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import AfterValidator, model_validator
 
-from wsph.backend.expressions import compile_expression
 from wsph.errors import Fault, SceneError
+from wsph.expressions import compile_expression
 from wsph.quantities import Model
 from wsph.simulation.result import Result
 

@@ -67,7 +67,7 @@ def drift(composition: Composition, steps: int) -> tuple[float, float, float]:
         v = system.state.read("velocity")
         spin = [mass @ (x[:, i] * v[:, j] - x[:, j] * v[:, i]) for i, j in ((0, 1), (1, 2), (0, 2)) if j < x.shape[1]]
         ledger = run.diagnostics.measure(system.state)
-        return ledger.momentum, np.array(spin), ledger.kinetic + ledger.strain + system.hourglass_energy()
+        return ledger.momentum, np.array(spin), ledger.kinetic + ledger.strain + system.held_energy()
 
     p, L, e = sums()
     size = np.sqrt(mass.sum() * (mass @ (system.state.read("velocity") ** 2).sum(1)))

@@ -1,5 +1,8 @@
 """Ralston's two-stage Runge-Kutta method on one particle set."""
 
+from wsph.protocols import OneSet
+from wsph.stability.regions import Limit
+
 
 class Ralston:
     """y* = y + 2/3 dt k1, y += dt (k1/4 + 3/4 k2). Order 2.
@@ -11,15 +14,15 @@ class Ralston:
     order = 2
     evaluations = 2
 
-    def __init__(self, system):
+    def __init__(self, system: OneSet):
         self.system, self.state = system, system.state
         self.middle, self.k1, self.k2 = system.new(), system.new(), system.new()
 
-    def limit(self):
-        """Largest Courant number at which the fastest wave grows by less than .1 % per step."""
-        return 0.3 / self.system.spectral_radius(), "omega dt <= .3: growth below .1 % per step"
+    def limit(self) -> Limit:
+        """Largest Courant number at which the fastest wave grows by less than 0.1 % per step."""
+        return self.system.courant(0.3), "omega dt <= .3: growth below 0.1 % per step"
 
-    def step(self):
+    def step(self) -> None:
         """One step, by launches alone."""
         s, y = self.system, self.state
         s.rate(y, self.k1)

@@ -87,11 +87,9 @@ def force_between_kernel(space: Space, layout: Layout, parts: Parts, form: Form)
         u = fields.displacement[i]
         A = answers.corrected[i]
         own = real(0.0)
-        M = mat()
+        M = points.moment[i]
         if wp.static(form.shares):
             own = points.share[i]
-        if wp.static(form.paper):
-            M = points.moment[i]
         f = vec()
         drag = vec()
         hold = vec()
@@ -114,10 +112,13 @@ def force_between_kernel(space: Space, layout: Layout, parts: Parts, form: Form)
             apart = r
             if wp.static((drags or holds) and not form.moving):
                 apart = r + (at(others.displacement, j) - u)
+            square = wp.dot(apart, apart)
             if wp.static(drags):
-                drag = drag + dragged(c, body.density, points, answers, fields, others, i, j, wr, r, apart, both)
+                drag = drag + dragged(
+                    c, body.density, points, answers, fields, others, i, j, wr, r, apart, square, both
+                )
             if wp.static(holds):
-                hold = hold + held(c, body.density, points, answers, fields, others, i, j, wr, r, apart, both)
+                hold = hold + held(c, body.density, points, answers, fields, others, i, j, wr, r, apart, square, both)
             k += 1
         f = loaded(f, loads, following, i)
         if wp.static(drags):
@@ -178,9 +179,10 @@ def _both(space: Space, Coefficients: type, Fields: type, one: wp.Function, othe
         wr: vec,
         r: vec,
         apart: vec,
+        square: real,
         both: real,
     ) -> vec:
-        first = one(c, density, points, answers, fields, others, i, j, wr, r, apart, both)
-        return first + other(c, density, points, answers, fields, others, i, j, wr, r, apart, both)
+        first = one(c, density, points, answers, fields, others, i, j, wr, r, apart, square, both)
+        return first + other(c, density, points, answers, fields, others, i, j, wr, r, apart, square, both)
 
     return both_terms

@@ -22,11 +22,47 @@ themselves, the smallest, of 3e-4, by 1 %; what is linear stays exact, because m
 
 
 @cache
+def _in_quanta(space: Space) -> wp.Function:
+    """Warp function (rows, total, quantum, node, i, weight_out) -> the weighted mean of the nodes of point i, whose weights,
+    of sum `total`, it makes whole quanta that sum up to 1."""
+    real, vec, Rows = space.scalar, space.vec, rows_struct(space)
+
+    @wp.func
+    def in_quanta(
+        rows: Rows, total: real, quantum: real, node: wp.array(dtype=vec), i: int, weight_out: wp.array(dtype=real)
+    ) -> vec:
+        largest = real(0.0)
+        for k in range(rows.offsets[i], rows.offsets[i + 1]):
+            weight_out[k] = weight_out[k] / total
+            largest = wp.max(largest, weight_out[k])
+        largest *= real(1.0 - 1e-9)
+        nearest = real(0.0)
+        for k in range(rows.offsets[i], rows.offsets[i + 1]):
+            if weight_out[k] >= largest:
+                nearest += real(1.0)
+        # What rounding leaves goes to the nearest in equal parts, for symmetry.
+        part = quantum * nearest
+        left = real(1.0)
+        for k in range(rows.offsets[i], rows.offsets[i + 1]):
+            left -= wp.round(weight_out[k] / part) * part
+        centre = vec()
+        for k in range(rows.offsets[i], rows.offsets[i + 1]):
+            w = wp.round(weight_out[k] / part) * part
+            if weight_out[k] >= largest:
+                w += left / nearest
+            weight_out[k] = w
+            centre += w * node[rows.indices[k]]
+        return centre
+
+    return in_quanta
+
+
+@cache
 def set_up_kernel(space: Space, smoothing: str, points: bool) -> wp.Kernel:
     """Kernel of weights, means, moments, spreads and ranks of every point's nodes; weights are multiples of `quantum`."""
     real, vec, mat = space.scalar, space.vec, space.mat
     value, slope = SMOOTHING[smoothing](space)
-    inverse, Rows = generalized_inverse(space), rows_struct(space)
+    inverse, in_quanta, Rows = generalized_inverse(space), _in_quanta(space), rows_struct(space)
 
     @kernel()
     def moments(
@@ -57,27 +93,7 @@ def set_up_kernel(space: Space, smoothing: str, points: bool) -> wp.Kernel:
             return
         centre = node[i]
         if wp.static(points):
-            largest = real(0.0)
-            for k in range(rows.offsets[i], rows.offsets[i + 1]):
-                weight_out[k] = weight_out[k] / total
-                largest = wp.max(largest, weight_out[k])
-            largest *= real(1.0 - 1e-9)
-            nearest = real(0.0)
-            for k in range(rows.offsets[i], rows.offsets[i + 1]):
-                if weight_out[k] >= largest:
-                    nearest += real(1.0)
-            # Whole quanta that sum up to 1: what rounding leaves goes to the nearest in equal parts, for symmetry.
-            part = quantum * nearest
-            left = real(1.0)
-            for k in range(rows.offsets[i], rows.offsets[i + 1]):
-                left -= wp.round(weight_out[k] / part) * part
-            centre = vec()
-            for k in range(rows.offsets[i], rows.offsets[i + 1]):
-                w = wp.round(weight_out[k] / part) * part
-                if weight_out[k] >= largest:
-                    w += left / nearest
-                weight_out[k] = w
-                centre += w * node[rows.indices[k]]
+            centre = in_quanta(rows, total, quantum, node, i, weight_out)
         moment = mat()
         spread = real(0.0)
         for k in range(rows.offsets[i], rows.offsets[i + 1]):

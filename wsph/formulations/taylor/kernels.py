@@ -107,14 +107,8 @@ def _face_values(space: Space, laws: Laws, rotated: bool) -> wp.Function:
 def _face_rate(space: Space, laws: Laws, rotated: bool) -> wp.Function:
     """Warp function (p, axes, s, s0, L, q, S, Q, mask, dt) -> rates where the normal stresses of `mask` are prescribed; s
     less s0."""
-    real, mat, point, Params, stress, internal = (
-        space.scalar,
-        space.mat,
-        space.point,
-        laws.Params,
-        laws.stress,
-        laws.internal,
-    )
+    real, mat, point = space.scalar, space.mat, space.point
+    Params, stress, internal = laws.Params, laws.stress, laws.internal
     (unpack, pack), turned, linear_faces = packing(space, laws.state), turning(space), laws.linear_faces
 
     @wp.func
@@ -204,12 +198,8 @@ def _rate_kernel(
 
 
 def _turn_kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
-    mat, Fields, (unpack, pack), turned = (
-        space.mat,
-        fields_struct(space, layout),
-        packing(space, laws.state),
-        turning(space),
-    )
+    mat, Fields, turned = space.mat, fields_struct(space, layout), turning(space)
+    unpack, pack = packing(space, laws.state)
 
     @kernel(ranged=True)
     def turn(first: int, axes: mat, particles: wp.array(dtype=wp.int32), fields_out: Fields):

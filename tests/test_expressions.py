@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from wsph.backend.expressions import compile_expression
+from wsph.expressions import compile_expression
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,132 @@
+"""A fixed rigid plane that bodies cannot pass, as an interaction: particles beyond it are pushed back by a penalty.
+
+With x the place of a particle, p a point of the plane, n its normal and d = (p - x).n > 0 the depth of what is beyond it
+
+    f = K d n,    K = stiffness M h^(dim - 2)
+
+M the wave modulus rho c^2 of the body and h its spacing: with a stiffness of 1 the plane gives way as a cell of the body
+does. An impulse v += dt f/m between two steps, as those of contacts are (`wsph.contact.contacts`): of second order, with
+the work of the impulses in the ledger's column `contact`. It adds K/m to the squares of the body's frequencies. The plane
+takes momentum, has no friction and is not part of a scene: its maker is given to the table with its numbers.
+"""
+
+from collections.abc import Sequence
+from functools import cache
+
+import numpy as np
+import warp as wp
+
+from wsph.backend.clock import Clock, dt_of
+from wsph.backend.domain import WHOLE
+from wsph.backend.kernels import kernel
+from wsph.backend.reduce import total
+from wsph.backend.space import Space
+from wsph.contact.bodies import Side
+from wsph.contact.law import body_struct, kick_kernel
+from wsph.errors import Refused
+from wsph.plugins.integrators import publishes
+from wsph.protocols import Entry, PushedBody
+from wsph.scene.scene import Scene
+from wsph.units import Scales
+
+
+@cache
+def _push_kernel(space: Space) -> wp.Kernel:
+    real, vec, Body = space.scalar, space.vec, body_struct(space)
+
+    @kernel(ranged=True)
+    def push(
+        first: int,
+        body: Body,
+        clock: wp.array(dtype=wp.float64),
+        stiffness: real,
+        normal: vec,
+        impulse_out: wp.array(dtype=vec),
+    ):
+        i = first + wp.tid()
+        # Places are about a point of the plane.
+        depth = -wp.dot(body.x[i] + body.u[i], normal)
+        if depth > real(0.0):
+            impulse_out[i] = impulse_out[i] + (real(dt_of(clock)) * stiffness * depth) * normal
+
+    return push
+
+
+class RigidPlane:
+    """A plane through `point` [m] that keeps all bodies on the side that `normal` points to."""
+
+    follows = False
+
+    def __init__(
+        self,
+        point: Sequence[float],
+        normal: Sequence[float],
+        stiffness: float,
+        bodies: Sequence[PushedBody],
+        space: Space,
+        scales: Scales,
+        clock: Clock,
+    ):
+        self._space, self._clock = space, clock
+        self._normal = space.vec(*(np.array(normal) / np.linalg.norm(normal)))
+        for run in bodies:
+            if not run.system.traits.pushable or publishes(run.integrator):
+                raise Refused(
+                    f"body {run.body.name!r}: a rigid plane changes velocities between steps: use an integrator of one set that"
+                    " goes on from them, such as leapfrog"
+                )
+        self._sides = [Side(run, np.array(point), space, scales, clock, WHOLE) for run in bodies]
+        self._stiffness = {
+            side.name: stiffness * _modulus(side) * side.spacing ** (space.dim - 2) for side in self._sides
+        }
+        self.ledger = (
+            Entry("contact", lambda: -sum(total(side.work) for side in self._sides)),
+            Entry("external_work", lambda: sum(total(side.held) for side in self._sides)),
+        )
+
+    def act(self) -> None:
+        """The impulses of a step (two launches a body)."""
+        for side in self._sides:
+            stiffness, density = (self._space.scalar(x) for x in (self._stiffness[side.name], side.system.density))
+            inputs = [side.struct, self._clock.time, stiffness, self._normal]
+            self._clock.launch(_push_kernel(self._space), side.count, inputs, [side.impulse])
+            kick = kick_kernel(self._space, side.system.drags)
+            outputs = [side.impulse, side.v, side.system.started_from, side.work, side.held]
+            self._clock.launch(kick, side.count, [side.volume, side.free, density], outputs)
+
+    def frequency(self, body: str) -> float:
+        """That of the lightest particle against the plane, nondimensional."""
+        side = next(side for side in self._sides if side.name == body)
+        return float(np.sqrt(self._stiffness[body] / (side.system.density * side.system.volume.min())))
+
+    def follow(self) -> bool:
+        """Nothing to bring up to date: it does not move, and every particle is looked at."""
+        return False
+
+    def kept(self) -> dict[str, wp.array]:
+        """The works so far."""
+        works = {f"rigid_plane.{side.name}.work": side.work for side in self._sides}
+        return works | {f"rigid_plane.{side.name}.held": side.held for side in self._sides}
+
+    def restored(self) -> None:
+        """Nothing follows from the works."""
+
+
+def _modulus(side: Side) -> float:
+    """The wave modulus of a body, nondimensional."""
+    return side.system.density * (side.system.constitutive.wave_speed / side.system.scales.velocity) ** 2
+
+
+def rigid_plane(
+    scene: Scene,
+    bodies: Sequence[PushedBody],
+    space: Space,
+    scales: Scales,
+    clock: Clock,
+    *,
+    point: Sequence[float],
+    normal: Sequence[float],
+    stiffness: float = 1.0,
+) -> RigidPlane:
+    """Its maker: with `functools.partial` and the plane's numbers a line of `wsph.contact.table.INTERACTIONS`."""
+    return RigidPlane(point, normal, stiffness, bodies, space, scales, clock)

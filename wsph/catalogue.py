@@ -1,0 +1,129 @@
+"""What there is to name in a scene beside plugins: formulations, parts, formats, smoothing functions, shapes.
+
+Each list is read from the table that a scene's key is looked up in, and says of an entry what its own docstring says.
+"""
+
+# pyright: strict, reportUnknownMemberType=false, reportUnknownVariableType=false
+
+import ast
+import dataclasses
+import importlib.util
+import inspect
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, get_args
+
+from wsph.protocols import Traits
+
+
+@dataclass(frozen=True)
+class Row:
+    """An entry: its name as scenes write it, the first sentence of its docstring, what else there is to say of it in words,
+    and the same as data."""
+
+    name: str
+    description: str
+    words: tuple[str, ...] = ()
+    data: dict[str, Any] = field(default_factory=dict[str, Any])
+
+
+def formulations() -> list[Row]:
+    """Formulations: for integrators of how many sets, what they can do, and which parts they take."""
+    from wsph.parts.table import PARTS
+    from wsph.plugins.formulations import FORMULATIONS
+
+    rows: list[Row] = []
+    for each in FORMULATIONS:
+        parts = [key for key, part in PARTS.items() if part.fits(each.traits)]
+        words = (
+            *in_words(each.traits),
+            f"support by default {each.traits.support:g} spacings",
+            f"takes {', '.join(parts) or 'none of the parts'}",
+        )
+        data = {"sets": each.sets, "traits": dataclasses.asdict(each.traits), "parts": parts}
+        rows.append(Row(each.name, f"for integrators of {_sets(each.sets)}", words, data))
+    return rows
+
+
+def parts() -> list[Row]:
+    """Optional parts of a body, and the formulations that take them."""
+    from wsph.parts.table import PARTS
+    from wsph.plugins.formulations import FORMULATIONS
+
+    rows: list[Row] = []
+    for key, part in PARTS.items():
+        takers = [each for each in FORMULATIONS if part.fits(each.traits)]
+        words = "; ".join(f"{each.name} ({_sets(each.sets)})" for each in takers)
+        data = {"formulations": [{"name": each.name, "sets": each.sets} for each in takers]}
+        rows.append(Row(key, sentence(part), (f"taken by {words or 'no formulation'}",), data))
+    return rows
+
+
+def formats() -> list[Row]:
+    """Formats of frames, the files that they write, and whether what they need is installed."""
+    from wsph.output.formats import FORMATS
+
+    rows: list[Row] = []
+    for each in FORMATS:
+        files = [f"frames/*.{each.suffix}", *([each.listing] if each.listing else [])]
+        installed = not each.needs or importlib.util.find_spec(each.needs) is not None
+        missing = () if installed else (f'needs {each.needs}: pip install "wsph[{each.name}]"',)
+        data = {"files": files, "needs": each.needs, "installed": installed}
+        rows.append(Row(each.name, sentence(type(each)), (f"writes {' and '.join(files)}", *missing), data))
+    return rows
+
+
+def kernels() -> list[Row]:
+    """Smoothing functions, for `run.kernel`."""
+    from wsph.sph.smoothing import SMOOTHING
+
+    return [Row(name, sentence(function)) for name, function in SMOOTHING.items()]
+
+
+def shapes() -> list[Row]:
+    """Shapes of bodies, for `type`, and their other keys."""
+    from wsph.geometry.shapes.combined import Shape
+    from wsph.geometry.shapes.shape import BaseShape
+
+    rows: list[Row] = []
+    for kind in get_args(get_args(Shape)[0]):
+        own = [name for name in kind.model_fields if name not in BaseShape.model_fields and name != "type"]
+        keys = [kind.model_fields[name].alias or name for name in (*own, *BaseShape.model_fields)]
+        names = get_args(kind.model_fields["type"].annotation)
+        rows += [Row(name, sentence(kind), (f"keys {', '.join(keys)}",), {"keys": keys}) for name in names]
+    return rows
+
+
+GROUPS: dict[str, Callable[[], list[Row]]] = {
+    each.__name__: each for each in (formulations, parts, formats, kernels, shapes)
+}
+"""The lists by the names that `wsph list` takes."""
+
+
+def sentence(described: object) -> str:
+    """The first sentence of a docstring, on one line."""
+    text = " ".join((inspect.getdoc(described) or "").split("\n\n")[0].split())
+    return re.split(r"(?<=\.)\s+(?=[A-Z`])", text, maxsplit=1)[0].removesuffix(".")
+
+
+def in_words(traits: Traits) -> list[str]:
+    """What a formulation can do, in the words that `Traits` has for it."""
+    said = attribute_docstrings(Traits)
+    held = [name for name, value in dataclasses.asdict(traits).items() if value is True]
+    return [said[name].removeprefix("Whether ").partition(": ")[0].removesuffix(".") for name in held]
+
+
+def attribute_docstrings(cls: type) -> dict[str, str]:
+    """The docstrings that stand below the attributes of a class, from its source; of others the attribute's name."""
+    body = next(node.body for node in ast.walk(ast.parse(inspect.getsource(cls))) if isinstance(node, ast.ClassDef))
+    found: dict[str, str] = {}
+    for node, below in zip(body, [*body[1:], ast.Pass()], strict=True):
+        if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+            said = below.value.value if isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant) else None
+            found[node.target.id] = " ".join(said.split()) if isinstance(said, str) else node.target.id
+    return found
+
+
+def _sets(count: int) -> str:
+    return f"{count} set" if count == 1 else f"{count} sets"
