@@ -14,7 +14,7 @@ import warp as wp
 
 from wsph.backend.clock import Clock
 from wsph.backend.launch import captured
-from wsph.backend.threads import Crew, Stretch, cores, meeting
+from wsph.backend.threads import Crew, Segment, cores, meeting
 
 SMALL_PAIRS = 200_000
 """Up to this many pairs a step is not worth sharing."""
@@ -61,7 +61,7 @@ class Program:
         self._seconds: list[float] = []
         self._blocks = BLOCKS if self.batched else (1,)
         self._graphs: dict[int, wp.Graph] = {}
-        self._stretches: list[Stretch] = []
+        self._segments: list[Segment] = []
         self._times = 1
 
     def __del__(self) -> None:
@@ -84,7 +84,7 @@ class Program:
         with self._crew.at_work() if self._crew is not None else contextlib.nullcontext():
             while done < steps and not stop():
                 if self._before is not None and self._before():
-                    self._graphs, self._stretches = {}, []
+                    self._graphs, self._segments = {}, []
                 done += self._replay(steps - done) if self._crew is None else self._share(self._crew, steps - done)
         return done
 
@@ -96,18 +96,18 @@ class Program:
 
     def _share(self, crew: Crew, most: int) -> int:
         """Some steps by all threads, at most so many, the first of all by one, timed; returns how many."""
-        if not self._stretches:
+        if not self._segments:
             launches = self._clock.launches(self.step)
             if not self._seconds:
                 self._seconds = _timed([captured(launch.run) for launch in launches])
                 self._times = 1 if self.followed else 1 + int(STRETCH_SECONDS / sum(self._seconds))
                 return 1
-            self._stretches = crew.stretches(launches, self._seconds)
+            self._segments = crew.segments(launches, self._seconds)
         times = min(self._times, most)
         try:
-            crew.run(self._stretches, times)
+            crew.run(self._segments, times)
         except BaseException:
-            self._crew, self._stretches = None, []
+            self._crew, self._segments = None, []
             raise
         return times
 

@@ -1,6 +1,6 @@
 """Threads that share the launches of a step on the CPU.
 
-A step is, for every thread, a list of stretches. Every thread has a range of each shared launch. Launches of up to a
+A step is, for every thread, a list of segments. Every thread has a range of each shared launch. Launches of up to a
 millisecond stand in captured graphs, one a thread; the first thread's has the launches that are not shared too. In a launch
 that takes longer every thread goes through its range in pieces, ever smaller ones, and then takes what is last in others':
 so cores of unequal speed, or ranges of unequal work, end together. Before and after a shared launch the threads meet, and
@@ -112,7 +112,7 @@ def share(launch: Launch, seconds: float) -> Share:
 
 
 @dataclass(frozen=True)
-class Stretch:
+class Segment:
     """What the threads do between two points of a step: a graph each, or each its pieces of a launch."""
 
     graphs: list[wp.Graph]
@@ -136,17 +136,17 @@ class Crew:
         for thread in self._threads:
             thread.start()
 
-    def stretches(self, launches: list[Launch], seconds: list[float]) -> list[Stretch]:
+    def segments(self, launches: list[Launch], seconds: list[float]) -> list[Segment]:
         """What the threads do with the launches of a step, found to take `seconds` [s] each. Kernels are loaded."""
         found = []
         planned = [(launch, each, share(launch, each)) for launch, each in zip(launches, seconds, strict=True)]
         for cut, group in groupby(planned, lambda each: each[2] is Share.PIECES):
             if cut:
-                found += [Stretch([], self._pieces(launch, each)) for launch, each, _ in group]
+                found += [Segment([], self._pieces(launch, each)) for launch, each, _ in group]
             else:
                 plan = [(launch, how is Share.RANGES) for launch, _, how in group]
                 parts = [partial(self._part, plan, number) for number in range(self.threads)]
-                found.append(Stretch([captured(part) for part in parts], []))
+                found.append(Segment([captured(part) for part in parts], []))
         return found
 
     def _range(self, n: int, number: int) -> tuple[int, int]:
@@ -167,7 +167,7 @@ class Crew:
 
     def _part(self, plan: list[tuple[Launch, bool]], number: int) -> None:
         """A thread's part of launches that are shared or not."""
-        before = None  # whether the last one was shared; at the start of a stretch all have met
+        before = None  # whether the last one was shared; at the start of a segment all have met
         for launch, shared in plan:
             if before is not None and (shared or before):
                 self._meet(number)
@@ -195,12 +195,12 @@ class Crew:
                 self._leave(number)
             job = None  # it would keep arrays that have been replaced
 
-    def _replay(self, number: int, stretches: list[Stretch], left: list[list[list[deque[wp.Graph]]]]) -> None:
-        """A thread's part of steps; `left` holds for each step, stretch and thread which pieces are left."""
+    def _replay(self, number: int, segments: list[Segment], left: list[list[list[deque[wp.Graph]]]]) -> None:
+        """A thread's part of steps; `left` holds for each step, segment and thread which pieces are left."""
         for step in left:
-            for stretch, pieces in zip(stretches, step, strict=True):
-                if stretch.graphs:
-                    wp.capture_launch(stretch.graphs[number])
+            for segment, pieces in zip(segments, step, strict=True):
+                if segment.graphs:
+                    wp.capture_launch(segment.graphs[number])
                     continue
                 for take in (pieces[number].popleft, *(each.pop for each in pieces)):
                     while (piece := _next(take)) is not None:
@@ -219,13 +219,13 @@ class Crew:
         finally:
             keep_to(self._cores)
 
-    def run(self, stretches: list[Stretch], times: int) -> None:
+    def run(self, segments: list[Segment], times: int) -> None:
         """Go through a step so often. After a fault in any thread the crew is of no more use."""
-        left = [[[deque(pieces) for pieces in stretch.pieces] for stretch in stretches] for _ in range(times)]
+        left = [[[deque(pieces) for pieces in segment.pieces] for segment in segments] for _ in range(times)]
         try:
             for jobs in self._jobs:
-                jobs.put((stretches, left))
-            self._replay(0, stretches, left)
+                jobs.put((segments, left))
+            self._replay(0, segments, left)
         except BaseException as error:
             self._failed.insert(0, error)
             self._leave(0)
