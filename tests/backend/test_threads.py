@@ -26,8 +26,8 @@ def test_threads_meet_after_every_launch_that_they_share(monkeypatch: pytest.Mon
 
     monkeypatch.setattr(launch.wp, "launch", note)
     launches = [launch.Launch(kernel, 9, [], [], "cpu") for kernel in (whole, ranged)]
-    assert [threads.share(launches[1], seconds) for seconds in (1e-6, 1e-4, 1.0)] == list(threads.Share)
-    assert threads.share(launches[0], 1.0) is threads.Share.ALONE
+    assert [threads.share(launches[1], seconds) for seconds in (1e-6, 1e-4, 1.0)] == list(threads.Sharing)
+    assert threads.share(launches[0], 1.0) is threads.Sharing.ALONE
     launches[0].inputs.append(0)
     plan = [(launches[k], k == 1) for k in (0, 1, 1, 0, 0)]
     found._part(plan, 0)

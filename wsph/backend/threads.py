@@ -96,7 +96,7 @@ def _next(take: Callable[[], wp.Graph]) -> wp.Graph | None:
         return None
 
 
-class Share(Enum):
+class Sharing(Enum):
     """How the threads share a launch."""
 
     ALONE = "the first thread's"
@@ -104,11 +104,11 @@ class Share(Enum):
     PIECES = "in pieces"
 
 
-def share(launch: Launch, seconds: float) -> Share:
+def share(launch: Launch, seconds: float) -> Sharing:
     """How a launch that takes `seconds` [s] is shared."""
     if not launch.divisible or seconds <= ALONE_SECONDS:
-        return Share.ALONE
-    return Share.PIECES if seconds > LONG_SECONDS else Share.RANGES
+        return Sharing.ALONE
+    return Sharing.PIECES if seconds > LONG_SECONDS else Sharing.RANGES
 
 
 @dataclass(frozen=True)
@@ -140,11 +140,11 @@ class Crew:
         """What the threads do with the launches of a step, found to take `seconds` [s] each. Kernels are loaded."""
         found = []
         planned = [(launch, each, share(launch, each)) for launch, each in zip(launches, seconds, strict=True)]
-        for cut, group in groupby(planned, lambda each: each[2] is Share.PIECES):
+        for cut, group in groupby(planned, lambda each: each[2] is Sharing.PIECES):
             if cut:
                 found += [Segment([], self._pieces(launch, each)) for launch, each, _ in group]
             else:
-                plan = [(launch, how is Share.RANGES) for launch, _, how in group]
+                plan = [(launch, how is Sharing.RANGES) for launch, _, how in group]
                 parts = [partial(self._part, plan, number) for number in range(self.threads)]
                 found.append(Segment([captured(part) for part in parts], []))
         return found
