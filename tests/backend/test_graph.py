@@ -77,7 +77,7 @@ def test_a_part_that_fails_is_raised_where_the_step_is_run(broken: str, share: C
         graphs[0 if broken == "the caller's graph" else 2] = Failing()
     with pytest.raises(ValueError, match="a part of a launch"):
         run.run(40)
-    assert run.run(3) == 3  # with a crew of its own
+    assert run.run(3) == 3  # with a team of its own
 
 
 def test_a_captured_graph_gives_the_bits_of_direct_launches(shock_bar: wsph.Scene) -> None:

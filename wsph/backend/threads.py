@@ -119,7 +119,7 @@ class Segment:
     pieces: list[list[wp.Graph]]
 
 
-class Crew:
+class ThreadTeam:
     """The caller and `threads` - 1 more."""
 
     def __init__(self, threads: int):
@@ -220,7 +220,7 @@ class Crew:
             keep_to(self._cores)
 
     def run(self, segments: list[Segment], times: int) -> None:
-        """Go through a step so often. After a fault in any thread the crew is of no more use."""
+        """Go through a step so often. After a fault in any thread the team is of no more use."""
         left = [[[deque(pieces) for pieces in segment.pieces] for segment in segments] for _ in range(times)]
         try:
             for jobs in self._jobs:
