@@ -16,7 +16,7 @@ def average(weights: Weights, values: np.ndarray) -> np.ndarray:
     )
 
 
-def unparted(pairs: Pairs, lattice: Lattice, targets: np.ndarray, sources: np.ndarray) -> Pairs:
+def visible(pairs: Pairs, lattice: Lattice, targets: np.ndarray, sources: np.ndarray) -> Pairs:
     """The pairs that no crack parts. `targets` (n, dim) and `sources` (m, dim) in grid coordinates, each on its side."""
     if not lattice.cracks:
         return pairs
@@ -36,7 +36,7 @@ def spanning_weights(
     reach = np.full(len(targets), support)
     dim = sources.shape[1]
     while True:
-        pairs = unparted(find_pairs(targets, sources, reach, "cpu"), lattice, *sided)
+        pairs = visible(find_pairs(targets, sources, reach, "cpu"), lattice, *sided)
         weights = interpolation_weights(Space(dim), pairs, targets, sources, volume)
         narrow = weights.rank < dim
         if not narrow.any() or reach.max() > 6.0:

@@ -10,7 +10,7 @@ from wsph.backend.space import Space
 from wsph.formulations.lagrangian.weights import QUANTA, set_up_kernel
 from wsph.geometry.lattice import Lattice
 from wsph.parts.part import Host
-from wsph.sph.averages import unparted
+from wsph.sph.averages import visible
 from wsph.sph.pairs import Pairs, find_pairs
 from wsph.sph.rows import rows_of
 from wsph.sph.smoothing import SUPPORT
@@ -79,7 +79,7 @@ def _visible(
     """Pairs from points to particles whose lines cross no crack."""
     nodes, cells = lattice.sided if lattice.cracks else (particles, points)
     sided = cells if apart or not at_nodes else nodes, nodes if at_nodes else cells
-    return unparted(find_pairs(points, particles, reach, device, same=not apart), lattice, *sided)
+    return visible(find_pairs(points, particles, reach, device, same=not apart), lattice, *sided)
 
 
 def _moments(

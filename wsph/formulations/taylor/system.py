@@ -27,7 +27,7 @@ from wsph.formulations.taylor.gather import operator_struct
 from wsph.formulations.taylor.kernels import Kernels, drift_kernel, kernels
 from wsph.parts.body_force import BodyForce
 from wsph.plugins.blame import blame
-from wsph.sph.averages import average, outward_weights, unparted
+from wsph.sph.averages import average, outward_weights, visible
 from wsph.sph.pairs import Pairs, find_pairs
 from wsph.sph.weights import Weights, gradient_weights, interpolation_weights
 
@@ -130,7 +130,7 @@ class TwoSetSystem(System):
         reach = np.full(len(targets), self._support)
 
         def visible() -> Pairs:
-            return unparted(find_pairs(targets, sources, reach, self.device), self.lattice, *sided)
+            return visible(find_pairs(targets, sources, reach, self.device), self.lattice, *sided)
 
         pairs = visible()
         gradient = gradient_weights(self.space, pairs, targets, sources, volume, smoothing)
@@ -278,7 +278,7 @@ class TwoSetSystem(System):
         points = self.lattice.frame.coordinates(points)
         face = np.flatnonzero(self.lattice.on_face)
         # Two virtual particles along every axis even next to a face: 1.5 spacings and a little.
-        pairs = unparted(find_pairs(points, cells, max(self._support, 1.6), "cpu"), self.lattice, points, cells)
+        pairs = visible(find_pairs(points, cells, max(self._support, 1.6), "cpu"), self.lattice, points, cells)
         between = interpolation_weights(Space(self.space.dim), pairs, points, cells, self.lattice.cell_volume)
         offsets, indices, weights = pairs.offsets.numpy(), pairs.indices.numpy(), between.values.numpy()
         first, second, w = (

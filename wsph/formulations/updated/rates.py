@@ -37,7 +37,7 @@ from wsph.parts.body_force import Parts
 from wsph.parts.part import Attached
 from wsph.parts.terms import answers_struct, points_struct
 from wsph.plugins.blame import blame
-from wsph.sph.averages import unparted
+from wsph.sph.averages import visible
 from wsph.sph.pairs import Pairs, find_pairs
 from wsph.sph.rows import rows_of
 from wsph.sph.skin import Skin
@@ -123,7 +123,7 @@ class UpdatedRates:
         if lattice.cracks:
             nodes, cells = lattice.sided
             sided = nodes if self._at_nodes else cells
-            pairs = unparted(pairs, lattice, sided, sided)
+            pairs = visible(pairs, lattice, sided, sided)
         self.neighbours: Pairs = pairs
         self._rows = rows_of(self._space, pairs)
         for name in ("offsets", "indices", "reach"):
