@@ -166,9 +166,9 @@ class RateSetup:
 
     def refuse_lonely(self, rank: np.ndarray) -> None:
         """Refuse particles whose neighbours, spanning `rank` (m,) directions, give no gradient."""
-        host, lonely = self.host, np.flatnonzero(rank < self.host.space.dim)
-        if len(lonely):
+        host, isolated = self.host, np.flatnonzero(rank < self.host.space.dim)
+        if len(isolated):
             raise Refused(
-                f"{len(lonely)} particles of body {host.name!r}, the first at {self.placement.position[lonely[0]].tolist()} m, see"
+                f"{len(isolated)} particles of body {host.name!r}, the first at {self.placement.position[isolated[0]].tolist()} m, see"
                 f" too few neighbours for a gradient: raise run.support (now {host.support:g} spacings)"
             )

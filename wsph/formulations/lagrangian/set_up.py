@@ -48,11 +48,11 @@ def find_reference(
     while True:
         pairs = _visible(lattice, points, particles, reach, device, apart, host.at_nodes)
         weight, centre, moment, spread, rank = _moments(host, space, pairs, points, particles, grid, quantum, device)
-        lonely = np.flatnonzero(rank < space.dim)
+        isolated = np.flatnonzero(rank < space.dim)
         # A point of a shape's odd corner may need to see further.
-        if not len(lonely) or not apart or reach.max() > 2.0 * host.support:
+        if not len(isolated) or not apart or reach.max() > 2.0 * host.support:
             break
-        reach[lonely] *= 1.5
+        reach[isolated] *= 1.5
     alone = rank < space.dim
     if not lattice.mapped:
         stretch = frame.axes * factor

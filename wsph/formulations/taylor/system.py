@@ -140,11 +140,11 @@ class TwoSetSystem(System):
             pairs = visible()
             gradient = gradient_weights(self.space, pairs, targets, sources, volume, smoothing)
         interpolation = interpolation_weights(self.space, pairs, targets, sources, volume, smoothing)
-        lonely = np.flatnonzero((interpolation.rank < 0) | (gradient.rank < 0))
-        if len(lonely):
-            where = (self.lattice.cells if name == "virtual" else self.lattice.nodes)[lonely[0]].tolist()
+        isolated = np.flatnonzero((interpolation.rank < 0) | (gradient.rank < 0))
+        if len(isolated):
+            where = (self.lattice.cells if name == "virtual" else self.lattice.nodes)[isolated[0]].tolist()
             raise Refused(
-                f"{len(lonely)} {name} particles, the first at {where} m, see too few particles of the other set"
+                f"{len(isolated)} {name} particles, the first at {where} m, see too few particles of the other set"
                 f" for a gradient: raise run.support (now {self._support:g} spacings)"
             )
         frame = self.lattice.frame
