@@ -93,7 +93,7 @@ class Lattice:
         return mask
 
     @property
-    def sided(self) -> tuple[np.ndarray, np.ndarray]:
+    def off_cracks(self) -> tuple[np.ndarray, np.ndarray]:
         """Nodes and cells in grid coordinates, nodes moved a trifle into their own cells, and cells off any line through
         their centres: each on its side of a crack."""
         cells = self.index[self.corners].mean(1)

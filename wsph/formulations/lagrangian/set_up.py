@@ -77,9 +77,9 @@ def _visible(
     at_nodes: bool,
 ) -> Pairs:
     """Pairs from points to particles whose lines cross no crack."""
-    nodes, cells = lattice.sided if lattice.cracks else (particles, points)
-    sided = cells if apart or not at_nodes else nodes, nodes if at_nodes else cells
-    return visible(find_pairs(points, particles, reach, device, same=not apart), lattice, *sided)
+    nodes, cells = lattice.off_cracks if lattice.cracks else (particles, points)
+    off_cracks = cells if apart or not at_nodes else nodes, nodes if at_nodes else cells
+    return visible(find_pairs(points, particles, reach, device, same=not apart), lattice, *off_cracks)
 
 
 def _moments(

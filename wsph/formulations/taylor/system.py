@@ -51,14 +51,14 @@ class TwoSetSystem(System):
         """The law's rates at L = 0 at the particles of each state, where the law has any."""
         self._support = scene.run.support or self.traits.support
         nodes, cells = lattice.centred
-        sided_nodes, sided_cells = lattice.sided if lattice.cracks else (nodes, cells)
+        moved_nodes, moved_cells = lattice.off_cracks if lattice.cracks else (nodes, cells)
         self.conditions: Conditions = face_conditions(scene, body.name, lattice, constitutive.state.labels)
         cell = float(np.prod(lattice.frame.step))
         # With its images: the half of a body that symmetry stands for has the operators of the whole, at a crack's tip too.
         whole = self.conditions.mirrored * lattice.node_volume / cell
-        self.to_virtual = self._operator((cells, nodes), (sided_cells, sided_nodes), whole, scene.run.kernel, "virtual")
+        self.to_virtual = self._operator((cells, nodes), (moved_cells, moved_nodes), whole, scene.run.kernel, "virtual")
         self.to_real = self._operator(
-            (nodes, cells), (sided_nodes, sided_cells), lattice.cell_volume / cell, scene.run.kernel, "real"
+            (nodes, cells), (moved_nodes, moved_cells), lattice.cell_volume / cell, scene.run.kernel, "real"
         )
         self._moment = self._second_moments(nodes, cells)
         self._virtual_rows, self._real_rows = self._rows(*self.to_virtual), self._rows(*self.to_real)
@@ -118,7 +118,7 @@ class TwoSetSystem(System):
     def _operator(
         self,
         points: tuple[np.ndarray, np.ndarray],
-        sided: tuple[np.ndarray, np.ndarray],
+        off_cracks: tuple[np.ndarray, np.ndarray],
         volume: np.ndarray,
         smoothing: str,
         name: str,
@@ -130,7 +130,7 @@ class TwoSetSystem(System):
         reach = np.full(len(targets), self._support)
 
         def visible() -> Pairs:
-            return visible(find_pairs(targets, sources, reach, self.device), self.lattice, *sided)
+            return visible(find_pairs(targets, sources, reach, self.device), self.lattice, *off_cracks)
 
         pairs = visible()
         gradient = gradient_weights(self.space, pairs, targets, sources, volume, smoothing)

@@ -121,9 +121,9 @@ class UpdatedRates:
             return  # the finite check says so
         pairs = find_pairs(place, place, self._reach, self._clock.device, same=True)
         if lattice.cracks:
-            nodes, cells = lattice.sided
-            sided = nodes if self._at_nodes else cells
-            pairs = visible(pairs, lattice, sided, sided)
+            nodes, cells = lattice.off_cracks
+            off_cracks = nodes if self._at_nodes else cells
+            pairs = visible(pairs, lattice, off_cracks, off_cracks)
         self.neighbours: Pairs = pairs
         self._rows = rows_of(self._space, pairs)
         for name in ("offsets", "indices", "reach"):
