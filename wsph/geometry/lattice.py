@@ -15,7 +15,7 @@ from itertools import product
 import numpy as np
 
 from wsph.geometry.cells import cell_volumes, edge_ends, mapped_areas, mapped_cells
-from wsph.geometry.cracks import TRIFLE, Crack, cut_faces, part_nodes, parts_cells
+from wsph.geometry.cracks import OFF_CENTRE, Crack, cut_faces, part_nodes, parts_cells
 from wsph.geometry.faces import Faces, face_nodes, find_faces
 from wsph.geometry.grid import Grid, plan
 from wsph.geometry.shapes.combined import Shape
@@ -103,7 +103,7 @@ class Lattice:
             np.bincount(self.corners.ravel(), cells[own, k], len(self.nodes)) / share for k in range(cells.shape[1])
         ]
         # A crack's tip is in the middle of its own cells, and stays on the crack's line: it sees both sides.
-        return self.index + 1e-3 * (np.stack(mean, 1) - self.index), cells + TRIFLE[: self.index.shape[1]]
+        return self.index + 1e-3 * (np.stack(mean, 1) - self.index), cells + OFF_CENTRE[: self.index.shape[1]]
 
     def apart(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
         """Which pairs of points, (n, dim) in grid coordinates, a crack parts, (n,) bool."""
