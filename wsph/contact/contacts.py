@@ -155,7 +155,7 @@ class Contacts:
 
     def follow(self) -> bool:
         """Before a step: find the candidates anew where a particle may leave its skin by the step's end."""
-        if not any(side.skin.left(side.u, side.v, self._skin) for side in self.sides.values()):
+        if not any(side.skin.has_left(side.u, side.v, self._skin) for side in self.sides.values()):
             return False
         self._find()
         return True

@@ -136,7 +136,7 @@ class UpdatedRates:
     def follow(self) -> bool:
         """Before a step: find the pairs again where a particle may leave its skin by the step's end."""
         state = self._state.struct
-        if self._skin.left(state.displacement, state.velocity, self._thickness):
+        if self._skin.has_left(state.displacement, state.velocity, self._thickness):
             self._find()
             return True
         return False
