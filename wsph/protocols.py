@@ -105,7 +105,7 @@ class Limited(Protocol):
         """The largest frequency of its small motions, nondimensional."""
         ...
 
-    def measure_anew(self) -> None:
+    def forget_motions(self) -> None:
         """Forget what is known of the small motions: the next question is about the current state."""
         ...
 

@@ -69,7 +69,7 @@ def evaluations(system: Any) -> int:
         rate(state, out, part, ahead)
 
     system.rate = counted
-    system.measure_anew()
+    system.forget_motions()
     assert system.frequency > 0.0
     system.rate = rate
     return count

@@ -326,7 +326,7 @@ class OneSetSystem(System):
         """The largest eigenvalue of dt^2 K + factor dt D of the small motions, an upper estimate; `dt` nondimensional."""
         return self.motions.largest(dt, factor)
 
-    def measure_anew(self) -> None:
+    def forget_motions(self) -> None:
         """The next question finds the small motions about the current state."""
         self.motions.forget()
 

@@ -60,7 +60,7 @@ class StepLimit:
         since = ANEW * float(np.clip(5.0 * (1.0 - self.share), 0.1, 1.0))
         if self.value is not None and self._measured and abs(np.log(distortion / self.distortion)) > since:
             self.distortion = distortion
-            self._system.measure_anew()
+            self._system.forget_motions()
             self._measure()
 
     def kept(self) -> list[float | None]:
