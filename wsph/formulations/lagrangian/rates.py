@@ -54,7 +54,7 @@ from wsph.sph.pairs import Pairs
 from wsph.sph.rows import rows_of
 
 
-class Kernels:
+class LagrangianKernels:
     """The kernels of a composition: one instance per (space, laws, which fields there are, form).
 
     `strain` finds what forces take of every point, `force` the accelerations, `drift` and `flow` the rates of the rest,
@@ -73,8 +73,8 @@ class Kernels:
 
 
 @cache
-def _kernels(space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form) -> Kernels:
-    return Kernels(space, laws, layout, parts, form)
+def _kernels(space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form) -> LagrangianKernels:
+    return LagrangianKernels(space, laws, layout, parts, form)
 
 
 class LagrangianRates:
