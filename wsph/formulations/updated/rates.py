@@ -46,7 +46,7 @@ SKIN = 0.3
 """Thickness of the skin around a support, in spacings."""
 
 
-class Kernels:
+class UpdatedKernels:
     """The kernels of a composition: `moments` finds what forces take of every particle, `force` the accelerations, `drift`
     and `flow` the rates of the rest."""
 
@@ -58,8 +58,8 @@ class Kernels:
 
 
 @cache
-def _kernels(space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form) -> Kernels:
-    return Kernels(space, laws, layout, parts, form)
+def _kernels(space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form) -> UpdatedKernels:
+    return UpdatedKernels(space, laws, layout, parts, form)
 
 
 class UpdatedRates:
