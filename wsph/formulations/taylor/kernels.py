@@ -18,7 +18,7 @@ from wsph.parts.body_force import Parts, acceleration, inertia_struct
 
 
 @dataclass(frozen=True)
-class Kernels:
+class TaylorKernels:
     """The kernels of a composition.
 
     `half_step` advances the virtual particles from the real ones, `rate` the real ones from the virtual ones, `turn` turns
@@ -224,10 +224,10 @@ def drift_kernel(space: Space, layout: Layout) -> wp.Kernel:
 
 
 @cache
-def kernels(space: Space, laws: Laws, virtual: Layout, real: Layout, parts: Parts, rotated: bool) -> Kernels:
+def kernels(space: Space, laws: Laws, virtual: Layout, real: Layout, parts: Parts, rotated: bool) -> TaylorKernels:
     """The kernels of a body in small strain. `virtual` and `real` are the layouts of the two sets' states; `rotated`: the
     axes of its faces are not the coordinate axes."""
-    return Kernels(
+    return TaylorKernels(
         _half_step_kernel(space, laws, virtual, real, parts),
         _rate_kernel(space, laws, virtual, real, parts, rotated),
         _turn_kernel(space, laws, real),

@@ -20,7 +20,7 @@ from wsph.formulations.layout import deformation_field, displacement_field, matt
 from wsph.formulations.setup import Setup
 from wsph.formulations.taylor.face_frames import PASSES, frame_kernel
 from wsph.formulations.taylor.faces import turning_faces_struct
-from wsph.formulations.taylor.kernels import Kernels, drift_kernel
+from wsph.formulations.taylor.kernels import TaylorKernels, drift_kernel
 from wsph.formulations.taylor.moving_kernels import kernels, places_struct
 from wsph.formulations.taylor.system import TwoSetSystem
 from wsph.sph.rows import rows_struct
@@ -109,7 +109,7 @@ class MovingTwoSetSystem(TwoSetSystem):
             )
         )
 
-    def _make_kernels(self) -> Kernels:
+    def _make_kernels(self) -> TaylorKernels:
         layouts = self._layout("virtual"), self._layout("real")
         return kernels(self.space, self.constitutive.laws, *layouts, self.force.parts)
 

@@ -13,7 +13,7 @@ from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.formulations.taylor.faces import replacing, turning_faces_struct
 from wsph.formulations.taylor.gather import divergence, gather, operator_struct
-from wsph.formulations.taylor.kernels import Kernels, source_kernels
+from wsph.formulations.taylor.kernels import TaylorKernels, source_kernels
 from wsph.parts.body_force import Parts, acceleration, inertia_struct
 
 
@@ -256,9 +256,9 @@ def _turn_kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
 
 
 @cache
-def kernels(space: Space, laws: Laws, virtual: Layout, real: Layout, parts: Parts) -> Kernels:
+def kernels(space: Space, laws: Laws, virtual: Layout, real: Layout, parts: Parts) -> TaylorKernels:
     """The kernels of a body that moves. `virtual` and `real` are the layouts of the two sets' states."""
-    return Kernels(
+    return TaylorKernels(
         _half_step_kernel(space, laws, virtual, real, parts),
         _rate_kernel(space, laws, virtual, real, parts),
         _turn_kernel(space, laws, real),

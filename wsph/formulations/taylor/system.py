@@ -24,7 +24,7 @@ from wsph.formulations.setup import Setup
 from wsph.formulations.system import System
 from wsph.formulations.taylor.faces import faces_struct
 from wsph.formulations.taylor.gather import operator_struct
-from wsph.formulations.taylor.kernels import Kernels, drift_kernel, kernels
+from wsph.formulations.taylor.kernels import TaylorKernels, drift_kernel, kernels
 from wsph.parts.body_force import BodyForce
 from wsph.plugins.blame import blame
 from wsph.sph.averages import average, outward_weights, visible
@@ -104,7 +104,7 @@ class TwoSetSystem(System):
             )
         )
 
-    def _make_kernels(self) -> Kernels:
+    def _make_kernels(self) -> TaylorKernels:
         layouts = self._layout("virtual"), self._layout("real")
         return kernels(self.space, self.constitutive.laws, *layouts, self.force.parts, self._rotated)
 
