@@ -45,7 +45,7 @@ from wsph.formulations.lagrangian.strain import strain_kernel
 from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.one_set_setup import RateSetup
 from wsph.formulations.setup import Setup
-from wsph.parts.body_force import Parts
+from wsph.parts.body_force import BodyForceKinds
 from wsph.parts.part import Attached, Neighbourhood
 from wsph.parts.table import PARTS
 from wsph.parts.terms import answers_struct, points_struct
@@ -61,7 +61,7 @@ class LagrangianKernels:
     `held` the energy of the stabilisation; those that the form has.
     """
 
-    def __init__(self, space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form):
+    def __init__(self, space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, form: Form):
         self.strain = strain_kernel(space, laws, layout, form)
         make = force_from_points_kernel if form.points else force_between_kernel
         self.force = make(space, layout, parts, form)
@@ -73,7 +73,7 @@ class LagrangianKernels:
 
 
 @cache
-def _kernels(space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form) -> LagrangianKernels:
+def _kernels(space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, form: Form) -> LagrangianKernels:
     return LagrangianKernels(space, laws, layout, parts, form)
 
 

@@ -33,7 +33,7 @@ from wsph.formulations.one_set_setup import RateSetup
 from wsph.formulations.setup import Setup
 from wsph.formulations.updated.gradient import velocity_gradient_ahead
 from wsph.formulations.updated.moments import moments_kernel
-from wsph.parts.body_force import Parts
+from wsph.parts.body_force import BodyForceKinds
 from wsph.parts.part import Attached
 from wsph.parts.terms import answers_struct, points_struct
 from wsph.plugins.blame import blame
@@ -50,7 +50,7 @@ class UpdatedKernels:
     """The kernels of a composition: `moments` finds what forces take of every particle, `force` the accelerations, `drift`
     and `flow` the rates of the rest."""
 
-    def __init__(self, space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form):
+    def __init__(self, space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, form: Form):
         self.moments = moments_kernel(space, laws, layout, form)
         self.force = force_between_kernel(space, layout, parts, form)
         self.drift = drift_kernel(space, layout)
@@ -58,7 +58,7 @@ class UpdatedKernels:
 
 
 @cache
-def _kernels(space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form) -> UpdatedKernels:
+def _kernels(space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, form: Form) -> UpdatedKernels:
     return UpdatedKernels(space, laws, layout, parts, form)
 
 
@@ -66,7 +66,7 @@ class UpdatedRates:
     """The right-hand sides of one body, every particle its own stress point, seen where it is."""
 
     seen = None
-    """Parts find no neighbourhood here that would stay."""
+    """BodyForceKinds find no neighbourhood here that would stay."""
 
     def __init__(self, made: RateSetup, state: State):
         host, placement, space = made.host, made.placement, made.host.space
