@@ -105,7 +105,7 @@ class Lattice:
         # A crack's tip is in the middle of its own cells, and stays on the crack's line: it sees both sides.
         return self.index + 1e-3 * (np.stack(mean, 1) - self.index), cells + OFF_CENTRE[: self.index.shape[1]]
 
-    def apart(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    def crossed(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
         """Which pairs of points, (n, dim) in grid coordinates, a crack parts, (n,) bool."""
         parted = np.zeros(len(first), bool)
         for crack in self.cracks:

@@ -20,7 +20,7 @@ def visible(pairs: Pairs, lattice: Lattice, targets: np.ndarray, sources: np.nda
     """The pairs that no crack parts. `targets` (n, dim) and `sources` (m, dim) in grid coordinates, each on its side."""
     if not lattice.cracks:
         return pairs
-    return pairs.where(~lattice.apart(targets[pairs.rows()], sources[pairs.indices.numpy()]))
+    return pairs.where(~lattice.crossed(targets[pairs.rows()], sources[pairs.indices.numpy()]))
 
 
 def spanning_weights(
