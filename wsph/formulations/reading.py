@@ -145,8 +145,8 @@ class Reading:
         """Where a field of the state stands in the reference configuration, (m, dim) [m]: at the particles, or at the cells
         where stresses have places of their own."""
         system = self._system
-        apart = system.state.counts.get(self.fields[name].stored, system.count) != system.count
-        return system.lattice.cells if apart else system.position
+        separate = system.state.counts.get(self.fields[name].stored, system.count) != system.count
+        return system.lattice.cells if separate else system.position
 
     def sample(self, points: np.ndarray, name: str) -> Places:
         """How to read a field of the state at `points` (m, dim) [m]."""

@@ -111,23 +111,23 @@ class LagrangianRates:
     def _allocate(self, reference: Reference, stabilisation: float) -> None:
         """What kernels take of the reference configuration, and write of every evaluation."""
         space, arrays, placement, real = self._space, self._arrays, self._placement, self._space.scalar
-        m, apart = len(placement.point_volume), placement.points
+        m, separate = len(placement.point_volume), placement.points
         joined = self._ghosts.joined if self._ghosts is not None else np.asarray
         self._pairs, self._spread = reference.pairs, reference.spread
         self._weight = arrays.of("weight", reference.weight, real)
         self._rows = rows_of(space, reference.pairs, self._weight)
         points = points_struct(space)()
         points.node = arrays.of("node", reference.place, space.vec)
-        points.centre = arrays.of("centre", reference.centre, space.vec) if apart else points.node
+        points.centre = arrays.of("centre", reference.centre, space.vec) if separate else points.node
         points.moment = arrays.of("moment", joined(reference.moment), space.mat)
         points.volume = arrays.of("point volume", joined(placement.point_volume), real)
         # Volume over the spread of the neighbours: what pairs and the stabilisation are measured by.
         points.share = arrays.of("share", joined(placement.point_volume / reference.spread), real)
         points.stabilisation = real(stabilisation)
         self._points = points
-        self._volume = arrays.of("volume", placement.volume, real) if apart else points.volume
+        self._volume = arrays.of("volume", placement.volume, real) if separate else points.volume
         answers = answers_struct(space)()
-        averaged = apart and (self.form.stabilised or self.form.breaks)
+        averaged = separate and (self.form.stabilised or self.form.breaks)
         extra = self.form.stress_term is not None or self.form.rate_term is not None
         answers.mean = arrays.zeros("mean", m if averaged else 1, space.vec)
         answers.corrected = arrays.zeros("corrected", len(points.moment), space.mat)
@@ -137,7 +137,7 @@ class LagrangianRates:
         for name in ("offsets", "indices", "reach"):
             arrays.take(f"pairs.{name}", getattr(self._pairs, name))
         self._back, self._back_weight, self._back_rows = None, None, None
-        if apart:
+        if separate:
             self._back, order = self._pairs.transposed()
             self._back_weight = arrays.of("back weight", reference.weight[order], real)
             self._back_rows = rows_of(space, self._back, self._back_weight)
