@@ -126,8 +126,10 @@ def reference(composition: Composition) -> dict[str, float]:
         library = Path(folder) / "reference.so"
         subprocess.run(["gcc", f"-DREAL={real}", *C_FLAGS, str(HERE / "reference.c"), "-o", str(library)], check=True)
         loops = ctypes.CDLL(str(library))
-    arrays = {"offsets": system._pairs.offsets, "indices": system._pairs.indices, "weight": system._weight, "node": system._x,
-              "u": system.state.struct.displacement, "moment": system._moment, "corrected": system._corrected}  # fmt: skip
+    names = {"offsets": "pairs.offsets", "indices": "pairs.indices"}
+    names |= {name: name for name in ("weight", "node", "moment", "corrected")}
+    arrays = {key: system.arrays[f"rates.{name}"] for key, name in names.items()}
+    arrays["u"] = system.state.struct.displacement
     n = system.count
     out = {"gradient": np.zeros((n, 9), number), "force": np.zeros((n, 3), number)}
     pointers = {k: ctypes.c_void_p(a.ptr) for k, a in arrays.items()} | {

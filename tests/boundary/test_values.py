@@ -4,19 +4,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from wsph_materials.elastic import Elastic
 
 from wsph.backend.clock import Clock
 from wsph.backend.space import Space
-from wsph.backend.state import State
+from wsph.backend.state import Field, Layout, State
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.values import BoundaryValues
-from wsph.constitutive.constitutive import Constitutive
-from wsph.constitutive.stress_state import STRESS_STATES
 from wsph.expressions import Expression, compile_expression
-from wsph.formulations.layout import layout_of
 from wsph.scene.tables import Function
-from wsph.units import Scales
 
 
 def on_device(
@@ -27,9 +22,8 @@ def on_device(
     x: float = 0.3,
 ) -> np.ndarray:
     """Values as the device imposes them on the velocities of particles at x, at time + c dt [s]."""
-    space, scales = Space(1), Scales(1.0, 1.0, 1.0)
-    constitutive = Constitutive(space, Elastic(1.0, 1.0, 0.0), STRESS_STATES[1, "stress"], scales, "elastic")
-    state = State(space, len(values), layout_of(space, constitutive), "cpu")
+    space = Space(1)
+    state = State(space, len(values), Layout((Field("velocity", 1, "m/s", leads=True),)), "cpu")
     conditions = Conditions()
     for k, value in enumerate(values):
         conditions.put("velocity", 0, np.array([k]), value)

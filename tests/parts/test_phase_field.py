@@ -30,7 +30,7 @@ def stretched(composition: Composition, gradient: np.ndarray, sweeps: int) -> np
     system.state.write("displacement", x @ gradient.T)
     for _ in range(sweeps):
         system.refresh(system.state)
-        system.damage.advance(composition.clock)
+        system.attached["phase_field"].advance()
     return system.state.read("damage")[:, 0]
 
 
@@ -99,12 +99,12 @@ def test_a_crack_has_the_profile_and_the_energy_of_the_model(form: str) -> None:
     x = system.lattice.cells
     row = np.abs(x[:, 0] - 0.5 * spacing) < 1e-6
     broken = np.where(row, 1.0, 0.0)
-    system.damage.struct.damage.assign(broken)
+    system.attached["phase_field"].response.damage.assign(broken)
     found = stretched(composition, np.zeros((2, 2)), 3000)
     exact = np.clip(1.0 - np.abs(x[:, 0] - 0.5 * spacing) / (2.0 * length), 0.0, None) ** 2
     assert np.abs(found - exact).max() < 0.025
     scale = composition.scales.stress * composition.scales.length**2
-    energy = system.damage.found()["surface_energy"] * scale
+    energy = system.fracture()["surface_energy"] * scale
     assert energy == pytest.approx(1e-3, rel=0.03)
 
 
@@ -112,7 +112,7 @@ def test_a_crack_has_the_profile_and_the_energy_of_the_model(form: str) -> None:
 def test_damaged_stress_is_what_is_read(model: str) -> None:
     composition = compose(block(material={**ELASTIC, "model": model}))
     system = composition.bodies[0].system
-    system.damage.struct.damage.assign(np.full(system.count, 0.5))
+    system.attached["phase_field"].response.damage.assign(np.full(system.count, 0.5))
     if model == "jaumann":
         # lambda = mu = .4 E, in units of the wave modulus 1.2 E
         system.state.buffer.assign(evolved(system, [0.012, 0.004, 0.004, 0.0]))
@@ -136,7 +136,7 @@ def test_forces_are_the_gradient_of_the_energy_at_fixed_damage(form: str, state:
     composition = compose(block(spacing=0.2, jitter=0.1, run={"formulation": form}, state=state, phase_field=tough))
     run = composition.bodies[0]
     system, random = run.system, np.random.default_rng(1)
-    system.damage.struct.damage.assign(random.uniform(0.0, 0.9, len(system.point_volume)))
+    system.attached["phase_field"].response.damage.assign(random.uniform(0.0, 0.9, len(system.point_volume)))
     base = 0.3 * random.standard_normal((system.count, 2))
 
     def energy(u: np.ndarray) -> float:
@@ -162,7 +162,7 @@ def test_what_is_whole_needs_no_eigenvectors_in_3d() -> None:
     system.state.write("displacement", x @ turn.T - x + 1e-3 * random.standard_normal(x.shape))
     found = []
     for damage in (0.0, 1e-30):
-        system.damage.struct.damage.assign(np.full(system.count, damage))
+        system.attached["phase_field"].response.damage.assign(np.full(system.count, damage))
         out = system.new()
         system.rate(system.state, out, "velocity")
         found.append((out.read("velocity"), system.state.read("stress")))

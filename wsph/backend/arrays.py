@@ -69,6 +69,10 @@ class Arrays:
         if array.deleter is not None:
             self.take(name, array, kept=kept)
 
+    def __getitem__(self, name: str) -> wp.array:
+        """The array of a name."""
+        return self._known[self._prefix + name].array
+
     @property
     def nbytes(self) -> int:
         """Device memory of all of them [bytes]."""

@@ -5,7 +5,7 @@ import pytest
 
 import wsph
 from tests import scenes
-from wsph.formulations.updated import system
+from wsph.formulations.updated import rates
 from wsph.simulation.compose import compose
 from wsph.simulation.composition import Composition
 from wsph.testing import temporal_order
@@ -33,7 +33,7 @@ def test_a_rigid_turn_is_free_of_stress(model: str) -> None:
         now = x + state.read("displacement")
         state.write("velocity", (now @ step.T - now) / composition.clock.dt)
         system.follow()
-        found.append(system._skin.found.numpy().tobytes())
+        found.append(system.rates.skin.found.numpy().tobytes())
         system.rate(state, rate, "velocity")
         system.rate(state, rate, "rest", ahead=0.5)
         system.combine(state, plain=[(1.0, state)], timed=[(1.0, rate)], part="rest")
@@ -50,7 +50,7 @@ def test_when_pairs_are_found_changes_no_bit(monkeypatch: pytest.MonkeyPatch) ->
     scene = block(velocity=("-0.3*y", "0.3*x"), run={"end": 1.0})
     results = []
     for skin in (0.3, 1.1):
-        monkeypatch.setattr(system, "SKIN", skin)
+        monkeypatch.setattr(rates, "SKIN", skin)
         results.append(wsph.run(scene).particles)
     for name in ("velocity", "stress"):
         assert np.array_equal(results[0][name], results[1][name])

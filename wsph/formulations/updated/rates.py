@@ -90,8 +90,8 @@ class UpdatedRates:
         self._reach = 2.0 * float(self._coefficients.h) + SKIN * host.lattice.spacing / length
         self._thickness = SKIN * host.lattice.spacing / length
         self._allocate(placement.volume)
-        self._skin = Skin(space, self._count, self._clock)
-        self._arrays.part("skin").adopt(self._skin, {"found": self._skin.found})
+        self.skin = Skin(space, self._count, self._clock)
+        self._arrays.part("skin").adopt(self.skin, {"found": self.skin.found})
         self._find()
         self.refresh(state)
         made.refuse_lonely(self._rank.numpy())
@@ -128,7 +128,7 @@ class UpdatedRates:
         self._rows = rows_of(self._space, pairs)
         for name in ("offsets", "indices", "reach"):
             self._arrays.take(f"pairs.{name}", getattr(pairs, name))
-        self._skin.found.assign(displacement.astype(self._space.numpy))
+        self.skin.found.assign(displacement.astype(self._space.numpy))
 
     def attach(self, parts: list[Attached]) -> None:
         """No part has anything on the device here."""
@@ -136,14 +136,14 @@ class UpdatedRates:
     def follow(self) -> bool:
         """Before a step: find the pairs again where a particle may leave its skin by the step's end."""
         state = self._state.struct
-        if self._skin.has_left(state.displacement, state.velocity, self._thickness):
+        if self.skin.has_left(state.displacement, state.velocity, self._thickness):
             self._find()
             return True
         return False
 
     def restored(self) -> None:
         """Find the pairs as they were found before the checkpoint."""
-        self._find(self._skin.found.numpy().astype(float))
+        self._find(self.skin.found.numpy().astype(float))
 
     @property
     def pairs(self) -> int:
