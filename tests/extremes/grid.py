@@ -279,7 +279,7 @@ REASONS = {
 
 def in_working_range(case: Case) -> bool:
     """Where the papers' methods and materials are never refused: lattices with the default support, of ul-tsph of more than
-    three cells and up to stretches at which a rate of elasticity still has an energy; of tsph also jitter up to .2 with a
+    three cells and up to stretches at which a rate of elasticity still has an energy; of tsph also jitter up to 0.2 with a
     support of 1.8, at up to half of the limit, of what does not widen when it is pulled."""
     method = case["method"][0]
     if method not in ("tsph", "ul-tsph") or case["material"] not in ("elastic", "jaumann", "perzyna"):

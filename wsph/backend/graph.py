@@ -1,7 +1,7 @@
 """Steps as programs: a fixed list of launches, captured once and replayed many times.
 
-On CUDA and for small scenes on the CPU a graph holds many steps (.2 us a launch). A larger scene on the CPU is timed for one
-step, and its cores share the launches that are found to take long (`wsph.backend.threads`).
+On CUDA and for small scenes on the CPU a graph holds many steps (0.2 us a launch). A larger scene on the CPU is timed for
+one step, and its cores share the launches that are found to take long (`wsph.backend.threads`).
 """
 
 # pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false

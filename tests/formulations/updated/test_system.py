@@ -123,7 +123,7 @@ class TestTensileInstability:
 
     def test_artificial_stress_holds_a_bar_up_to_a_stretch_of_a_fifth(self) -> None:
         """Growth rates times the spacing over the wave speed, at the paper's smoothing length of 1.5 spacings: none at 1.2,
-        1.3 at 1.5; .5 and 1.4 without it."""
+        1.3 at 1.5; 0.5 and 1.4 without it."""
 
         def rate(stretch: float, **part: object) -> float:
             run = {"formulation": "updated-lagrangian", "guard": "off", "cfl": 0.2, "support": 3.0}

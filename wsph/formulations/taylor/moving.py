@@ -9,7 +9,7 @@ a stretch of 2.4), and virtual particles are the centroids of their cells. Densi
 Faces turn with the body: what a face prescribes of the stress, it prescribes in the frame of its current normal
 n and its material tangents, from where the face's own particles are. (Frames from the deformation inside, F^-T N, see a
 shear half a cell below the face that the face does not have: under 1 % of strain along it modes grew by 2 % a step; now by
-.03 % in tension and .4 % in compression at ten cells, and by less in proportion to the stress.)
+0.03 % in tension and 0.4 % in compression at ten cells, and by less in proportion to the stress.)
 """
 
 import numpy as np
