@@ -313,7 +313,7 @@ def table(rows: list[tuple[Case, dict[str, Verdict]]]) -> Iterator[str]:
     )
     yield "The working range of `tsph` and `ul-tsph` with `elastic`, `jaumann` and `perzyna`: lattices with the default support at any"
     yield "Courant number up to the limit, every size and extreme of the grid but, with `ul-tsph`, bodies of three cells and a"
-    yield "stretch of 2, at which rates of elasticity have no energy; and with `tsph` jitter up to .2 with"
+    yield "stretch of 2, at which rates of elasticity have no energy; and with `tsph` jitter up to 0.2 with"
     yield "`support = 1.8`, a Poisson ratio from 0 and up to half of the limit."
     yield f"Of {2 * len(inside)} runs in it {turned} are refused or stopped; {held} completed within bounds, the others were warned of."
     yield ""

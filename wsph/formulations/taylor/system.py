@@ -36,8 +36,8 @@ class TwoSetSystem(System):
     """A body as Taylor-SPH sees it: `position`, `volume` and `state` are the real particles'."""
 
     widenings = 0
-    """Times that the support of a target may grow by half where it spans too few directions (a corner). None in small strain:
-    each axis by itself holds every mode to rounding up to C = 0.9. A larger support holds most modes to C = 1, but lets a
+    """Times that the support of a target may grow by half where it spans too few directions (a corner). None in small
+    strain: each axis by itself holds every mode to rounding up to C = 0.9. A larger support holds most modes to C = 1, but lets a
     block with symmetric faces grow by 6e-6 a step at nu = 0.499, C = 0.05."""
 
     def __init__(self, setup: Setup):
