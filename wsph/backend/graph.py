@@ -23,7 +23,7 @@ BLOCKS = (256, 32, 4, 1)
 """Steps in one captured graph of a small scene: any number of steps is a few replays of these."""
 
 STRETCH_SECONDS = 0.01
-"""The threads of a team go about so long without being asked whether to stop."""
+"""Time that the threads of a team run between two looks at whether the run is to stop [s]."""
 
 
 def _timed(graphs: list[wp.Graph]) -> list[float]:
@@ -89,13 +89,13 @@ class Program:
         return done
 
     def _replay(self, most: int) -> int:
-        """A block of steps, at most so many; returns how many."""
+        """Replay one block of at most `most` steps; returns its steps."""
         block = next(block for block in self._blocks if block <= most)
         wp.capture_launch(self._captured(block))
         return block
 
     def _share(self, team: ThreadTeam, most: int) -> int:
-        """Some steps by all threads, at most so many, the first of all by one, timed; returns how many."""
+        """Run at most `most` steps by all threads; returns how many. The very first step is run by one thread, and timed."""
         if not self._segments:
             launches = self._clock.launches(self.step)
             if not self._seconds:
@@ -122,7 +122,7 @@ class Program:
             wp.force_load(self._device, modules=modules, max_workers=0)
 
     def _captured(self, block: int) -> wp.Graph:
-        """The graph of so many steps."""
+        """The graph of `steps` steps."""
         if block not in self._graphs:
 
             def steps() -> None:

@@ -210,10 +210,8 @@ def _load_kernel(space: Space, layout: Layout, loading: bool, holding: bool) -> 
 
 
 class LoadWork(Works):
-    """Work of loads on a one-set body and of the forces that hold spurious modes (per mass), by the trapezoidal rule; of its
-    viscosity, by what that adds to the velocities.
-
-    `before` are the velocities that a step begins from, (n,), vec, where there is viscosity."""
+    """Work of loads on a one-set body and of the forces that hold spurious modes (per mass), by the trapezoidal
+    rule. Work of its viscosity, from the velocities that it adds: `before`, (n,) vec, holds those at the start of a step."""
 
     columns = 3
 

@@ -14,7 +14,7 @@ where there is no friction.
 
 A contact is an impulse between two steps, v += dt f/m at the positions there: with a method of second order or higher that
 is Strang's splitting, of second order. The work of the impulses, m dv (v_old + v_new)/2 summed, is the `contact` entry of
-the ledger. Candidates are all pairs within the radii and a skin, found anew where a particle may leave it.
+the ledger. Candidates are all pairs within the radii and a skin, found again before a particle can leave it.
 """
 
 from collections.abc import Sequence
@@ -97,7 +97,7 @@ class Contacts:
         return law
 
     def frequency(self, body: str) -> float:
-        """A bound of the frequency that contacts add to a body's, nondimensional: each particle against 2^(dim - 1)."""
+        """A bound of the frequency that contacts add to a body's, nondimensional: by 2^(dim - 1) contacts a particle."""
         square = 0.0
         for contact in self._contacts:
             for law, side, other in zip(
@@ -135,7 +135,7 @@ class Contacts:
         return where
 
     def _refuse_overlap(self, where: dict[str, np.ndarray]) -> None:
-        """Refuse particles that lie in each other from the start: no direction parts those at one place."""
+        """Refuse particles that overlap from the start: two at one place have no direction to be pushed in."""
         for contact in self._contacts:
             (pairs, slot), reach = contact.rows[0], float(contact.laws[0].reach)
             one, other = contact.one.name, contact.other.name
@@ -154,7 +154,7 @@ class Contacts:
                 )
 
     def follow(self) -> bool:
-        """Before a step: find the candidates anew where a particle may leave its skin by the step's end."""
+        """Before a step: find the candidates again if a particle can leave its skin by the end of it."""
         if not any(side.skin.has_left(side.u, side.v, self._skin) for side in self.sides.values()):
             return False
         self._find()

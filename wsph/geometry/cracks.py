@@ -10,7 +10,7 @@ from wsph.geometry.grid import FIT, Grid
 from wsph.geometry.shapes.combined import Shape
 
 OFF_CENTRE = 1e-7 * np.array([1.0, 2.3, 3.7])
-"""Added to the centres of cells, in cells, where sides of a crack are told."""
+"""Shift of the centres of cells [cells], so that none lies on a crack."""
 
 
 @dataclass(frozen=True)

@@ -94,8 +94,8 @@ class Lattice:
 
     @property
     def off_cracks(self) -> tuple[np.ndarray, np.ndarray]:
-        """Nodes and cells in grid coordinates, nodes moved a trifle into their own cells, and cells off any line through
-        their centres: each on its side of a crack."""
+        """Nodes (n, dim) and cells (c, dim) in grid coordinates, moved so that none lies on a crack: nodes slightly into
+        their own cells, cells off their centres."""
         cells = self.index[self.corners].mean(1)
         own = np.repeat(np.arange(len(cells)), self.corners.shape[1])
         share = np.bincount(self.corners.ravel(), minlength=len(self.nodes))
@@ -106,7 +106,7 @@ class Lattice:
         return self.index + 1e-3 * (np.stack(mean, 1) - self.index), cells + OFF_CENTRE[: self.index.shape[1]]
 
     def crossed(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-        """Which pairs of points, (n, dim) in grid coordinates, a crack parts, (n,) bool."""
+        """Which of the lines between two points, (n, dim) in grid coordinates, cross a crack, (n,) bool."""
         parted = np.zeros(len(first), bool)
         for crack in self.cracks:
             parted |= crack.crosses(first, second)

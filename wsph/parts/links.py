@@ -1,7 +1,7 @@
 """Virtual links (Islam & Peng 2019, 3): a particle sees its immediate neighbours alone, and a link between two that meets
 its criterion breaks for good.
 
-A broken link has no weight any more: not in F and dF/dt, not in the correction, which is found anew, not in the pair force
+A broken link has no weight any more: not in F and dF/dt, not in the correction, which is recomputed, not in the pair force
 (the paper's eqs 26-30 have f_ij in the force alone; so read, runs end in NaN, and with the correction left as it was a
 rotating fragment loses a quarter of its angular momentum). Both ends find the same answer from the same numbers, so
 forces stay antisymmetric while a body tears. A particle whose links span less than the space is free: no stress, F = I.

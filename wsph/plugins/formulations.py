@@ -77,7 +77,7 @@ def names() -> list[str]:
 
 
 def of_sets(sets: int) -> dict[str, Formulation]:
-    """The formulations for integrators of so many sets, by name."""
+    """The formulations for integrators of `sets` sets, by name."""
     return {each.name: each for each in FORMULATIONS if each.sets == sets}
 
 

@@ -17,7 +17,7 @@ def average(weights: Weights, values: np.ndarray) -> np.ndarray:
 
 
 def visible(pairs: Pairs, lattice: Lattice, targets: np.ndarray, sources: np.ndarray) -> Pairs:
-    """The pairs that no crack parts. `targets` (n, dim) and `sources` (m, dim) in grid coordinates, each on its side."""
+    """Pairs whose line crosses no crack. `targets` (n, dim) and `sources` (m, dim) in grid coordinates, off the cracks."""
     if not lattice.cracks:
         return pairs
     return pairs.where(~lattice.crossed(targets[pairs.rows()], sources[pairs.indices.numpy()]))
@@ -31,7 +31,7 @@ def spanning_weights(
     volume: np.ndarray,
 ) -> Weights:
     """Linear-exact interpolation for output, `points` = (targets, sources) in cells: a target looks further than `support`
-    until its sources span every direction. `off_cracks`: the same in grid coordinates, each on its side of a crack."""
+    until its sources span every direction. `off_cracks`: the same in grid coordinates, moved off the cracks."""
     targets, sources = points
     reach = np.full(len(targets), support)
     dim = sources.shape[1]

@@ -37,8 +37,8 @@ class TwoSetSystem(System):
 
     widenings = 0
     """Times that the support of a target may grow by half where it spans too few directions (a corner). None in small
-    strain: each axis by itself holds every mode to rounding up to C = 0.9. A larger support holds most modes to C = 1, but lets a
-    block with symmetric faces grow by 6e-6 a step at nu = 0.499, C = 0.05."""
+    strain: each axis by itself holds every mode to rounding up to C = 0.9. A larger support holds most modes to C = 1, but
+    lets a block with symmetric faces grow by 6e-6 a step at nu = 0.499, C = 0.05."""
 
     def __init__(self, setup: Setup):
         super().__init__(setup)
@@ -225,7 +225,7 @@ class TwoSetSystem(System):
         self.clock.launch(self.kernels.rate, out.n, inputs, [out.struct])
 
     def hold(self, state: State, c: float | tuple[float, float]) -> None:
-        """Set the prescribed values, stresses in the axes of the faces, in a state that goes on from there."""
+        """Impose prescribed values on the state that the run continues from; stresses in the axes of each face."""
         if not self._rotated:
             self.impose(state, c)
             return
