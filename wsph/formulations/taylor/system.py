@@ -129,15 +129,15 @@ class TwoSetSystem(System):
         targets, sources = points
         reach = np.full(len(targets), self._support)
 
-        def visible() -> Pairs:
+        def seen() -> Pairs:
             return visible(find_pairs(targets, sources, reach, self.device), self.lattice, *off_cracks)
 
-        pairs = visible()
+        pairs = seen()
         gradient = gradient_weights(self.space, pairs, targets, sources, volume, smoothing)
         for _ in range(self.widenings):
             # A corner sees one particle of the other set.
             reach[gradient.rank < self.space.dim] *= 1.5
-            pairs = visible()
+            pairs = seen()
             gradient = gradient_weights(self.space, pairs, targets, sources, volume, smoothing)
         interpolation = interpolation_weights(self.space, pairs, targets, sources, volume, smoothing)
         isolated = np.flatnonzero((interpolation.rank < 0) | (gradient.rank < 0))

@@ -66,7 +66,7 @@ class UpdatedRates:
     """The right-hand sides of one body, every particle its own stress point, seen where it is."""
 
     seen = None
-    """BodyForceKinds find no neighbourhood here that would stay."""
+    """Parts of the body get no neighbourhood here: its pairs follow the motion."""
 
     def __init__(self, made: RateSetup, state: State):
         host, placement, space = made.host, made.placement, made.host.space
