@@ -124,7 +124,7 @@ def _constraint_kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
 
 
 class ConstraintWork:
-    """Work of prescribed velocities on a one-set body: the impulse that sets them times the mean velocity of the step."""
+    """Work of prescribed velocities on a one-set body: the impulse that sets them, times the mean velocity of the step."""
 
     def __init__(self, space: Space, boundary: BoundaryValues, mass: np.ndarray, device: str, domain: Domain = WHOLE):
         self.count = boundary.count
@@ -136,7 +136,7 @@ class ConstraintWork:
             self._work = wp.zeros(blocks(self.count), dtype=wp.float64, device=device)
 
     def before(self, state: State, clock: Clock) -> None:
-        """Keep what the step gave before the velocities are set (a launch)."""
+        """Keep the velocities that the step gave, before they are set (a launch)."""
         if self.count:
             clock.launch(
                 _constraint_kernels(self._space)[0], self.count, [self._boundary.place, state.buffer], [self._free]

@@ -49,8 +49,8 @@ class ContactPair:
 
 
 def without_neighbours(pairs: Pairs, side: ContactBody, device: str) -> tuple[Pairs, wp.array]:
-    """Candidates of a body with itself: where links can break a particle's own neighbours stay, with the place of their
-    weight beside them (-1 for others); elsewhere they go."""
+    """Candidate pairs of a body with itself, and for each the index of its link's weight, (pairs,) int32, -1 without a link.
+    Neighbours in the body stay candidates only where links can break."""
     own = side.system.neighbours
     candidates, known = pairs.keys(), own.keys()
     at = np.searchsorted(known, candidates)

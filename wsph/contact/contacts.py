@@ -39,7 +39,7 @@ from wsph.sph.rows import rows_of
 from wsph.units import Scales
 
 SKIN = 0.6
-"""How much further than the radii candidates are looked for, in the larger spacing."""
+"""Distance beyond the radii within which candidates are found, in the larger spacing."""
 
 
 class Contacts:
@@ -184,11 +184,11 @@ class Contacts:
 
     @property
     def held_work(self) -> float:
-        """Work that what is prescribed has done against contacts so far, nondimensional."""
+        """Work that prescribed motion has done against contacts so far, nondimensional."""
         return sum(total(side.held, self._domain) for side in self.sides.values())
 
     def kept(self) -> dict[str, wp.array]:
-        """What a checkpoint holds of them."""
+        """Works so far, by name: what a checkpoint holds of the contacts."""
         works = {f"contact.{name}.work": side.work for name, side in self.sides.items()}
         return works | {f"contact.{name}.held": side.held for name, side in self.sides.items()}
 

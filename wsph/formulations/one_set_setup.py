@@ -1,4 +1,4 @@
-"""What the right-hand sides of a one-set body are made from."""
+"""The setup of a one-set body: its particles, points, loads and coefficients, before it has right-hand sides."""
 
 from dataclasses import dataclass, replace
 
@@ -110,7 +110,7 @@ class RateSetup:
 
     @property
     def stabilisation(self) -> float:
-        """Stiffness of what a linear field leaves of the displacements, nondimensional."""
+        """Stiffness against the misfit of a linear field to the displacements, nondimensional."""
         return stabilisation(self.host) * self.host.youngs_modulus / self.host.scales.stress
 
     @property

@@ -35,7 +35,7 @@ def inertia_struct(space: Space) -> type:
 
 @dataclass(frozen=True)
 class BodyForceKinds:
-    """Which body forces a composition has: part of what its kernels are made for."""
+    """Which body forces a composition has: it decides the source of the kernels."""
 
     damped: bool
     heavy: bool

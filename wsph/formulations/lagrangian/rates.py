@@ -8,8 +8,8 @@ no volumes, and with r_j = X_j - Xbar_p, y_j = u_j - ubar_p about the weighted m
     f_j = -sum_p w_pj [V_p P_p M_p r + kappa_p (y_j - H_p r)]
 
 The force is minus the gradient of the energy sum V_p psi(F_p) + sum kappa_p/2 w |y - H r|^2: momentum is kept to rounding,
-and angular momentum and energy to the integrator. The second term, the stabilisation, is what a linear field leaves of y; it
-holds the modes that a gradient alone does not see.
+and angular momentum and energy to the integrator. The second term, the stabilisation, is a stiffness against the
+misfit of a linear field to y: it holds the modes that a gradient alone does not see.
 
 Two forms of it:
 - `stress-points`: nodes on the lattice and on the faces, points at the cell centres, the two sets of Taylor-SPH. By far the
@@ -161,7 +161,7 @@ class LagrangianRates:
         )
 
     def attach(self, parts: Iterable[Attached]) -> None:
-        """Take what parts change of the points' answers."""
+        """Use the shares and weights that parts of the body change."""
         for part in parts:
             if part.response is not None:
                 self._response = part.response
@@ -186,7 +186,7 @@ class LagrangianRates:
         return False
 
     def restored(self) -> None:
-        """Nothing here follows from what is kept but what the next evaluation finds."""
+        """Nothing to recompute: the next evaluation does."""
 
     def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None:
         """`OneSetSystem.rate`; the rest takes the deformation."""

@@ -1,4 +1,4 @@
-"""What a body with a reference configuration finds of its pairs once, before a run, in double precision whatever the
+"""Pairs, weights and moments in the reference configuration: found once, before a run, in double precision whatever the
 run's."""
 
 from dataclasses import dataclass

@@ -8,11 +8,11 @@ A particle i sees j with r = x_j - x_i and w = |W'(r)|/r, h as at the start:
 The force is the dual of the gradient: linear and angular momentum are kept to rounding, and the forces do the work of the
 stresses. J from F is the equation of continuity. Under tension such a kernel clumps (tensile instability, from a stretch of
 about 1.2), which artificial stress delays; the Lagrangian kernels (`wsph.formulations.lagrangian`) do not. Use it for
-what has no reference configuration any more; for solids that hold together the Lagrangian forms are more accurate,
+bodies that lose their reference configuration; for solids that hold together the Lagrangian forms are more accurate,
 faster and stable.
 
-Pairs are kept with a skin and found again when a particle has moved, or can have moved by the end of the step, half of it:
-found on the host before a step, so that steps are captured one by one. Pairs in the skin have the weight zero and rows
+Pairs are kept with a skin. They are found again when a particle has moved by half of the skin, or can have by the end of the
+step: on the host before a step, so that steps are captured one by one. Pairs in the skin have the weight zero and rows
 ascend, so that the step at which pairs are rebuilt does not change the sums.
 """
 
@@ -171,7 +171,7 @@ class UpdatedRates:
         self._clock.launch(self.kernels.moments, self._count, inputs, outputs)
 
     def held_energy(self, state: State) -> float:
-        """Nothing is held here but by forces whose work is counted."""
+        """None: whatever holds modes here is a force, whose work is counted."""
         return 0.0
 
 
