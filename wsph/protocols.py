@@ -18,7 +18,7 @@ class Traits:
     reference: bool = False
     """Whether pairs and weights are those of the reference configuration."""
     stabilisation: float = 1.0
-    """Stiffness of what a linear field leaves of the displacements, by default, in Young's moduli."""
+    """Stiffness against the misfit of a linear field to the displacements, by default, in Young's moduli."""
     support: float = 2.6
     """Support by default [spacings]."""
     needs_rate: bool = False
@@ -105,7 +105,7 @@ class Limited(Protocol):
         """The largest frequency of its small motions, nondimensional."""
         ...
 
-    def measure_anew(self) -> None:
+    def forget_motions(self) -> None:
         """Forget what is known of the small motions: the next question is about the current state."""
         ...
 
@@ -187,8 +187,8 @@ class Stability(Protocol):
 
     @property
     def stabilisation(self) -> float:
-        """Stiffness of what a linear field leaves of the displacements; it puts the fastest modes where they are damped
-        well."""
+        """Stiffness against the misfit of a linear field to the displacements; it moves the fastest modes to where they are
+        damped well."""
         ...
 
     def largest(self, dt: float, factor: float) -> float:

@@ -49,7 +49,7 @@ class UpdatedTaylorSPH(TaylorSPH):
     """Taylor-SPH in the current configuration (UL-TSPH): the same two steps on particles that move.
 
     Serroukh & Mabssout 2022, doi 10.24132/acm.2022.697, eqs 21-23, with the sign of the spin that eq 2 has and the virtual
-    particles as centroids of their cells: triangulating anew in every step makes slivers, costs hundreds of times more and
+    particles as centroids of their cells: a new triangulation in every step makes slivers, costs hundreds of times more and
     grows at every Courant number. The Courant number is that of the current spacing and wave speed: a bar compressed by 5 %
     has to start at C <= 0.97.
     """

@@ -36,7 +36,7 @@ class Arrays:
     def take(
         self, name: str, array: wp.array, *, kept: bool = False, reset: Callable[[], None] | None = None
     ) -> wp.array:
-        """Register an array; one that had the name before is forgotten."""
+        """Register an array, in place of any that had the name before."""
         self._known[self._prefix + name] = Named(array, kept, reset)
         return array
 

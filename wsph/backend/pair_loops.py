@@ -2,8 +2,8 @@
 
 Indexing an array takes its stride as it comes at run time and wraps indices below zero. In a loop over pairs this hides from
 the compiler that a row's indices and weights lie side by side, so that it gathers them, and adds arithmetic to every gather
-of a neighbour: the two loops of a step in 3D took a third longer so. `element` and `placed` check neither the index nor the
-stride: they are for pairs that `wsph.sph.pairs` made, and for arrays that were allocated whole.
+of a neighbour: the two loops of a step in 3D took a third longer that way. `element` and `placed` check neither the index
+nor the stride: they are for pairs that `wsph.sph.pairs` made, and for arrays that were allocated whole.
 """
 
 import platform

@@ -15,8 +15,9 @@ class Field:
     """A field of a state: `width` numbers a place, its SI `unit`.
 
     `at_points`: it stands where the stress does, which may be other places than those of the velocity. `leads`: it stands
-    with the velocity, in what integrators advance by that name. `derived`: it follows from the other fields, in an
-    array that all states have in common. `hidden`: it is not read by its name. `square`: its numbers are a dim x dim matrix.
+    with the velocity, in what integrators advance by that name. `derived`: it is computed from the other fields, into one
+    array that all states share, and is valid for the last state that it was computed for. `hidden`: it is not read by its
+    name. `square`: its numbers are a dim x dim matrix.
     """
 
     name: str
@@ -86,8 +87,8 @@ def _views(
 
 
 class Derived:
-    """The derived fields of a layout, which all states of a body have in common: those of the state `of`, that they were
-    last found for."""
+    """The derived fields of a layout, shared by all states of a body: valid for the state `of` that they were last computed
+    for."""
 
     def __init__(self, space: Space, layout: Layout, points: int, device: str):
         fields = [field for field in layout.fields if field.derived]
@@ -101,9 +102,9 @@ class State:
     attributes of `struct`, typed arrays as kernels take them.
 
     velocity       # (n,), vec
-    drag           # what viscosity has added to the velocity since the step began, (n,), vec, where there is any
+    drag           # what viscosity has added to the velocity since the step began, (n,), vec, where a body has viscosity
     stress         # Cauchy, packed, (points,), vector(width)
-    internals      # (points,), vector(number of internals), where the material has any
+    internals      # (points,), vector(number of internals), where the material has internals
     deformation    # H = F - I, (points,), dim x dim, where the formulation evolves it
     spin           # skew part of the velocity gradient, above the diagonal, where a formulation hands it on
     displacement   # (n,), vec, where a frame, a probe or the formulation asks for it
@@ -121,7 +122,7 @@ class State:
         derived: Derived | None = None,
         counts: dict[str, int] | None = None,
     ):
-        """`counts`: of fields that have other numbers of places."""
+        """`counts`: places of each field whose number of places is its own."""
         self.space, self.n, self.device, self.layout, self.derived = space, n, device, layout, derived
         self.widths = dict(layout)
         self.counts = {f.name: n if points is None or not f.at_points else points for f in layout.fields} | (

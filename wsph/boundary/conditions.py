@@ -5,7 +5,7 @@ each face prescribes one of (v_n | sigma_nn) and one of (v_t | sigma_nt) per tan
 union, except that among faces in one plane what holds the velocity wins; a face that nothing is said of is free. The faces
 of a box by name are those of its outside: sides of holes and cracks are free unless `where` selects them. Where sigma_nn is
 prescribed the normal strain rate follows from its rate: also at a corner whose other face holds v_n (without it a
-cantilever's root grows by 2e-4 a step at nu = .499, C <= .5).
+cantilever's root grows by 2e-4 a step at nu = 0.499, C <= 0.5).
 """
 
 from collections.abc import Iterator

@@ -34,15 +34,15 @@ def inertia_struct(space: Space) -> type:
 
 
 @dataclass(frozen=True)
-class Parts:
-    """Which body forces a composition has: part of what its kernels are made for."""
+class BodyForceKinds:
+    """Which body forces a composition has: it decides the source of the kernels."""
 
     damped: bool
     heavy: bool
 
 
 @cache
-def acceleration(space: Space, parts: Parts) -> wp.Function:
+def acceleration(space: Space, parts: BodyForceKinds) -> wp.Function:
     """Warp function (inertia, force per volume, velocity) -> acceleration."""
     vec, Inertia = space.vec, inertia_struct(space)
 
@@ -97,7 +97,7 @@ class BodyForce(Works):
     ):
         pull = np.array([gravity.get(axis, 0.0) for axis in "xyz"[: space.dim]])
         rate = damping.rate if damping is not None else 0.0
-        self.parts = Parts(damped=rate > 0.0, heavy=bool(pull.any()))
+        self.parts = BodyForceKinds(damped=rate > 0.0, heavy=bool(pull.any()))
         super().__init__(len(volume), self.parts.damped or self.parts.heavy, device)
         self._space = space
         self.struct = inertia_struct(space)()

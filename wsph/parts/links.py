@@ -1,7 +1,7 @@
 """Virtual links (Islam & Peng 2019, 3): a particle sees its immediate neighbours alone, and a link between two that meets
 its criterion breaks for good.
 
-A broken link has no weight any more: not in F and dF/dt, not in the correction, which is found anew, not in the pair force
+A broken link has no weight any more: not in F and dF/dt, not in the correction, which is recomputed, not in the pair force
 (the paper's eqs 26-30 have f_ij in the force alone; so read, runs end in NaN, and with the correction left as it was a
 rotating fragment loses a quarter of its angular momentum). Both ends find the same answer from the same numbers, so
 forces stay antisymmetric while a body tears. A particle whose links span less than the space is free: no stress, F = I.
@@ -14,8 +14,8 @@ Criteria, n the current direction of the link:
 
     stretch           |x|/|X| - 1 >= threshold                                                        (eq 40)
     energy            the same with the stretch sqrt(2 G_c/(E spacing)): a row of links gives G_c per area
-    plastic-strain    ln(|x|/|X|) - n.(C^-1 sigma).n >= threshold, sigma the mean of both ends: what of the link's strain its
-                      stress does not explain (eqs 37-39)
+    plastic-strain    ln(|x|/|X|) - n.(C^-1 sigma).n >= threshold, sigma the mean of both ends: the part of the link's
+                      strain that its stress does not explain (eqs 37-39)
     principal-stress  the largest principal stress of that mean >= threshold [Pa], on the links within 45 degrees of it
 """
 
@@ -178,7 +178,7 @@ def _gradient(space: Space) -> wp.Function:
 
 @cache
 def _tear_kernel(space: Space, laws: Laws, layout: Layout, criterion: str) -> wp.Kernel:
-    """Take the weight from the links that meet the criterion; what the residual of their particles held is counted."""
+    """Take the weight from the links that meet the criterion; the energy that the residual held there is counted."""
     real, dim, Fields, Params = space.scalar, space.dim, fields_struct(space, layout), laws.Params
     Rows, Points = rows_struct(space), points_struct(space)
     has_broken, gradient, left_over = _broken(space, laws, criterion), _gradient(space), misfit(space)
@@ -278,8 +278,8 @@ def _settle_kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
 
 
 class LinkDamage(Attached):
-    """The links of a body: `advance` breaks those that meet the criterion and frees what they leave behind. It writes the
-    weights of the pairs, and the moments and shares of the points."""
+    """The links of a body: `advance` breaks those that meet the criterion and frees particles that are left with too
+    few. It writes the weights of the pairs, and the moments and shares of the points."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""The residual: stiffness of what a linear field leaves of the displacements that a point sees.
+"""The residual: a stiffness against the misfit of a linear field to the displacements that a point sees.
 
 It holds the modes that a gradient alone does not see (`wsph.formulations.lagrangian.rates` has the equations), and is there
 by default in the forms with a reference configuration.
@@ -22,7 +22,7 @@ FLOWING = 0.03
 
 
 class Residual(Part):
-    """Stiffness of what a linear field leaves of the displacement differences, in Young's moduli."""
+    """Stiffness against the misfit of a linear field to the displacement differences, in Young's moduli."""
 
     key: ClassVar[str] = "residual"
     holds_modes: ClassVar[bool] = True

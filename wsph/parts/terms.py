@@ -1,7 +1,8 @@
-"""What parts add to the loops over pairs and to what a point answers: Warp functions, and the structs that they take.
+"""Terms: the Warp functions that parts add to the loops over pairs and to the answer of a point, and their structs.
 
-A term is a value: compositions whose terms are equal share their kernels, so a term holds what decides its source and no
-number that a scene may choose. Numbers stand in the struct of coefficients, by the names that the term gives them.
+A term is a value: compositions whose terms are equal share their kernels, so a term holds the choices that decide its
+source, and no number that a scene may choose. Numbers stand in the struct of coefficients, by the names that the term gives
+them.
 """
 
 from collections.abc import Callable
@@ -25,14 +26,14 @@ def coefficients_struct(space: Space, names: tuple[str, ...] = ()) -> type:
 
 @cache
 def points_struct(space: Space) -> type:
-    """Struct of what points have of their own, nondimensional, m points and n particles.
+    """Struct of the points' own arrays, nondimensional, m points and n particles.
 
     node           # places of the particles, (n,) vec
     centre         # places of the points, (m,) vec
-    moment         # inverse second moments of what a point sees, (m,) mat
+    moment         # inverse second moments of a point's particles, (m,) mat
     volume         # (m,)
-    share          # volume over the spread of what a point sees, (m,)
-    stabilisation  # stiffness of what a linear field leaves of the displacements
+    share          # volume over the spread of a point's particles, (m,)
+    stabilisation  # stiffness against the misfit of a linear field to the displacements
     """
     real, vec, mat = space.scalar, space.vec, space.mat
     annotations = {
@@ -48,9 +49,9 @@ def points_struct(space: Space) -> type:
 
 @cache
 def answers_struct(space: Space) -> type:
-    """Struct of what points answer to a state, and forces take.
+    """Struct of the points' answers to a state, from which forces are computed.
 
-    mean       # mean displacement of what a point sees, (m,) vec, where points have places of their own
+    mean       # mean displacement of a point's particles, (m,) vec, where points have places of their own
     corrected  # volume times first Piola stress times moment, less what the stabilisation has there, (m,) mat
     extra      # the same of a stress or rate term, (m,) mat, where there is one
     """
@@ -104,7 +105,7 @@ class Response:
     """How a point answers in place of its law.
 
     `struct(space)` is what it takes and writes; `make(space, laws, layout)` gives the Warp function (p, struct_out, rows,
-    fields_out, share, H, i) -> (what is left of the share, first Piola stress); `energy(space, laws)` the Warp function (p,
+    fields_out, share, H, i) -> (the share as it is left, first Piola stress); `energy(space, laws)` the Warp function (p,
     H, stress, damage) -> energy density, of a total law per reference volume, of a rate law per current volume.
     """
 

@@ -1,4 +1,4 @@
-"""Works by the trapezoidal rule, on the device: what ledger entries are summed up by."""
+"""Works by the trapezoidal rule, on the device, for entries of the ledger."""
 
 from typing import Any
 
