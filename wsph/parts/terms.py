@@ -4,14 +4,16 @@ A term is a value: compositions whose terms are equal share their kernels, so a 
 number that a scene may choose. Numbers stand in the struct of coefficients, by the names that the term gives them.
 """
 
+# pyright: strict
+
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import Literal
+from typing import Literal, Protocol, cast
 
 import warp as wp
 
-from wsph.backend.space import Space
+from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout
 from wsph.constitutive.laws import Laws
 
@@ -20,7 +22,18 @@ from wsph.constitutive.laws import Laws
 def coefficients_struct(space: Space, names: tuple[str, ...] = ()) -> type:
     """Struct of nondimensional coefficients: the speed sqrt(E/rho), the smoothing length h, and those that terms name."""
     annotations = dict.fromkeys(("speed", "h", *names), space.scalar)
-    return wp.struct(type("Coefficients", (), {"__annotations__": annotations, "__module__": __name__}))
+    return cast(type, wp.struct(type("Coefficients", (), {"__annotations__": annotations, "__module__": __name__})))
+
+
+class Points(Protocol):
+    """What points have of their own, as `points_struct` has it."""
+
+    node: Array
+    centre: Array
+    moment: Array
+    volume: Array
+    share: Array
+    stabilisation: float
 
 
 @cache
@@ -35,7 +48,7 @@ def points_struct(space: Space) -> type:
     stabilisation  # stiffness of what a linear field leaves of the displacements
     """
     real, vec, mat = space.scalar, space.vec, space.mat
-    annotations = {
+    annotations: dict[str, object] = {
         "node": wp.array(dtype=vec),
         "centre": wp.array(dtype=vec),
         "moment": wp.array(dtype=mat),
@@ -43,7 +56,7 @@ def points_struct(space: Space) -> type:
         "share": wp.array(dtype=real),
         "stabilisation": real,
     }
-    return wp.struct(type("Points", (), {"__annotations__": annotations, "__module__": __name__}))
+    return cast(type, wp.struct(type("Points", (), {"__annotations__": annotations, "__module__": __name__})))
 
 
 @cache
@@ -54,12 +67,12 @@ def answers_struct(space: Space) -> type:
     corrected  # volume times first Piola stress times moment, less what the stabilisation has there, (m,) mat
     extra      # the same of a stress or rate term, (m,) mat, where there is one
     """
-    annotations = {
+    annotations: dict[str, object] = {
         "mean": wp.array(dtype=space.vec),
         "corrected": wp.array(dtype=space.mat),
         "extra": wp.array(dtype=space.mat),
     }
-    return wp.struct(type("Answers", (), {"__annotations__": annotations, "__module__": __name__}))
+    return cast(type, wp.struct(type("Answers", (), {"__annotations__": annotations, "__module__": __name__})))
 
 
 @dataclass(frozen=True)
