@@ -71,7 +71,7 @@ class Arrays:
         if array.deleter is not None:
             self.take(name, array, kept=kept)
 
-    def __getitem__(self, name: str) -> wp.array:
+    def __getitem__(self, name: str) -> Array:
         """The array of a name."""
         return self._known[self._prefix + name].array
 
