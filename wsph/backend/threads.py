@@ -120,7 +120,8 @@ class Segment:
 
 
 class ThreadTeam:
-    """The threads that share the steps: the caller and `threads` - 1 more."""
+    """The threads that share the steps: the caller and `threads` - 1 more. `_met` (threads LINE,) int64 counts the meetings
+    that each thread has arrived at, one counter every LINE."""
 
     def __init__(self, threads: int):
         self.threads = threads

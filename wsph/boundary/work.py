@@ -60,7 +60,12 @@ def _work_kernel(space: Space, unpack: wp.Function, layout: Layout) -> wp.Kernel
 
 
 class ExternalWork(Works):
-    """Work of the moved and loaded faces of a two-set body, one slot per 1024 face particles."""
+    """Work of the moved and loaded faces of a two-set body, by f rows of a particle on a face.
+
+    _particle  # (f,) int32
+    _axis      # (f,) int32, the face's axis of the grid
+    _area      # (f,) float64, nondimensional, with the sign of the outward normal
+    """
 
     columns = 1
 
@@ -124,7 +129,14 @@ def _constraint_kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
 
 
 class ConstraintWork:
-    """Work of prescribed velocities on a one-set body: the impulse that sets them, times the mean velocity of the step."""
+    """Work of prescribed velocities on a one-set body: the impulse that sets them, times the mean velocity of the step. Of k
+    prescribed components, nondimensional:
+
+    _mass  # of the component's particle, (k,) scalar
+    _free  # the value that the step gave before it was set, (k,) scalar
+    _old   # the value at the end of the last step, (k,) scalar
+    _work  # works so far, (blocks,) float64
+    """
 
     def __init__(self, space: Space, boundary: BoundaryValues, mass: np.ndarray, device: str, domain: Domain = WHOLE):
         self.count = boundary.count

@@ -164,7 +164,7 @@ class RateSetup:
             setattr(numbers, name, real(given[name]))
         return numbers
 
-    def refuse_lonely(self, rank: np.ndarray) -> None:
+    def refuse_isolated(self, rank: np.ndarray) -> None:
         """Refuse particles whose neighbours, spanning `rank` (m,) directions, give no gradient."""
         host, isolated = self.host, np.flatnonzero(rank < self.host.space.dim)
         if len(isolated):

@@ -229,7 +229,11 @@ def _ledger_kernel(
 
 
 class Diagnostics:
-    """Sums over one body. `measure(state)` is one launch and one small copy."""
+    """Sums over one body of n particles and m points. `measure(state)` is one launch and one small copy. Nondimensional:
+
+    _volume, _points  # volumes of the particles (n,) and of the points (m,), scalar
+    _sums             # (blocks, MOMENTUM + 3) float64, columns as KINETIC to MOMENTUM say
+    """
 
     def __init__(
         self,

@@ -99,7 +99,7 @@ class LagrangianRates:
         quantum = "f64" if host.lattice.irregular else host.space.precision
         reference = find_reference(host, particles, points, quantum, self._clock.device, placement.position)
         if not any(part.frees for part in host.parts.values()):
-            made.refuse_lonely(reference.rank)
+            made.refuse_isolated(reference.rank)
         # Ghosts hand a load on.
         self.form = made.form(loaded=made.loads.count > 0 and self._ghosts is None)
         self._coefficients = made.coefficients(self.form)
@@ -109,7 +109,15 @@ class LagrangianRates:
         self._acting, self._response = self._points, self._points
 
     def _allocate(self, reference: Reference, stabilisation: float) -> None:
-        """What kernels take of the reference configuration, and write of every evaluation."""
+        """The arrays of the reference configuration and those that evaluations write, nondimensional: m points, n particles.
+
+        _weight   # w_pj from points to particles, (pairs,) scalar; `_back_weight` the same by particle
+        _points   # `wsph.parts.terms.points_struct`; moments M_p, shares V_p over the spread
+        _volume   # of the particles, (n,) scalar
+        _spread   # sum w r^2, on the host, (m,)
+        _answers  # `wsph.parts.terms.answers_struct`; `corrected` is V_p P_p M_p less the stabilisation's part
+        holding   # forces per mass that hold spurious modes, (n,) vec, or one entry where there are none
+        """
         space, arrays, placement, real = self._space, self._arrays, self._placement, self._space.scalar
         m, separate = len(placement.point_volume), placement.points
         joined = self._ghosts.joined if self._ghosts is not None else np.asarray

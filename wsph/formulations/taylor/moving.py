@@ -27,7 +27,13 @@ from wsph.sph.rows import rows_struct
 
 
 class MovingTwoSetSystem(TwoSetSystem):
-    """A body as updated-Lagrangian Taylor-SPH sees it: the calls of `TwoSetSystem`, in the current configuration."""
+    """A body as updated-Lagrangian Taylor-SPH sees it: the calls of `TwoSetSystem`, in the current configuration. Of f
+    particles on faces:
+
+    _axis    # axis of the grid across the face, (f,) int32
+    _slopes  # rows with weights of slopes along the axes of the grid
+    _frames  # current axes of each particle's face, in rows, (f,) mat
+    """
 
     # Each axis by itself is no gradient under shear and rotation: corners would find strain in a rigid turn.
     widenings = 2

@@ -192,7 +192,12 @@ class PhaseDamage(Attached):
         clock: Clock,
         arrays: Arrays,
     ):
-        """`toughness` and `length` nondimensional; evaluations write the damage to `state`."""
+        """`toughness` and `length` nondimensional; evaluations write the damage to `state`. Beside `phase` the device has
+
+        _reached   # places that pairs see and that have damage, int32: (m,) points or (n,) nodes
+        _opened    # psi+ of every point at the end of the last step, (m,), nondimensional
+        _released  # energy set free so far, (m,), nondimensional
+        """
         self.model, self.toughness, self.length = model, toughness, length
         self._space, self._seen, self._state, self._clock = space, seen, state, clock
         real, n = space.scalar, len(seen.volume)
