@@ -72,7 +72,7 @@ class Boundary(_WithLoads):
     @property
     def acting(self) -> dict[str, Load]:
         """Loads that follow the state, by their keys."""
-        given = {key: getattr(self, key) for key in LOADS}
+        given = {key: getattr(self, key, None) for key in LOADS}
         return {key: load for key, load in given.items() if load is not None}
 
 
@@ -92,5 +92,12 @@ def add_load(load: type[Load], *scenes: type[Any]) -> None:
     boundaries."""
     LOADS[load.key] = load
     Boundary.__pydantic_fields__[load.key] = FieldInfo.from_annotated_attribute(load | None, None)
+    for model in (Boundary, *scenes):
+        model.model_rebuild(force=True)
+
+
+def remove_load(load: type[Load], *scenes: type[Any]) -> None:
+    """Undo `add_load`."""
+    del LOADS[load.key], Boundary.__pydantic_fields__[load.key]
     for model in (Boundary, *scenes):
         model.model_rebuild(force=True)

@@ -148,7 +148,7 @@ def _spacing(points: np.ndarray) -> float:
     """Typical distance between particles, from the volume that they fill."""
     extent = np.ptp(points, axis=0)
     extent = extent[extent > 0.0]
-    return float((float(np.prod(extent)) / len(points)) ** (1.0 / len(extent))) if len(extent) else 1.0
+    return float((float(extent.prod()) / len(points)) ** (1.0 / len(extent))) if len(extent) else 1.0
 
 
 def view(folder: Path, name: str, save: Path | None) -> None:

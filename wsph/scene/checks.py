@@ -5,10 +5,12 @@ dimension does not have, `of_plugins` asks the named material and integrator abo
 the file is `wsph.scene.lines`' business.
 """
 
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
 import inspect
 import math
-from collections.abc import Callable, Iterator
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping
 
 from wsph.errors import Fault, PluginError
 from wsph.expressions import FUNCTIONS, VARIABLES, Expression, compile_expression
@@ -17,7 +19,7 @@ from wsph.output.fields import ALWAYS, AXES, known
 from wsph.plugins import registry
 from wsph.plugins.options import build
 from wsph.plugins.traits import internal_units
-from wsph.quantities import Value
+from wsph.quantities import Table, Value, is_sequence, is_table
 from wsph.scene.messages import nearest
 from wsph.scene.tables import Body, Boundary, Probe, SceneTables
 
@@ -51,7 +53,7 @@ def between_tables(scene: SceneTables) -> Iterator[Fault]:
         if name in (*VARIABLES, *FUNCTIONS, "pi"):
             yield Fault(0, f"functions.{name}", f"{name!r} is a name of the expressions; give the function another")
         if function.expression is not None:
-            check: Callable[[], Any] = lambda text=function.expression: compile_expression(text)  # noqa: E731
+            check: Callable[[], object] = lambda text=function.expression: compile_expression(text)  # noqa: E731
             yield from _value_faults(scene, check, function.expression, f"functions.{name}.expression")
     yield from _field_faults(scene)
     folded = [p.name.casefold() for p in scene.probes]
@@ -121,7 +123,7 @@ def _map_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
         yield from _axis_faults(scene, expression, key)
 
 
-def _no_time(scene: SceneTables, component: Value) -> Any:
+def _no_time(scene: SceneTables, component: Value) -> object:
     made = scene.value(component, "m/s")
     if isinstance(made, Expression) and made.uses("t"):
         raise ValueError("an initial velocity does not depend on t")
@@ -182,7 +184,7 @@ def _axis_faults(scene: SceneTables, expression: Expression, key: str) -> Iterat
 
 
 def _value_faults(
-    scene: SceneTables, make: Callable[[], Any], value: Value, key: str, unit: str = ""
+    scene: SceneTables, make: Callable[[], object], value: Value, key: str, unit: str = ""
 ) -> Iterator[Fault]:
     try:
         made = make()
@@ -225,27 +227,27 @@ def _field_faults(scene: SceneTables) -> Iterator[Fault]:
                 yield Fault(0, f"probes.{k}.fields", text)
 
 
-def of_plugins(data: dict[str, Any]) -> list[Fault]:
+def of_plugins(data: Mapping[str, object]) -> list[Fault]:
     """Faults in what the scene says to its plugins, found even where the rest of the scene is at fault."""
     faults: list[Fault] = []
     bodies = data.get("bodies")
-    for k, body in enumerate(bodies if isinstance(bodies, (list, tuple)) else ()):
-        material = body.get("material") if isinstance(body, dict) else None
-        if isinstance(material, dict) and isinstance(material.get("model"), str):
+    for k, body in enumerate(bodies if is_sequence(bodies) else ()):
+        material = body.get("material") if is_table(body) else None
+        if is_table(material) and isinstance(model := material.get("model"), str):
             options = {key: value for key, value in material.items() if key != "model"}
-            faults += build("materials", material["model"], options, f"bodies.{k}.material", "model")[1]
+            faults += build("materials", model, options, f"bodies.{k}.material", "model")[1]
     run = data.get("run")
-    integrator = run.get("integrator") if isinstance(run, dict) else None
+    integrator = run.get("integrator") if is_table(run) else None
     if isinstance(integrator, str):
         integrator = {"name": integrator}
-    if isinstance(integrator, dict) and isinstance(integrator.get("name"), str):
-        faults += _integrator_faults(integrator)
+    if is_table(integrator) and isinstance(name := integrator.get("name"), str):
+        faults += _integrator_faults(name, integrator)
     return faults
 
 
-def _integrator_faults(given: dict[str, Any]) -> Iterator[Fault]:
+def _integrator_faults(name: str, given: Table) -> Iterator[Fault]:
     try:
-        plugin = registry.load("integrators", given["name"])
+        plugin = registry.load("integrators", name)
     except PluginError as error:
         yield Fault(0, "run.integrator", str(error))
         return
@@ -255,5 +257,5 @@ def _integrator_faults(given: dict[str, Any]) -> Iterator[Fault]:
         return
     for option in given:
         if option != "name" and option not in options:
-            hint = nearest(option, options, f"{given['name']} knows {', '.join(options) or 'no options'}")
+            hint = nearest(option, options, f"{name} knows {', '.join(options) or 'no options'}")
             yield Fault(0, f"run.integrator.{option}", f"unknown key; {hint}")

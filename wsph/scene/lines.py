@@ -1,5 +1,7 @@
 """Where the keys of a TOML text stand: what a message needs and TOML readers do not tell."""
 
+# pyright: strict
+
 import re
 
 _STRING = re.compile(r'"""|\'\'\'|"(?:\\.|[^"\\])*"|\'[^\']*\'')

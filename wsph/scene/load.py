@@ -1,16 +1,18 @@
 """Scene files."""
 
+# pyright: strict
+
 import re
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from wsph.errors import Fault, SceneError
 from wsph.scene.lines import line_of, lines
 from wsph.scene.scene import Scene, apply_override
 
 
-def load(path: str | Path, overrides: dict[str, Any] | None = None) -> Scene:
+def load(path: str | Path, overrides: Mapping[str, object] | None = None) -> Scene:
     """Read and validate a scene file. Raises SceneError with every fault, its line and key."""
     source = str(path)
     try:
@@ -33,5 +35,5 @@ def load(path: str | Path, overrides: dict[str, Any] | None = None) -> Scene:
     except SceneError as error:
         found = [Fault(line_of(where, f.key), f.key, f.message) for f in error.faults]
         raise SceneError(source, found) from None
-    scene._source, scene._lines = source, where
+    scene.read_from(source, where)
     return scene

@@ -1,10 +1,13 @@
 """What pydantic finds wrong with a table, in the words of its author."""
 
+# pyright: strict
+
 import difflib
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from pydantic import BaseModel
+from pydantic_core import ErrorDetails
 
 from wsph.errors import Fault
 
@@ -26,25 +29,25 @@ def none_of(given: object, allowed: Sequence[str]) -> str:
     return f"{given!r} is none of {', '.join(most)}{' or ' if most else ''}{last}" + (f"; {hint}" if hint else "")
 
 
-def of_validation(error: Any, root: type[BaseModel]) -> Fault:
+def of_validation(error: ErrorDetails, root: type[BaseModel]) -> Fault:
     """A pydantic error in the words of a scene's author."""
     keys = [str(k) for k in scene_path(error["loc"])]
-    key, kind, given = ".".join(keys), error["type"], error.get("input")
+    key, kind, given, context = ".".join(keys), error["type"], error.get("input"), error.get("ctx", {})
     if kind == "union_tag_not_found":
         return Fault(0, f"{key}.type", "is missing")
     if kind == "union_tag_invalid":
-        names = error["ctx"]["expected_tags"]
-        hint = nearest(error["ctx"]["tag"], [name.strip("' ") for name in names.split(",")])
-        return Fault(0, f"{key}.type", f"{error['ctx']['tag']!r} is none of {names}" + (f"; {hint}" if hint else ""))
+        names = context["expected_tags"]
+        hint = nearest(context["tag"], [name.strip("' ") for name in names.split(",")])
+        return Fault(0, f"{key}.type", f"{context['tag']!r} is none of {names}" + (f"; {hint}" if hint else ""))
     if kind == "extra_forbidden":
         names = _known_keys(error["loc"][:-1], root)
         return Fault(0, key, "unknown key; " + nearest(keys[-1], names, f"known: {', '.join(names)}"))
     if kind == "missing":
         return Fault(0, key, "is missing")
     if kind == "value_error":
-        return Fault(0, key, str(error["ctx"]["error"]))
+        return Fault(0, key, str(context["error"]))
     if kind == "literal_error":
-        allowed = error["ctx"]["expected"]
+        allowed = context["expected"]
         hint = nearest(str(given), [v.strip("'") for v in allowed.replace(" or ", ", ").split(", ")])
         return Fault(0, key, f"{given!r} is none of {allowed}" + (f"; {hint}" if hint else ""))
     if kind == "tuple_type" and key in _LISTS_OF_TABLES:
@@ -57,7 +60,8 @@ def of_validation(error: Any, root: type[BaseModel]) -> Fault:
 
 def scene_path(path: tuple[str | int, ...]) -> list[str | int]:
     """The keys of the scene in a path of pydantic's, which also names members of unions and validators."""
-    names, kept = [str(k) for k in path], []
+    names = [str(k) for k in path]
+    kept: list[str | int] = []
     for k, name in enumerate(names):
         # What follows `shape`, or a number in `shapes`, is the type that the shape names itself.
         tag = k > 0 and (names[k - 1] == "shape" or (k > 1 and names[k - 2] == "shapes"))

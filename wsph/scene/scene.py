@@ -5,12 +5,16 @@ compiled or written. What a plugin says about its own keys is checked here too: 
 scene names are the only plugins imported.
 """
 
+# pyright: strict
+
 import copy
+from collections.abc import Mapping
 from typing import Any
 
-from pydantic import PrivateAttr, ValidationError
+from pydantic import BaseModel, PrivateAttr, ValidationError
 
 from wsph.errors import Fault, SceneError
+from wsph.quantities import Table, is_list, is_table
 from wsph.scene.checks import between_tables, of_plugins
 from wsph.scene.lines import line_of
 from wsph.scene.messages import of_validation, scene_path
@@ -23,10 +27,10 @@ class Scene(SceneTables):
     _source: str = PrivateAttr("scene")
     _lines: dict[str, int] = PrivateAttr(default_factory=dict)
 
-    def __init__(self, /, **data: Any):
+    def __init__(self, /, **data: object):
         faults: list[Fault] = []
         try:
-            super().__init__(**data)
+            BaseModel.__init__(self, **data)
         except ValidationError as error:
             faults = [of_validation(e, Scene) for e in error.errors(include_url=False)]
             faults += _beyond(data, error)
@@ -47,11 +51,15 @@ class Scene(SceneTables):
         """A fault found later, with this scene's file and the lines of its keys."""
         return SceneError(self._source, [Fault(line_of(self._lines, f.key), f.key, f.message) for f in error.faults])
 
-    def data(self) -> dict[str, Any]:
+    def read_from(self, source: str, lines: Mapping[str, int]) -> None:
+        """Say where it was read: the file, and the lines of its keys."""
+        self._source, self._lines = source, dict(lines)
+
+    def data(self) -> Table:
         """The scene as plain data, as a TOML file would give it."""
         return self.model_dump(mode="json", by_alias=True, exclude_none=True, exclude_unset=True)
 
-    def with_(self, **overrides: Any) -> "Scene":
+    def with_(self, **overrides: object) -> "Scene":
         """The scene with some keys changed.
 
         A key is a dotted path (`**{"bodies.0.spacing": 0.005}`) or the name of a key of [run] (`cfl=2.0`). Giving one of
@@ -61,32 +69,32 @@ class Scene(SceneTables):
         for path, value in overrides.items():
             apply_override(data, path, value)
         changed = Scene(**data)
-        changed._source, changed._lines = self._source, self._lines
+        changed.read_from(self._source, self._lines)
         return changed
 
 
-def apply_override(data: dict[str, Any], path: str, value: Any) -> None:
+def apply_override(data: Table, path: str, value: object) -> None:
     """Set the dotted `path` in a scene's data. Raises SceneError where the path leads nowhere."""
     keys = path.split(".") if "." in path or path in (*Scene.model_fields, "schema") else ["run", path]
-    if keys in (["run", "cfl"], ["run", "dt"]) and isinstance(data.get("run"), dict):
-        data["run"].pop("dt" if keys[1] == "cfl" else "cfl", None)
-    place: Any = data
+    if keys in (["run", "cfl"], ["run", "dt"]) and is_table(run := data.get("run")):
+        run.pop("dt" if keys[1] == "cfl" else "cfl", None)
+    place: object = data
     for key in keys[:-1]:
-        if isinstance(place, dict):
+        if is_table(place):
             place = place.setdefault(key, {})
-        elif isinstance(place, list) and key.isdigit() and int(key) < len(place):
+        elif is_list(place) and key.isdigit() and int(key) < len(place):
             place = place[int(key)]
         else:
             raise SceneError("scene", [Fault(0, path, f"there is no entry {key!r}")])
-    if isinstance(place, dict):
+    if is_table(place):
         place[keys[-1]] = value
-    elif isinstance(place, list) and keys[-1].isdigit() and int(keys[-1]) < len(place):
+    elif is_list(place) and keys[-1].isdigit() and int(keys[-1]) < len(place):
         place[int(keys[-1])] = value
     else:
         raise SceneError("scene", [Fault(0, path, f"there is no entry {keys[-1]!r}")])
 
 
-def _beyond(data: dict[str, Any], error: ValidationError) -> list[Fault]:
+def _beyond(data: Table, error: ValidationError) -> list[Fault]:
     """Faults between tables of a scene that has unknown keys: found without them, so that all are told at once."""
     if any(e["type"] != "extra_forbidden" for e in error.errors()):
         return []

@@ -1,5 +1,8 @@
 """Averages on the host, for output: linear-exact interpolation that looks as far as it has to and through no crack."""
 
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
 import numpy as np
 
 from wsph.backend.space import Space
@@ -10,7 +13,8 @@ from wsph.sph.weights import Weights, interpolation_weights
 
 def average(weights: Weights, values: np.ndarray) -> np.ndarray:
     """Interpolate `values` (sources, k) on the host, (targets, k)."""
-    indices, w, row = weights.pairs.indices.numpy(), weights.values.numpy(), weights.pairs.rows()
+    indices: np.ndarray = weights.pairs.indices.numpy()
+    w, row = weights.values.numpy(), weights.pairs.rows()
     return np.stack(
         [np.bincount(row, w * values[indices, c], weights.pairs.targets) for c in range(values.shape[1])], 1
     )
@@ -20,7 +24,8 @@ def visible(pairs: Pairs, lattice: Lattice, targets: np.ndarray, sources: np.nda
     """Pairs whose line crosses no crack. `targets` (n, dim) and `sources` (m, dim) in grid coordinates, off the cracks."""
     if not lattice.cracks:
         return pairs
-    return pairs.where(~lattice.crossed(targets[pairs.rows()], sources[pairs.indices.numpy()]))
+    indices: np.ndarray = pairs.indices.numpy()
+    return pairs.where(~lattice.crossed(targets[pairs.rows()], sources[indices]))
 
 
 def spanning_weights(

@@ -1,11 +1,18 @@
 """Rows of pairs as kernels take them."""
 
+# pyright: strict
+# pyright: reportUnknownMemberType=false
+
 from functools import cache
+from typing import Any
 
 import warp as wp
 
 from wsph.backend.space import Space
 from wsph.sph.pairs import Pairs
+
+Weight = wp.array[Any]
+"""One a pair: scalars or vectors of the space."""
 
 
 @cache
@@ -16,15 +23,16 @@ def rows_struct(space: Space, vectors: bool = False) -> type:
     indices  # sources, (pairs,) int32
     weight   # (pairs,) scalar, or vec where `vectors`
     """
-    annotations = {
+    annotations: dict[str, Any] = {
         "offsets": wp.array(dtype=wp.int32),
         "indices": wp.array(dtype=wp.int32),
         "weight": wp.array(dtype=space.vec if vectors else space.scalar),
     }
-    return wp.struct(type("Rows", (), {"__annotations__": annotations, "__module__": __name__}))
+    made: Any = wp.struct(type("Rows", (), {"__annotations__": annotations, "__module__": __name__}))
+    return made
 
 
-def rows_of(space: Space, pairs: Pairs, weight: wp.array | None = None) -> object:
+def rows_of(space: Space, pairs: Pairs, weight: Weight | None = None) -> object:
     """The rows of `pairs` with `weight` (pairs,), scalars or vectors; without one where a kernel takes the pairs alone."""
     vectors = weight is not None and weight.dtype is space.vec
     rows = rows_struct(space, vectors)()

@@ -1,5 +1,8 @@
 """The answer that a study compares its runs with."""
 
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -58,7 +61,7 @@ class Oracle(Model):
                 raise SceneError(
                     "study", [Fault(0, "oracle.reference", f"{self.reference}: cannot be read: {error}")]
                 ) from None
-            wanted = np.interp(probe["time"], times, values)
+            wanted: np.ndarray = np.interp(probe["time"], np.asarray(times), np.asarray(values))
             return self._norm(probe[self.column] - wanted, wanted)
         at = result.scene.probes[[p.name for p in result.scene.probes].index(self.probe or "")].at or ((0.0,),)
         points = np.tile(np.array(at[0]), (len(probe["time"]), 1))

@@ -14,6 +14,9 @@ exact = "-8e5*(t > 5e-3 and t <= 7.5e-3)"   # or reference = "file.csv": a time 
 norm = 1
 """
 
+# pyright: strict
+
+import importlib
 import itertools
 import json
 import multiprocessing
@@ -40,8 +43,11 @@ from wsph.study.tables import Study
 SPREAD_SECONDS = 5.0
 """A study that would go on for less after its first run stays in its process: another one starts in two seconds."""
 
-Planned = tuple[str, dict[str, Any], Scene]
+Planned = tuple[str, dict[str, object], Scene]
 """A run to be made: the variant's name, its place in the grid, and the scene."""
+
+Row = dict[str, str | int | float]
+"""What is told of a run, by column."""
 
 
 def scenes(study: Study, scene: Scene) -> Iterator[Planned]:
@@ -54,7 +60,7 @@ def scenes(study: Study, scene: Scene) -> Iterator[Planned]:
 
 def run_study(
     study: Study, scene: Scene, folder: Path, progress: Callable[[int, int], None] | None = None, workers: int = 1
-) -> list[dict[str, Any]]:
+) -> list[Row]:
     """Run a study whose files are in `folder`: one row of plain data a run. What is refused or unstable is a row that says
     so.
 
@@ -63,9 +69,9 @@ def run_study(
     seconds. Processes import the main module, which has to be importable. An interrupt ends the study (KeyboardInterrupt).
     """
     planned = list(scenes(study, scene))
-    rows: list[dict[str, Any]] = []
+    rows: list[Row] = []
 
-    def keep(row: dict[str, Any]) -> None:
+    def keep(row: Row) -> None:
         rows.append(row)
         if progress is not None:
             progress(len(rows), len(planned))
@@ -108,7 +114,7 @@ def _on_cuda(scene: Scene) -> bool:
         return False
 
 
-def _in_process(row: Callable[[Planned], dict[str, Any]], planned: Planned) -> dict[str, Any]:
+def _in_process(row: Callable[[Planned], Row], planned: Planned) -> Row:
     """A row made by a process of its own, which an interrupt ends."""
     try:
         return row(planned)
@@ -122,12 +128,12 @@ def _begin(shares: Any) -> None:
     keep_to(shares.get())
 
 
-def _row(study: Study, folder: Path, planned: Planned, threads: int | None = None) -> dict[str, Any]:
+def _row(study: Study, folder: Path, planned: Planned, threads: int | None = None) -> Row:
     """One run, with `threads` threads where the scene leaves their number open."""
     name, place, changed = planned
     if threads is not None and changed.run.threads == 0:
         changed = changed.with_(threads=threads)
-    row: dict[str, Any] = {
+    row: Row = {
         "variant": name,
         **{k: v if isinstance(v, (int, float, str)) else json.dumps(v) for k, v in place.items()},
     }
@@ -154,17 +160,17 @@ def _row(study: Study, folder: Path, planned: Planned, threads: int | None = Non
     return row
 
 
-def write_study(rows: list[dict[str, Any]], study: Study, folder: Path) -> None:
+def write_study(rows: list[Row], study: Study, folder: Path) -> None:
     """study.csv, study.json and, where there are errors and pyvista, front.png."""
     folder.mkdir(parents=True, exist_ok=True)
     columns = list(dict.fromkeys(key for row in rows for key in row))
-    cell: Callable[[Any], str] = lambda v: '"' + str(v).replace('"', '""') + '"' if isinstance(v, str) else f"{v}"  # noqa: E731
+    cell: Callable[[object], str] = lambda v: '"' + str(v).replace('"', '""') + '"' if isinstance(v, str) else f"{v}"  # noqa: E731
     table = "\n".join([",".join(columns), *(",".join(cell(row.get(c, "")) for c in columns) for row in rows)]) + "\n"
     write_text(folder / "study.csv", table)
     write_text(folder / "study.json", json.dumps({"title": study.title, "rows": rows}, indent=2) + "\n")
     if any("error" in row for row in rows):
         try:
-            import pyvista  # noqa: F401
+            importlib.import_module("pyvista")
         except ImportError:
             return
         from wsph.output.view import front

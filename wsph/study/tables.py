@@ -1,8 +1,10 @@
 """Study files."""
 
+# pyright: strict
+
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, ValidationError
 
@@ -19,7 +21,7 @@ class Variant(Model):
     """One of the things compared: a name, and the dotted overrides that make it."""
 
     name: Annotated[str, Field(min_length=1)]
-    set: dict[str, Any] = {}
+    set: dict[str, object] = {}
 
 
 class Study(Model):
@@ -29,7 +31,7 @@ class Study(Model):
     title: str = ""
     scene: str
     variants: Annotated[tuple[Variant, ...], BeforeValidator(as_tuple), Field(min_length=1)] = (Variant(name="scene"),)
-    grid: dict[str, Annotated[tuple[Any, ...], BeforeValidator(as_tuple), Field(min_length=1)]] = {}
+    grid: dict[str, Annotated[tuple[object, ...], BeforeValidator(as_tuple), Field(min_length=1)]] = {}
     oracle: Oracle | None = None
 
 

@@ -9,6 +9,8 @@
 Each check raises AssertionError with a sentence that says what the plugin did and what was expected.
 """
 
+# pyright: strict
+
 from wsph.testing.integrators import AMPLITUDE, check_integrator, temporal_order, vibrating_bar
 from wsph.testing.materials import LawSampler, check_material
 from wsph.testing.steps import drift, spectral_radius, step_matrix, whole_spectrum

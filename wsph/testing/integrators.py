@@ -1,6 +1,9 @@
 """What every integrator must do."""
 
+# pyright: strict
+
 import itertools
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,16 +15,16 @@ AMPLITUDE = 0.01
 
 
 def vibrating_bar(
-    integrator: str | dict[str, Any],
+    integrator: str | Mapping[str, object],
     *,
     cells: int = 20,
     courant: float = 0.2,
     precision: str = "f64",
     periods: float = 0.25,
     amplitude: float = AMPLITUDE,
-    material: dict[str, Any] | None = None,
+    material: Mapping[str, object] | None = None,
     formulation: str | None = None,
-    **body: Any,
+    **body: object,
 ) -> Scene:
     """A bar of length 1 m held at both ends, started in its first mode, for `periods` of it: smooth, with a closed form.
 
@@ -34,7 +37,7 @@ def vibrating_bar(
         dim=1,
         title="vibrating bar",
         run={
-            "integrator": integrator,
+            "integrator": integrator if isinstance(integrator, str) else dict(integrator),
             "end": 2.0 * periods,
             "cfl": courant,
             "precision": precision,
@@ -50,7 +53,7 @@ def vibrating_bar(
                 "state": "stress",
                 "velocity": [f"{amplitude}*sin(pi*x)"],
                 "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.0}
-                | (material or {}),
+                | dict(material or {}),
                 **body,
             }
         ],
@@ -60,19 +63,20 @@ def vibrating_bar(
 
 
 def temporal_order(
-    integrator: str | dict[str, Any], courant: tuple[float, ...] = (0.2, 0.1, 0.05, 0.025), **scene: Any
+    integrator: str | Mapping[str, object], courant: tuple[float, ...] = (0.2, 0.1, 0.05, 0.025), **scene: object
 ) -> float:
     """Order in time at a fixed spacing: slope of the differences between runs at halved time steps, by regression.
 
     `scene` are further arguments of `vibrating_bar`.
     """
-    states = [run(vibrating_bar(integrator, courant=c, **scene)).particles["velocity"][:, 0] for c in courant]
+    further: dict[str, Any] = scene
+    states = [run(vibrating_bar(integrator, courant=c, **further)).particles["velocity"][:, 0] for c in courant]
     differences = [np.linalg.norm(a - b) for a, b in itertools.pairwise(states)]
     return float(np.polyfit(np.log(courant[:-1]), np.log(differences), 1)[0])
 
 
 def check_integrator(
-    integrator: str | dict[str, Any],
+    integrator: str | Mapping[str, object],
     *,
     order: float,
     tolerance: float = 0.1,

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any
 
 import numpy as np
 import warp as wp
@@ -12,7 +11,7 @@ from wsph.backend.space import Space
 from wsph.constitutive.constitutive import Constitutive
 from wsph.constitutive.laws import user_law
 from wsph.constitutive.stress_state import STRESS_STATES
-from wsph.plugins.traits import relaxes
+from wsph.plugins.traits import density, depends_on_stress, moduli, own_internals, relaxes
 from wsph.units import Scales
 
 SAMPLES = 200
@@ -22,14 +21,14 @@ _ROUNDING = {"f64": 1e-12, "f32": 1e-5}
 class LawSampler:
     """A material's bare law over arrays, nondimensional: stress over rho c^2, rates over c per metre."""
 
-    def __init__(self, material: Any, precision: str = "f64"):
+    def __init__(self, material: object, precision: str = "f64"):
         self.space = Space(3, precision)
-        bulk, shear = material.moduli()
+        bulk, shear = moduli(material)
         state = STRESS_STATES[3, None]
-        speed = state.wave_speed(bulk, shear, material.density)
-        self.scales = Scales(1.0, 1.0 / speed, material.density)
+        speed = state.wave_speed(bulk, shear, density(material))
+        self.scales = Scales(1.0, 1.0 / speed, density(material))
         self.constitutive = Constitutive(self.space, material, state, self.scales, type(material).__name__)
-        self.names = list(getattr(material, "internals", {}))
+        self.names = list(own_internals(material))
         self.initial = np.array([self.constitutive.internals[name] for name in self.names])
         self.bulk, self.shear = bulk / self.scales.stress, shear / self.scales.stress
         laws = self.constitutive.laws
@@ -89,7 +88,7 @@ def _rotations(n: int, random: np.random.Generator) -> np.ndarray:
 
 
 def check_material(
-    material: Any, *, stress_level: float | None = None, precisions: tuple[str, ...] = ("f64", "f32")
+    material: object, *, stress_level: float | None = None, precisions: tuple[str, ...] = ("f64", "f32")
 ) -> None:
     """Run every law that a rate material must obey on random stresses, velocity gradients and internals.
 
@@ -103,7 +102,7 @@ def check_material(
     for precision in precisions:
         random = np.random.default_rng(7)
         law, tolerance = LawSampler(material, precision), _ROUNDING[precision]
-        level = (stress_level or 0.01 * material.moduli()[1]) / law.scales.stress
+        level = (stress_level or 0.01 * moduli(material)[1]) / law.scales.stress
         stress = level * _symmetric(random.standard_normal((SAMPLES, 3, 3)))
         first, second = (level * random.standard_normal((SAMPLES, 3, 3)) for _ in range(2))
         zero = np.zeros_like(stress)
@@ -145,7 +144,7 @@ def check_material(
         mean = np.einsum("nii->n", D)[:, None, None] * np.eye(3) / 3.0
         elastic = 3.0 * law.bulk * mean + 2.0 * law.shear * (D - mean)
         same(law(zero, D)[0] - law(zero, zero)[0], elastic, "the response without stress is not that of moduli()")
-        if not getattr(material, "depends_on_stress", True):
+        if not depends_on_stress(material):
             same(law(zero, first)[0], rate, "depends_on_stress is False, but the rate depends on stress")
         if not relaxes(material):
             same(rest, zero, "relaxes is False, but the stress rate at rest is not zero")

@@ -1,13 +1,13 @@
 """A scene's step as a matrix, whole spectra, and how far conserved quantities go."""
 
-from typing import Any
+# pyright: strict
 
 import numpy as np
 
 from wsph.scene.scene import Scene
 from wsph.simulation.compose import compose
 from wsph.simulation.composition import Composition
-from wsph.stability.krylov import Products
+from wsph.stability.krylov import Moving, Products
 
 
 def step_matrix(scene: Scene, amplitude: float = 1.0) -> np.ndarray:
@@ -41,7 +41,7 @@ def spectral_radius(scene: Scene, amplitude: float = 1.0) -> float:
     return float(np.abs(np.linalg.eigvals(step_matrix(scene, amplitude))).max())
 
 
-def whole_spectrum(system: Any) -> tuple[np.ndarray, np.ndarray]:
+def whole_spectrum(system: Moving) -> tuple[np.ndarray, np.ndarray]:
     """Stiffness and damping of all free components of a one-set body, (m, m), mass-weighted and nondimensional: a product
     for every column of what `wsph.stability.spectrum` projects. Without viscosity the damping is zero."""
     products = Products(system)

@@ -6,6 +6,8 @@ for outcome in validate(["shock-bar"]):
     print(outcome.case.name, outcome.seconds, [row.meets for row in outcome.rows])
 """
 
+# pyright: strict
+
 from wsph.validation.case import Case, Row
 from wsph.validation.validate import CASES, Outcome, as_data, validate
 

@@ -1,9 +1,11 @@
 """Published cases: figures beside their oracles."""
 
+# pyright: strict
+
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import SupportsFloat
 
 import numpy as np
 
@@ -40,17 +42,17 @@ class Row:
         return bool(self.low <= self.reached <= self.high)
 
 
-def at_most(figure: str, published: str, reached: float, high: float, unit: str = "%") -> Row:
+def at_most(figure: str, published: str, reached: SupportsFloat, high: float, unit: str = "%") -> Row:
     """A figure that meets what is asked up to `high`."""
     return Row(figure, published, float(reached), -np.inf, high, unit)
 
 
-def between(figure: str, published: str, reached: float, low: float, high: float, unit: str = "%") -> Row:
+def between(figure: str, published: str, reached: SupportsFloat, low: float, high: float, unit: str = "%") -> Row:
     """A figure that meets what is asked from `low` to `high`."""
     return Row(figure, published, float(reached), low, high, unit)
 
 
-def reported(figure: str, published: str, reached: float, unit: str = "%") -> Row:
+def reported(figure: str, published: str, reached: SupportsFloat, unit: str = "%") -> Row:
     """A figure of which nothing is asked."""
     return Row(figure, published, float(reached), -np.inf, np.inf, unit)
 
@@ -75,6 +77,6 @@ def example(name: str) -> Scene:
     return wsph.load(EXAMPLES / f"{name}.toml")
 
 
-def with_particles(scene: Scene, n: int, **overrides: Any) -> Scene:
+def with_particles(scene: Scene, n: int, **overrides: object) -> Scene:
     """A bar of 1 m with n particles."""
     return scene.with_(**{"bodies.0.spacing": 1.0 / (n - 1)}, **overrides)

@@ -1,19 +1,22 @@
 """Published cases of fracture, plasticity and impact."""
 
+# pyright: strict
+
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 import wsph
+from wsph.quantities import Table
 from wsph.scene.scene import Scene
 from wsph.validation import oracles
 from wsph.validation.case import Row, at_most, between, case, example, reported
 from wsph.validation.measures import crack_angle, crack_offset, first_break
 
 
-def _run(scene: Scene, **changes: Any) -> wsph.Result:
+def _run(scene: Scene, **changes: object) -> wsph.Result:
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", ".*follow the lattice", RuntimeWarning)
         return wsph.run(scene.with_(**changes))
@@ -25,7 +28,7 @@ def _residual(result: wsph.Result, words: str, high: float) -> Row:
     return between(f"{words}: external work less all other energies", "-", share, -high, high)
 
 
-def _finer(spacing: float, **body: Any) -> dict[str, Any]:
+def _finer(spacing: float, **body: object) -> Table:
     """The plate at another spacing, its length of the crack or its threshold with it."""
     edge = {"boundary.0.where": f"x < {spacing} and y < 0.025", "boundary.1.where": f"y < {spacing}"}
     return {"bodies.0.spacing": spacing, **edge, **body}
@@ -37,7 +40,7 @@ def _finer(spacing: float, **body: Any) -> dict[str, Any]:
 def kalthoff_phase_field(full: bool) -> Iterator[Row]:
     plate = example("kalthoff_winkler")
     fine = _finer(0.5e-3, **{"bodies.0.phase_field.length": 0.75e-3})
-    forms: list[tuple[str, dict[str, Any]]] = [(f"lattice at {turned} degrees", {"bodies.0.lattice_rotate": float(turned)})
+    forms: list[tuple[str, Mapping[str, object]]] = [(f"lattice at {turned} degrees", {"bodies.0.lattice_rotate": float(turned)})
                                                for turned in ((0, 15, 30, 45) if full else (0, 30))]  # fmt: skip
     if full:
         forms += [("10 % jitter", {"bodies.0.jitter": 0.1}), ("Jaumann's rate", {"bodies.0.material.model": "jaumann"})]
@@ -54,7 +57,7 @@ def kalthoff_phase_field(full: bool) -> Iterator[Row]:
             for turned in (15, 30, 45)
         ]
         plates += [(f"stress points, a slot, lattice at {turned} degrees", slotted) for turned, slotted in slots]
-        plates.append(("stress points, 10 % jitter", _at_points(plate, **{"bodies.0.jitter": 0.1})))
+        plates.append(("stress points, 10 % jitter", _at_points(plate).with_(**{"bodies.0.jitter": 0.1})))
     for words, each in plates:
         result = _run(each)
         yield between(f"{words}: angle of the crack", "about 70", crack_angle(result), 62.0, 68.0, "degrees")
@@ -68,9 +71,9 @@ def kalthoff_phase_field(full: bool) -> Iterator[Row]:
         )
 
 
-def _at_points(plate: Scene, slot: bool = False, **changes: Any) -> Scene:
+def _at_points(plate: Scene, slot: bool = False, **changes: object) -> Scene:
     """The plate on stress points, whose first particles are on its faces; its notch a crack, or a slot of two spacings."""
-    data = plate.data()
+    data: dict[str, Any] = plate.data()
     data["run"]["formulation"] = "stress-points"
     body, edges = data["bodies"][0], data["boundary"]
     if slot:
@@ -84,7 +87,7 @@ def _at_points(plate: Scene, slot: bool = False, **changes: Any) -> Scene:
 
 def _slice(plate: Scene) -> Scene:
     """Four particles of the plate's thickness between planes of symmetry."""
-    data = plate.data()
+    data: dict[str, Any] = plate.data()
     body = data["bodies"][0]
     body["shape"] = {"type": "box", "min": [0.0, 0.0, 0.0], "max": [0.1, 0.1, 0.004]}
     body["cracks"] = [{"from": [0.0, 0.025, 0.0], "to": [0.05, 0.025, 0.004]}]
@@ -97,7 +100,7 @@ def _slice(plate: Scene) -> Scene:
 @case("kalthoff-links", "Islam & Peng 2019, 5.3", "the paper's 70 degrees on an aligned lattice")
 def kalthoff_links(full: bool) -> Iterator[Row]:
     plate = example("kalthoff_links")
-    forms: list[tuple[str, dict[str, Any]]] = [("1 mm", {})]
+    forms: list[tuple[str, Mapping[str, object]]] = [("1 mm", {})]
     if full:
         forms += [("0.5 mm", _finer(0.5e-3, **{"bodies.0.links.threshold": 0.0141}))]
     for words, changes in forms:
@@ -168,7 +171,7 @@ def rigid_plastic_beam(full: bool) -> Iterator[Row]:
         yield between(f"7 rows, {speed:g} m/s: mean deflection over finite elements'", "-", over, 0.94, 1.06, "")
 
 
-def _deflection(beam: Scene, rows: int, **changes: Any) -> float:
+def _deflection(beam: Scene, rows: int, **changes: object) -> float:
     """The mean deflection of the middle after 0.9 ms [mm]."""
     size = 6.35e-3 / rows
     own = [0.14224 / (2 * round(0.07112 / size - 0.5) + 1), size]

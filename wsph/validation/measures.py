@@ -1,13 +1,16 @@
 """What is read off the runs of the published cases: plateaus, bands, stress intensity factors."""
 
+# pyright: strict
+
 from collections.abc import Iterator
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 
 from wsph.scene.scene import Scene
 from wsph.simulation.compose import compose
 from wsph.simulation.composition import Composition
+from wsph.simulation.result import Result
 from wsph.validation import oracles
 
 BAND_COLUMNS = (0.1, 0.4)
@@ -33,19 +36,30 @@ def at_times(scene: Scene, times: tuple[float, ...]) -> Iterator[Composition]:
         yield composition
 
 
-def compression(result: Any) -> tuple[np.ndarray, np.ndarray]:
+def compression(result: Result) -> tuple[np.ndarray, np.ndarray]:
     """Time [s] and compression at the fixed end over the plateau's, of a shock bar's result."""
     probe = result.probes["fixed-end"]
     return probe["time"], -probe["stress_xx"] / oracles.AMPLITUDE
 
 
-def band(scene: Scene) -> dict[str, Any]:
-    """Angle [degrees], full width at half maximum across the band [m], peak strain and where it is, of a shear band."""
+class Band(TypedDict):
+    """A shear band: its angle [degrees], its full width at half maximum across it [m], its peak strain and where that is."""
+
+    angle: float
+    width: float
+    peak: float
+    where: np.ndarray
+
+
+def band(scene: Scene) -> Band:
+    """What the shear band of a scene is."""
     system = finished(scene).bodies[0].system
-    strain, (x, y) = system.state.read("internals")[:, 0], system.position.T
+    position: np.ndarray = system.position
+    strain, x, y = system.state.read("internals")[:, 0], position[:, 0], position[:, 1]
     columns = np.unique(np.round(x, 9))
     columns = columns[(columns > BAND_COLUMNS[0] - 1e-9) & (columns < BAND_COLUMNS[1] + 1e-9)]
-    crest, widths = [], []
+    crest: list[tuple[float, float]] = []
+    widths: list[float] = []
     for column in columns:
         on = np.abs(x - column) < 1e-9
         order = np.argsort(y[on])
@@ -62,13 +76,14 @@ def band(scene: Scene) -> dict[str, Any]:
         cuts = height[edges] + spacing * (half - value[edges]) / (value[edges + 1] - value[edges])
         if (cuts < height[k]).any() and (cuts > height[k]).any():
             widths.append(cuts[cuts > height[k]].min() - cuts[cuts < height[k]].max())
-    slope = np.arctan(abs(np.polyfit(*np.transpose(crest), 1)[0]))
+    line: np.ndarray = np.polyfit([x for x, _ in crest], [y for _, y in crest], 1)
+    slope = np.arctan(abs(line[0]))
     peak = int(np.argmax(strain))
     return {
         "angle": float(np.degrees(slope)),
         "width": float(np.mean(widths) * np.cos(slope)) if widths else np.nan,
         "peak": float(strain[peak]),
-        "where": system.position[peak],
+        "where": position[peak],
     }
 
 
@@ -93,10 +108,11 @@ def stress_intensity(
     ahead = np.flatnonzero((offset[:, 0] > 0.0) & (np.abs(offset[:, 1] - 0.5 * system.spacing) < 1e-6 * system.spacing))
     ahead = ahead[np.argsort(offset[ahead, 0])][:points]
     r, angle = np.hypot(*offset[ahead].T), np.arctan2(offset[ahead, 1], offset[ahead, 0])
-    terms = np.stack([_williams(n, r, angle) for n in (1, 3)], 1) * np.sqrt(r)[:, None]
-    fit = np.linalg.pinv(terms)[0] * np.sqrt(2.0 * np.pi)
+    terms: np.ndarray = np.stack([_williams(n, r, angle) for n in (1, 3)], 1) * np.sqrt(r)[:, None]
+    fit: np.ndarray = np.linalg.pinv(terms)[0] * np.sqrt(2.0 * np.pi)
     label = system.constitutive.state.labels.index("yy")
-    times, factors = [], []
+    times: list[float] = []
+    factors: list[float] = []
     for step in range(1, composition.steps + 1):
         composition.program.run(1)
         stress = system.at_virtual("stress")[ahead, label] * composition.scales.stress
@@ -124,7 +140,7 @@ def frequency(time: np.ndarray, displacement: np.ndarray) -> float:
     return float(np.pi / (zero[1] - zero[0]))
 
 
-def crack_angle(result: Any, tip: tuple[float, float] = (0.05, 0.025), broken: float = 0.95) -> float:
+def crack_angle(result: Result, tip: tuple[float, float] = (0.05, 0.025), broken: float = 0.95) -> float:
     """Median direction from the notch of Kalthoff's plate to what has broken above it, up to y = 80 mm [degrees]."""
     X, damage = result.particles["position"], result.field("damage")
     r = X[:, :2] - np.array(tip)
@@ -132,13 +148,13 @@ def crack_angle(result: Any, tip: tuple[float, float] = (0.05, 0.025), broken: f
     return float(np.degrees(np.median(np.arctan2(r[above, 1], r[above, 0]))))
 
 
-def first_break(result: Any, probe: str = "first_break", broken: float = 0.95) -> float:
+def first_break(result: Result, probe: str = "first_break", broken: float = 0.95) -> float:
     """The first record of a probe at which the damage is beyond `broken` [s]."""
     record = result.probes[probe]
     return float(record["time"][np.argmax(record["damage"] > broken)])
 
 
-def crack_offset(result: Any, start: float) -> float:
+def crack_offset(result: Result, start: float) -> float:
     """How far the damage-weighted middle of a crack beyond x = start is from y = 0, at most, over slices of 4 mm [m]."""
     X, damage = result.particles["position"], result.field("damage")
     there = (damage > 0.5) & (X[:, 0] > start)

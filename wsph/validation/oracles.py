@@ -5,6 +5,8 @@ before t0 = L/c = 5 ms and 2 rho c v0 = 8e5 Pa (compression) until t0 + 2.5 ms. 
 to rise, so errors are taken on the plateau, away from both jumps.
 """
 
+# pyright: strict
+
 from pathlib import Path
 
 import numpy as np

@@ -1,6 +1,9 @@
 """The cases of the Taylor-SPH papers (Herreros & Mabssout 2011, Serroukh & Mabssout 2022)."""
 
+# pyright: strict
+
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -53,7 +56,8 @@ def viscoplastic_bar(full: bool) -> Iterator[Row]:
 
 @case("cantilever", "Herreros & Mabssout 2011, 4.2", "beam theory")
 def cantilever(full: bool) -> Iterator[Row]:
-    beam, exact, errors = example("cantilever"), oracles.beam_deflection(), []
+    beam, exact = example("cantilever"), oracles.beam_deflection()
+    errors: list[float] = []
     sizes = ((21, 3), (41, 5), (61, 7), (81, 9)) if full else ((21, 3), (41, 5))
     for columns, rows in sizes:
         scene = beam.with_(**{"bodies.0.spacing": [1.0 / (columns - 1), 0.02 / (rows - 1)]})
@@ -68,7 +72,6 @@ def cantilever(full: bool) -> Iterator[Row]:
 @case("shear-band", "Herreros & Mabssout 2011, 4.3", "another implementation's converged band, plane strain")
 def shear_band(full: bool) -> Iterator[Row]:
     block = example("shear_band")
-    peaks = []
     for columns, dt in ((20, 9.5e-6), (40, 8e-6), (80, 8e-6))[: 3 if full else 2]:
         found = band(block.with_(dt=dt, **{"bodies.0.spacing": 0.5 / columns}))
         words = f"{columns + 1} columns"
@@ -76,7 +79,6 @@ def shear_band(full: bool) -> Iterator[Row]:
         yield between(f"{words}: width", "does not depend on the spacing", found["width"], 0.12, 0.14, "m")
         start = float(np.linalg.norm(found["where"] - np.array([0.5, 0.0])))
         yield at_most(f"{words}: distance of the peak from the free edge's foot", "starts there", start, 1e-9, "m")
-        peaks.append(found["peak"])
         yield reported(f"{words}: peak strain (it depends on the spacing)", '"independent"', found["peak"], "")
     stress = band(block.with_(**{"bodies.0.state": "stress"}))
     yield reported("41 columns in plane stress: angle", "said, but not what was run", stress["angle"], "degrees")
@@ -98,12 +100,11 @@ def shock_bar_ul(full: bool) -> Iterator[Row]:
         probe = wsph.run(small, support=support, dt=dt).probes["fixed-end"]
         return probe["time"], -probe["stress_xx"] / (8e5 * speed)
 
-    for speed, verdict in ((1e-6, lambda *row: at_most(*row, 2.5e-5)), (1e-3, reported)):
+    for speed, high in ((1e-6, 2.5e-5), (1e-3, np.inf)):
         time, stress = pulse(1.2, 5e-5, speed)
         error = 100 * np.abs(stress - 1)[oracles.plateau(time, 5.1e-5)].max()
-        yield verdict(
-            f"tables 1 and 2, alpha = 1.2, C = 1, v0 = {speed:g} m/s: largest error off the jumps", "2.5e-5", error
-        )
+        words = f"tables 1 and 2, alpha = 1.2, C = 1, v0 = {speed:g} m/s: largest error off the jumps"
+        yield at_most(words, "2.5e-5", error, high)
     runs = ((1.8, 5e-5, "1, alpha = 1.8", 16.82), (2.2, 5e-5, "1, alpha = 2.2", 25.70), (1.2, 2.5e-5, "2, C = .5", 17.44),
             (1.2, 5e-6, "2, C = .1", 27.12))  # fmt: skip
     for support, dt, words, published in runs:
@@ -143,12 +144,15 @@ def vibrating_bar(full: bool) -> Iterator[Row]:
 @case("crack-dsif", "Serroukh & Mabssout 2022, 4.3", "Freund, to the first reflection")
 def crack_dsif(full: bool) -> Iterator[Row]:
     plate = example("crack_dsif")
-    half = plate.data()
+    half: dict[str, Any] = plate.data()
     half["bodies"][0] |= {"shape": {"type": "box", "min": [0.0, 0.0], "max": [10.0, 2.0]}, "cracks": []}
     half["boundary"] = [b for b in half["boundary"] if b.get("face") != "-y"]
     half["boundary"].append({"body": "plate", "where": "y <= 0 and x >= 5", "symmetry": "y"})
     sizes = (100, 200, 400) if full else (100, 200)
-    models = [("whole plate", plate, (4.0, 2.0, 2.0)), ("half", Scene(**half), (4.0, 2.0, 2.0))]
+    models: list[tuple[str, Scene, tuple[float, ...]]] = [
+        ("whole plate", plate, (4.0, 2.0, 2.0)),
+        ("half", Scene(**half), (4.0, 2.0, 2.0)),
+    ]
     if full:
         # At 401 columns a mode along the loaded crack faces has time to grow: 14 %, and 1.2 % at a thousandth of the load.
         models.append(("whole plate, ul-tsph", plate.with_(integrator="ul-tsph", cfl=0.8), (4.0, 2.0)))

@@ -1,12 +1,14 @@
 """Published cases, run and compared with their oracles."""
 
+# pyright: strict
+
 import time
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from wsph.errors import WsphError
+from wsph.quantities import Table
 from wsph.scene.messages import nearest
 from wsph.validation import fracture, he_seaid, taylor
 from wsph.validation.case import Case, Row
@@ -43,7 +45,7 @@ def validate(names: Sequence[str] = (), full: bool = False) -> Iterator[Outcome]
         yield Outcome(CASES[name], rows, time.perf_counter() - started)
 
 
-def as_data(outcome: Outcome) -> dict[str, Any]:
+def as_data(outcome: Outcome) -> Table:
     """An outcome as plain data."""
     rows = [
         {
