@@ -1,4 +1,4 @@
-"""What there is to name in a scene beside plugins: formulations, parts, formats, smoothing functions, shapes.
+"""Lists of the names that a scene can use beside plugins: formulations, parts, formats, smoothing functions, shapes.
 
 Each list is read from the table that a scene's key is looked up in, and says of an entry what its own docstring says.
 """

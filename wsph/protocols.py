@@ -1,4 +1,4 @@
-"""What rooms and plugins see of each other: small protocols, without the classes that meet them."""
+"""Small protocols by which rooms and plugins see each other, without the classes that meet them."""
 
 # pyright: strict
 
@@ -79,7 +79,7 @@ Again = Callable[[], LimitedBody]
 
 
 class Integrator(Protocol):
-    """What a run calls of an integrator; what else it may have is asked in `wsph.plugins.integrators`."""
+    """An integrator as a run calls it; its optional members are asked for in `wsph.plugins.integrators`."""
 
     order: int
     """Its order in time."""
@@ -120,7 +120,7 @@ class Entry:
 
 
 class Interaction(Protocol):
-    """What acts between bodies, or on one from outside, between two steps: contact, a rigid tool, a tie."""
+    """An interaction between bodies, or with one from outside, between two steps: contact, a rigid tool, a tie."""
 
     ledger: tuple[Entry, ...]
     follows: bool
@@ -217,7 +217,7 @@ class Timed(Protocol):
 
 
 class LawForm(Protocol):
-    """What an integrator may ask of how a composition's forces are found."""
+    """The form of a composition's forces, as an integrator may ask for it."""
 
     @property
     def total(self) -> bool:

@@ -22,7 +22,7 @@ FIRST = "first"
 """The first argument of a ranged kernel."""
 
 WRITTEN = "_out"
-"""How the names of arguments that are written end."""
+"""Ending of the names of arguments that a kernel writes."""
 
 MOST = 12
 """Arguments of a kernel."""

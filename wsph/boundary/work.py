@@ -1,4 +1,4 @@
-"""External work: what the prescribed motion and the loads do on a body, in blocks of fixed size."""
+"""External work of prescribed motion and loads on a body, in blocks of fixed size."""
 
 from functools import cache
 from typing import Any
@@ -161,7 +161,7 @@ class ConstraintWork:
             clock.launch(_constraint_kernels(self._space)[1], self._work.shape[0], inputs, [self._old, self._work])
 
     def kept(self) -> dict[str, wp.array]:
-        """What a checkpoint holds of it."""
+        """The arrays that a checkpoint holds of it, by name."""
         return {"old": self._old, "work": self._work} if self.count else {}
 
     def start(self, state: State, clock: Clock) -> None:

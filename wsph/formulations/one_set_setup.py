@@ -97,7 +97,7 @@ class Loads:
 
 @dataclass(frozen=True)
 class RateSetup:
-    """What right-hand sides are made from: the body's setup, where its particles are, its states and what acts on them."""
+    """The input of right-hand sides: the body's setup, its particles and points, its states and the forces on them."""
 
     setup: Setup
     host: Host
@@ -124,7 +124,7 @@ class RateSetup:
         return self.conditions.moved
 
     def form(self, *, loaded: bool) -> Form:
-        """What the kernels of the body are made for."""
+        """The form of the body, which decides the source of its kernels."""
         host, total = self.host, self.host.constitutive.laws.total is not None
         parts = [part for part in host.parts.values() if part.acts]
         pairwise = host.traits.pairwise

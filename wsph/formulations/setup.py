@@ -36,7 +36,7 @@ class Setup:
 
     @property
     def traits(self) -> Traits:
-        """What its formulation can do."""
+        """The traits of its formulation."""
         return self.formulation.traits
 
     @property

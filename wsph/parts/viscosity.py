@@ -97,7 +97,7 @@ def _closing(space: Space, layout: Layout, approach: bool) -> wp.Function:
 
 @cache
 def _along_the_line(approach: bool):
-    """How its pair term is made: along the current line of two particles."""
+    """The factory of its pair term: along the current line of two particles."""
 
     def make(space: Space, layout: Layout, smoothing: str, Coefficients: type) -> wp.Function:
         real, vec, dim, Fields = space.scalar, space.vec, space.dim, fields_struct(space, layout)
@@ -130,7 +130,7 @@ def _along_the_line(approach: bool):
 
 @cache
 def _along_own_gradient(approach: bool):
-    """How its pair term is made in the paper: along each particle's own corrected gradient."""
+    """The factory of the paper's pair term: along each particle's own corrected gradient."""
 
     def make(space: Space, layout: Layout, smoothing: str, Coefficients: type) -> wp.Function:
         real, vec, Fields = space.scalar, space.vec, fields_struct(space, layout)
@@ -163,7 +163,7 @@ def _along_own_gradient(approach: bool):
 
 @cache
 def _stress(approach: bool):
-    """How its rate term is made."""
+    """The factory of its rate term."""
 
     def make(space: Space, Coefficients: type) -> wp.Function:
         real, mat, dim = space.scalar, space.mat, space.dim

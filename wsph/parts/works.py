@@ -42,7 +42,7 @@ class Works:
             self._work.zero_()
 
     def kept(self) -> dict[str, wp.array]:
-        """What a checkpoint holds of it."""
+        """The arrays that a checkpoint holds of it, by name."""
         return {"power": self._power, "work": self._work} if self._acts else {}
 
     def _total(self, column: int) -> float:

@@ -1,4 +1,4 @@
-"""What a material says of itself: whether its law relaxes, turns or dissipates, and its internals."""
+"""The declarations of a material: whether its law relaxes, turns or dissipates, and its internals."""
 
 # pyright: strict
 

@@ -130,7 +130,7 @@ def _spacing(value: Any) -> Any:
 
 
 class _Matter(Model):
-    """What a body is, before its parts."""
+    """The keys of a body, without those of its parts."""
 
     name: Annotated[str, Field(min_length=1)]
     shape: Shape

@@ -1,4 +1,4 @@
-"""What a run is checked for between blocks of steps: states that are not finite, and energy from nowhere."""
+"""Checks of a run between blocks of steps: states that are not finite, and energy from nowhere."""
 
 # pyright: strict
 
@@ -76,7 +76,7 @@ class Checks:
         return None
 
     def kept(self) -> dict[str, Any]:
-        """What a checkpoint holds of them."""
+        """The numbers that a checkpoint holds of the checks."""
         return {"largest": self._largest.hex(), "warned": self._warned}
 
     def restore(self, facts: dict[str, Any]) -> None:

@@ -21,7 +21,7 @@ SMALL = 0.02
 """A strain below which a bound of the distortion is as good as the distortion: limits are recomputed beyond 5 %."""
 
 KINETIC, STRAIN, DISSIPATED, NOT_FINITE, FIRST, STRETCH, DISTORTION, MOMENTUM = range(8)
-"""What stands where in the sums of a block: FIRST is its first particle or point that is not finite, -1 where all are;
+"""Columns of the sums of a block: FIRST is its first particle or point that is not finite, -1 where all are;
 STRETCH and DISTORTION are the largest; the three components of the momentum stand from MOMENTUM on."""
 
 
@@ -42,7 +42,7 @@ class BodySums:
 
 @dataclass(frozen=True)
 class StoredEnergy:
-    """What a point of a body stores.
+    """The energy that a point of a body stores.
 
     stored(p, fields, i) -> the elastic energy density of point i [per current volume, or per reference volume];
     whole(fields, i) -> whether its deformation says something of the body's: across a crack F is the opening's.

@@ -175,7 +175,7 @@ class Recorder:
             self.steps += steps
 
     def kept(self) -> tuple[np.ndarray, list[int]]:
-        """What has been read so far: rows and their steps."""
+        """The rows read so far, (steps, c), and their steps."""
         width = self._ring.shape[1]
         return (np.concatenate(self._rows) if self._rows else np.zeros((0, width))), self.steps
 

@@ -1,4 +1,4 @@
-"""What a run records: rows of its history, probes, frames; and when each is due."""
+"""The records of a run: rows of its history, probes, frames; and when each is due."""
 
 # pyright: strict
 

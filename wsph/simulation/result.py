@@ -1,4 +1,4 @@
-"""What a run gave: fields, records and cost, and its error against an exact solution."""
+"""The result of a run: fields, records and cost, and its error against an exact solution."""
 
 # pyright: strict
 

@@ -23,11 +23,11 @@ from wsph.simulation.timeline import Timeline, TimeStep, UnsetClock
 from wsph.stability.limit import SLACK
 
 AUTO = "auto"
-"""What `run.cfl` is where the limits of the bodies are to choose it."""
+"""The value of `run.cfl` by which the limits of the bodies choose the time step."""
 
 SAFE, WITH_CONTACT = 0.95, 0.7
-"""Of its limit, the Courant number of `cfl = "auto"`. A penalty's step as a part of its bound: contacts open and close
-inside of steps, and beyond this part of it they make energy."""
+"""The Courant number of `cfl = "auto"`, as a part of the limit. A penalty's step as a part of its bound: contacts open and
+close inside of steps, and beyond this part of it they make energy."""
 
 MOST_APART, CHANGE = 256, 0.01
 """Change of the deformation after which the time step is looked at again, and the most steps between two looks."""
@@ -89,7 +89,7 @@ def _suiting(run: BodyRun, shortest: float, integrator: str) -> float:
 
 
 class StepControl:
-    """What is known of the time step of one run. `look` is the step at which it is looked at next."""
+    """Control of the time step of one run. `look` is the step at which it is looked at next."""
 
     def __init__(self, composition: Composition):
         run = composition.scene.run
@@ -102,7 +102,7 @@ class StepControl:
         self._warned = False
 
     def kept(self) -> dict[str, Any]:
-        """What a checkpoint holds of it."""
+        """The numbers that a checkpoint holds of it."""
         return {
             "timeline": self._step.timeline.pieces,
             "watch": {

@@ -1,4 +1,4 @@
-"""What summary.json holds of a run."""
+"""The contents of summary.json."""
 
 # pyright: strict
 

@@ -1,4 +1,4 @@
-"""What time it is at a step, how long steps are, and when something is due in a run."""
+"""Times and lengths of the steps of a run, and the steps at which something is due."""
 
 # pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 

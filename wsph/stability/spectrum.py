@@ -1,4 +1,4 @@
-"""The fastest waves and the strongest damping of a one-set body, from its own right-hand sides: what limits its time step.
+"""The fastest waves and the strongest damping of a one-set body, from its own right-hand sides: they limit its time step.
 
 Small motions are M u'' + D u' + K u = 0, and a step of any method multiplies each of their modes, exp(lambda t), by a number
 of its own. Neither the largest frequency nor the largest damping rate says where that leaves 1 first: a wave that is damped
@@ -25,7 +25,7 @@ def outermost(matrix: np.ndarray, square: np.ndarray, end: int = -1) -> tuple[fl
 
 @dataclass(frozen=True)
 class Spectrum:
-    """What is known of the small motions of a body, nondimensional, from the products of its stiffness K and its damping D
+    """The small motions of a body, nondimensional, as known from the products of its stiffness K and its damping D
     with m orthonormal, mass-weighted vectors.
 
     `stiffness` and `damping`, (m, m), are K and D projected on them, the damping that of all pairs, whatever the kind of its
@@ -64,7 +64,7 @@ class Spectrum:
         return sum(outermost(self.damping, self.squares[2])) if self.damping.any() else 0.0
 
     def approach(self) -> tuple[float, float]:
-        """The least and the most of the viscosity that acts where it acts on approaching pairs alone."""
+        """The lowest and the highest share of the viscosity that acts, where it acts on approaching pairs alone."""
         start, slope, floor, most = APPROACH
         over = self.drag_rate / self.frequency if self.frequency > 0.0 else 0.0
         return max(start - slope * over, floor), most

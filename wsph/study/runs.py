@@ -47,7 +47,7 @@ Planned = tuple[str, dict[str, object], Scene]
 """A run to be made: the variant's name, its place in the grid, and the scene."""
 
 Row = dict[str, str | int | float]
-"""What is told of a run, by column."""
+"""Values of a run by column: what it was, its cost and its error."""
 
 
 def scenes(study: Study, scene: Scene) -> Iterator[Planned]:

@@ -154,7 +154,7 @@ class LagrangianRates:
 
     @property
     def seen(self) -> Neighbourhood:
-        """What the points of the body see, for its parts."""
+        """The points and their neighbours, for parts of the body."""
         placement = self._placement
         return Neighbourhood(
             self._pairs,
@@ -225,7 +225,7 @@ class LagrangianRates:
             self._ghosts.answer(self._loads.vectors, self._answers.corrected)
 
     def _others(self, state: State) -> Any:
-        """What particles see of each other: the state, or that of particles and ghosts (a launch)."""
+        """The fields that particles see: those of the state, or of particles and ghosts (a launch)."""
         return state.struct if self._ghosts is None else self._ghosts.follow(state)
 
     def _find_forces(self, state: State, out: State) -> None:

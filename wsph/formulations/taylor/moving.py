@@ -6,9 +6,8 @@ F from the displacements through the same operator. Where the deformation is loc
 built on current distances, the smoothing length follows the stretch in every direction (a fixed one loses neighbours beyond
 a stretch of 2.4), and virtual particles are the centroids of their cells. Density is rho_0/J.
 
-Faces turn with the body: what a face prescribes of the stress, it prescribes in the frame of its current normal
-n and its material tangents, from where the face's own particles are. Under 1 % of strain
-along a face modes grow by 0.03 % a step in tension and 0.4 % in compression at ten cells, and by less in proportion to the
+Faces turn with the body: a face prescribes stresses in the frame of its current normal n and its material tangents, from
+the places of the face's own particles. Under 1 % of strain along a face modes grow by 0.03 % a step in tension and 0.4 % in compression at ten cells, and by less in proportion to the
 stress. (Frames from the deformation half a cell below the face, F^-T N, see a shear that the face does not have: 2 %.)
 """
 
