@@ -7,8 +7,9 @@ built on current distances, the smoothing length follows the stretch in every di
 a stretch of 2.4), and virtual particles are the centroids of their cells. Density is rho_0/J.
 
 Faces turn with the body: a face prescribes stresses in the frame of its current normal n and its material tangents, from
-the places of the face's own particles. Under 1 % of strain along a face modes grow by 0.03 % a step in
-tension and 0.4 % in compression at ten cells, and by less in proportion to the stress. (Frames from the deformation half a cell below the face, F^-T N, see a shear that the face does not have: 2 %.)
+the places of the face's own particles. Under 1 % of strain along a face modes grow by 0.03 % a step in tension and 0.4 % in
+compression at ten cells, and by less in proportion to the stress. (Frames from the deformation half a cell below the face,
+F^-T N, see a shear that the face does not have, and modes grow by 2 % a step.)
 """
 
 import numpy as np
