@@ -14,7 +14,7 @@ from warp._src.codegen import StructInstance
 
 @dataclass(frozen=True)
 class Named:
-    """A device array, whether a run goes on from it, and what makes it as it was at the start, where a trial changes it."""
+    """A device array. `kept`: a run continues from it; `reset` makes it as it was at the start, where a trial changes it."""
 
     array: wp.array
     kept: bool

@@ -44,7 +44,7 @@ class Scene(SceneTables):
         return hash(self.model_dump_json())
 
     def __eq__(self, other: object) -> bool:
-        # Where a scene was read is not part of what it is.
+        # The file that a scene was read from is no part of the scene.
         return isinstance(other, Scene) and self.model_dump() == other.model_dump()
 
     def located(self, error: SceneError) -> SceneError:

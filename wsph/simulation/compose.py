@@ -167,7 +167,7 @@ def _scales(bodies: Sequence[BareBody]) -> Scales:
 
 
 def _refuse_extremes(scales: Scales, body: Body) -> None:
-    """Numbers so far out that their powers leave double precision have no scales to compute in."""
+    """Refuse scales whose powers leave double precision."""
     with np.errstate(all="ignore"):
         parts = np.array([scales.length, scales.time, scales.density])
         powers = np.array(

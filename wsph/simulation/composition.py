@@ -168,8 +168,8 @@ def _package(module: str) -> str:
 
 
 def publish(bodies: Sequence[BodyRun]) -> None:
-    """Integrators that keep variables of their own make the state; what a system derives from it follows, unless the last
-    evaluation of the step was of the state at its end."""
+    """Make the states from the variables of integrators that keep their own, and recompute the derived fields, unless the
+    last evaluation of the step was of the state at its end."""
     for run in bodies:
         integrators.publish(run.integrator)
         if not integrators.fresh(run.integrator):

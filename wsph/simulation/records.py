@@ -48,7 +48,7 @@ class Records:
         return [events.next for events in (self._history, self._frames, *(e for _, e in self._slow))]
 
     def retimed(self) -> None:
-        """The timeline has changed: what is due next is due at other steps."""
+        """Recompute the steps at which records are due: the timeline has changed."""
         for events in (self._history, self._frames, *(e for _, e in (*self._slow, *self._fast))):
             events.retimed()
 

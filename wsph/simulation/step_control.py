@@ -122,8 +122,8 @@ class StepControl:
             run.stability.restore(*limit)
 
     def check_limits(self, step: int, sums: Sequence[BodySums]) -> None:
-        """Where operators follow the deformation, so does the Courant number; where the stiffness does, so does its limit.
-        Raises Unstable where a step that does not follow is beyond it."""
+        """Follow the deformation: the Courant number does where operators follow it, its limit where the stiffness does.
+        Raises Unstable where a fixed step is beyond the limit."""
         if self._guard == "off" or self.adapts:
             return
         for run, each in zip(self._bodies, sums, strict=True):
@@ -163,7 +163,7 @@ class StepControl:
                     factor = min(factor, began / share)
         if factor == 1.0 or step >= self._step.timeline.last:
             return False
-        # By whole parts of an octave: what rounding changes of the deformation changes no step.
+        # By whole parts of an octave: a rounding of the deformation changes no step.
         factor = 2.0 ** (np.floor(OCTAVE * np.log2(max(factor, 0.1 * LEAST_STEP))) / OCTAVE)
         dt = self._step.dt * factor
         if dt < LEAST_STEP * self._step.first:

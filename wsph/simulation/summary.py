@@ -63,7 +63,7 @@ def summary(composition: Composition, ledger: Ledger, history: dict[str, np.ndar
 
 
 def _fracture(composition: Composition) -> dict[str, Any]:
-    """Of every body that can break: the energy set free and that of the crack surfaces [J], and broken particles."""
+    """By body that can break: the energy set free, the energy of the crack surfaces [J], and the broken particles."""
     scales, found = composition.scales, dict[str, dict[str, float]]()
     joule = scales.stress * scales.length**composition.scene.dim
     for run in (run for run in composition.bodies if run.system.breaks):

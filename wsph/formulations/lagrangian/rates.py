@@ -100,7 +100,7 @@ class LagrangianRates:
         reference = find_reference(host, particles, points, quantum, self._clock.device, placement.position)
         if not any(part.frees for part in host.parts.values()):
             made.refuse_isolated(reference.rank)
-        # Ghosts hand a load on.
+        # Ghosts, where there are any, pass loads on to the particles.
         self.form = made.form(loaded=made.loads.count > 0 and self._ghosts is None)
         self._coefficients = made.coefficients(self.form)
         with blame(host.constitutive.who):
@@ -129,7 +129,7 @@ class LagrangianRates:
         points.centre = arrays.of("centre", reference.centre, space.vec) if separate else points.node
         points.moment = arrays.of("moment", joined(reference.moment), space.mat)
         points.volume = arrays.of("point volume", joined(placement.point_volume), real)
-        # Volume over the spread of the neighbours: what pairs and the stabilisation are measured by.
+        # Volume over the spread of the neighbours: the scale of pair forces and of the stabilisation.
         points.share = arrays.of("share", joined(placement.point_volume / reference.spread), real)
         points.stabilisation = real(stabilisation)
         self._points = points
