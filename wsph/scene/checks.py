@@ -164,7 +164,7 @@ def _probe_faults(scene: SceneTables, probe: Probe, key: str) -> Iterator[Fault]
 
 
 def _where_faults(scene: SceneTables, text: str, key: str) -> Iterator[Fault]:
-    """A selection is a truth about the reference position."""
+    """Faults of a `where`: it has to be a comparison of the reference position."""
     try:
         expression = compile_expression(text)
     except ValueError as error:

@@ -1,4 +1,4 @@
-"""Where the keys of a TOML text stand: what a message needs and TOML readers do not tell."""
+"""Lines of the keys in a TOML text, for messages: TOML readers do not tell them."""
 
 # pyright: strict
 
