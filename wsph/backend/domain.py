@@ -1,16 +1,19 @@
 """Which part of a scene this process has, and what it asks of the others."""
 
+# pyright: strict
+
 from typing import Protocol
 
 import numpy as np
-import warp as wp
+
+from wsph.backend.space import Array
 
 
 class Domain(Protocol):
     """The particles of a scene that a process owns. All processes call all of these in the same order: one that skips a call
     leaves the others waiting. The numbers returned are the same in every process, to the bit."""
 
-    def exchange(self, *arrays: wp.array) -> None:
+    def exchange(self, *arrays: Array) -> None:
         """Update the copies of other parts' particles, in arrays over particles, from the parts that own them."""
         ...
 
@@ -34,7 +37,7 @@ class Domain(Protocol):
 class Whole:
     """The domain of a scene in one process: every call gives what it was given."""
 
-    def exchange(self, *arrays: wp.array) -> None:
+    def exchange(self, *arrays: Array) -> None:
         """There are no other parts."""
 
     def sum(self, x: np.ndarray) -> np.ndarray:

@@ -4,7 +4,8 @@ On CUDA and for small scenes on the CPU a graph holds many steps (0.2 us a launc
 one step, and its cores share the launches that are found to take long (`wsph.backend.threads`).
 """
 
-# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 import contextlib
 import time

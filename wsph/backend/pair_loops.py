@@ -9,13 +9,12 @@ nor the stride: they are for pairs that `wsph.sph.pairs` made, and for arrays th
 import platform
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import warp as wp
 
 
 @cache
-def element(*dtypes: Any) -> wp.Function:
+def element(*dtypes: type) -> wp.Function:
     """Warp function (contiguous array of one of `dtypes`, index) -> its element."""
     for dtype in dict.fromkeys(dtypes):
 
@@ -26,7 +25,7 @@ def element(*dtypes: Any) -> wp.Function:
 
 
 @cache
-def placed(dtype: Any) -> wp.Function:
+def placed(dtype: type) -> wp.Function:
     """Warp function (contiguous array of `dtype`, index, value): sets an element."""
 
     @wp.func_native("a.data[k] = value;")

@@ -1,13 +1,17 @@
 """The state of a body: fields in one flat buffer with typed views, what integrators call the velocity first."""
 
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache, cached_property
+from typing import cast
 
 import numpy as np
 import warp as wp
 
-from wsph.backend.space import Space
+from wsph.backend.space import Array, Space
 
 
 @dataclass(frozen=True)
@@ -65,16 +69,16 @@ class Layout:
 def fields_struct(space: Space, layout: Layout) -> type:
     """Struct of the typed views of the fields that there are, as kernels take it."""
     annotations = {field.name: wp.array(dtype=field.type(space)) for field in layout.fields}
-    return wp.struct(type("Fields", (), {"__annotations__": annotations, "__module__": __name__}))
+    return cast(type, wp.struct(type("Fields", (), {"__annotations__": annotations, "__module__": __name__})))
 
 
 def _views(
     space: Space, fields: list[Field], counts: dict[str, int], device: str
-) -> tuple[wp.array, dict[str, int], dict[str, wp.array]]:
+) -> tuple[Array, dict[str, int], dict[str, Array]]:
     """A buffer for fields, where each starts in it, and a typed view of each."""
     buffer = wp.zeros(sum(counts[f.name] * f.width for f in fields), dtype=space.scalar, device=device)
     start: dict[str, int] = {}
-    views: dict[str, wp.array] = {}
+    views: dict[str, Array] = {}
     first = 0
     for field in fields:
         address = (buffer.ptr or 0) + first * np.dtype(space.numpy).itemsize
@@ -138,7 +142,7 @@ class State:
         for name, array in (shared | views).items():
             setattr(self.struct, name, array)
 
-    def _place(self, name: str) -> tuple[wp.array, int]:
+    def _place(self, name: str) -> tuple[Array, int]:
         """The buffer that a field stands in, and where it starts there."""
         if name == "stress" and "damaged_stress" in self.layout:
             name = "damaged_stress"
@@ -158,7 +162,7 @@ class State:
         start = self.start[name]
         return slice(start, start + self.counts[name] * self.widths[name])
 
-    def flat(self, name: str) -> wp.array:
+    def flat(self, name: str) -> Array:
         """A field's numbers in the buffer, one after the other."""
         address = (self.buffer.ptr or 0) + self.start[name] * np.dtype(self.space.numpy).itemsize
         size = self.counts[name] * self.widths[name]

@@ -1,7 +1,6 @@
 """External work of prescribed motion and loads on a body, in blocks of fixed size."""
 
 from functools import cache
-from typing import Any
 
 import numpy as np
 import warp as wp
@@ -87,7 +86,7 @@ class ExternalWork(Works):
             self._axis = wp.array(conditions.work_axis, dtype=wp.int32, device=device)
             self._area = wp.array(conditions.work_area / area_unit, dtype=wp.float64, device=device)
 
-    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[Any]]:
+    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object]]:
         return self._kernel, [self._axes, state.struct, clock.time, self._particle, self._axis, self._area, self._n]
 
     @property
@@ -248,7 +247,7 @@ class LoadWork(Works):
             self._hold = hold if hold is not None else self._loads
             self._mass = wp.array(mass, dtype=space.scalar, device=device)
 
-    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[Any]]:
+    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object]]:
         drag = state.struct.drag if self._drags else self.before
         inputs = [state.struct, clock.time, self._loads, self._hold, self._mass, self._n]
         return self._kernel, [*inputs, drag, self.before]

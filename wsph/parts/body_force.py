@@ -6,7 +6,7 @@ dv/dt = (div stress)/rho + g - rate v
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 import warp as wp
@@ -16,14 +16,14 @@ from wsph.backend.reduce import BLOCK
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.parts.works import Works
-from wsph.quantities import Model, in_unit
+from wsph.quantities import Model, Unit
 from wsph.units import Scales
 
 
 class Damping(Model):
     """Damping of every particle's motion: dv/dt = ... - rate v, rate in 1/s."""
 
-    rate: in_unit("1/s", ge=0)
+    rate: Annotated[float, Unit("1/s", ge=0)]
 
 
 @cache
@@ -107,7 +107,7 @@ class BodyForce(Works):
         if self._acts:
             self._volume = wp.array(volume, dtype=space.scalar, device=device)
 
-    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[Any]]:
+    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object]]:
         kernel = _work_kernel(self._space, state.layout)
         return kernel, [self._n, clock.time, self.struct, self._volume, state.struct]
 

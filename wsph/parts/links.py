@@ -20,7 +20,7 @@ Criteria, n the current direction of the link:
 """
 
 from functools import cache
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 import warp as wp
@@ -43,7 +43,7 @@ from wsph.parts.part import Attached, Host, Neighbourhood, Part
 from wsph.parts.terms import points_struct
 from wsph.plugins.traits import turns
 from wsph.protocols import Entry, Traits
-from wsph.quantities import in_unit
+from wsph.quantities import Unit
 from wsph.sph.misfit import misfit
 from wsph.sph.rows import rows_of, rows_struct
 from wsph.units import quantity
@@ -64,7 +64,7 @@ class Links(Part):
     support: ClassVar[float | None] = 1.3
     criterion: Literal["stretch", "energy", "plastic-strain", "principal-stress"]
     threshold: float | str | None = None
-    fracture_energy: in_unit("J/m2", gt=0) | None = None
+    fracture_energy: Annotated[float, Unit("J/m2", gt=0)] | None = None
     where: str | None = None
 
     @model_validator(mode="after")

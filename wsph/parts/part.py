@@ -5,20 +5,21 @@ fields of the state, terms in the loops over pairs, and an `Attached` on the dev
 the ledger. A method that is not overridden adds nothing, and a body without the part pays nothing.
 """
 
+# pyright: strict
+
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
-import warp as wp
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
-from wsph.backend.space import Space
+from wsph.backend.space import Array, Space
 from wsph.backend.state import Field, State
 from wsph.constitutive.constitutive import Constitutive
 from wsph.geometry.lattice import Lattice
-from wsph.parts.terms import PairTerm, RateTerm, Response, StressTerm
+from wsph.parts.terms import PairTerm, Points, RateTerm, Response, StressTerm
 from wsph.protocols import Entry, Traits
 from wsph.quantities import Model
 from wsph.sph.pairs import Pairs
@@ -67,14 +68,14 @@ class Neighbourhood:
     """
 
     pairs: Pairs
-    weight: wp.array
-    points: Any
-    mean: wp.array
+    weight: Array
+    points: Points
+    mean: Array
     spread: np.ndarray
     volume: np.ndarray
     position: np.ndarray
     back: Pairs | None = None
-    back_weight: wp.array | None = None
+    back_weight: Array | None = None
 
 
 BROKEN = 0.95
@@ -90,9 +91,9 @@ class Attached:
     """The longest time step that it can take, nondimensional."""
     response: object = None
     """The struct that its `Response` takes and writes."""
-    share: wp.array | None = None
+    share: Array | None = None
     """The points' shares (m,) where the part reduces them, or None."""
-    weight: wp.array | None = None
+    weight: Array | None = None
     """Weights of the pairs (pairs,), zero for broken ones, where pairs can break, or None."""
 
     def rate(self, state: State, out: State) -> None:

@@ -4,11 +4,13 @@ It holds the modes that a gradient alone does not see (`wsph.formulations.lagran
 by default in the forms with a reference configuration.
 """
 
-from typing import ClassVar
+# pyright: strict
+
+from typing import Annotated, ClassVar
 
 from wsph.parts.part import Host, Part
 from wsph.protocols import Traits
-from wsph.quantities import in_unit
+from wsph.quantities import Unit
 
 AT_NODES = 0.3
 """By default, of particles that are their own points and stand on the faces."""
@@ -27,7 +29,7 @@ class Residual(Part):
     key: ClassVar[str] = "residual"
     holds_modes: ClassVar[bool] = True
     switchable: ClassVar[bool] = True
-    coefficient: in_unit("", ge=0)
+    coefficient: Annotated[float, Unit("", ge=0)]
 
     @property
     def acts(self) -> bool:

@@ -5,14 +5,16 @@ source, and no number that a scene may choose. Numbers stand in the struct of co
 them.
 """
 
+# pyright: strict
+
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import Literal
+from typing import Literal, Protocol, cast
 
 import warp as wp
 
-from wsph.backend.space import Space
+from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout
 from wsph.constitutive.laws import Laws
 
@@ -21,7 +23,18 @@ from wsph.constitutive.laws import Laws
 def coefficients_struct(space: Space, names: tuple[str, ...] = ()) -> type:
     """Struct of nondimensional coefficients: the speed sqrt(E/rho), the smoothing length h, and those that terms name."""
     annotations = dict.fromkeys(("speed", "h", *names), space.scalar)
-    return wp.struct(type("Coefficients", (), {"__annotations__": annotations, "__module__": __name__}))
+    return cast(type, wp.struct(type("Coefficients", (), {"__annotations__": annotations, "__module__": __name__})))
+
+
+class Points(Protocol):
+    """What points have of their own, as `points_struct` has it."""
+
+    node: Array
+    centre: Array
+    moment: Array
+    volume: Array
+    share: Array
+    stabilisation: float
 
 
 @cache
@@ -36,7 +49,7 @@ def points_struct(space: Space) -> type:
     stabilisation  # stiffness against the misfit of a linear field to the displacements
     """
     real, vec, mat = space.scalar, space.vec, space.mat
-    annotations = {
+    annotations: dict[str, object] = {
         "node": wp.array(dtype=vec),
         "centre": wp.array(dtype=vec),
         "moment": wp.array(dtype=mat),
@@ -44,7 +57,7 @@ def points_struct(space: Space) -> type:
         "share": wp.array(dtype=real),
         "stabilisation": real,
     }
-    return wp.struct(type("Points", (), {"__annotations__": annotations, "__module__": __name__}))
+    return cast(type, wp.struct(type("Points", (), {"__annotations__": annotations, "__module__": __name__})))
 
 
 @cache
@@ -55,12 +68,12 @@ def answers_struct(space: Space) -> type:
     corrected  # volume times first Piola stress times moment, less what the stabilisation has there, (m,) mat
     extra      # the same of a stress or rate term, (m,) mat, where there is one
     """
-    annotations = {
+    annotations: dict[str, object] = {
         "mean": wp.array(dtype=space.vec),
         "corrected": wp.array(dtype=space.mat),
         "extra": wp.array(dtype=space.mat),
     }
-    return wp.struct(type("Answers", (), {"__annotations__": annotations, "__module__": __name__}))
+    return cast(type, wp.struct(type("Answers", (), {"__annotations__": annotations, "__module__": __name__})))
 
 
 @dataclass(frozen=True)
