@@ -101,7 +101,7 @@ def add_load(load: type[Load], *scenes: type[BaseModel]) -> None:
         model.model_rebuild(force=True)
 
 
-def remove_load(load: type[Load], *scenes: type[Any]) -> None:
+def remove_load(load: type[Load], *scenes: type[BaseModel]) -> None:
     """Undo `add_load`."""
     del LOADS[load.key], Boundary.__pydantic_fields__[load.key]
     for model in (Boundary, *scenes):
