@@ -108,7 +108,7 @@ def sentence(described: object) -> str:
 
 
 def in_words(traits: Traits) -> list[str]:
-    """What a formulation can do, in the words that `Traits` has for it."""
+    """The abilities of a formulation, in the words that `Traits` has for them."""
     said = attribute_docstrings(Traits)
     held = [name for name, value in dataclasses.asdict(traits).items() if value is True]
     return [said[name].removeprefix("Whether ").partition(": ")[0].removesuffix(".") for name in held]

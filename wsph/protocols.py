@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Traits:
-    """What a formulation can do, and what a run has to do for it."""
+    """The abilities of a formulation, and the duties of a run towards it."""
 
     one_set: bool = False
     """Whether particles of one set carry the whole motion."""
@@ -53,7 +53,7 @@ AnyState = Any
 
 
 class Material(Protocol):
-    """What every material gives, its `density` [kg/m3] and its `moduli`, bulk and shear [Pa]; what else it has is asked in
+    """A material: its `density` [kg/m3] and its `moduli`, bulk and shear [Pa]; what else it has is asked in
     `wsph.plugins.traits`."""
 
     @property
@@ -77,7 +77,7 @@ class Resettable(Protocol):
 
 
 class Fast(Protocol):
-    """What has a `velocity` [m/s] of its own: the units of a run."""
+    """The units of a run, of which a `velocity` [m/s] is one."""
 
     @property
     def velocity(self) -> float: ...

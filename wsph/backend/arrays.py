@@ -26,7 +26,7 @@ class Named:
 
 
 class Arrays:
-    """The device arrays of a body, or of what acts between bodies. A `part` shares the register, under a name of its own."""
+    """The device arrays of a body or of an interaction. A `part` shares the register, under a name of its own."""
 
     def __init__(self, device: str, known: dict[str, Named] | None = None, prefix: str = ""):
         self.device = device

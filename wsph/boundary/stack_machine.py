@@ -21,7 +21,7 @@ class Bank:
     table_start  # (s + 1,), where the rows of each table begin
     table_step   # (s,), 1 where a table is one of steps, 0 where it is linear
     table_t      # (r,) [s]
-    table_value  # (r,), in the SI unit of what is prescribed
+    table_value  # (r,), in the SI unit of the prescribed quantity
     """
 
     start: wp.array(dtype=wp.int32)

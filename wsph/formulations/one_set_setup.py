@@ -35,7 +35,7 @@ class Placement:
 
     @classmethod
     def of(cls, host: Host) -> "Placement":
-        """That of a body."""
+        """The places of a body's particles and points."""
         lattice, unit, points = host.lattice, host.scales.length**host.space.dim, not host.traits.pairwise
         position = lattice.nodes if host.at_nodes else lattice.cells
         volume = (lattice.node_volume if host.at_nodes else lattice.cell_volume) / unit

@@ -4,7 +4,7 @@ approaching pairs, or linear on all.
 Between particles that are their own points it acts along the current line of two particles, with weights that stand in place
 of a gradient: angular momentum is kept to rounding. The paper's acts along each particle's own corrected gradient and keeps
 no momentum at a boundary (`correction`): it is there to compare with. Stress points, which have no pairs among nodes,
-have it as a stress, the mean over all directions of what pairs do: rho alpha c h (tr D I + 2 D)/(2 (dim + 2)) on all
+have it as a stress, the mean over all directions of the pairs' forces: rho alpha c h (tr D I + 2 D)/(2 (dim + 2)) on all
 motion, or against compression rho/2 (alpha c h tr D - beta (h tr D)^2) I, the bulk viscosity of von Neumann and
 Richtmyer. What it takes is dissipated.
 """

@@ -98,7 +98,7 @@ def wants_displacement(scene: Scene) -> bool:
 
 @dataclass(frozen=True)
 class Method:
-    """What integrates a scene: the integrator's class, with the name and the distribution that messages say of it (`who`),
+    """The method of a scene: the integrator's class, with the name and the distribution that messages say of it (`who`),
     its options, and the formulation that it works in."""
 
     plugin: type

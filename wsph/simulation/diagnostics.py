@@ -56,7 +56,7 @@ class StoredEnergy:
 
 @cache
 def stored_energy(space: Space, laws: Laws, layout: Layout, response: Response | None, breaks: bool) -> StoredEnergy:
-    """What a point stores that obeys `laws`, or its `response` in their place, and of a body that may break."""
+    """The energy stored by a point that obeys `laws`, or its `response` in their place, and of a body that may break."""
     real, Params, Fields = space.scalar, laws.Params, fields_struct(space, layout)
     of_stress, of_deformation = laws.energy, laws.total_energy
     if response is not None:

@@ -25,7 +25,7 @@ WORK, RESIDUAL = "external_work", "residual"
 
 @dataclass(frozen=True)
 class Account:
-    """The ledger at a step, nondimensional: `energies` by column, the `total` of what the bodies hold and have lost, the
+    """The ledger at a step, nondimensional: `energies` by column, the `total` that the bodies hold and have lost, the
     `work` done on them, with what they started with, and their momentum (dim,)."""
 
     energies: dict[str, float]

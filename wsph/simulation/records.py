@@ -122,7 +122,7 @@ class Records:
         return whole | {"id": np.arange(len(whole["body"])), "body": whole.pop("body")}
 
     def kept(self) -> tuple[dict[str, np.ndarray], list[Any]]:
-        """What a checkpoint holds of them: arrays, and of each probe its keys and its steps."""
+        """The records that a checkpoint holds: arrays, and of each probe its keys and its steps."""
         arrays, probes = {"history": np.array(self._rows)}, list[Any]()
         for number, recorder in enumerate(self._probes):
             arrays[f"probe{number}"], steps = recorder.kept()

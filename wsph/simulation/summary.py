@@ -15,7 +15,7 @@ from wsph.simulation.composition import Composition
 from wsph.simulation.ledger import Ledger
 
 VERSIONS = (("wsph", "wsph"), ("warp", "warp-lang"), ("numpy", "numpy"), ("meshio", "meshio"))
-"""What a result depends on: its name in the summary, and its distribution."""
+"""Packages that a result depends on: the name in the summary, and the distribution."""
 
 
 @dataclass(frozen=True)

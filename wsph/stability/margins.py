@@ -65,8 +65,8 @@ leave out is in the shares above; `TestWholeSpectra.test_it_takes_fifty_evaluati
 tests/stability/test_guard.py."""
 
 DAMPED_VECTORS = (6, 24)
-"""Of one with viscosity, with two products each: Lanczos' vectors, then the most of the second-order Krylov space. The same
-tests."""
+"""The same for a body with viscosity, two products each: Lanczos' vectors, then the most of the second-order Krylov space.
+The same tests."""
 
 PRODUCTS = 40
 """Products of Arnoldi's method for the growth of a step, and so vectors kept: with blocks of 100 steps, on bodies of 64

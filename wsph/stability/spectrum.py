@@ -16,8 +16,8 @@ from wsph.stability.margins import APPROACH, STILL
 
 
 def outermost(matrix: np.ndarray, square: np.ndarray, end: int = -1) -> tuple[float, float]:
-    """The outermost eigenvalue of an operator projected on orthonormal vectors, and how far it may be from one of the whole
-    operator's: the norm of what the operator leaves beside it. `square` is the operator's square, projected."""
+    """The outermost eigenvalue of an operator projected on orthonormal vectors, and a bound of its distance from one of the
+    whole operator: the norm of the product less the projected one. `square` is the projected square of the operator."""
     values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
     y = vectors[:, end]
     return float(values[end]), float(np.sqrt(max(y @ square @ y - values[end] ** 2, 0.0)))
@@ -97,7 +97,7 @@ class Spectrum:
 
 
 def modes(stiffness: np.ndarray, damping: np.ndarray, still: float = STILL["f64"]) -> np.ndarray:
-    """lambda of lambda^2 + D lambda + K, up to (2 m,): without those of the rigid body and of what grows by itself."""
+    """lambda of lambda^2 + D lambda + K, up to (2 m,): without rigid motions and modes that grow by themselves."""
     m = len(stiffness)
     values = np.linalg.eigvals(np.block([[np.zeros((m, m)), np.eye(m)], [-stiffness, -damping]]))
     values = values[np.abs(values) > still * np.abs(values).max()] if m else values
