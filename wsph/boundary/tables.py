@@ -88,7 +88,7 @@ class Prescribing(Protocol):
     def boundary(self) -> tuple[Boundary, ...]: ...
 
     def value(self, value: Value, unit: str) -> Expression | Function:
-        """What a value of the scene means."""
+        """The program of a value: a table of `functions`, or an expression."""
         ...
 
 
