@@ -6,14 +6,15 @@ import pytest
 import warp as wp
 
 from wsph.backend import launch, threads
+from wsph.backend.kernels import kernel
 
 
 def test_threads_meet_after_every_launch_that_they_share(monkeypatch: pytest.MonkeyPatch) -> None:
-    @wp.kernel(enable_backward=False)
+    @kernel(ranged=True)
     def ranged(first: int):
         pass
 
-    @wp.kernel(enable_backward=False)
+    @kernel()
     def whole(n: int):
         pass
 

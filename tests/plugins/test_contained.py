@@ -60,7 +60,7 @@ SPOIL = """
 import warp as wp
 
 @wp.kernel(module="unique", enable_backward=False)
-def spoil(first: int, clock: wp.array(dtype=wp.float64), buffer_out: wp.array(dtype=wp.float64)):
+def spoil(clock: wp.array(dtype=wp.float64), buffer_out: wp.array(dtype=wp.float64)):
     if clock[0] > clock[1] * wp.float64(29.5):
         buffer_out[7] = wp.float64(wp.nan)
 """

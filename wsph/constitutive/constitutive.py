@@ -11,17 +11,17 @@ from wsph.constitutive.laws import Laws, laws_of, parameters
 from wsph.constitutive.stress_state import StressState
 from wsph.errors import Refused
 from wsph.plugins.blame import RATE_SIGNATURE, blame
-from wsph.plugins.traits import internal_units, internal_values
+from wsph.plugins.traits import gives, internal_units, internal_values, own_internals
 from wsph.units import Scales
 
 
 def _refuse_what_is_not_applied(material: Any, who: str) -> None:
     """Refuse members of a law that no formulation applies: they would be dropped silently."""
-    if hasattr(material, "objective"):
+    if gives(material, "objective"):
         raise Refused(f"{who} declares 'objective', which is not applied yet; give its whole law as `rate`")
-    if hasattr(material, "project") and not hasattr(material, "rate"):
+    if gives(material, "project") and not gives(material, "rate"):
         raise Refused(f"{who} has `project` without `rate`: what is brought back is the stress that a rate gave")
-    if not (hasattr(material, "rate") or hasattr(material, "stress")):
+    if not (gives(material, "rate") or gives(material, "stress")):
         raise Refused(f"{who} has neither `rate` nor `stress`; every formulation needs one of them: {RATE_SIGNATURE}")
     reserved = {
         "velocity",
@@ -35,7 +35,7 @@ def _refuse_what_is_not_applied(material: Any, who: str) -> None:
         "id",
         "body",
     }
-    taken = reserved.intersection(getattr(material, "internals", {}))
+    taken = reserved.intersection(own_internals(material))
     if taken:
         raise Refused(f"{who} names an internal {sorted(taken)[0]!r}, which is a field of every body")
 

@@ -14,6 +14,7 @@ import warp as wp
 from wsph.backend.space import Space
 from wsph.constitutive.stress_state import StressState, packing, unit_normal
 from wsph.errors import PluginError
+from wsph.plugins.traits import gives, own_internals
 
 TOTAL_SIGNATURE = "stress(self, space, Params) -> @wp.func (p: Params, H: space.tensor) -> Cauchy stress"
 PROJECT_SIGNATURE = "project(self, space, Params) -> @wp.func (p: Params, stress: space.tensor[, q]) -> stress[, q]"
@@ -124,7 +125,7 @@ def total_laws(
     space: Space, material: Any, state: StressState, Params: type
 ) -> tuple[wp.Function | None, wp.Function | None]:
     """The total law for the displacement gradients of a stress state, and its energy; None where the material has none."""
-    if not hasattr(material, "stress"):
+    if not gives(material, "stress"):
         return None, None
     law, stored = material.stress(space, Params), None
     if not isinstance(law, wp.Function) or len(inspect.signature(law.func).parameters) != 2:
@@ -132,7 +133,7 @@ def total_laws(
     real, tensor, mat, dim = space.scalar, space.tensor, space.mat, space.dim
     (_, pack), whole = packing(space, state), _whole_gradient(space, law, state, Params)
     # A law may give its first Piola stress itself: that is what forces take, and cheaper than there and back.
-    direct = hasattr(material, "piola")
+    direct = gives(material, "piola")
     nominal = material.piola(space, Params) if direct else law
 
     @wp.func
@@ -153,7 +154,7 @@ def total_laws(
                 P[i, j] = piola[i, j]
         return pack(cauchy), P
 
-    if hasattr(material, "energy"):
+    if gives(material, "energy"):
         density = material.energy(space, Params)
 
         @wp.func
@@ -166,9 +167,9 @@ def total_laws(
 
 def projection(space: Space, material: Any, state: StressState, Params: type, internal: type) -> wp.Function | None:
     """The plugin's return mapping for packed stresses and all internals, the dissipation among them; None without one."""
-    if not hasattr(material, "project"):
+    if not gives(material, "project"):
         return None
-    law, count = material.project(space, Params), len(getattr(material, "internals", {}))
+    law, count = material.project(space, Params), len(own_internals(material))
     if not isinstance(law, wp.Function) or len(inspect.signature(law.func).parameters) != (3 if count else 2):
         wanted = f"{3 if count else 2} arguments"
         raise PluginError(f"{type(material).__name__}.project gave no law of {wanted}; expected {PROJECT_SIGNATURE}")

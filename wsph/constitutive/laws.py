@@ -25,7 +25,7 @@ from wsph.constitutive.free_normals import free_rate, projection, total_laws
 from wsph.constitutive.stress_state import StressState, packing, unit_normal
 from wsph.errors import PluginError
 from wsph.plugins.blame import RATE_SIGNATURE
-from wsph.plugins.traits import dissipates, relaxes
+from wsph.plugins.traits import depends_on_stress, derived_units, dissipates, gives, own_internals, relaxes
 
 
 def parameters(material: Any) -> dict[str, str]:
@@ -35,7 +35,7 @@ def parameters(material: Any) -> dict[str, str]:
         for f in dataclasses.fields(material)
         if not isinstance(getattr(material, f.name), (str, bool))
     }
-    return {**names, **getattr(material, "derived", {}), "elastic_bulk": "Pa", "elastic_shear": "Pa"}
+    return {**names, **derived_units(material), "elastic_bulk": "Pa", "elastic_shear": "Pa"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,14 +73,14 @@ class Laws:
 def user_law(space: Space, material: Any, Params: type, internal: type) -> wp.Function:
     """The plugin's law as (p, stress, L, q) -> (stress rate, q rate), whatever internals it has."""
     tensor = space.tensor
-    if not hasattr(material, "rate"):
+    if not gives(material, "rate"):
 
         @wp.func
         def none(p: Params, stress: tensor, L: tensor, q: internal):
             return tensor(), internal()
 
         return none
-    names = list(getattr(material, "internals", {}))
+    names = list(own_internals(material))
     law = material.rate(space, Params)
     if not isinstance(law, wp.Function):
         raise PluginError(
@@ -209,8 +209,8 @@ def laws_of(space: Space, material: Any, state: StressState) -> Laws:
 
     Another value gives another Laws but the same kernel source, so it is loaded from the kernel cache, not compiled.
     """
-    relaxing, depends = relaxes(material), bool(getattr(material, "depends_on_stress", True))
-    dissipating, count = dissipates(material), len(getattr(material, "internals", {}))
+    relaxing, depends = relaxes(material), depends_on_stress(material)
+    dissipating, count = dissipates(material), len(own_internals(material))
     real, tensor, mat = space.scalar, space.tensor, space.mat
     stress, internal = space.vector(len(state.components)), space.vector(max(count + dissipating, 1))
     # Not id-based: the same fields give the same struct, and so the same compiled kernel, in every process.

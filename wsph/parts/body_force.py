@@ -12,6 +12,7 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.clock import Clock
+from wsph.backend.kernels import kernel
 from wsph.backend.reduce import BLOCK
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
@@ -62,9 +63,17 @@ def acceleration(space: Space, parts: BodyForceKinds) -> wp.Function:
 def _work_kernel(space: Space, layout: Layout) -> wp.Kernel:
     Inertia, Fields = inertia_struct(space), fields_struct(space, layout)
 
-    @wp.kernel(module="unique", enable_backward=False)
-    def work(first: int, count: int, clock: wp.array(dtype=wp.float64), body: Inertia, volume: wp.array(dtype=space.scalar),
-             fields: Fields, power_out: wp.array2d(dtype=wp.float64), work_out: wp.array2d(dtype=wp.float64)):  # fmt: skip
+    @kernel(ranged=True)
+    def work(
+        first: int,
+        count: int,
+        clock: wp.array(dtype=wp.float64),
+        body: Inertia,
+        volume: wp.array(dtype=space.scalar),
+        fields: Fields,
+        power_out: wp.array2d(dtype=wp.float64),
+        work_out: wp.array2d(dtype=wp.float64),
+    ):
         block = first + wp.tid()
         lifted = wp.float64(0.0)
         damped = wp.float64(0.0)

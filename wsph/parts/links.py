@@ -41,6 +41,7 @@ from wsph.errors import Refused
 from wsph.geometry.selection import select
 from wsph.parts.part import Attached, Host, Neighbourhood, Part
 from wsph.parts.terms import points_struct
+from wsph.parts.viscosity import Viscosity
 from wsph.plugins.traits import turns
 from wsph.protocols import Entry, Traits
 from wsph.quantities import Unit
@@ -100,7 +101,7 @@ class Links(Part):
             raise Refused(
                 f'body {host.name!r}: links need the symmetric correction: run.correction = "paper" keeps no momentum at a crack'
             )
-        if viscosity is not None and getattr(viscosity, "correction", None) == "paper":
+        if isinstance(viscosity, Viscosity) and viscosity.correction == "paper":
             raise Refused(
                 f'body {host.name!r}: links need symmetric viscosity: viscosity.correction = "paper" keeps no momentum at a crack;'
                 " leave it out"

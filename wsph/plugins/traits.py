@@ -4,6 +4,7 @@
 
 import math
 from collections.abc import Mapping
+from typing import Literal
 
 
 def relaxes(material: object) -> bool:
@@ -61,9 +62,14 @@ def longest_step(material: object) -> float:
     return float(getattr(material, "time_step")()) if hasattr(material, "time_step") else math.inf  # noqa: B009
 
 
-def has_rate(material: object) -> bool:
-    """Whether it gives a rate law."""
-    return hasattr(material, "rate")
+def gives(material: object, member: Literal["rate", "stress", "piola", "energy", "project", "objective"]) -> bool:
+    """Whether it has that member of a law."""
+    return hasattr(material, member)
+
+
+def derived_units(material: object) -> Mapping[str, str]:
+    """The properties that join the numbers of its fields, with their units."""
+    return getattr(material, "derived", {})
 
 
 def is_linear(material: object) -> bool:

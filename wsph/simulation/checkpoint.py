@@ -22,11 +22,11 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-import warp as wp
 
 from wsph.errors import CheckpointError
 from wsph.output.files import write_atomically
 from wsph.output.folder import OutputFolder
+from wsph.protocols import DeviceArray
 from wsph.scene.scene import Scene
 from wsph.simulation.checks import Checks
 from wsph.simulation.composition import Composition
@@ -139,9 +139,9 @@ def last(scene: Scene, folder: Path | None, overwrite: bool) -> Found:
     return files[-1], facts, arrays
 
 
-def kept(composition: Composition) -> dict[str, wp.array]:
+def kept(composition: Composition) -> dict[str, DeviceArray]:
     """The device arrays that a run goes on from, by name."""
-    found = {"clock.step": composition.clock.step, "clock.time": composition.clock.time}
+    found: dict[str, DeviceArray] = {"clock.step": composition.clock.step, "clock.time": composition.clock.time}
     for number, run in enumerate(composition.bodies):
         found |= {f"body{number}.{name}": array for name, array in run.system.arrays.kept.items()}
     for interaction in composition.interactions:

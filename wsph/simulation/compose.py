@@ -35,7 +35,7 @@ from wsph.plugins.blame import blame
 from wsph.plugins.formulations import FORMULATIONS, Formulation, of_sets
 from wsph.plugins.formulations import offered as worked_in
 from wsph.plugins.options import build
-from wsph.plugins.traits import has_rate
+from wsph.plugins.traits import gives
 from wsph.protocols import Integrator, Interaction
 from wsph.scene.lattices import lattice_of
 from wsph.scene.scene import Scene
@@ -273,7 +273,7 @@ def _probes(scene: Scene, bodies: Sequence[BodyRun], space: Space, time_step: Ti
 def _refuse(body: Body, material: Any, method: Method, who: str) -> None:
     """Refuse by name what a formulation cannot do."""
     formulation, traits = method.formulation, method.formulation.traits
-    if traits.needs_rate and not has_rate(material):
+    if traits.needs_rate and not gives(material, "rate"):
         raise Refused(
             f"{who} has a total law alone; the {formulation.name} form needs a rate: use run.formulation of one set"
         )
