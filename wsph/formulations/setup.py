@@ -1,5 +1,7 @@
 """What a body is built from."""
 
+# pyright: strict
+
 from dataclasses import dataclass
 
 from wsph.backend.clock import Clock
