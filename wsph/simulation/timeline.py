@@ -1,6 +1,7 @@
 """What time it is at a step, how long steps are, and when something is due in a run."""
 
-# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+# pyright: strict
+# pyright: reportUnknownMemberType=false
 
 import math
 from collections.abc import Sequence
