@@ -8,6 +8,7 @@ import warp as wp
 
 from wsph.backend.kernels import kernel
 from wsph.backend.launch import Launch
+from wsph.backend.space import Array
 
 T, DT, FIRST_T, FIRST_STEP = range(4)
 """Indices into `Clock.time`: t and dt, and the t and the step number at which dt began."""
@@ -48,8 +49,8 @@ class Clock:
     def __init__(self, dt: float, device: str):
         self.device = device
         self._listed: list[Launch] | None = None
-        self.step = wp.zeros(1, dtype=wp.int64, device=device)
-        self.time = wp.array([0.0, dt, 0.0, 0.0], dtype=wp.float64, device=device)
+        self.step: Array = wp.zeros(1, dtype=wp.int64, device=device)
+        self.time: Array = wp.array([0.0, dt, 0.0, 0.0], dtype=wp.float64, device=device)
 
     @property
     def dt(self) -> float:

@@ -6,7 +6,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import cast
+from typing import cast, overload
 
 import numpy as np
 import warp as wp
@@ -149,6 +149,12 @@ class State:
         if self.derived is not None and name in self.derived.start:
             return self.derived.buffer, self.derived.start[name]
         return self.buffer, self.start[name]
+
+    @overload
+    def index(self, name: str, particle: int, component: int) -> int: ...
+
+    @overload
+    def index(self, name: str, particle: np.ndarray, component: int) -> np.ndarray: ...
 
     def index(self, name: str, particle: np.ndarray | int, component: int) -> np.ndarray | int:
         """Where a component of a field of a particle stands in the buffer; a derived one in that of the derived fields,

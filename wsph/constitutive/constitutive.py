@@ -1,7 +1,6 @@
 """A material in a stress state, ready for kernels: its parameters, nondimensional, and its laws."""
 
 from functools import cache
-from typing import Any
 
 import warp as wp
 
@@ -12,10 +11,11 @@ from wsph.constitutive.stress_state import StressState
 from wsph.errors import Refused
 from wsph.plugins.blame import RATE_SIGNATURE, blame
 from wsph.plugins.traits import gives, internal_units, internal_values, own_internals
+from wsph.protocols import Material
 from wsph.units import Scales
 
 
-def _refuse_what_is_not_applied(material: Any, who: str) -> None:
+def _refuse_what_is_not_applied(material: Material, who: str) -> None:
     """Refuse members of a law that no formulation applies: they would be dropped silently."""
     if gives(material, "objective"):
         raise Refused(f"{who} declares 'objective', which is not applied yet; give its whole law as `rate`")
@@ -47,7 +47,7 @@ class Constitutive:
     included where the law relaxes), and the Warp functions of `laws`.
     """
 
-    def __init__(self, space: Space, material: Any, state: StressState, scales: Scales, who: str):
+    def __init__(self, space: Space, material: Material, state: StressState, scales: Scales, who: str):
         self.space, self.material, self.state, self.who = space, material, state, who
         bulk, shear = material.moduli()
         self.wave_speed = state.wave_speed(bulk, shear, material.density)

@@ -7,7 +7,6 @@ where they are linear. In uniaxial stress both free normals of an isotropic soli
 
 import inspect
 from functools import cache
-from typing import Any
 
 import warp as wp
 
@@ -122,7 +121,7 @@ def _whole_gradient(space: Space, law: wp.Function, state: StressState, Params: 
 
 
 def total_laws(
-    space: Space, material: Any, state: StressState, Params: type
+    space: Space, material: object, state: StressState, Params: type
 ) -> tuple[wp.Function | None, wp.Function | None]:
     """The total law for the displacement gradients of a stress state, and its energy; None where the material has none."""
     if not gives(material, "stress"):
@@ -165,7 +164,7 @@ def total_laws(
     return total, stored
 
 
-def projection(space: Space, material: Any, state: StressState, Params: type, internal: type) -> wp.Function | None:
+def projection(space: Space, material: object, state: StressState, Params: type, internal: type) -> wp.Function | None:
     """The plugin's return mapping for packed stresses and all internals, the dissipation among them; None without one."""
     if not gives(material, "project"):
         return None

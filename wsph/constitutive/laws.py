@@ -16,7 +16,6 @@ import dataclasses
 import inspect
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from typing import Any
 
 import warp as wp
 
@@ -28,7 +27,7 @@ from wsph.plugins.blame import RATE_SIGNATURE
 from wsph.plugins.traits import depends_on_stress, derived_units, dissipates, gives, own_internals, relaxes
 
 
-def parameters(material: Any) -> dict[str, str]:
+def parameters(material: object) -> dict[str, str]:
     """Names and units of a material's numbers: its fields, its `derived` properties and the two elastic moduli."""
     names = {
         f.name: f.metadata.get("unit", "")
@@ -70,7 +69,7 @@ class Laws:
     total_energy: wp.Function | None = None
 
 
-def user_law(space: Space, material: Any, Params: type, internal: type) -> wp.Function:
+def user_law(space: Space, material: object, Params: type, internal: type) -> wp.Function:
     """The plugin's law as (p, stress, L, q) -> (stress rate, q rate), whatever internals it has."""
     tensor = space.tensor
     if not gives(material, "rate"):
@@ -204,7 +203,7 @@ def _face_law(
 
 
 @lru_cache(maxsize=64)
-def laws_of(space: Space, material: Any, state: StressState) -> Laws:
+def laws_of(space: Space, material: object, state: StressState) -> Laws:
     """The laws of a material, by its values: `rate` is a third party's code and may branch on any of them.
 
     Another value gives another Laws but the same kernel source, so it is loaded from the kernel cache, not compiled.

@@ -1,7 +1,8 @@
 """Consequences of a material's moduli alone: its wave speed, and the digits that single precision leaves of its shear."""
 
+# pyright: strict
+
 import warnings
-from typing import Any
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from wsph.backend.space import Space
 from wsph.constitutive.stress_state import StressState
 from wsph.errors import Refused
 from wsph.plugins.blame import blame
+from wsph.protocols import Material
 
 MODULI_SIGNATURE = "moduli(self) -> (bulk modulus, shear modulus) [Pa], both above zero, and density"
 
@@ -16,7 +18,7 @@ MOST_STIFFER = 1000.0
 """Bulk over shear modulus above which single precision is warned of."""
 
 
-def wave_speed(material: Any, state: StressState, who: str) -> float:
+def wave_speed(material: Material, state: StressState, who: str) -> float:
     """The wave speed of a material in a stress state [m/s]. Raises Refused where it, or a modulus, is not finite and above
     zero. `who` is what messages call the material."""
     with blame(who, MODULI_SIGNATURE):
@@ -29,7 +31,7 @@ def wave_speed(material: Any, state: StressState, who: str) -> float:
     return speed
 
 
-def warn_of_lost_digits(body: str, material: Any, space: Space, who: str) -> None:
+def warn_of_lost_digits(body: str, material: Material, space: Space, who: str) -> None:
     """Warn where single precision, which has seven digits for a stress, has few of them left for the deviator: where the
     bulk modulus is far above the shear modulus. `body` is the body's name."""
     bulk, shear = material.moduli()

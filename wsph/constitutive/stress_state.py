@@ -33,7 +33,7 @@ class StressState:
         return math.sqrt(modulus / density)
 
 
-STRESS_STATES = {
+STRESS_STATES: dict[tuple[int, str | None], StressState] = {
     (1, "stress"): StressState("uniaxial stress", ((0, 0),), (1, 2)),
     (1, "strain"): StressState("uniaxial strain", ((0, 0), (1, 1), (2, 2))),
     (2, "stress"): StressState("plane stress", ((0, 0), (1, 1), (0, 1)), (2,)),

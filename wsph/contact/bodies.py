@@ -1,20 +1,84 @@
 """Bodies as contacts see them."""
 
+# pyright: strict
+# pyright: reportUnknownMemberType=false
+
 from dataclasses import dataclass
-from typing import Any
+from typing import Protocol, cast
 
 import numpy as np
 import warp as wp
 
 from wsph.backend.clock import Clock
 from wsph.backend.domain import Domain
-from wsph.backend.space import Space
-from wsph.contact.law import body_struct
+from wsph.backend.space import Array, Space
+from wsph.backend.state import State
+from wsph.constitutive.constitutive import Constitutive
+from wsph.contact.law import ContactLaw, body_struct
 from wsph.protocols import PushedBody
 from wsph.scene.tables import Contact
 from wsph.sph.pairs import Pairs
 from wsph.sph.skin import Skin
 from wsph.units import Scales
+
+
+class PushedSystem(Protocol):
+    """The system of a body whose formulation is `pushable`. Nondimensional but for `position` and `spacing` [m]."""
+
+    @property
+    def constitutive(self) -> Constitutive: ...
+
+    @property
+    def scales(self) -> Scales: ...
+
+    @property
+    def spacing(self) -> float: ...
+
+    @property
+    def count(self) -> int: ...
+
+    @property
+    def position(self) -> np.ndarray: ...
+
+    @property
+    def volume(self) -> np.ndarray: ...
+
+    @property
+    def density(self) -> float: ...
+
+    @property
+    def state(self) -> State: ...
+
+    @property
+    def free_components(self) -> np.ndarray:
+        """1 where a component of the velocity is free, 0 where it is prescribed, (n dim,)."""
+        ...
+
+    @property
+    def neighbours(self) -> Pairs:
+        """The particles that each is joined to."""
+        ...
+
+    @property
+    def breakable_weights(self) -> Array | None:
+        """Weights of the `neighbours`, zero where a pair has broken; None where none can."""
+        ...
+
+    @property
+    def drags(self) -> bool:
+        """Whether there are forces that depend on velocities, beside damping in proportion to mass."""
+        ...
+
+    @property
+    def started_from(self) -> Array:
+        """Velocities that the work of drag in a step is measured from, (n,) vec: what changes velocities between steps sets
+        them too."""
+        ...
+
+
+def pushed(run: PushedBody) -> PushedSystem:
+    """The system of a body whose traits say that it is pushable."""
+    return cast(PushedSystem, run.system)
 
 
 class ContactBody:
@@ -31,16 +95,16 @@ class ContactBody:
     """
 
     def __init__(self, run: PushedBody, origin: np.ndarray, space: Space, scales: Scales, clock: Clock, domain: Domain):
-        system, device = run.system, clock.device
+        system, device = pushed(run), clock.device
         self.system, self.name, self.count = system, run.body.name, system.count
         self.spacing = system.spacing / scales.length
         self.place = (system.position - origin) / scales.length
         self.u, self.v = system.state.struct.displacement, system.state.struct.velocity
-        self.volume = wp.array(system.volume, dtype=space.scalar, device=device)
-        self.impulse = wp.zeros(self.count, dtype=space.vec, device=device)
-        self.work = wp.zeros(self.count, dtype=wp.float64, device=device)
-        self.held = wp.zeros(self.count, dtype=wp.float64, device=device)
-        self.free = wp.array(system.free_components.reshape(-1, space.dim), dtype=space.vec, device=device)
+        self.volume: Array = wp.array(system.volume, dtype=space.scalar, device=device)
+        self.impulse: Array = wp.zeros(self.count, dtype=space.vec, device=device)
+        self.work: Array = wp.zeros(self.count, dtype=wp.float64, device=device)
+        self.held: Array = wp.zeros(self.count, dtype=wp.float64, device=device)
+        self.free: Array = wp.array(system.free_components.reshape(-1, space.dim), dtype=space.vec, device=device)
         self.skin = Skin(space, self.count, clock, domain)
         self.struct = body_struct(space)()
         self.struct.x = wp.array(self.place, dtype=space.vec, device=device)
@@ -58,11 +122,11 @@ class ContactPair:
     part: Contact
     one: ContactBody
     other: ContactBody
-    laws: tuple[Any, Any]
-    rows: list[tuple[Pairs, wp.array]]
+    laws: tuple[ContactLaw, ContactLaw]
+    rows: list[tuple[Pairs, Array]]
 
 
-def without_neighbours(pairs: Pairs, side: ContactBody, device: str) -> tuple[Pairs, wp.array]:
+def without_neighbours(pairs: Pairs, side: ContactBody, device: str) -> tuple[Pairs, Array]:
     """Candidate pairs of a body with itself, and for each the index of its link's weight, (pairs,) int32, -1 without a link.
     Neighbours in the body stay candidates only where links can break."""
     own = side.system.neighbours

@@ -17,9 +17,11 @@ is Strang's splitting, of second order. The work of the impulses, m dv (v_old + 
 the ledger. Candidates are all pairs within the radii and a skin, found again before a particle can leave it.
 """
 
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
 from collections.abc import Sequence
 from itertools import chain
-from typing import Any
 
 import numpy as np
 import warp as wp
@@ -27,9 +29,9 @@ import warp as wp
 from wsph.backend.clock import Clock
 from wsph.backend.domain import WHOLE, Domain
 from wsph.backend.reduce import total
-from wsph.backend.space import Space
-from wsph.contact.bodies import ContactBody, ContactPair, without_neighbours
-from wsph.contact.law import kick_kernel, law_struct, push_kernel
+from wsph.backend.space import Array, Space
+from wsph.contact.bodies import ContactBody, ContactPair, pushed, without_neighbours
+from wsph.contact.law import ContactLaw, kick_kernel, law_struct, push_kernel
 from wsph.errors import Refused
 from wsph.plugins.integrators import publishes
 from wsph.protocols import Entry, PushedBody
@@ -66,10 +68,11 @@ class Contacts:
         taking_part = dict.fromkeys(chain.from_iterable(part.names for part in parts))
         for name in taking_part:
             _refuse(named[name])
-        origin = np.mean([named[name].system.position.mean(0) for name in taking_part], axis=0)
+        origin = np.mean([pushed(named[name]).position.mean(0) for name in taking_part], axis=0)
         self.sides = {name: ContactBody(named[name], origin, space, scales, clock, domain) for name in taking_part}
-        self._nowhere = wp.zeros(1, dtype=wp.int32, device=device), wp.zeros(1, dtype=space.scalar, device=device)
-        self._contacts = []
+        self._no_slot: Array = wp.zeros(1, dtype=wp.int32, device=device)
+        self._no_weight: Array = wp.zeros(1, dtype=space.scalar, device=device)
+        self._contacts: list[ContactPair] = []
         for part in parts:
             one, other = self.sides[part.names[0]], self.sides[part.names[-1]]
             laws = self._law(part, one, other), self._law(part, other, one)
@@ -77,14 +80,14 @@ class Contacts:
         self._skin = SKIN * max(side.spacing for side in self.sides.values())
         self._refuse_overlap(self._find())
 
-    def _law(self, part: Contact, one: ContactBody, other: ContactBody) -> Any:
+    def _law(self, part: Contact, one: ContactBody, other: ContactBody) -> ContactLaw:
         space, real = self._space, self._space.scalar
         radii = part.radius * one.spacing, part.radius * other.spacing
         wave = [side.system.constitutive for side in (one, other)]
         scale = wave[0].density, wave[1].density
         moduli = [d * (c.wave_speed / one.system.scales.velocity) ** 2 for d, c in zip(scale, wave, strict=True)]
         shear = [c.material.moduli()[1] / one.system.scales.stress for c in wave]
-        law = law_struct(space)()
+        law: ContactLaw = law_struct(space)()
         law.reach = real(sum(radii))
         law.friction = real(part.friction)
         law.shear = real(shear[0] * shear[1] / (shear[0] + shear[1]))
@@ -116,7 +119,7 @@ class Contacts:
 
     def _find(self) -> dict[str, np.ndarray]:
         """Find the candidates where the particles are; places of every body, nondimensional."""
-        where = {}
+        where: dict[str, np.ndarray] = {}
         for name, side in self.sides.items():
             u = side.u.numpy()
             side.skin.found.assign(u)
@@ -130,7 +133,7 @@ class Contacts:
             else:
                 ways = ((one, other), (other, one))
                 contact.rows = [
-                    (find_pairs(where[a.name], where[b.name], reach, self._device), self._nowhere[0]) for a, b in ways
+                    (find_pairs(where[a.name], where[b.name], reach, self._device), self._no_slot) for a, b in ways
                 ]
         return where
 
@@ -139,7 +142,8 @@ class Contacts:
         for contact in self._contacts:
             (pairs, slot), reach = contact.rows[0], float(contact.laws[0].reach)
             one, other = contact.one.name, contact.other.name
-            r = where[one][pairs.rows()] - where[other][pairs.indices.numpy()]
+            other_rows: np.ndarray = pairs.indices.numpy()
+            r = where[one][pairs.rows()] - where[other][other_rows]
             apart = np.linalg.norm(r, axis=1)
             if one == other:
                 apart = np.where(slot.numpy() >= 0, np.inf, apart)
@@ -168,7 +172,7 @@ class Contacts:
             ways = ((one, other), (other, one)) if one is not other else ((one, one),)
             for (side, against), law, (pairs, slot) in zip(ways, contact.laws, contact.rows, strict=False):
                 weight = side.system.breakable_weights if one is other else None
-                weight = weight if weight is not None else self._nowhere[1]
+                weight = weight if weight is not None else self._no_weight
                 rows = rows_of(self._space, pairs)
                 inputs = [law, rows, side.struct, against.struct, self._clock.time, slot, weight]
                 self._clock.launch(push, side.count, inputs, [side.impulse])
@@ -187,7 +191,7 @@ class Contacts:
         """Work that prescribed motion has done against contacts so far, nondimensional."""
         return sum(total(side.held, self._domain) for side in self.sides.values())
 
-    def kept(self) -> dict[str, wp.array]:
+    def kept(self) -> dict[str, Array]:
         """Works so far, by name: what a checkpoint holds of the contacts."""
         works = {f"contact.{name}.work": side.work for name, side in self.sides.items()}
         return works | {f"contact.{name}.held": side.held for name, side in self.sides.items()}

@@ -1,6 +1,7 @@
 """The forces of two particles in contact on each other, and the kernels that apply them."""
 
 from functools import cache
+from typing import Protocol
 
 import warp as wp
 
@@ -8,6 +9,18 @@ from wsph.backend.clock import dt_of
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.sph.rows import rows_struct
+
+
+class ContactLaw(Protocol):
+    """What a contact's kernel takes of its law, as `law_struct` has it."""
+
+    stiffness: float
+    shear: float
+    friction: float
+    reach: float
+    curvature: float
+    own_density: float
+    other_density: float
 
 
 @cache

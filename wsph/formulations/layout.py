@@ -1,5 +1,7 @@
 """The fields of a state."""
 
+# pyright: strict
+
 from wsph.backend.space import Space
 from wsph.backend.state import Field
 from wsph.constitutive.constitutive import Constitutive

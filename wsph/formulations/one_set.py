@@ -4,16 +4,19 @@ The right-hand sides are those of a form (`wsph.formulations.lagrangian`, `wsph.
 limited by the body's small motions (`wsph.stability.small_motions`).
 """
 
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
 from collections.abc import Callable
 from functools import cached_property
 from itertools import pairwise
-from typing import Protocol
+from typing import Protocol, cast
 
 import numpy as np
-import warp as wp
 
 from wsph.backend.algebra import combine
 from wsph.backend.clock import Clock
+from wsph.backend.space import Array
 from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.natural import layer_conditions, node_conditions
 from wsph.boundary.values import BoundaryValues
@@ -29,6 +32,7 @@ from wsph.protocols import Entry
 from wsph.sph.averages import average, outward_weights, spanning_weights
 from wsph.sph.pairs import Pairs
 from wsph.sph.weights import Weights
+from wsph.stability.krylov import Moving
 from wsph.stability.small_motions import SmallMotions
 
 
@@ -36,7 +40,7 @@ class Rates(Protocol):
     """The right-hand sides of a body, and its pairs."""
 
     form: Form
-    holding: wp.array
+    holding: Array
     """Forces per mass that hold spurious modes, of the last evaluation, (n,) vec, where there are any."""
 
     @property
@@ -77,6 +81,10 @@ def layout_of(host: Host) -> Layout:
     )
 
 
+def _buffers(terms: list[tuple[float, State]]) -> list[tuple[float, Array]]:
+    return [(c, state.buffer) for c, state in terms]
+
+
 class OneSetSystem(System):
     """A body as one-set integrators see it."""
 
@@ -108,16 +116,21 @@ class OneSetSystem(System):
         self.form, self.stabilisation, self._host = self.rates.form, made.stabilisation, host
         self.response, self.breaks = self.form.response, self.form.breaks
         self.attached = self._attach(host)
-        self.work = _Works(self, self.rates.holding if self.form.holds else None)
-        self.motions = SmallMotions(self)
+        self.work = self._works = _Works(self, self.rates.holding if self.form.holds else None)
+        self.motions = SmallMotions(cast(Moving, self))
         for name, holder in (("boundary", self.boundary), ("loads", self.loads.values)):
             self.arrays.part(name).adopt(holder)
-        for name, works in (("work", self.work.constraints), ("loads.work", self.work.loads), ("force", self.force)):
+        for name, works in (
+            ("work", self._works.constraints),
+            ("loads.work", self._works.loads),
+            ("force", self.force),
+        ):
             self.arrays.part(name).adopt(works, works.kept())
 
     def _attach(self, host: Host) -> dict[str, Attached]:
         """The parts of the body on the device."""
-        seen, found = self.rates.seen, {}
+        seen = self.rates.seen
+        found: dict[str, Attached] = {}
         if seen is not None:
             for key, part in host.parts.items():
                 made = part.attach(host, seen, self.state, self.clock, self.arrays.part(key)) if part.acts else None
@@ -171,7 +184,7 @@ class OneSetSystem(System):
             counts = f"not {len(plain)}, {len(timed)} and {len(squared)}"
             raise ValueError(f"combine takes one to three states and up to three rates, one of them squared, {counts}")
         span = {"all": (0, len(out.buffer)), "velocity": (0, out.split), "rest": (out.split, len(out.buffer))}[part]
-        terms = [[(c, x.buffer) for c, x in each] for each in (plain, timed, squared)]
+        terms = _buffers(plain), _buffers(timed), _buffers(squared)
         combine(self.space, self.clock, *terms, span, out.buffer)
 
     def drift(self, state: State, k: State, c: float, ahead: float = 0.0) -> None:
@@ -192,16 +205,16 @@ class OneSetSystem(System):
 
     def constrain(self, state: State, c: float) -> None:
         """`impose` on the state that the run continues from, in the middle of a step; its work is counted too."""
-        self.work.constraints.before(state, self.clock)
+        self._works.constraints.before(state, self.clock)
         self.impose(state, c)
-        self.work.constraints.after(state, self.clock)
+        self._works.constraints.after(state, self.clock)
 
     def accept(self, state: State) -> None:
         """Close the step: the stresses that the law allows, the prescribed values at t + dt, the work of the constraints,
         loads, body forces and viscosity."""
         self.project(state)
         self.constrain(state, 1.0)
-        self.work.loads.add(state, self.clock)
+        self._works.loads.add(state, self.clock)
         self.force.add(state, self.clock)
         for load in self.loads.acting:
             load.advance(state)
@@ -219,7 +232,7 @@ class OneSetSystem(System):
 
     @property
     def ledger(self) -> tuple[Entry, ...]:
-        drag = Entry("dissipated", lambda: self.work.loads.dragged)
+        drag = Entry("dissipated", lambda: self._works.loads.dragged)
         own = super().ledger
         external, rest = own[:3], own[3:]
         loads = (entry for load in self.loads.acting for entry in load.ledger)
@@ -227,7 +240,7 @@ class OneSetSystem(System):
 
     def held_energy(self) -> float:
         """Work done against forces that hold spurious modes so far, and energy of the stabilisation, nondimensional."""
-        return self.work.loads.held + self.rates.held_energy(self.state)
+        return self._works.loads.held + self.rates.held_energy(self.state)
 
     @property
     def neighbours(self) -> Pairs:
@@ -235,15 +248,15 @@ class OneSetSystem(System):
         return self.rates.neighbours
 
     @property
-    def breakable_weights(self) -> wp.array | None:
+    def breakable_weights(self) -> Array | None:
         """Weights of the `neighbours`, zero where a pair has broken; None where none can."""
         return next((part.weight for part in self.attached.values() if part.weight is not None), None)
 
     @property
-    def started_from(self) -> wp.array:
+    def started_from(self) -> Array:
         """Velocities that the work of drag in a step is measured from, (n,) vec, where there is drag.
         Whoever changes velocities between steps sets them too."""
-        return self.work.loads.before
+        return self._works.loads.before
 
     @property
     def pairs(self) -> int:
@@ -363,7 +376,7 @@ class OneSetSystem(System):
         grid, sources = lattice.comparable(points, lattice.nodes if at_nodes else lattice.cells)
         weights = spanning_weights(self.lattice, 1.6, (grid, sources), (grid, sources), np.ones(len(sources)))
         offsets, indices, values = (a.numpy() for a in (weights.pairs.offsets, weights.pairs.indices, weights.values))
-        rows = [(indices[a:b], values[a:b]) for a, b in pairwise(offsets)]
+        rows: list[tuple[np.ndarray, np.ndarray]] = [(indices[a:b], values[a:b]) for a, b in pairwise(offsets)]
         # A point that is a particle reads that particle.
         for n, (there, _) in enumerate(rows):
             on = there[np.linalg.norm(sources[there] - grid[n], axis=1) < 1e-6]
@@ -375,7 +388,7 @@ class OneSetSystem(System):
 class _Works:
     """External work of a one-set body: constraints and loads."""
 
-    def __init__(self, system: OneSetSystem, holding: wp.array | None):
+    def __init__(self, system: OneSetSystem, holding: Array | None):
         space, mass, device = system.space, system.density * system.volume, system.device
         self.constraints = ConstraintWork(space, system.boundary, mass, device)
         self.loads = LoadWork(space, system.loads.values, system.state, system.loads.state, holding, mass, device)

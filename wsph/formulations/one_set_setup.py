@@ -1,5 +1,8 @@
 """The setup of a one-set body: its particles, points, loads and coefficients, before it has right-hand sides."""
 
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
+
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,6 +11,7 @@ import warp as wp
 from wsph.backend.algebra import clear_kernel
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
+from wsph.backend.space import Array
 from wsph.backend.state import Field, Layout, State
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.load import ActingLoad
@@ -18,7 +22,7 @@ from wsph.formulations.setup import Setup
 from wsph.parts.body_force import BodyForce
 from wsph.parts.part import Host
 from wsph.parts.residual import stabilisation
-from wsph.parts.terms import coefficients_struct
+from wsph.parts.terms import Coefficients, coefficients_struct
 from wsph.sph.smoothing import SUPPORT
 
 
@@ -53,7 +57,8 @@ class Loads:
 
     def __init__(self, setup: Setup, conditions: Conditions, placement: Placement, arrays: Arrays):
         space, scales, clock = setup.space, setup.scales, setup.clock
-        given = conditions.loads is not None and bool(conditions.loads.entries)
+        prescribed = conditions.loads or Conditions()
+        given = bool(prescribed.entries)
         # Ghosts ask every face for its load.
         n = placement.count if given or setup.scene.run.correction == "paper" else 1
         self.state = State(space, n, Layout((Field("load", space.dim**2, "N"),)), setup.device)
@@ -61,14 +66,14 @@ class Loads:
         area = scales.length ** (space.dim - 1)
         self.values = BoundaryValues(
             space,
-            conditions.loads,
+            prescribed,
             self.state,
             placement.position,
             {"load": scales.stress * area},
             scales.time,
             setup.device,
         )
-        self.vectors = wp.array(
+        self.vectors: Array = wp.array(
             ptr=self.state.buffer.ptr, dtype=space.vec, shape=n * space.dim, device=setup.device, copy=False
         )
         self._clock = clock
@@ -152,10 +157,10 @@ class RateSetup:
             bool(self.loads.acting),
         )
 
-    def coefficients(self, form: Form) -> object:
+    def coefficients(self, form: Form) -> Coefficients:
         """The numbers that terms take, as kernels take them."""
         host, real = self.host, self.host.space.scalar
-        numbers = coefficients_struct(host.space, form.numbers)()
+        numbers: Coefficients = coefficients_struct(host.space, form.numbers)()
         # The paper's own c, not the one of the stress state: sqrt(E/rho).
         numbers.speed = real(np.sqrt(host.youngs_modulus / host.constitutive.material.density) / host.scales.velocity)
         numbers.h = real(host.support / SUPPORT * host.lattice.spacing / host.scales.length)

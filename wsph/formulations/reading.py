@@ -1,15 +1,14 @@
 """Reading a body: its primitive fields by name, with their widths and units, for frames and probes."""
 
-# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
-# pyright: reportMissingTypeArgument=false, reportUnknownParameterType=false
+# pyright: strict
 
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-import warp as wp
 
+from wsph.backend.space import Array
 from wsph.backend.state import State
 from wsph.constitutive.constitutive import Constitutive
 from wsph.geometry.lattice import Lattice
@@ -25,14 +24,29 @@ Places = list[tuple[np.ndarray, np.ndarray]]
 class Readable(Protocol):
     """A system, as it is read."""
 
-    formulation: str
-    state: State
-    position: np.ndarray
-    spacing: float
-    density: float
-    lattice: Lattice
-    scales: Scales
-    constitutive: Constitutive
+    @property
+    def formulation(self) -> str: ...
+
+    @property
+    def state(self) -> State: ...
+
+    @property
+    def position(self) -> np.ndarray: ...
+
+    @property
+    def spacing(self) -> float: ...
+
+    @property
+    def density(self) -> float: ...
+
+    @property
+    def lattice(self) -> Lattice: ...
+
+    @property
+    def scales(self) -> Scales: ...
+
+    @property
+    def constitutive(self) -> Constitutive: ...
 
     @property
     def count(self) -> int:
@@ -153,7 +167,7 @@ class Reading:
         return self._system.sample(points, self.fields[name].stored)
 
     @property
-    def buffers(self) -> tuple[wp.array, wp.array]:
+    def buffers(self) -> tuple[Array, Array]:
         """The buffer of the state and the buffer of its derived fields. `index` counts through both, the second
         after the first. The same array twice where nothing is derived."""
         state = self._system.state

@@ -1,5 +1,7 @@
 """The setup of a body, from which a formulation builds its system."""
 
+# pyright: strict
+
 from dataclasses import dataclass
 
 from wsph.backend.clock import Clock

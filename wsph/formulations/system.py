@@ -1,11 +1,15 @@
 """The base of all systems of a body: its particles, its states, its prescribed values."""
 
+# pyright: strict
+# pyright: reportUnknownArgumentType=false, reportUnknownVariableType=false
+
 from collections.abc import Mapping
-from typing import Any
+from typing import Protocol
 
 import numpy as np
 
 from wsph.backend.arrays import Arrays
+from wsph.backend.clock import Clock
 from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.values import BoundaryValues
 from wsph.constitutive.constitutive import project_kernel
@@ -14,6 +18,19 @@ from wsph.parts.body_force import BodyForce
 from wsph.parts.part import Attached
 from wsph.parts.terms import Response
 from wsph.protocols import Entry
+
+
+class BodyWork(Protocol):
+    """The external work on a body."""
+
+    @property
+    def total(self) -> float:
+        """The work so far, nondimensional."""
+        ...
+
+    def start(self, state: State, clock: Clock) -> None:
+        """Take what is there at the start of the run."""
+        ...
 
 
 class System:
@@ -27,7 +44,7 @@ class System:
     volume: np.ndarray
     state: State
     boundary: BoundaryValues
-    work: Any
+    work: BodyWork
     force: BodyForce
     response: Response | None = None
     """The answer of a point in place of its law, or None."""
@@ -137,6 +154,29 @@ class System:
         F = np.eye(self.space.dim) + self.state.read("deformation").reshape(-1, self.space.dim, self.space.dim)
         return self.density / np.linalg.det(F)
 
+    def sample(self, points: np.ndarray, name: str = "velocity") -> list[tuple[np.ndarray, np.ndarray]]:
+        """How to read a field at `points` (m, dim) [m]: its places and weights per point."""
+        raise NotImplementedError
+
+    @property
+    def pairs(self) -> int:
+        """Directed pairs of its operators."""
+        raise NotImplementedError
+
+    @property
+    def frequency(self) -> float:
+        """The largest frequency of the small motions, nondimensional, where the formulation `measures`."""
+        raise NotImplementedError
+
+    @property
+    def growth(self) -> float:
+        """The largest growth rate of a small motion that does not oscillate, nondimensional, where the formulation
+        `measures`."""
+        raise NotImplementedError
+
+    def forget_motions(self) -> None:
+        """The next question finds the small motions about the current state."""
+
     @property
     def nbytes(self) -> int:
         """Device memory of the body [bytes]: all that is registered, the integrator's states too."""
@@ -145,9 +185,9 @@ class System:
     @property
     def host_bytes(self) -> int:
         """Memory of the lattice and of all other arrays on the host [bytes], shared ones counted once."""
-        owners = {}
+        owners: dict[int, int] = {}
         for holder in (self, self.lattice, self.lattice.faces):
             for array in (value for value in vars(holder).values() if isinstance(value, np.ndarray)):
-                owner = array if array.base is None or not isinstance(array.base, np.ndarray) else array.base
+                owner = array.base if isinstance(array.base, np.ndarray) else array
                 owners[id(owner)] = owner.nbytes
         return sum(owners.values())

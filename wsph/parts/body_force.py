@@ -6,7 +6,7 @@ dv/dt = (div stress)/rho + g - rate v
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 import warp as wp
@@ -96,7 +96,7 @@ class BodyForce(Works):
 
     def __init__(
         self,
-        gravity: Mapping[str, float],
+        gravity: Mapping[Literal["x", "y", "z"], float],
         damping: Damping | None,
         space: Space,
         scales: Scales,

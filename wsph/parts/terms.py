@@ -19,6 +19,13 @@ from wsph.backend.state import Layout
 from wsph.constitutive.laws import Laws
 
 
+class Coefficients(Protocol):
+    """What every body has of the struct of `coefficients_struct`."""
+
+    speed: float
+    h: float
+
+
 @cache
 def coefficients_struct(space: Space, names: tuple[str, ...] = ()) -> type:
     """Struct of nondimensional coefficients: the speed sqrt(E/rho), the smoothing length h, and those that terms name."""

@@ -1,7 +1,9 @@
 """The tables of a scene, as validated data."""
 
+# pyright: strict
+
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 from pydantic import (
     AfterValidator,
@@ -24,13 +26,13 @@ from wsph.parts.body_force import Damping
 from wsph.parts.part import Part
 from wsph.parts.table import PARTS
 from wsph.plugins.formulations import names
-from wsph.quantities import Cadence, Model, Strings, Value, as_tuple, in_unit, read_cadence, read_switch
+from wsph.quantities import Cadence, Model, Strings, Unit, Value, as_tuple, is_sequence, read_cadence, read_switch
 from wsph.scene.messages import none_of
 from wsph.sph.smoothing import SMOOTHING
 from wsph.units import looks_like_quantity, quantity
 
 
-def _whole(value: Any) -> Any:
+def _whole(value: object) -> object:
     # Literal compares: without this 1.0 and true would pass for 1.
     if isinstance(value, (bool, float)):
         raise ValueError(f"{value!r} must be a whole number")
@@ -43,19 +45,26 @@ def _smoothing(name: str) -> str:
     return name
 
 
-def _format(name: Any) -> Any:
+def _format(name: object) -> object:
     known = formats.names()
     if name not in known:
         raise ValueError(none_of(name, known))
     return name
 
 
-def _courant(value: Any, number: Callable[[Any], float]) -> Any:
+def _courant(value: object, number: Callable[[object], float]) -> object:
     """A Courant number, or "auto": by the limits of the bodies."""
     return value if value == "auto" else number(value)
 
 
-Courant = Annotated[in_unit("", gt=0), WrapValidator(_courant), PlainSerializer(lambda value: value)]
+def _as_it_is(value: object) -> object:
+    return value
+
+
+if TYPE_CHECKING:
+    Courant = float | Literal["auto"]
+else:
+    Courant = Annotated[float, Unit("", gt=0), WrapValidator(_courant), PlainSerializer(_as_it_is)]
 
 
 def _formulation(name: str) -> str:
@@ -70,7 +79,7 @@ class IntegratorSpec(Model):
     model_config = ConfigDict(strict=True, extra="allow", frozen=True)
     name: str
 
-    def options(self) -> dict[str, Any]:
+    def options(self) -> dict[str, object]:
         """The integrator's own keys."""
         return dict(self.model_extra or {})
 
@@ -81,25 +90,29 @@ class MaterialSpec(Model):
     model_config = ConfigDict(strict=True, extra="allow", frozen=True)
     model: str
 
-    def options(self) -> dict[str, Any]:
+    def options(self) -> dict[str, object]:
         """The material's own keys."""
         return dict(self.model_extra or {})
+
+
+def _named(value: object) -> object:
+    return {"name": value} if isinstance(value, str) else value
 
 
 class Run(Model):
     """How to integrate: method, time, precision, device."""
 
-    integrator: Annotated[IntegratorSpec, BeforeValidator(lambda v: {"name": v} if isinstance(v, str) else v)]
-    end: in_unit("s", gt=0)
+    integrator: Annotated[IntegratorSpec, BeforeValidator(_named)]
+    end: Annotated[float, Unit("s", gt=0)]
     cfl: Courant | None = None
-    dt: in_unit("s", gt=0) | None = None
+    dt: Annotated[float, Unit("s", gt=0)] | None = None
     precision: Literal["f64", "f32"] = "f64"
     device: Annotated[str, Field(pattern=r"^(auto|cpu|cuda:\d+)$")] = "auto"
     threads: Annotated[int, Field(ge=0, le=1024)] = 0
     formulation: Annotated[str, AfterValidator(_formulation)] | None = None
     correction: Literal["symmetric", "paper"] = "symmetric"
     kernel: Annotated[str, AfterValidator(_smoothing)] = "cubic-spline"
-    support: in_unit("", gt=0) | None = None
+    support: Annotated[float, Unit("", gt=0)] | None = None
     guard: Literal["refuse", "warn", "off"] = "refuse"
     seed: Annotated[int, Field(ge=0)] = 0
 
@@ -112,16 +125,19 @@ class Run(Model):
         return self
 
 
+_Point = Annotated[tuple[Annotated[float, Unit("m")], ...], BeforeValidator(as_tuple)]
+
+
 class CrackLine(Model):
     """A cut from the start: in 2D a segment, in 3D a rectangle with these two corners. Reference coordinates."""
 
-    start: Annotated[tuple[in_unit("m"), ...], BeforeValidator(as_tuple)] = Field(alias="from")
-    end: Annotated[tuple[in_unit("m"), ...], BeforeValidator(as_tuple)] = Field(alias="to")
+    start: _Point = Field(alias="from")
+    end: _Point = Field(alias="to")
 
 
-def _spacing(value: Any) -> Any:
+def _spacing(value: object) -> object:
     """One length, or one for each axis."""
-    lengths = tuple(quantity(v, "m") for v in value) if isinstance(value, (list, tuple)) else quantity(value, "m")
+    lengths = tuple(quantity(v, "m") for v in value) if is_sequence(value) else quantity(value, "m")
     if not ((isinstance(lengths, tuple) and lengths) or isinstance(lengths, float)):
         raise ValueError(f"{value!r} is no length and no list of lengths")
     if min(lengths if isinstance(lengths, tuple) else (lengths,)) <= 0.0:
@@ -138,12 +154,12 @@ class _Matter(Model):
     lattice_rotate: Rotation = 0.0
     map: Annotated[tuple[str, ...], BeforeValidator(as_tuple)] | None = None
     state: Literal["stress", "strain"] | None = None
-    jitter: in_unit("", ge=0, le=0.5) = 0.0
+    jitter: Annotated[float, Unit("", ge=0, le=0.5)] = 0.0
     cracks: Annotated[tuple[CrackLine, ...], BeforeValidator(as_tuple)] = ()
     damping: Damping | None = None
 
 
-def _key_of(part: type[Part]) -> Any:
+def _key_of(part: type[Part]) -> object:
     """The type of a part's key: its table, or false where it is switchable."""
     return Annotated[part | None, BeforeValidator(read_switch)] if part.switchable else part | None
 
@@ -177,9 +193,9 @@ class Contact(Model):
     between: Annotated[tuple[str, ...], BeforeValidator(as_tuple)] | None = None
     self_: Annotated[str | None, Field(alias="self")] = None
     law: Literal["penalty", "pinball"] = "penalty"
-    stiffness: in_unit("", gt=0) = 1.0
-    friction: in_unit("", ge=0) = 0.0
-    radius: in_unit("", gt=0, le=1) = 0.5
+    stiffness: Annotated[float, Unit("", gt=0)] = 1.0
+    friction: Annotated[float, Unit("", ge=0)] = 0.0
+    radius: Annotated[float, Unit("", gt=0, le=1)] = 0.5
 
     @model_validator(mode="after")
     def _complete(self) -> "Contact":
@@ -200,10 +216,7 @@ class Probe(Model):
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$", max_length=100)]
     body: str | None = None
-    at: (
-        Annotated[tuple[Annotated[tuple[in_unit("m"), ...], BeforeValidator(as_tuple)], ...], BeforeValidator(as_tuple)]
-        | None
-    ) = None
+    at: Annotated[tuple[_Point, ...], BeforeValidator(as_tuple)] | None = None
     where: str | None = None
     reduce: Literal["mean", "sum", "max"] | None = None
     fields: Annotated[Strings, Field(min_length=1)]
@@ -246,7 +259,7 @@ class Checkpoint(Model):
 class Stop(Model):
     """The limit that ends a run early: energy created, as a part of the largest seen."""
 
-    energy: in_unit("", gt=0) = 0.10
+    energy: Annotated[float, Unit("", gt=0)] = 0.10
 
 
 class SceneTables(Model):
@@ -263,7 +276,7 @@ class SceneTables(Model):
     boundary: Annotated[tuple[Boundary, ...], BeforeValidator(as_tuple)] = ()
     contact: Annotated[tuple[Contact, ...], BeforeValidator(as_tuple)] = ()
     probes: Annotated[tuple[Probe, ...], BeforeValidator(as_tuple)] = ()
-    gravity: dict[Literal["x", "y", "z"], in_unit("m/s2")] = {}
+    gravity: dict[Literal["x", "y", "z"], Annotated[float, Unit("m/s2")]] = {}
     output: Output = Output()
     checkpoint: Checkpoint | None = None
     stop: Stop = Stop()
@@ -283,7 +296,7 @@ def add_part(part: type[Part], *scenes: type[SceneTables]) -> None:
     """Give bodies the key of a part that has joined `PARTS` after they were defined; `scenes` are the classes built on
     `SceneTables`."""
     PARTS[part.key] = part
-    Body.__pydantic_fields__[part.key] = FieldInfo.from_annotated_attribute(_key_of(part), None)
+    Body.__pydantic_fields__[part.key] = FieldInfo.from_annotated_attribute(cast(type, _key_of(part)), None)
     for model in (Body, SceneTables, *scenes):
         model.model_rebuild(force=True)
 

@@ -9,8 +9,7 @@ alone, in the same precision and the same versions of wsph and Warp. A probe tha
 there.
 """
 
-# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
-# pyright: reportMissingTypeArgument=false, reportUnknownParameterType=false
+# pyright: strict
 
 import hashlib
 import io
@@ -19,20 +18,21 @@ import os
 import re
 import time
 from pathlib import Path
-from typing import Any, cast
 
 import numpy as np
 
 from wsph.errors import CheckpointError
 from wsph.output.files import write_atomically
 from wsph.output.folder import OutputFolder
+from wsph.output.frames import Listed
 from wsph.protocols import DeviceArray
+from wsph.quantities import is_list, is_table
 from wsph.scene.scene import Scene
-from wsph.simulation.checks import Checks
+from wsph.simulation.checks import CheckFacts, Checks
 from wsph.simulation.composition import Composition
 from wsph.simulation.ledger import Ledger
-from wsph.simulation.records import Records
-from wsph.simulation.step_control import StepControl
+from wsph.simulation.records import Recorded, Records
+from wsph.simulation.step_control import StepControl, StepFacts
 from wsph.simulation.timeline import Events
 
 FIRST = b"wsph checkpoint 1\n"
@@ -40,13 +40,25 @@ FIRST = b"wsph checkpoint 1\n"
 FREE = (("title",), ("run", "end"), ("run", "threads"), ("output",), ("probes",), ("checkpoint",), ("stop",))
 """Keys of a scene that a checkpoint leaves open."""
 
-Found = tuple[Path, dict[str, Any], dict[str, np.ndarray]]
+
+class Facts(CheckFacts, StepFacts):
+    """What a checkpoint says beside its arrays: the scene and the versions, at which step it stands, what the ledger began
+    with, in hexadecimal, the frames and probes so far, and what checks and the time step have come to."""
+
+    identity: dict[str, object]
+    step: int
+    initial: str
+    frames: list[Listed]
+    probes: list[Recorded]
+
+
+Found = tuple[Path, Facts, dict[str, np.ndarray]]
 """A checkpoint: its file, its facts and its arrays."""
 
 _NAME = re.compile(r"checkpoint_(\d{12})\.npz")
 
 
-def identity(scene: Scene) -> dict[str, Any]:
+def identity(scene: Scene) -> dict[str, object]:
     """The facts in which a checkpoint and a scene have to agree: the keys that matter, flat, and the versions."""
     from importlib.metadata import version
 
@@ -59,17 +71,17 @@ def identity(scene: Scene) -> dict[str, Any]:
     return {**_flat(data), "version of wsph": version("wsph"), "version of warp": version("warp-lang")}
 
 
-def _flat(value: Any, path: str = "") -> dict[str, Any]:
-    if isinstance(value, dict):
-        parts = [(f"{path}.{key}" if path else key, v) for key, v in cast(dict[str, Any], value).items()]
-    elif isinstance(value, list) and any(isinstance(v, (dict, list)) for v in cast(list[Any], value)):
-        parts = [(f"{path}.{k}", v) for k, v in enumerate(cast(list[Any], value))]
+def _flat(value: object, path: str = "") -> dict[str, object]:
+    if is_table(value):
+        parts = [(f"{path}.{key}" if path else key, v) for key, v in value.items()]
+    elif is_list(value) and any(isinstance(v, (dict, list)) for v in value):
+        parts = [(f"{path}.{k}", v) for k, v in enumerate(value)]
     else:
         return {path: value}
     return {key: v for inner, part in parts for key, v in _flat(part, inner).items()}
 
 
-def write(folder: Path, step: int, facts: dict[str, Any], arrays: dict[str, np.ndarray], keep: int) -> Path:
+def write(folder: Path, step: int, facts: Facts, arrays: dict[str, np.ndarray], keep: int) -> Path:
     """Write the checkpoint of `step` into `folder`, whole or not at all, and drop all but the last `keep`."""
     buffer = io.BytesIO()
     text = np.frombuffer(json.dumps(facts).encode(), dtype=np.uint8)
@@ -95,7 +107,7 @@ def listed(folder: Path) -> list[Path]:
     return sorted(path for path in folder.glob("checkpoint_*.npz") if _NAME.fullmatch(path.name))
 
 
-def read(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+def read(path: Path) -> tuple[Facts, dict[str, np.ndarray]]:
     """Facts and arrays of a checkpoint. Raises CheckpointError for a file that is not whole."""
     try:
         raw = path.read_bytes()
@@ -113,7 +125,7 @@ def read(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     return json.loads(arrays.pop("facts").tobytes()), arrays
 
 
-def refuse_other(path: Path, facts: dict[str, Any], scene: Scene) -> None:
+def refuse_other(path: Path, facts: Facts, scene: Scene) -> None:
     """Refuse the checkpoint of another scene or version, naming what differs."""
     there, here = facts["identity"], json.loads(json.dumps(identity(scene)))
     differing = sorted(key for key in {*there, *here} if there.get(key) != here.get(key))
@@ -206,7 +218,7 @@ class Checkpoints:
         self._written = time.perf_counter()
         recorded, probes = self._records.kept()
         arrays = {name: array.numpy() for name, array in kept(self._composition).items()} | recorded
-        facts = {
+        facts: Facts = {
             "identity": identity(self._composition.scene),
             "step": step,
             "initial": self._ledger.initial.hex(),

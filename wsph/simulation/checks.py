@@ -4,7 +4,7 @@
 
 import warnings
 from collections.abc import Sequence
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 
@@ -43,6 +43,13 @@ def unstable(
     return Unstable(message, step=step, time=t, dt=dt, field=name, particle=particle, position=position, limit=limit)
 
 
+class CheckFacts(TypedDict):
+    """What a checkpoint holds of the checks: the largest energy seen, in hexadecimal, and whether a growth was warned of."""
+
+    largest: str
+    warned: bool
+
+
 class Checks:
     """The finite check, the energy stop and their warnings."""
 
@@ -76,11 +83,11 @@ class Checks:
             warn(f"energy was lost by the end, {-100 * created:.3g} % of the largest seen: numerical dissipation")
         return None
 
-    def kept(self) -> dict[str, Any]:
+    def kept(self) -> CheckFacts:
         """The numbers that a checkpoint holds of the checks."""
         return {"largest": self._largest.hex(), "warned": self._warned}
 
-    def restore(self, facts: dict[str, Any]) -> None:
+    def restore(self, facts: CheckFacts) -> None:
         """Put back what `kept` gave."""
         self._largest, self._warned = float.fromhex(facts["largest"]), facts["warned"]
 

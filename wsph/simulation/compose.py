@@ -6,13 +6,14 @@ for and nothing else. It is refused, with the reason and the way out, where its 
 its material can take.
 """
 
-# pyright: strict, reportUnknownVariableType=false
+# pyright: strict
+# pyright: reportUnknownArgumentType=false
 
 import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import cast
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from wsph.errors import Fault, PluginError, Refused, SceneError
 from wsph.expressions import Expression
 from wsph.formulations.reading import Reading
 from wsph.formulations.setup import Setup
+from wsph.formulations.system import System
 from wsph.geometry.lattice import Lattice
 from wsph.output import fields
 from wsph.plugins import integrators, registry
@@ -36,7 +38,7 @@ from wsph.plugins.formulations import FORMULATIONS, Formulation, of_sets
 from wsph.plugins.formulations import offered as worked_in
 from wsph.plugins.options import build
 from wsph.plugins.traits import gives
-from wsph.protocols import Integrator, Interaction
+from wsph.protocols import Integrator, Interaction, Material
 from wsph.scene.lattices import lattice_of
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
@@ -78,15 +80,15 @@ def _compose(scene: Scene) -> Composition:
     return Composition(scene, space, scales, time_step, bodies, between, probes, program, method.who)
 
 
-def _materials(scene: Scene) -> list[Any]:
-    built: list[Any] = []
+def _materials(scene: Scene) -> list[Material]:
+    built: list[Material] = []
     for k, body in enumerate(scene.bodies):
         material, faults = build(
             "materials", body.material.model, body.material.options(), f"bodies.{k}.material", "model"
         )
         if faults:
             raise SceneError("scene", faults)
-        built.append(material)
+        built.append(cast(Material, material))
     return built
 
 
@@ -104,13 +106,13 @@ class Method:
     plugin: type
     name: str
     who: str
-    options: dict[str, Any]
+    options: dict[str, object]
     formulation: Formulation
 
-    def on(self, system: Any) -> Integrator:
+    def on(self, system: System) -> Integrator:
         """The integrator of a body. Raises SceneError where it does not take its options or the composition."""
         try:
-            return self.plugin(system, **self.options)
+            return cast(Integrator, self.plugin(system, **self.options))
         except ValueError as error:
             raise SceneError("scene", [Fault(0, "run.integrator", f"{self.name}: {error}")]) from None
 
@@ -120,7 +122,7 @@ def _method(scene: Scene) -> Method:
     plugin = registry.load("integrators", name)
     who = f"integrator {name!r} ({registry.origin('integrators', name)})"
     systems = of_sets(integrators.sets(plugin))
-    offered = worked_in(integrators.offered(plugin, tuple(systems)), integrators.sets(plugin))
+    offered = worked_in(tuple(integrators.offered(plugin, tuple(systems))), integrators.sets(plugin))
     if not integrators.steps(plugin) or not all(each in systems for each in offered) or not offered:
         raise PluginError(f"{who} is no integrator; expected {integrators.SIGNATURE}")
     chosen = scene.run.formulation or offered[0]
@@ -135,7 +137,7 @@ class BareBody:
     lattice and its wave speed [m/s]."""
 
     body: Body
-    material: Any
+    material: Material
     who: str
     state: StressState
     lattice: Lattice
@@ -147,7 +149,7 @@ class BareBody:
         return self.lattice.spacing / self.speed
 
 
-def _bare_bodies(scene: Scene, materials: Sequence[Any], split: bool) -> list[BareBody]:
+def _bare_bodies(scene: Scene, materials: Sequence[Material], split: bool) -> list[BareBody]:
     states = [STRESS_STATES[scene.dim, body.state] for body in scene.bodies]
     lattices = [lattice_of(body, k, scene.run.seed, split) for k, body in enumerate(scene.bodies)]
     who = [
@@ -200,7 +202,7 @@ def _body_run(setting: Setting, bare: BareBody, space: Space, time_step: TimeSte
     for part in setup.host.parts.values():
         if warning := part.warning(setup.host):
             warnings.warn(warning, RuntimeWarning, stacklevel=6)
-    system = method.formulation.build(setup)
+    system = cast(System, method.formulation.build(setup))
     _start(scene, body, system, scales)
     traits = system.traits
     with blame(method.who, integrators.SIGNATURE):
@@ -221,7 +223,7 @@ def _body_run(setting: Setting, bare: BareBody, space: Space, time_step: TimeSte
     return BodyRun(body, constitutive, system, integrator, diagnostics, limit, time_step, Reading(system))
 
 
-def _start(scene: Scene, body: Body, system: Any, scales: Scales) -> None:
+def _start(scene: Scene, body: Body, system: System, scales: Scales) -> None:
     """Give a system its initial velocity and what is prescribed at t = 0."""
     if body.velocity is not None:
         values = [scene.value(v, "m/s") for v in body.velocity]
@@ -270,7 +272,7 @@ def _probes(scene: Scene, bodies: Sequence[BodyRun], space: Space, time_step: Ti
     ]
 
 
-def _refuse(body: Body, material: Any, method: Method, who: str) -> None:
+def _refuse(body: Body, material: Material, method: Method, who: str) -> None:
     """Refuse by name what a formulation cannot do."""
     formulation, traits = method.formulation, method.formulation.traits
     if traits.needs_rate and not gives(material, "rate"):

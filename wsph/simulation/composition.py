@@ -1,10 +1,10 @@
 """A scene made ready to run."""
 
-# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import warp as wp
 
@@ -13,6 +13,7 @@ from wsph.backend.graph import Program
 from wsph.backend.space import Space
 from wsph.constitutive.constitutive import Constitutive
 from wsph.formulations.reading import Reading
+from wsph.formulations.system import System
 from wsph.plugins import integrators
 from wsph.plugins.blame import blame
 from wsph.plugins.traits import longest_step
@@ -32,7 +33,7 @@ class BodyRun:
 
     body: Body
     constitutive: Constitutive
-    system: Any
+    system: System
     integrator: Integrator
     diagnostics: Diagnostics
     stability: StepLimit

@@ -6,7 +6,7 @@ indexed by the step number, and the host reads it between blocks of steps.
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import warp as wp
@@ -16,7 +16,7 @@ from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.errors import Fault, SceneError
 from wsph.formulations.reading import DENSITY, Places, Reading
-from wsph.geometry.lattice import Lattice
+from wsph.formulations.system import System
 from wsph.geometry.selection import select
 from wsph.output import fields
 from wsph.scene.tables import Body, Probe
@@ -64,9 +64,14 @@ def _kernel(space: Space) -> wp.Kernel:
 class Probed(Protocol):
     """A body, as probes see it."""
 
-    body: Body
-    system: Any
-    reading: Reading
+    @property
+    def body(self) -> Body: ...
+
+    @property
+    def system(self) -> System: ...
+
+    @property
+    def reading(self) -> Reading: ...
 
 
 def _several(bodies: Sequence[Probed], key: str) -> SceneError:
@@ -76,7 +81,7 @@ def _several(bodies: Sequence[Probed], key: str) -> SceneError:
 
 def _holds(run: Probed, points: np.ndarray) -> bool:
     """Whether all of the points (n, dim) [m] lie in a body."""
-    lattice: Lattice = run.system.lattice
+    lattice = run.system.lattice
     if not lattice.mapped:
         return bool(run.body.shape.contains(points).all())
     # In a mapped body: as near to the centre of a cell as its corners are.

@@ -4,7 +4,6 @@
 
 import time
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +14,9 @@ from wsph.simulation.composition import BodyRun, Composition
 from wsph.simulation.ledger import Account
 from wsph.simulation.probes import Recorder
 from wsph.simulation.timeline import Events
+
+Recorded = tuple[str, list[int]]
+"""What a checkpoint holds of a probe: its keys, as JSON, and its steps."""
 
 HISTORY_ROWS = 100
 
@@ -121,15 +123,15 @@ class Records:
         whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
         return whole | {"id": np.arange(len(whole["body"])), "body": whole.pop("body")}
 
-    def kept(self) -> tuple[dict[str, np.ndarray], list[Any]]:
+    def kept(self) -> tuple[dict[str, np.ndarray], list[Recorded]]:
         """The records that a checkpoint holds: arrays, and of each probe its keys and its steps."""
-        arrays, probes = {"history": np.array(self._rows)}, list[Any]()
+        arrays, probes = {"history": np.array(self._rows)}, list[Recorded]()
         for number, recorder in enumerate(self._probes):
             arrays[f"probe{number}"], steps = recorder.kept()
-            probes.append([recorder.probe.model_dump_json(), steps])
+            probes.append((recorder.probe.model_dump_json(), steps))
         return arrays, probes
 
-    def restore(self, step: int, probes: Sequence[Any], arrays: Mapping[str, np.ndarray]) -> None:
+    def restore(self, step: int, probes: Sequence[Recorded], arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from `step` with what `kept` gave. A probe that it does not have begins there."""
         self._rows = arrays["history"].tolist()
         there = {name: (k, steps) for k, (name, steps) in enumerate(probes)}

@@ -5,13 +5,13 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from wsph.errors import Unstable
 from wsph.output import fields
 from wsph.scene.scene import Scene
+from wsph.simulation.summary import Summary
 
 
 @dataclass
@@ -30,7 +30,7 @@ class Result:
     history: dict[str, np.ndarray]
     probes: dict[str, dict[str, np.ndarray]]
     particles: dict[str, np.ndarray]
-    summary: dict[str, Any]
+    summary: Summary
     failure: Unstable | None = field(default=None, repr=False)
 
     @property
@@ -60,7 +60,7 @@ class Result:
             raise ValueError(f"exact has {wanted.size} values for {computed.size} particles")
         e, wanted = np.abs(computed - wanted.reshape(-1)), np.abs(wanted.reshape(-1))
         norm = np.inf if norm == "inf" else norm
-        measures: dict[float | str, Callable[[np.ndarray], Any]] = {1: np.sum, 2: _euclidean, np.inf: np.max}
+        measures: dict[float | str, Callable[[np.ndarray], float]] = {1: np.sum, 2: _euclidean, np.inf: np.max}
         if norm not in measures:
             raise ValueError(f"norm {norm!r} is none of 1, 2, inf")
         size = measures[norm](wanted)
@@ -81,12 +81,12 @@ class Result:
         except IndexError:
             raise KeyError(f"no component {name!r} in {self.scene.dim}D") from None
 
-    def plot(self, name: str = "velocity", save: str | Path | None = None) -> Any:
+    def plot(self, name: str = "velocity", save: str | Path | None = None) -> object:
         """A picture of a final field (needs pyvista). Returns the plotter, or writes `save`."""
         from wsph.output import view
 
         return view.picture(self.particles, name, self.time, save=save)
 
 
-def _euclidean(values: np.ndarray) -> Any:
+def _euclidean(values: np.ndarray) -> float:
     return np.sqrt(np.sum(values**2))

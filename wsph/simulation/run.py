@@ -1,13 +1,12 @@
 """Running a scene: blocks of steps, and between them checks, records and checkpoints."""
 
-# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+# pyright: strict
 
 import signal
 import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import warp as wp
@@ -42,7 +41,7 @@ _ONE_RUN = threading.RLock()
 
 
 def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: bool = False, resume: bool = False, throw: bool = True,
-        progress: Progress | None = None, **overrides: Any) -> Result:  # fmt: skip
+        progress: Progress | None = None, **overrides: object) -> Result:  # fmt: skip
     """Run a scene (or a scene file) and return its result; with `out`, write the output folder too.
 
     With `resume` it goes on from the last checkpoint in `out`, which must fit the scene: the bits of never having stopped.

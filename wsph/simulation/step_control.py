@@ -5,10 +5,10 @@ whole parts of an octave at steps that depend on the deformation alone, so that 
 or on resumption; with `run.dt` a run whose limit falls below its step is stopped, or warned of, by name.
 """
 
-# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+# pyright: strict
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TypedDict, cast
 
 import numpy as np
 
@@ -88,6 +88,22 @@ def _suiting(run: BodyRun, shortest: float, integrator: str) -> float:
     return min(courant * (crossing / shortest), SAFE * min(run.longest_steps.values()) / shortest)
 
 
+class Watch(TypedDict):
+    """How far the watch over deformation has come: growth in e-folds and the step that it is up to, steps between looks, the
+    next look and the deformation seen, and the limit of every body with the distortion that it is of."""
+
+    clumps: tuple[list[float], int]
+    pace: tuple[int, int, float]
+    limits: list[list[float | None]]
+
+
+class StepFacts(TypedDict):
+    """What a checkpoint holds of the time step: the pieces of the timeline, and the watch."""
+
+    timeline: list[tuple[int, float, float]]
+    watch: Watch
+
+
 class StepControl:
     """Control of the time step of one run. `look` is the step at which it is looked at next."""
 
@@ -101,25 +117,25 @@ class StepControl:
         self._folds, self._since = [0.0] * len(self._bodies), 0
         self._warned = False
 
-    def kept(self) -> dict[str, Any]:
+    def kept(self) -> StepFacts:
         """The numbers that a checkpoint holds of it."""
         return {
             "timeline": self._step.timeline.pieces,
             "watch": {
-                "clumps": [self._folds, self._since],
-                "pace": [self._pace, self.look, self._seen],
+                "clumps": (self._folds, self._since),
+                "pace": (self._pace, self.look, self._seen),
                 "limits": [run.stability.kept() for run in self._bodies],
             },
         }
 
-    def restore(self, facts: dict[str, Any]) -> None:
+    def restore(self, facts: StepFacts) -> None:
         """Put back what `kept` gave."""
         self._step.restore(facts["timeline"])
         watch = facts["watch"]
         self._folds, self._since = watch["clumps"]
         self._pace, self.look, self._seen = watch["pace"]
         for run, limit in zip(self._bodies, watch["limits"], strict=True):
-            run.stability.restore(*limit)
+            run.stability.restore(*cast(tuple[float | None, float], tuple(limit)))
 
     def check_limits(self, step: int, sums: Sequence[BodySums]) -> None:
         """Follow the deformation: the Courant number does where operators follow it, its limit where the stiffness does.

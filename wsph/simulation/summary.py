@@ -5,7 +5,7 @@
 import platform
 from dataclasses import dataclass
 from importlib import metadata
-from typing import Any
+from typing import NotRequired, TypedDict
 
 import numpy as np
 
@@ -31,7 +31,35 @@ class Ending:
     inside: float
 
 
-def summary(composition: Composition, ledger: Ledger, history: dict[str, np.ndarray], ending: Ending) -> dict[str, Any]:
+class Summary(TypedDict):
+    """What summary.json holds. `energy` by the ledger's columns [J], `fracture` by the bodies that can break."""
+
+    status: str
+    reason: str
+    steps: int
+    time: float
+    dt: float
+    particles: int
+    pairs: int
+    right_hand_sides: int
+    wall_seconds: float
+    particle_steps_per_second: float
+    bytes_per_particle: float
+    energy: dict[str, float]
+    fracture: NotRequired[dict[str, dict[str, float]]]
+    energy_step: int
+    momentum: list[float]
+    device: str
+    versions: dict[str, str]
+    plugins: dict[str, str]
+    scene: dict[str, object]
+
+
+class _Fracture(TypedDict):
+    fracture: NotRequired[dict[str, dict[str, float]]]
+
+
+def summary(composition: Composition, ledger: Ledger, history: dict[str, np.ndarray], ending: Ending) -> Summary:
     """Everything that is said of a run as a whole. `history` are the columns of its records."""
     last = {name: float(values[-1]) if len(values) else 0.0 for name, values in history.items()}
     scene, particles, timeline = composition.scene, composition.particles, composition.time_step.timeline
@@ -62,7 +90,7 @@ def summary(composition: Composition, ledger: Ledger, history: dict[str, np.ndar
     }
 
 
-def _fracture(composition: Composition) -> dict[str, Any]:
+def _fracture(composition: Composition) -> _Fracture:
     """By body that can break: the energy set free, the energy of the crack surfaces [J], and the broken particles."""
     scales, found = composition.scales, dict[str, dict[str, float]]()
     joule = scales.stress * scales.length**composition.scene.dim

@@ -1,6 +1,7 @@
 """Times and lengths of the steps of a run, and the steps at which something is due."""
 
-# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+# pyright: strict
+# pyright: reportUnknownMemberType=false
 
 import math
 from collections.abc import Sequence

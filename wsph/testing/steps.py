@@ -1,9 +1,13 @@
 """A scene's step as a matrix, whole spectra, and how far conserved quantities go."""
 
 # pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
+from typing import cast
 
 import numpy as np
 
+from wsph.formulations.one_set import OneSetSystem
 from wsph.scene.scene import Scene
 from wsph.simulation.compose import compose
 from wsph.simulation.composition import Composition
@@ -54,10 +58,10 @@ def whole_spectrum(system: Moving) -> tuple[np.ndarray, np.ndarray]:
 
 
 def drift(composition: Composition, steps: int) -> tuple[float, float, float]:
-    """How far linear momentum, angular momentum and energy of a free body go in `steps` steps: the largest of ten looks,
+    """How far linear momentum, angular momentum and energy of a free one-set body go in `steps` steps: the largest of ten looks,
     momentum over the mass times the largest speeds, the others over their own size."""
     run = composition.bodies[0]
-    system, mass = run.system, run.system.volume * run.system.density
+    system, mass = cast(OneSetSystem, run.system), run.system.volume * run.system.density
     placed = "displacement" in system.state.widths
 
     def sums() -> tuple[np.ndarray, np.ndarray, float]:

@@ -124,7 +124,7 @@ def mode_one_strip(full: bool) -> Iterator[Row]:
         words = f"lattice at {turned:g} degrees"
         yield at_most(f"{words}: off the line", "-", 1e3 * crack_offset(result, start=0.04), 0.5, "mm")
         yield _residual(result, words, 1.5)
-        surface = result.summary["fracture"]["strip"]["surface_energy"]
+        surface = result.summary.get("fracture", {})["strip"]["surface_energy"]
         yield reported(f"{words}: surface energy per length, in G_c", "-", surface / 0.06 / 22130.0, "")
 
 

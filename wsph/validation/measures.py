@@ -3,10 +3,11 @@
 # pyright: strict
 
 from collections.abc import Iterator
-from typing import TypedDict
+from typing import TypedDict, cast
 
 import numpy as np
 
+from wsph.formulations.taylor.system import TwoSetSystem
 from wsph.scene.scene import Scene
 from wsph.simulation.compose import compose
 from wsph.simulation.composition import Composition
@@ -103,7 +104,7 @@ def stress_intensity(
     use so near the tip.
     """
     composition = compose(scene)
-    system = composition.bodies[0].system
+    system = cast(TwoSetSystem, composition.bodies[0].system)
     offset = system.lattice.cells - np.array(tip)
     ahead = np.flatnonzero((offset[:, 0] > 0.0) & (np.abs(offset[:, 1] - 0.5 * system.spacing) < 1e-6 * system.spacing))
     ahead = ahead[np.argsort(offset[ahead, 0])][:points]

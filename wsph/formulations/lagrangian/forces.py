@@ -1,5 +1,8 @@
 """Forces: of points on nodes, and between particles that are their own points."""
 
+# What `wp.static` leaves out is not compiled: a function that is not there is not called.
+# pyright: reportOptionalCall=false
+
 from functools import cache
 
 import warp as wp

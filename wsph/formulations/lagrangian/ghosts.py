@@ -12,7 +12,6 @@ acting by their stress, it creates energy within some hundred steps. So only bar
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import numpy as np
 import warp as wp
@@ -20,7 +19,7 @@ import warp as wp
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
-from wsph.backend.space import Space
+from wsph.backend.space import Space, Struct
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.boundary.conditions import Conditions
 from wsph.geometry.lattice import Lattice
@@ -124,7 +123,7 @@ class GhostLayer:
         """Values of particles, (n, ...), with those of the ghosts' sources behind them."""
         return values[self._everyone]
 
-    def follow(self, state: State) -> Any:
+    def follow(self, state: State) -> Struct:
         """The fields of particles and ghosts in a state, as kernels take them (a launch)."""
         self._clock.launch(self._move, len(self._everyone), [self._images, state.struct], [self.state.struct])
         return self.state.struct

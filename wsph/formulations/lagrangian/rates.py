@@ -23,15 +23,17 @@ H follows from the displacements in every evaluation: nothing drifts, and single
 Forces between pairs beside the stress are terms of a body's parts (`wsph.parts.terms`).
 """
 
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
 from collections.abc import Iterable
 from functools import cache, cached_property
-from typing import Any
 
 import numpy as np
 import warp as wp
 
 from wsph.backend.reduce import blocks, total
-from wsph.backend.space import Space
+from wsph.backend.space import Array, Space, Struct
 from wsph.backend.state import Layout, State
 from wsph.constitutive.laws import Laws
 from wsph.errors import Refused
@@ -48,7 +50,7 @@ from wsph.formulations.setup import Setup
 from wsph.parts.body_force import BodyForceKinds
 from wsph.parts.part import Attached, Neighbourhood
 from wsph.parts.table import PARTS
-from wsph.parts.terms import answers_struct, points_struct
+from wsph.parts.terms import Points, answers_struct, points_struct
 from wsph.plugins.blame import blame
 from wsph.sph.pairs import Pairs
 from wsph.sph.rows import rows_of
@@ -124,7 +126,7 @@ class LagrangianRates:
         self._pairs, self._spread = reference.pairs, reference.spread
         self._weight = arrays.of("weight", reference.weight, real)
         self._rows = rows_of(space, reference.pairs, self._weight)
-        points = points_struct(space)()
+        points: Points = points_struct(space)()
         points.node = arrays.of("node", reference.place, space.vec)
         points.centre = arrays.of("centre", reference.centre, space.vec) if separate else points.node
         points.moment = arrays.of("moment", joined(reference.moment), space.mat)
@@ -184,9 +186,13 @@ class LagrangianRates:
         """Directed pairs, from points to particles and, where these are not the same, back."""
         return self._pairs.count * (1 if self._back is None else 2)
 
-    @cached_property
+    @property
     def neighbours(self) -> Pairs:
         """The particles that each is joined to: by its pairs, or by a point that sees both."""
+        return self._joined
+
+    @cached_property
+    def _joined(self) -> Pairs:
         return self._pairs if self._back is None else joined(self._pairs, self._back)
 
     def follow(self) -> bool:
@@ -224,7 +230,7 @@ class LagrangianRates:
         if self._ghosts is not None:
             self._ghosts.answer(self._loads.vectors, self._answers.corrected)
 
-    def _others(self, state: State) -> Any:
+    def _others(self, state: State) -> Struct:
         """The fields that particles see: those of the state, or of particles and ghosts (a launch)."""
         return state.struct if self._ghosts is None else self._ghosts.follow(state)
 
@@ -245,7 +251,7 @@ class LagrangianRates:
         if not self.form.stabilised:
             return 0.0
         m, device = len(self._placement.point_volume), self._clock.device
-        sums = wp.zeros(blocks(m), dtype=wp.float64, device=device)
+        sums: Array = wp.zeros(blocks(m), dtype=wp.float64, device=device)
         inputs = [m, self._rows, self._acting, self._answers.mean, state.struct]
         wp.launch(self.kernels.held, len(sums), inputs=inputs, outputs=[sums], device=device)
         return total(sums)
@@ -253,15 +259,17 @@ class LagrangianRates:
 
 def joined(pairs: Pairs, back: Pairs) -> Pairs:
     """The particles that a point sees together; `pairs` from points to particles, `back` from these to points."""
-    there, particles, n = pairs.offsets.numpy(), pairs.indices.numpy(), back.targets
-    many = np.diff(there)[back.indices.numpy()]
+    there: np.ndarray = pairs.offsets.numpy()
+    particles: np.ndarray = pairs.indices.numpy()
+    seeing: np.ndarray = back.indices.numpy()
+    n, many = back.targets, np.diff(there)[seeing]
     first = np.repeat(back.rows(), many)
     within = np.arange(len(first)) - np.repeat(np.cumsum(many) - many, many)
-    second = particles[np.repeat(there[back.indices.numpy()], many) + within]
+    second = particles[np.repeat(there[seeing], many) + within]
     keys = np.unique(first.astype(np.int64)[first != second] * n + second[first != second])
     offsets = np.concatenate([[0], np.cumsum(np.bincount(keys // n, minlength=n))])
-    arrays = (wp.array(a, dtype=wp.int32, device=pairs.offsets.device) for a in (offsets, keys % n))
-    return Pairs(*arrays, n, n, back.reach)
+    ends, others = (wp.array(a, dtype=wp.int32, device=pairs.offsets.device) for a in (offsets, keys % n))
+    return Pairs(ends, others, n, n, back.reach)
 
 
 def _ghosts(made: RateSetup) -> Ghosts | None:

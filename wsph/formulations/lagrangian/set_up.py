@@ -1,12 +1,15 @@
 """Pairs, weights and moments in the reference configuration: found once, before a run, in double precision whatever the
 run's."""
 
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+
 from dataclasses import dataclass
 
 import numpy as np
 import warp as wp
 
-from wsph.backend.space import Space
+from wsph.backend.space import Array, Space
 from wsph.formulations.lagrangian.weights import QUANTA, set_up_kernel
 from wsph.geometry.lattice import Lattice
 from wsph.parts.part import Host
@@ -96,7 +99,7 @@ def _moments(
     `grid` are the places that moments are of."""
     m = len(points)
     shapes = ((pairs.count, wp.float64), (m, space.vec), (m, space.mat), (m, wp.float64), (m, wp.int32))
-    found = [wp.zeros(n, dtype=dtype, device=device) for n, dtype in shapes]
+    found: list[Array] = [wp.zeros(n, dtype=dtype, device=device) for n, dtype in shapes]
     inputs = [wp.float64(host.support / SUPPORT), wp.float64(QUANTA[quantum]), rows_of(space, pairs)]
     inputs += [wp.array(a, dtype=space.vec, device=device) for a in (points, particles, grid)]
     kernel = set_up_kernel(space, host.smoothing, not host.traits.pairwise)

@@ -12,9 +12,13 @@ compression at ten cells, and by less in proportion to the stress. (Frames from 
 F^-T N, see a shear that the face does not have, and modes grow by 2 % a step.)
 """
 
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
 import numpy as np
 import warp as wp
 
+from wsph.backend.space import Array
 from wsph.backend.state import Field, Layout, State
 from wsph.formulations.layout import deformation_field, displacement_field, matter_fields, velocity_field
 from wsph.formulations.setup import Setup
@@ -47,9 +51,9 @@ class MovingTwoSetSystem(TwoSetSystem):
         on = np.flatnonzero(axis >= 0)
         slot = np.full(self.count, -1, np.int32)
         slot[on] = np.arange(len(on))
-        self._axis = wp.array(axis[on], dtype=wp.int32, device=device)
+        self._axis: Array = wp.array(axis[on], dtype=wp.int32, device=device)
         self._slopes = self._face_slopes(on)
-        self._frames = wp.zeros(len(on), dtype=space.mat, device=device)
+        self._frames: Array = wp.zeros(len(on), dtype=space.mat, device=device)
         faces = turning_faces_struct(space)()
         faces.held, faces.free, faces.frames = self._faces.held, self._faces.free, self._frames
         faces.slot = wp.array(slot, dtype=wp.int32, device=device)
@@ -74,7 +78,8 @@ class MovingTwoSetSystem(TwoSetSystem):
         invisible to the virtual particles, nothing restores it, and frames that saw it would feed it.
         """
         beside, x = self.lattice.neighbours, self.lattice.index
-        keys, values = [], []
+        keys: list[np.ndarray] = []
+        values: list[np.ndarray] = []
         for k in range(self.space.dim):
             before, after = beside[on, k, 0], beside[on, k, 1]
             row = np.concatenate([np.arange(len(on))] * 2)
@@ -141,7 +146,7 @@ class MovingTwoSetSystem(TwoSetSystem):
         # The displacement has had the first half of its step; the second half is with the velocity at the end.
         self._turn_faces(state, 0.5)
         self._hold(state, 1.0)
-        self.work.add(state, self.clock)
+        self._works.add(state, self.clock)
         self.force.add(state, self.clock)
         drift = drift_kernel(self.space, state.layout)
         self.clock.launch(drift, state.n, [self.clock.time], [state.struct])

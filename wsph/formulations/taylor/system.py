@@ -6,12 +6,15 @@ evaluated at the sources and interpolated, as Herreros & Mabssout 2011, eqs 38 a
 difference f_J - f_I (their eqs 38 and 40 drop f_I, which is 33 % wrong at a boundary).
 """
 
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
 from functools import cached_property
 
 import numpy as np
 import warp as wp
 
-from wsph.backend.space import Space
+from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State
 from wsph.boundary.collocated import face_conditions
 from wsph.boundary.conditions import Conditions
@@ -71,7 +74,7 @@ class TwoSetSystem(System):
         self.state = self._new("real", own=True)
         self._axes = space.mat(*lattice.frame.axes.T.ravel())
         self._rotated = not lattice.frame.upright
-        self._framed = wp.array(np.flatnonzero(lattice.on_face), dtype=wp.int32, device=device)
+        self._framed: Array = wp.array(np.flatnonzero(lattice.on_face), dtype=wp.int32, device=device)
         self.force = BodyForce(scene.gravity, body.damping, space, scales, self.density, self.volume, device)
         self._faces = faces_struct(space)()
         self._faces.held = wp.array(self._held_components(), dtype=wp.int32, device=device)
@@ -83,7 +86,7 @@ class TwoSetSystem(System):
         unpack, _ = packing(space, constitutive.state)
         area = scales.length ** (space.dim - 1)
         axes = space.mat(*lattice.frame.axes.ravel())
-        self.work = ExternalWork(space, self.conditions, unpack, area, axes, self.state.layout, device)
+        self.work = self._works = ExternalWork(space, self.conditions, unpack, area, axes, self.state.layout, device)
         self._register()
         with blame(constitutive.who):
             self.kernels = self._make_kernels()
@@ -97,7 +100,7 @@ class TwoSetSystem(System):
                 self.arrays.take(f"{name}.{part}", getattr(weights[0].pairs, part))
         self.arrays.part("body").adopt(self)
         self.arrays.part("boundary").adopt(self.boundary)
-        for name, works in (("work", self.work), ("force", self.force)):
+        for name, works in (("work", self._works), ("force", self.force)):
             self.arrays.part(name).adopt(works, works.kept())
 
     def _layout(self, where: str) -> Layout:
@@ -167,7 +170,9 @@ class TwoSetSystem(System):
     def _second_moments(self, nodes: np.ndarray, cells: np.ndarray) -> float:
         """Smallest second moment of the interpolation to a virtual particle, in spacings squared."""
         weights = self.to_virtual[0]
-        indices, values, row = weights.pairs.indices.numpy(), weights.values.numpy(), weights.pairs.rows()
+        indices: np.ndarray = weights.pairs.indices.numpy()
+        values: np.ndarray = weights.values.numpy()
+        row = weights.pairs.rows()
         r = nodes[indices] - cells[row]
         moment = np.zeros((len(cells), self.space.dim, self.space.dim))
         np.add.at(moment, row, values[:, None, None] * r[:, :, None] * r[:, None, :])
@@ -244,7 +249,7 @@ class TwoSetSystem(System):
         """Close the step: the prescribed values at t + dt, and the work of the faces and of the body forces."""
         self.project(state)
         self.hold(state, 1.0)
-        self.work.add(state, self.clock)
+        self._works.add(state, self.clock)
         self.force.add(state, self.clock)
         if self._displacement:
             drift = drift_kernel(self.space, state.layout)
@@ -291,7 +296,7 @@ class TwoSetSystem(System):
             a.numpy()
             for a in (self.to_virtual[0].pairs.offsets, self.to_virtual[0].pairs.indices, self.to_virtual[0].values)
         )
-        rows = []
+        rows: list[tuple[np.ndarray, np.ndarray]] = []
         for k, point in enumerate(points):
             distance = np.linalg.norm(nodes[face] - point, axis=1)
             if distance.min() < 1e-6:

@@ -16,6 +16,9 @@ step: on the host before a step, so that steps are captured one by one. Pairs in
 ascend, so that the step at which pairs are rebuilt does not change the sums.
 """
 
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
 from functools import cache
 
 import numpy as np
