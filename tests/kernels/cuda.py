@@ -3,8 +3,8 @@
     python tests/kernels/cuda.py [--arch 90] [--out DIR]
 
 The examples are set up on the CPU, in both precisions. A kernel that does not compile is named with what the compiler says
-of it, and the exit code is 1. With `--out` the binaries stay, each in a folder with `kernels.json`, which says what it holds
-and which scenes use it: `registers.py` reads them.
+of it, and the exit code is 1. With `--out` the binaries stay, each in a folder of its own, and `modules.json`, which says
+what they hold and which scenes use them: `registers.py` reads them.
 """
 
 import argparse
@@ -105,15 +105,18 @@ def main() -> int:
         out.mkdir(parents=True, exist_ok=True)
         modules = compile_all(chosen.arch, out)
         left_out = {name: modules.pop(name) for name in list(modules) if name in LEFT_OUT}
-        for name, module in modules.items():
-            if not module["error"]:
-                (out / name / "kernels.json").write_text(json.dumps(module, indent=1) + "\n")
+        made = {name: module for name, module in modules.items() if not module["error"]}
+        for name, module in made.items():
+            (module["binary"],) = (
+                str(path.relative_to(out)) for path in (out / name).glob(f"*.sm{chosen.arch}*.cubin")
+            )
+        (out / "modules.json").write_text(json.dumps(made, indent=1) + "\n")
     failed = {name: module["error"] for name, module in modules.items() if module["error"]}
     for name, error in failed.items():
         print(f"\nfails: {name}, of {', '.join(modules[name]['scenes'])}\n{error}")
     for name in left_out:
         print(f"left out: {name}: {LEFT_OUT[name]}")
-    print(f"{len(modules) - len(failed)} of {len(modules)} modules compile for sm_{chosen.arch}")
+    print(f"{len(made)} of {len(modules)} modules compile for sm_{chosen.arch}")
     return int(bool(failed))
 
 

@@ -44,18 +44,23 @@ class Use:
     scenes: tuple[str, ...]
 
 
-def uses(folder: Path) -> list[Use]:
-    """The kernels of one module."""
-    facts = json.loads((folder / "kernels.json").read_text())
-    (binary,) = folder.glob("*.cubin")
-    usage = subprocess.run([tool("cuobjdump"), "-res-usage", binary], capture_output=True, text=True, check=True).stdout
+def disassembled(binary: Path) -> dict[str, str]:
+    """The instructions of every kernel of a binary."""
     listing = subprocess.run([tool("nvdisasm"), "-c", binary], capture_output=True, text=True, check=True).stdout
-    code = {part.partition("\n")[0].split(",")[0].strip(): part for part in listing.split(".section\t.text.")[1:]}
+    parts = listing.split(".section\t.text.")[1:]
+    return {part.partition("\n")[0].split(",")[0].strip(): part for part in parts}
+
+
+def uses(module: str, binary: Path, scenes: list[str]) -> list[Use]:
+    """The kernels of one module."""
+    usage = subprocess.run([tool("cuobjdump"), "-res-usage", binary], capture_output=True, text=True, check=True).stdout
+    rows = re.findall(r"Function (\w+):\s+REG:(\d+) STACK:(\d+)", usage)
+    code = disassembled(binary) if any(int(stack) for _, _, stack in rows) else {}
     found = []
-    for name, registers, stack in re.findall(r"Function (\w+):\s+REG:(\d+) STACK:(\d+)", usage):
+    for name, registers, stack in rows:
         loads, stores = (len(re.findall(rf"\b{word}\b", code.get(name, ""))) for word in ("LDL", "STL"))
         kernel = re.sub(r"_[0-9a-f]{8}_cuda_kernel_forward$", "", name).rsplit("__", 1)[-1]
-        found.append(Use(kernel, folder.name, int(registers), int(stack), loads, stores, tuple(facts["scenes"])))
+        found.append(Use(kernel, module, int(registers), int(stack), loads, stores, tuple(scenes)))
     return found
 
 
@@ -65,8 +70,9 @@ def main() -> int:
     parser.add_argument("folder", type=Path, help="what cuda.py was given as --out")
     parser.add_argument("--names", default="", help="only kernels whose name has this in it")
     chosen = parser.parse_args()
-    folders = sorted(path.parent for path in chosen.folder.glob("*/kernels.json"))
-    rows = [use for folder in folders for use in uses(folder) if chosen.names in use.kernel]
+    modules = json.loads((chosen.folder / "modules.json").read_text())
+    found = (uses(name, chosen.folder / facts["binary"], facts["scenes"]) for name, facts in modules.items())
+    rows = [use for of_module in found for use in of_module if chosen.names in use.kernel]
     rows.sort(key=lambda use: (-use.registers, -use.stack, use.kernel, use.module))
     print(f"{'kernel':<20} {'registers':>9} {'stack':>6} {'loads':>6} {'stores':>6}  scenes")
     for use in rows:
@@ -75,7 +81,7 @@ def main() -> int:
             f"{use.kernel:<20} {use.registers:>9} {use.stack:>6} {use.loads:>6} {use.stores:>6}  {use.scenes[0]}{more}"
         )
     stacked = sum(use.stack > 0 for use in rows)
-    print(f"{len(rows)} kernels of {len(folders)} modules; {stacked} have a stack")
+    print(f"{len(rows)} kernels of {len(modules)} modules; {stacked} have a stack")
     return 0
 
 

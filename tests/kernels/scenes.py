@@ -17,7 +17,9 @@ import warp as wp
 import wsph
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "extremes"))
+sys.path.insert(0, str(Path(__file__).parent))
 import grid
+from parts import block, parts
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 PRECISIONS = ("f64", "f32")
@@ -45,9 +47,16 @@ def example_scenes() -> Scenes:
             yield f"{path.stem} {precision}", partial(_example, path, precision)
 
 
+def part_scenes() -> Scenes:
+    """Small scenes of parts that the others have little of, in double precision."""
+    for name, keys in parts().items():
+        yield f"part: {name}", partial(block, **keys)
+
+
 def all_scenes() -> Scenes:
-    """The examples and the pairwise grid of the extremes, in both precisions."""
+    """The examples, the parts, and the pairwise grid of the extremes in both precisions."""
     yield from example_scenes()
+    yield from part_scenes()
     for case in grid.cases():
         for precision in PRECISIONS:
             yield f"{case.number}. {case} {precision}", partial(_case, case, precision)

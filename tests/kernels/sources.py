@@ -1,7 +1,10 @@
 """The source of every kernel that the scenes use, to prove that moving modules about changes none.
 
-    python tests/kernels/sources.py dump FILE.json [--limit N]    write the kernels of the examples and of the extremes' grid
-    python tests/kernels/sources.py compare A.json B.json         say which scenes have other kernels; exit code 1 if any has
+    python tests/kernels/sources.py dump FILE.json [--limit N] [--cache DIR]
+    python tests/kernels/sources.py compare A.json B.json
+
+`dump` writes the kernels of the scenes of `scenes.py`; `compare` says which scenes have other kernels, and exits with 1
+where any has.
 
 The source is what Warp generates for the CPU: from it the compiler makes the program, and the source for CUDA comes from the
 same tree of statements. It is compared without what does not reach the program: comments, which quote Python and its line
@@ -98,13 +101,14 @@ def _used(name: str) -> tuple[str, dict[str, str], str]:
         return name, {}, str(error).splitlines()[0]
 
 
-def dump(path: Path, limit: int | None) -> None:
-    """Write the kernels of the scenes, of the first `limit` of them where it is given."""
+def dump(path: Path, limit: int | None, kept: Path | None) -> None:
+    """Write the kernels of the scenes, of the first `limit` of them where it is given. Sources are generated every time;
+    what the set-up runs is compiled into `kept`, or into a folder that does not stay."""
     names = list(_scenes())[:limit]
     found: dict[str, Any] = {"skipped": {}, "scenes": {}, "kernels": {}}
     with (
         tempfile.TemporaryDirectory() as folder,
-        multiprocessing.get_context("spawn").Pool(PROCESSES, _begin, (folder,)) as pool,
+        multiprocessing.get_context("spawn").Pool(PROCESSES, _begin, (str(kept or folder),)) as pool,
     ):
         for number, (name, sources, refusal) in enumerate(pool.imap(_used, names), 1):
             if refusal:
@@ -154,13 +158,14 @@ def main() -> int:
     dumping = commands.add_parser("dump")
     dumping.add_argument("file", type=Path)
     dumping.add_argument("--limit", type=int, help="only so many scenes")
+    dumping.add_argument("--cache", type=Path, help="folder for compiled kernels, from which a later dump is quicker")
     comparing = commands.add_parser("compare")
     comparing.add_argument("files", type=Path, nargs=2)
     chosen = parser.parse_args()
     if chosen.command == "compare":
         a, b = (json.loads(path.read_text()) for path in chosen.files)
         return compare(a, b)
-    dump(chosen.file, chosen.limit)
+    dump(chosen.file, chosen.limit, chosen.cache)
     return 0
 
 
