@@ -1,10 +1,10 @@
 """Compile every kernel of the examples for CUDA on a machine without a GPU: NVRTC, the compiler, is a part of Warp.
 
-    python tests/kernels/cuda.py [--arch 90] [--out DIR]
+    python tests/kernels/cuda.py [--arch 90] [--out DIR] [--parts]
 
-The examples are set up on the CPU, in both precisions. A kernel that does not compile is named with what the compiler says
-of it, and the exit code is 1. With `--out` the binaries stay, each in a folder of its own, and `modules.json`, which says
-what they hold and which scenes use them: `registers.py` reads them.
+The examples in both precisions, and with `--parts` the small scenes of `parts.py`, are set up on the CPU. A kernel that does
+not compile is named with what the compiler says of it, and the exit code is 1. With `--out` the binaries stay, each in a
+folder of its own, and `modules.json`, which says what they hold and which scenes use them: `registers.py` reads them.
 """
 
 import argparse
@@ -21,7 +21,7 @@ from typing import Any
 import warp as wp
 
 sys.path.insert(0, str(Path(__file__).parent))
-from scenes import example_scenes, kernels_of
+from scenes import example_scenes, kernels_of, part_scenes
 
 PROCESSES = 2
 LEFT_OUT = {
@@ -65,9 +65,9 @@ def compiled(module: wp.Module, arch: int, out: Path) -> str:
 
 
 def _compile(task: tuple[str, int, Path]) -> tuple[str, dict[str, Any]]:
-    """The modules of an example by their names with hashes: their kernels, and what failed."""
+    """The modules of a scene by their names with hashes: their kernels, and what failed."""
     name, arch, out = task
-    kernels = kernels_of(dict(example_scenes())[name]())
+    kernels = kernels_of(dict([*example_scenes(), *part_scenes()])[name]())
     modules = dict.fromkeys(kernel.module for kernel in kernels if kernel.func.__name__ not in LEFT_OUT)
     found = {
         module.get_module_identifier(): {
@@ -80,14 +80,14 @@ def _compile(task: tuple[str, int, Path]) -> tuple[str, dict[str, Any]]:
     return name, found | {kernel.func.__name__: {} for kernel in kernels if kernel.func.__name__ in LEFT_OUT}
 
 
-def compile_all(arch: int, out: Path) -> dict[str, dict[str, Any]]:
-    """The modules of all examples: their kernels, the scenes that use them, and what failed; empty for what is left out."""
+def compile_all(names: list[str], arch: int, out: Path) -> dict[str, dict[str, Any]]:
+    """The modules of those scenes: their kernels, the scenes that use them, and what failed; empty for what is left out."""
     modules: dict[str, dict[str, Any]] = {}
     with (
         tempfile.TemporaryDirectory() as cache,
         multiprocessing.get_context("spawn").Pool(PROCESSES, _begin, (cache,)) as pool,
     ):
-        for scene, found in pool.imap(_compile, [(name, arch, out) for name, _ in example_scenes()]):
+        for scene, found in pool.imap(_compile, [(name, arch, out) for name in names]):
             for name, module in found.items():
                 modules.setdefault(name, module | {"scenes": []})["scenes"].append(scene)
             print(f"{scene}: {len(found)} modules, {len(modules)} in all", flush=True)
@@ -99,11 +99,13 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--arch", type=int, default=90, help="compute capability, without its point")
     parser.add_argument("--out", type=Path, help="where the binaries stay")
+    parser.add_argument("--parts", action="store_true", help="the small scenes of parts too")
     chosen = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         out = (chosen.out or Path(temporary)).resolve()
         out.mkdir(parents=True, exist_ok=True)
-        modules = compile_all(chosen.arch, out)
+        names = [name for name, _ in (*example_scenes(), *(part_scenes() if chosen.parts else ()))]
+        modules = compile_all(names, chosen.arch, out)
         left_out = {name: modules.pop(name) for name in list(modules) if name in LEFT_OUT}
         made = {name: module for name, module in modules.items() if not module["error"]}
         for name, module in made.items():
