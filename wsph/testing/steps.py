@@ -58,8 +58,8 @@ def whole_spectrum(system: Moving) -> tuple[np.ndarray, np.ndarray]:
 
 
 def drift(composition: Composition, steps: int) -> tuple[float, float, float]:
-    """How far linear momentum, angular momentum and energy of a free one-set body go in `steps` steps: the largest of ten looks,
-    momentum over the mass times the largest speeds, the others over their own size."""
+    """How far linear momentum, angular momentum and energy of a free one-set body go in `steps` steps: the largest of
+    ten looks, momentum over the mass times the largest speeds, the others over their own size."""
     run = composition.bodies[0]
     system, mass = cast(OneSetSystem, run.system), run.system.volume * run.system.density
     placed = "displacement" in system.state.widths
