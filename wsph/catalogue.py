@@ -3,16 +3,16 @@
 Each list is read from the table that a scene's key is looked up in, and says of an entry what its own docstring says.
 """
 
-# pyright: strict, reportUnknownMemberType=false, reportUnknownVariableType=false
+# pyright: strict
 
 import ast
 import dataclasses
 import importlib.util
 import inspect
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, get_args
+from typing import get_args
 
 from wsph.protocols import Traits
 
@@ -25,7 +25,7 @@ class Row:
     name: str
     description: str
     words: tuple[str, ...] = ()
-    data: dict[str, Any] = field(default_factory=dict[str, Any])
+    data: Mapping[str, object] = field(default_factory=dict[str, object])
 
 
 def formulations() -> list[Row]:

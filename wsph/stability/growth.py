@@ -5,6 +5,9 @@ step itself knows. Arnoldi's method on blocks of steps finds them: a block raise
 merely oscillate.
 """
 
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
 from collections.abc import Callable
 
 import numpy as np

@@ -1,5 +1,8 @@
 """Stiffness and damping of a body projected on what a few dozen of its right-hand sides span."""
 
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
 from typing import Protocol
 
 import numpy as np
