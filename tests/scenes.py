@@ -22,7 +22,7 @@ FORMS = ("stress-points", "total-lagrangian")
 
 
 def material(model: str = "elastic", **changes: Any) -> Data:
-    """E = rho = 1, nu = .3; keys of the model's own among the changes."""
+    """E = rho = 1, nu = 0.3; keys of the model's own among the changes."""
     return {"model": model, "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3, **changes}
 
 
@@ -66,7 +66,7 @@ def driven(face: str, name: str = "b", **velocity: Any) -> Data:
 
 
 def scene(*bodies: Data, run: Data | None = None, **tables: Any) -> wsph.Scene:
-    """Leapfrog for one unit of time at a Courant number of .3, where `run` says nothing else."""
+    """Leapfrog for one unit of time at a Courant number of 0.3, where `run` says nothing else."""
     step = {} if run and "dt" in run else {"cfl": 0.3}
     keys = {"integrator": "leapfrog", "end": 1.0, **step, **(run or {})}
     dim = dimensions(bodies[0]["shape"])

@@ -2,7 +2,7 @@
 
 The program is a list of (operation, number) for a stack machine. The same program runs over numpy arrays here (initial
 values, selections) and on the device (boundary values that change in time, `wsph.boundary.values`): an expression needs no
-kernel of its own, which would cost .35 s each to compile.
+kernel of its own, which would cost 0.35 s each to compile.
 """
 
 # pyright: strict

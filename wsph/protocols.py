@@ -2,9 +2,12 @@
 
 # pyright: strict
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
@@ -18,7 +21,7 @@ class Traits:
     reference: bool = False
     """Whether pairs and weights are those of the reference configuration."""
     stabilisation: float = 1.0
-    """Stiffness of what a linear field leaves of the displacements, by default, in Young's moduli."""
+    """Stiffness against the misfit of a linear field to the displacements, by default, in Young's moduli."""
     support: float = 2.6
     """Support by default [spacings]."""
     needs_rate: bool = False
@@ -40,18 +43,105 @@ class Traits:
     pushable: bool = False
     """Whether interactions between bodies may change the velocities of its particles between steps."""
 
-    def with_(self, **changes: Any) -> "Traits":
+    def with_(self, **changes: object) -> "Traits":
         """The same with some of them changed."""
         return replace(self, **changes)
+
+
+AnyState = Any
+"""A state of a system: made by its `new`, changed by its calls, never looked into by an integrator."""
+
+
+class Material(Protocol):
+    """What every material gives, its `density` [kg/m3] and its `moduli`, bulk and shear [Pa]; what else it has is asked in
+    `wsph.plugins.traits`."""
+
+    @property
+    def density(self) -> float: ...
+
+    def moduli(self) -> tuple[float, float]: ...
+
+
+class DeviceArray(Protocol):
+    """An array on the device."""
+
+    def numpy(self) -> np.ndarray: ...
+
+    def assign(self, src: np.ndarray) -> None: ...
+
+
+class Resettable(Protocol):
+    """Device arrays, as they are put back after a trial of steps."""
+
+    def reset(self) -> None: ...
+
+
+class Fast(Protocol):
+    """What has a `velocity` [m/s] of its own: the units of a run."""
+
+    @property
+    def velocity(self) -> float: ...
+
+
+class Waving(Protocol):
+    """What waves run through, at `wave_speed` [m/s]: a material in a stress state."""
+
+    @property
+    def wave_speed(self) -> float: ...
+
+
+class BodyTable(Protocol):
+    """A body, as its table in a scene says it: its `name` and its `jitter` [spacings]."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def jitter(self) -> float: ...
+
+
+class BodySystem(Protocol):
+    """The system of a body, as others see it: the name of its formulation and what that can do, its units, its number of
+    particles, their density, nondimensional, its state and its device arrays."""
+
+    @property
+    def formulation(self) -> str: ...
+
+    @property
+    def traits(self) -> Traits: ...
+
+    @property
+    def scales(self) -> Fast: ...
+
+    @property
+    def count(self) -> int: ...
+
+    @property
+    def density(self) -> float: ...
+
+    @property
+    def state(self) -> AnyState: ...
+
+    @property
+    def arrays(self) -> Resettable: ...
+
+    def start_works(self) -> None: ...
 
 
 class LimitedBody(Protocol):
     """A body in a run, as the guard of its time step sees it."""
 
-    body: Any
-    system: Any
-    integrator: "Integrator"
-    constitutive: Any
+    @property
+    def body(self) -> BodyTable: ...
+
+    @property
+    def system(self) -> BodySystem: ...
+
+    @property
+    def integrator(self) -> "Integrator": ...
+
+    @property
+    def constitutive(self) -> Waving: ...
 
     @property
     def courant(self) -> float:
@@ -90,11 +180,17 @@ class Integrator(Protocol):
 
 
 class PushedBody(Protocol):
-    """A body in a run, as what acts between bodies sees it."""
+    """A body in a run, as what acts between bodies sees it. What its system has beside, where its traits say that it is
+    `pushable`, is `wsph.contact.bodies.PushedSystem`."""
 
-    body: Any
-    system: Any
-    integrator: Integrator
+    @property
+    def body(self) -> BodyTable: ...
+
+    @property
+    def system(self) -> BodySystem: ...
+
+    @property
+    def integrator(self) -> Integrator: ...
 
 
 class Limited(Protocol):
@@ -105,7 +201,7 @@ class Limited(Protocol):
         """The largest frequency of its small motions, nondimensional."""
         ...
 
-    def measure_anew(self) -> None:
+    def forget_motions(self) -> None:
         """Forget what is known of the small motions: the next question is about the current state."""
         ...
 
@@ -138,7 +234,7 @@ class Interaction(Protocol):
         """A bound of the frequency that it adds to a body's, nondimensional; 0 for a body that it does not touch."""
         ...
 
-    def kept(self) -> dict[str, Any]:
+    def kept(self) -> Mapping[str, DeviceArray]:
         """Device arrays that a run goes on from, by name."""
         ...
 
@@ -171,7 +267,7 @@ class Stability(Protocol):
         ...
 
     @property
-    def modes(self) -> Any:
+    def modes(self) -> NDArray[np.complex128]:
         """lambda of motions exp(lambda t), (k,) complex: the outermost of them and some tens of others."""
         ...
 
@@ -187,8 +283,8 @@ class Stability(Protocol):
 
     @property
     def stabilisation(self) -> float:
-        """Stiffness of what a linear field leaves of the displacements; it puts the fastest modes where they are damped
-        well."""
+        """Stiffness against the misfit of a linear field to the displacements; it moves the fastest modes to where they are
+        damped well."""
         ...
 
     def largest(self, dt: float, factor: float) -> float:
@@ -199,9 +295,6 @@ class Stability(Protocol):
         """The Courant number at which omega dt = `product` for its fastest wave."""
         ...
 
-
-AnyState = Any
-"""A state of a system: made by its `new`, changed by its calls, never looked into by an integrator."""
 
 Terms = list[tuple[float, AnyState]]
 """Coefficients, and the states or rates that they multiply."""

@@ -1,6 +1,6 @@
 """Runge-Kutta methods on one set: tableaus that check themselves, and low-storage chains.
 
-Below a damping ratio of .9 no explicit Runge-Kutta method beats leapfrog on stability per evaluation: an undamped wave of s
+Below a damping ratio of 0.9 no explicit Runge-Kutta method beats leapfrog on stability per evaluation: an undamped wave of s
 evaluations is held up to omega dt = s - 1 at most, by leapfrog up to 2 a piece. Their limits here are where a mode of the
 body, damped or not, is first multiplied by more than 1; methods that amplify every undamped wave (Euler, the two-stage ones)
 have the limit 0 without damping on every mode: they are for comparisons.

@@ -67,7 +67,7 @@ class Leapfrog:
 class BlanesMoan4:
     """Blanes & Moan's six-stage splitting of fourth order (their SRKN 6b): energy studies of smooth, undamped bodies.
 
-    omega dt <= 4.02, .67 per evaluation. Forces must not depend on velocity.
+    omega dt <= 4.02, 0.67 per evaluation. Forces must not depend on velocity.
     """
 
     formulations = ("stress-points", "total-lagrangian")
@@ -118,7 +118,7 @@ class ProcessedLeapfrog:
     """Leapfrog with the modified force a(u + dt^2/12 a(u)) between a start and an output transformation (lf4): fourth order
     in the processed variables, two evaluations, omega dt <= 3.46, 1.73 per evaluation.
 
-    For smooth, undamped, long runs of total laws; at finite amplitude use at most .6 of the limit. `state` is made from the
+    For smooth, undamped, long runs of total laws; at finite amplitude use at most 0.6 of the limit. `state` is made from the
     inner variables when it is to be read, by `publish`: feeding it back would make the energy drift.
     """
 

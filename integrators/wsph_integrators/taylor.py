@@ -12,7 +12,7 @@ class TaylorSPH:
     First the virtual particles advance half a step from the real ones, then the real ones a whole step from the virtual
     ones. Order 2. With a support below 1.5 spacings in one dimension it is the Richtmyer scheme, exact at Courant number 1.
     Stable up to C = 2 sqrt(m2), m2 the second moment of the interpolation weights in spacings squared; in two and three
-    dimensions up to .9 of that, because corners grow above. Dissipative below the limit: a pulse at C = .5 loses 17 % of
+    dimensions up to 0.9 of that, because corners grow above. Dissipative below the limit: a pulse at C = 0.5 loses 17 % of
     its energy by its reflection.
     """
 
@@ -51,9 +51,9 @@ class UpdatedTaylorSPH(TaylorSPH):
     """Taylor-SPH in the current configuration (UL-TSPH): the same two steps on particles that move.
 
     Serroukh & Mabssout 2022, doi 10.24132/acm.2022.697, eqs 21-23, with the sign of the spin that eq 2 has and the virtual
-    particles as centroids of their cells: triangulating anew in every step makes slivers, costs hundreds of times more and
+    particles as centroids of their cells: a new triangulation in every step makes slivers, costs hundreds of times more and
     grows at every Courant number. The Courant number is that of the current spacing and wave speed: a bar compressed by 5 %
-    has to start at C <= .97.
+    has to start at C <= 0.97.
     """
 
     formulations = ("updated-lagrangian",)

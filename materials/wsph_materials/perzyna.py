@@ -17,8 +17,8 @@ class Perzyna(Isotropic):
     wave stands exactly at yield until it is reflected.
 
     Fields: density [kg/m3], youngs_modulus [Pa], poisson_ratio, yield_stress [Pa], hardening_modulus [Pa, negative
-    softens], fluidity gamma [1/s], exponent N, floor (fraction of yield_stress below which F0 does not soften, .1; .001 to
-    .01 blew up). Internal: plastic_strain, the equivalent viscoplastic strain.
+    softens], fluidity gamma [1/s], exponent N, floor (fraction of yield_stress below which F0 does not soften, 0.1; 0.001 to
+    0.01 blew up). Internal: plastic_strain, the equivalent viscoplastic strain.
     """
 
     yield_stress: float = field(metadata={"unit": "Pa", "above": 0.0})

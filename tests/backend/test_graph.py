@@ -46,9 +46,9 @@ def test_any_number_of_threads_gives_the_same_bits(case: dict, share: Callable[[
         composition.program.run(12)
         assert composition.program.threads == count
         if count > 1:
-            stretches = composition.program._stretches
-            assert {len(each.graphs) + len(each.pieces) for each in stretches} == {count}
-            assert any(each.pieces for each in stretches)
+            segments = composition.program._segments
+            assert {len(each.graphs) + len(each.pieces) for each in segments} == {count}
+            assert any(each.pieces for each in segments)
         states.append(composition.bodies[0].system.state.buffer.numpy())
     for other in states[1:]:
         assert np.array_equal(states[0], other)
@@ -71,13 +71,13 @@ def test_a_part_that_fails_is_raised_where_the_step_is_run(broken: str, share: C
     run = composition.program
     assert run.run(2) == 2
     if broken == "a piece":
-        next(stretch.pieces for stretch in run._stretches if stretch.pieces)[1][0] = Failing()
+        next(segment.pieces for segment in run._segments if segment.pieces)[1][0] = Failing()
     else:
-        graphs = next(stretch.graphs for stretch in run._stretches if stretch.graphs)
+        graphs = next(segment.graphs for segment in run._segments if segment.graphs)
         graphs[0 if broken == "the caller's graph" else 2] = Failing()
     with pytest.raises(ValueError, match="a part of a launch"):
         run.run(40)
-    assert run.run(3) == 3  # with a crew of its own
+    assert run.run(3) == 3  # with a team of its own
 
 
 def test_a_captured_graph_gives_the_bits_of_direct_launches(shock_bar: wsph.Scene) -> None:

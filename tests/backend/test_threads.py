@@ -1,4 +1,4 @@
-"""A crew of threads: who does which part of a launch, where they meet, and the cores they take and give back."""
+"""A team of threads: who does which part of a launch, where they meet, and the cores they take and give back."""
 
 import os
 
@@ -18,7 +18,7 @@ def test_threads_meet_after_every_launch_that_they_share(monkeypatch: pytest.Mon
         pass
 
     seen: list[str] = []
-    found = threads.Crew(2)
+    found = threads.ThreadTeam(2)
     monkeypatch.setattr(found, "_meet", lambda number: seen.append("meet"))
 
     def note(kernel: wp.Kernel, n: int, inputs: list, **_: object) -> None:
@@ -26,8 +26,8 @@ def test_threads_meet_after_every_launch_that_they_share(monkeypatch: pytest.Mon
 
     monkeypatch.setattr(launch.wp, "launch", note)
     launches = [launch.Launch(kernel, 9, [], [], "cpu") for kernel in (whole, ranged)]
-    assert [threads.share(launches[1], seconds) for seconds in (1e-6, 1e-4, 1.0)] == list(threads.Share)
-    assert threads.share(launches[0], 1.0) is threads.Share.ALONE
+    assert [threads.share(launches[1], seconds) for seconds in (1e-6, 1e-4, 1.0)] == list(threads.Sharing)
+    assert threads.share(launches[0], 1.0) is threads.Sharing.ALONE
     launches[0].inputs.append(0)
     plan = [(launches[k], k == 1) for k in (0, 1, 1, 0, 0)]
     found._part(plan, 0)
@@ -45,7 +45,7 @@ def test_threads_meet_after_every_launch_that_they_share(monkeypatch: pytest.Mon
 @pytest.mark.skipif(not hasattr(os, "sched_getaffinity"), reason="no affinity here")
 def test_the_caller_gets_its_cores_back() -> None:
     before = os.sched_getaffinity(0)
-    found = threads.Crew(2)
+    found = threads.ThreadTeam(2)
     with found.at_work():
         assert len(os.sched_getaffinity(0)) == 1
     assert os.sched_getaffinity(0) == before

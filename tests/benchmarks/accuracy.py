@@ -3,8 +3,8 @@ finite-element period, beside LAMMPS `smd/tlsph` and PySPH.
 
     python tests/benchmarks/accuracy.py [--lammps PYTHON] [--pysph PYTHON] [--write]
 
-The beam moves so little that it is linear. Ours is the default form at .9 of its limit on a face that is fixed; LAMMPS and
-PySPH step by .4 spacings over the wave speed. Every row is one run on one core; the CPU seconds are of the steps alone, per
+The beam moves so little that it is linear. Ours is the default form at 0.9 of its limit on a face that is fixed; LAMMPS and
+PySPH step by 0.4 spacings over the wave speed. Every row is one run on one core; the CPU seconds are of the steps alone, per
 period. What a side takes to a given error follows from its finest rows: error ~ rows^-p as measured, cost ~ rows^(dim + 1).
 --write leaves docs/accuracy.json for docs/make.py.
 """

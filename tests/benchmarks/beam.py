@@ -1,8 +1,8 @@
 """The cantilever that every side of the comparisons runs, and how LAMMPS and PySPH are told of it.
 
-L = .2, W = .02, E = 2 MPa, nu = .3975: a strip in plane strain (LAMMPS: one particle thick) or a square bar, started in its
-first mode. LAMMPS and PySPH hold four layers more, as their examples do. Every side has a support of 2.6 spacings, double
-precision and particles at the middles of a square or cubic lattice; LAMMPS `smd/tlsph` has its hourglass control and
+L = 0.2, W = 0.02, E = 2 MPa, nu = 0.3975: a strip in plane strain (LAMMPS: one particle thick) or a square bar, started in
+its first mode. LAMMPS and PySPH hold four layers more, as their examples do. Every side has a support of 2.6 spacings,
+double precision and particles at the middles of a square or cubic lattice; LAMMPS `smd/tlsph` has its hourglass control and
 viscosity, PySPH the parts of its `ElasticSolidsScheme` (Gray, Monaghan & Swift 2001: artificial viscosity, artificial
 stress, XSPH), two evaluations a step.
 

@@ -75,7 +75,7 @@ def block(dim: int, rows: int, form: str, threads: int = 1, precision: str = "f6
 
 
 def rate(composition: Composition, seconds: float = SECONDS) -> float:
-    """Particle-steps per second of wall time. A run whose thread had less than .9 of its core is repeated, up to five
+    """Particle-steps per second of wall time. A run whose thread had less than 0.9 of its core is repeated, up to five
     times; the one that had most of it counts."""
     best, at_once = (0.0, 0.0), max(round(4e5 / composition.particles), 2)
     for _ in range(5):

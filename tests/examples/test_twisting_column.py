@@ -22,7 +22,7 @@ def test_it_twists_and_springs_back_and_keeps_its_energy() -> None:
     # What the residual holds, of what the body does.
     assert history["hourglass"].max() < 0.01 * history["strain"].max()
     assert (history["hourglass"] < 0.01 * (history["strain"] + 0.01 * history["strain"].max())).all()
-    # 340.4 and -108.8 degrees at .2 m, 339.3 and -111.6 at .125 m, 339.2 and -113.9 at .1 m.
+    # 340.4 and -108.8 degrees at 0.2 m, 339.3 and -111.6 at 0.125 m, 339.2 and -113.9 at 0.1 m.
     assert twist(result) == pytest.approx((338.4, -116.5), abs=1.0)
 
 

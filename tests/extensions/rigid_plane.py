@@ -21,7 +21,7 @@ from wsph.backend.domain import WHOLE
 from wsph.backend.kernels import kernel
 from wsph.backend.reduce import total
 from wsph.backend.space import Space
-from wsph.contact.bodies import Side
+from wsph.contact.bodies import ContactBody
 from wsph.contact.law import body_struct, kick_kernel
 from wsph.errors import Refused
 from wsph.plugins.integrators import publishes
@@ -75,7 +75,7 @@ class RigidPlane:
                     f"body {run.body.name!r}: a rigid plane changes velocities between steps: use an integrator of one set that"
                     " goes on from them, such as leapfrog"
                 )
-        self._sides = [Side(run, np.array(point), space, scales, clock, WHOLE) for run in bodies]
+        self._sides = [ContactBody(run, np.array(point), space, scales, clock, WHOLE) for run in bodies]
         self._stiffness = {
             side.name: stiffness * _modulus(side) * side.spacing ** (space.dim - 2) for side in self._sides
         }
@@ -112,7 +112,7 @@ class RigidPlane:
         """Nothing follows from the works."""
 
 
-def _modulus(side: Side) -> float:
+def _modulus(side: ContactBody) -> float:
     """The wave modulus of a body, nondimensional."""
     return side.system.density * (side.system.constitutive.wave_speed / side.system.scales.velocity) ** 2
 

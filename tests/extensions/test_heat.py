@@ -14,8 +14,7 @@ from tests.extensions.heat import Heat
 from tests.extensions.untouched import knowing
 from tests.scenes import bar, block, material
 from wsph.errors import Refused, SceneError
-from wsph.parts.table import PARTS
-from wsph.scene.tables import Body, SceneTables, add_part
+from wsph.scene.tables import add_part, remove_part
 
 MATTER = {"material": material(density=2.0)}
 HEAT = {"conductivity": "0.6 W/m", "specific_heat": 3.0, "initial": "1 + cos(pi*x)"}
@@ -28,9 +27,7 @@ def heat() -> Iterator[None]:
     """The line of the table, for one test."""
     add_part(Heat, wsph.Scene)
     yield
-    del PARTS[Heat.key], Body.model_fields[Heat.key]
-    for model in (Body, SceneTables, wsph.Scene):
-        model.model_rebuild(force=True)
+    remove_part(Heat, wsph.Scene)
 
 
 def exact(x: np.ndarray, t: Any) -> np.ndarray:

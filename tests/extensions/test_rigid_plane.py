@@ -28,7 +28,7 @@ def plane(**numbers: Any) -> Iterator[None]:
 
 
 def thrown(**run: Any) -> wsph.Scene:
-    """A block of side and wave speed 1 that flies at the plane from .05 above it, and along it."""
+    """A block of side and wave speed 1 that flies at the plane from 0.05 above it, and along it."""
     soft = scenes.material(poisson_ratio=0.0)
     block = scenes.body(scenes.box(1.0, (0.05, 1.05)), 0.1, velocity=[0.3 * SPEED, -SPEED], material=soft)
     return scenes.scene(block, run={"end": 8.0, **run}, output={"history": 1})
@@ -37,7 +37,7 @@ def thrown(**run: Any) -> wsph.Scene:
 @pytest.mark.parametrize("point", [[0.5, 0.0], [7.0, 0.0]])
 def test_a_block_bounces(point: list[float]) -> None:
     """Without lateral strain it is a bar: it meets the plane at t = 5, a wave goes through it and back, and it leaves at
-    t = 7 with the velocity turned round, to two spacings of .1. Which of its points names the plane is all the same."""
+    t = 7 with the velocity turned round, to two spacings of 0.1. Which of its points names the plane is all the same."""
     with plane(point=point):
         result = wsph.run(thrown())
     history, energy = result.history, result.summary["energy"]

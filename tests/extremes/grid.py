@@ -279,7 +279,7 @@ REASONS = {
 
 def in_working_range(case: Case) -> bool:
     """Where the papers' methods and materials are never refused: lattices with the default support, of ul-tsph of more than
-    three cells and up to stretches at which a rate of elasticity still has an energy; of tsph also jitter up to .2 with a
+    three cells and up to stretches at which a rate of elasticity still has an energy; of tsph also jitter up to 0.2 with a
     support of 1.8, at up to half of the limit, of what does not widen when it is pulled."""
     method = case["method"][0]
     if method not in ("tsph", "ul-tsph") or case["material"] not in ("elastic", "jaumann", "perzyna"):
@@ -313,7 +313,7 @@ def table(rows: list[tuple[Case, dict[str, Verdict]]]) -> Iterator[str]:
     )
     yield "The working range of `tsph` and `ul-tsph` with `elastic`, `jaumann` and `perzyna`: lattices with the default support at any"
     yield "Courant number up to the limit, every size and extreme of the grid but, with `ul-tsph`, bodies of three cells and a"
-    yield "stretch of 2, at which rates of elasticity have no energy; and with `tsph` jitter up to .2 with"
+    yield "stretch of 2, at which rates of elasticity have no energy; and with `tsph` jitter up to 0.2 with"
     yield "`support = 1.8`, a Poisson ratio from 0 and up to half of the limit."
     yield f"Of {2 * len(inside)} runs in it {turned} are refused or stopped; {held} completed within bounds, the others were warned of."
     yield ""

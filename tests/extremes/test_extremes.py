@@ -78,7 +78,7 @@ def test_every_system_of_units_gives_the_same_answer(method: tuple[str, str], pr
 @pytest.mark.filterwarnings("ignore:.*energy was")
 @pytest.mark.parametrize("method", [("leapfrog", "stress-points"), ("rk4", "total-lagrangian"), ("lf4", "total-lagrangian"), ("kg4-8", "stress-points"), ("w20-2-8", "total-lagrangian")], ids=str)  # fmt: skip
 def test_limits_are_bracketed(method: tuple[str, str]) -> None:
-    """.95 of the declared limit holds; 1.1 of the true one (the declared is .98 of it, or less) does not."""
+    """0.95 of the declared limit holds; 1.1 of the true one (the declared is 0.98 of it, or less) does not."""
     # A short wave among the long ones, so that growth has something to begin with.
     velocity = ["1e-6*(x + sin(40*x)*cos(40*y))", "1e-6*(y + sin(43*x)*sin(38*y))"]
     run = {"integrator": method[0], "formulation": method[1], "cfl": 0.01, "guard": "off"}
@@ -186,7 +186,7 @@ class TestFewParticles:
 @pytest.mark.parametrize("alpha", [0.8, 3.0])
 @pytest.mark.parametrize("integrator", ["leapfrog", "rk4", "rkc"])
 def test_viscosity_from_little_to_much(integrator: str, alpha: float) -> None:
-    """At .95 of the limit that is found for it, energy is lost and never made, and viscosity took it, also where steps are
+    """At 0.95 of the limit that is found for it, energy is lost and never made, and viscosity took it, also where steps are
     long beside the time in which it does."""
     run = {"integrator": integrator, "formulation": "total-lagrangian", "cfl": 0.01}
     viscous = {"velocity": ["0.01*sin(20*x)", "0.01*y"], "viscosity": {"alpha": alpha, "kind": "pair"}}

@@ -25,9 +25,9 @@ class TestCracks:
 
     def test_no_pair_reaches_through(self) -> None:
         body = lattice(shape(**SQUARE), 0.5, cracks=(((-1.0, 2.0), (2.0, 2.0)),))
-        nodes, cells = body.sided
+        nodes, cells = body.off_cracks
         first, second = (np.repeat(cells, len(nodes), 0), np.tile(nodes, (len(cells), 1)))
-        apart = body.apart(first, second)
+        apart = body.crossed(first, second)
         # By hand: opposite sides of the line y = 4 cells, crossing it at x < 4 cells.
         with np.errstate(divide="ignore", invalid="ignore"):
             share = (4.0 - first[:, 1]) / (second[:, 1] - first[:, 1])

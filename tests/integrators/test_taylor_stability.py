@@ -87,7 +87,7 @@ def test_the_growth_that_the_guard_finds_is_the_spectrum_s(conditions: str, cour
 
 
 def test_a_jittered_body_that_would_grow_is_refused_with_the_growth_found() -> None:
-    """At C = .05 every jittered block grows; for C >= .5 those held on their faces do not, some free ones do."""
+    """At C = 0.05 every jittered block grows; for C >= 0.5 those held on their faces do not, some free ones do."""
     grows = block("fixed", cells=7, courant=0.05, jitter=0.2, seed=1).with_(guard="refuse", end=30.0)
     with pytest.raises(wsph.Refused, match=r"grows by 0.00068 a step, 3\.\d+ e-folds in this run of .* steps"):
         compose(grows)
@@ -98,7 +98,7 @@ def test_a_jittered_body_that_would_grow_is_refused_with_the_growth_found() -> N
 
 @pytest.mark.parametrize(("support", "jitter"), [(1.2, 0.2), (1.8, 0.4)])
 def test_jittered_blocks_held_on_their_faces(support: float, jitter: float) -> None:
-    """Stable for C >= .5; at C = .05 they grow by some 1e-3 per step."""
+    """Stable for C >= 0.5; at C = 0.05 they grow by some 1e-3 per step."""
     for seed in range(3):
         for courant in (0.5, 0.7, 0.9):
             scene = block("fixed", cells=7, courant=courant, support=support, jitter=jitter, seed=seed)
@@ -110,8 +110,8 @@ def test_jittered_blocks_held_on_their_faces(support: float, jitter: float) -> N
 @pytest.mark.parametrize("conditions", ["cantilever", "symmetry", "corner-loaded"])
 @pytest.mark.parametrize(("support", "jitter"), [(1.2, 0.2), (1.8, 0.4)])
 def test_jittered_blocks_with_free_faces(support: float, jitter: float, conditions: str) -> None:
-    """Held somewhere they are stable at C = .9; below it some grow by up to 2e-3 a step, and what is held nowhere can at any
-    C: the guard tries a jittered body's own step."""
+    """Held somewhere they are stable at C = 0.9; below it some grow by up to 2e-3 a step, and what is held nowhere can at
+    any C: the guard tries a jittered body's own step."""
     for seed in range(3):
         scene = block(conditions, cells=7, courant=0.9, support=support, jitter=jitter, seed=seed)
         assert spectral_radius(scene) <= 1.0 + 1e-6, seed
@@ -126,7 +126,7 @@ def test_three_dimensions(conditions: str) -> None:
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_slab_between_symmetric_faces_carries_the_wave_of_one_dimension(dim: int) -> None:
-    """Uniaxial strain in 1D, 2D and 3D: the same front to rounding, at C = .9."""
+    """Uniaxial strain in 1D, 2D and 3D: the same front to rounding, at C = 0.9."""
 
     def stress(dimension: int) -> np.ndarray:
         sides = [
@@ -157,7 +157,7 @@ def test_the_interior_limit_is_that_of_one_dimension_in_two_and_three(dim: int, 
 
     a(k) is the symbol of the interpolation to a virtual particle and g(k) that of the gradient, there and back. The waves
     of elastodynamics see |g| alone, so the condition is C^2 <= 4 (1 - a^2)/|g|^2; its minimum is at long waves. What lowers
-    the limit in 2D and 3D to .9 of it are the body's corners.
+    the limit in 2D and 3D to 0.9 of it are the body's corners.
     """
     cells = 2 * int(support + 0.5) + 1
     system = (

@@ -39,7 +39,7 @@ def broken(system: Any) -> dict[str, float]:
 
 @pytest.mark.parametrize(("links", "at"), [
     ({"criterion": "stretch", "threshold": 0.1}, 0.1),
-    ({"criterion": "energy", "fracture_energy": 1e-3}, 0.2),  # sqrt(2 G_c/(E spacing)) with spacing .05
+    ({"criterion": "energy", "fracture_energy": 1e-3}, 0.2),  # sqrt(2 G_c/(E spacing)) with spacing 0.05
     ({"criterion": "plastic-strain", "threshold": 0.17}, np.expm1(0.17)),
 ])  # fmt: skip
 def test_a_link_breaks_at_its_threshold_along_what_stretches_it(links: dict, at: float) -> None:
@@ -54,7 +54,7 @@ def test_plastic_strain_leaves_out_what_stress_explains() -> None:
     composition = compose(block(links=links))
     system, unit = composition.bodies[0].system, 1.2
     buffer, start = system.state.buffer.numpy(), system.state.start["stress"]
-    # The stress of uniaxial strain .05: lambda = mu = .4 E.
+    # The stress of uniaxial strain 0.05: lambda = mu = 0.4 E.
     buffer[start : start + 1600] = np.tile(np.array([1.2, 0.4, 0.4, 0.0]) * 0.05 / unit, 400)
     system.state.buffer.assign(buffer)
     assert held(composition, np.diag([np.expm1(0.0599), 0.0])).fracture()["broken_links"] == 0
@@ -142,7 +142,7 @@ def test_what_it_cannot_do_is_refused(keys: dict, error: type, text: str) -> Non
 
 @pytest.mark.parametrize("strain", [1.0, -0.6])
 def test_doubled_and_crushed_to_two_fifths_without_breaking(strain: float) -> None:
-    """100 % tension, and compression to J = .4: the body survives, and what holds it together stays small."""
+    """100 % tension, and compression to J = 0.4: the body survives, and what holds it together stays small."""
     speed = 0.05 * np.sign(strain)
     grip = [
         {"body": "b", "where": "x > 0.44", "velocity": {"x": speed}},

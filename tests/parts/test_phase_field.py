@@ -114,7 +114,7 @@ def test_damaged_stress_is_what_is_read(model: str) -> None:
     system = composition.bodies[0].system
     system.attached["phase_field"].response.damage.assign(np.full(system.count, 0.5))
     if model == "jaumann":
-        # lambda = mu = .4 E, in units of the wave modulus 1.2 E
+        # lambda = mu = 0.4 E, in units of the wave modulus 1.2 E
         system.state.buffer.assign(evolved(system, [0.012, 0.004, 0.004, 0.0]))
     stretched(composition, np.diag([0.01, 0.0]), 1)
     stress = system.state.read("stress")

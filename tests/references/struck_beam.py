@@ -5,7 +5,8 @@
 Explicit dynamics of the right half in numpy alone: four-node elements in plane strain with four Gauss points and the mean
 dilatation of the element (B-bar), central differences, stresses turned by half of the step's spin before and after (Hughes &
 Winget 1980), radial return to the yield surface. The projectile's lower nodes push on the beam's upper edge by a penalty.
-Writes struck_beam.json: the mean deflection of the middle of the beam from .9 to 1.5 ms [mm], by speed and rows of elements.
+Writes struck_beam.json: the mean deflection of the middle of the beam from 0.9 to 1.5 ms [mm], by speed and rows of
+elements.
 """
 
 import argparse

@@ -95,7 +95,7 @@ def square_scene(shock_bar: wsph.Scene) -> wsph.Scene:
 def test_the_material_s_own_time_step_is_a_limit(viscoplastic_bar: wsph.Scene) -> None:
     stiff = {"bodies.0.material.fluidity": 1e3, "bodies.0.material.exponent": 1.0}
     with pytest.raises(Refused, match=r"beyond what perzyna can take, limit 6.666e-07 s; use run.dt <= 6.666e-07"):
-        compose(viscoplastic_bar.with_(**stiff))  # 2 F0 / (3 G gamma N), F0 = .1 of 4e5 Pa
+        compose(viscoplastic_bar.with_(**stiff))  # 2 F0 / (3 G gamma N), F0 = 0.1 of 4e5 Pa
 
 
 def test_what_selects_nothing_or_cannot_be_is_refused(shock_bar: wsph.Scene) -> None:

@@ -72,7 +72,7 @@ def test_bodies_run_side_by_side(shock_bar: wsph.Scene) -> None:
     data["bodies"].append(second)
     data["boundary"] += [{**condition, "body": "slow"} for condition in data["boundary"]]
     data["probes"] = [{"name": "b", "at": [[3.0]], "fields": ["stress_xx"]}]
-    with pytest.warns(RuntimeWarning, match="energy was lost by the end, 12.9 %"):  # the slow body runs at C = .1
+    with pytest.warns(RuntimeWarning, match="energy was lost by the end, 12.9 %"):  # the slow body runs at C = 0.1
         result = wsph.run(wsph.Scene(**data))
     alone = wsph.run(shock_bar)
     first = result.particles["body"] == 0

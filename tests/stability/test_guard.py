@@ -69,7 +69,7 @@ def evaluations(system: Any) -> int:
         rate(state, out, part, ahead)
 
     system.rate = counted
-    system.measure_anew()
+    system.forget_motions()
     assert system.frequency > 0.0
     system.rate = rate
     return count
@@ -208,7 +208,7 @@ class TestRuns:
     @pytest.mark.parametrize("alpha", [0.25, 2.5])
     @pytest.mark.parametrize("name", ["leapfrog", "rk4", "rkc 3", "rkc 5", "rkc 10"])
     def test_within_eight_per_cent_with_damping_of_all_pairs(self, name: str, alpha: float, correction: str) -> None:
-        """The ten rows of the table of stability, whose criterion it is: below 1.6 v0 from .8 to 1.5 ms. (Ten stages with
+        """The ten rows of the table of stability, whose criterion it is: below 1.6 v0 from 0.8 to 1.5 ms. (Ten stages with
         the paper's viscosity, alpha = 2.5, hold 9 % beyond.)"""
         least = 0.9 if (name, alpha, correction) == ("rkc 10", 2.5, "paper") else 0.92
         scene = damped_beam(alpha, correction)
@@ -221,8 +221,8 @@ class TestRuns:
         *((1.0, name, 0.8) for name in ("pc2", "leapfrog", "rk4", "rkc 3", "rkc 5", "rkc 10")), (1.0, "euler", 0.7),
     ])  # fmt: skip
     def test_within_twenty_per_cent_on_the_switched_viscous_bar(self, alpha: float, name: str, least: float) -> None:
-        """Below 2.3 v0 at .4 ms. (Euler at alpha = 1 grows so slowly that the window decides: it holds .62 for .12 ms, .51
-        for .4 ms and .33 for 8 ms; predicted .38.)"""
+        """Below 2.3 v0 at 0.4 ms. (Euler at alpha = 1 grows so slowly that the window decides: it holds 0.62 for 0.12 ms,
+        0.51 for 0.4 ms and 0.33 for 8 ms; predicted 0.38.)"""
         bar = example("magnesium_bar").with_(
             guard="off", probes=[], **{"bodies.0.viscosity": {"alpha": alpha, "beta": alpha}}
         )

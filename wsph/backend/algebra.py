@@ -35,7 +35,7 @@ def _span(start: int, end: int, each: int) -> Span:
 
 @cache
 def _combine_kernel(space: Space, plain: int, timed: int, squared: int) -> wp.Kernel:
-    """sum_out = c0 x0 + c1 x1 + c2 x2 + dt (c3 k0 + c4 k1 + c5 k2 + dt c6 k2), with so many of the terms."""
+    """sum_out = c0 x0 + c1 x1 + c2 x2 + dt (c3 k0 + c4 k1 + c5 k2 + dt c6 k2), shortened to the terms that are given."""
     real = space.scalar
     coefficients, at, put = space.vector(7), element(real), placed(real)
 

@@ -3,20 +3,24 @@
 Whoever allocates an array that outlives a call asks its `Arrays` for it, so that none is left out of any of the three.
 """
 
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import warp as wp
 from warp._src.codegen import StructInstance
+
+from wsph.backend.space import Array
 
 
 @dataclass(frozen=True)
 class Named:
     """A device array, whether a run goes on from it, and what makes it as it was at the start, where a trial changes it."""
 
-    array: wp.array
+    array: Array
     kept: bool
     reset: Callable[[], None] | None
 
@@ -33,28 +37,26 @@ class Arrays:
         """The same register for a part: its names begin with "`name`."."""
         return Arrays(self.device, self._known, f"{self._prefix}{name}.")
 
-    def take(
-        self, name: str, array: wp.array, *, kept: bool = False, reset: Callable[[], None] | None = None
-    ) -> wp.array:
-        """Register an array; one that had the name before is forgotten."""
+    def take(self, name: str, array: Array, *, kept: bool = False, reset: Callable[[], None] | None = None) -> Array:
+        """Register an array, in place of any that had the name before."""
         self._known[self._prefix + name] = Named(array, kept, reset)
         return array
 
-    def zeros(self, name: str, n: int | tuple[int, ...], dtype: Any, *, kept: bool = False) -> wp.array:
+    def zeros(self, name: str, n: int | tuple[int, ...], dtype: type, *, kept: bool = False) -> Array:
         """A new array of zeros, zero again after a trial. `kept`: a run goes on from it."""
         array = wp.zeros(n, dtype=dtype, device=self.device)
         return self.take(name, array, kept=kept, reset=array.zero_)
 
-    def of(self, name: str, values: np.ndarray | list[Any], dtype: Any) -> wp.array:
+    def of(self, name: str, values: np.ndarray | list[float], dtype: type) -> Array:
         """A new array of values that do not change."""
         return self.take(name, wp.array(values, dtype=dtype, device=self.device))
 
-    def changes(self, name: str, array: wp.array) -> wp.array:
+    def changes(self, name: str, array: Array) -> Array:
         """Register an array whose values at the start are not zero, and which a run changes and goes on from."""
         start = array.numpy().copy()
         return self.take(name, array, kept=True, reset=lambda: array.assign(start))
 
-    def adopt(self, holder: object, kept: dict[str, wp.array] | None = None) -> None:
+    def adopt(self, holder: object, kept: dict[str, Array] | None = None) -> None:
         """Register every array that an object holds, in its structs and lists too; a run goes on from those `kept`."""
         goes_on = {id(array) for array in (kept or {}).values()}
         held = {name: value if isinstance(value, list) else [value] for name, value in vars(holder).items()}
@@ -64,7 +66,7 @@ class Arrays:
             elif isinstance(value, StructInstance):
                 self.part(name).adopt(value, kept)
 
-    def _adopted(self, name: str, array: wp.array, kept: bool) -> None:
+    def _adopted(self, name: str, array: Array, kept: bool) -> None:
         # Views of other arrays are theirs.
         if array.deleter is not None:
             self.take(name, array, kept=kept)
@@ -80,7 +82,7 @@ class Arrays:
         return sum({id(array): array.capacity for array in owned}.values())
 
     @property
-    def kept(self) -> dict[str, wp.array]:
+    def kept(self) -> dict[str, Array]:
         """Those that a run goes on from, by name."""
         return {name: each.array for name, each in self._known.items() if each.kept}
 

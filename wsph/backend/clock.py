@@ -1,9 +1,8 @@
 """The clock of a run on the device: time, time step and step number, so that a step has no host numbers and can be captured
 once and replayed; and the one place that every launch of a step goes through."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Any
 
 import warp as wp
 
@@ -62,7 +61,7 @@ class Clock:
         t, dt, _, _ = self.time.numpy()
         self.time.assign([t, dt * factor, t, float(self.step.numpy()[0])])
 
-    def launch(self, kernel: wp.Kernel, n: int, inputs: list[Any], outputs: list[Any]) -> None:
+    def launch(self, kernel: wp.Kernel, n: int, inputs: Sequence[object], outputs: Sequence[object]) -> None:
         """Launch a kernel at once, or put it into the list that is being made."""
         launch = Launch(kernel, n, list(inputs), list(outputs), self.device)
         if self._listed is None:

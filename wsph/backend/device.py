@@ -1,5 +1,7 @@
 """The device that a scene runs on."""
 
+# pyright: strict
+
 import os
 import sys
 import tempfile

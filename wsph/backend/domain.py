@@ -1,16 +1,19 @@
 """Which part of a scene this process has, and what it asks of the others."""
 
+# pyright: strict
+
 from typing import Protocol
 
 import numpy as np
-import warp as wp
+
+from wsph.backend.space import Array
 
 
 class Domain(Protocol):
     """The part of a scene that a process has. All processes call all of these in the same order: one that skips a call
     leaves the others waiting. What they give back is the same number in every process, to the bit."""
 
-    def exchange(self, *arrays: wp.array) -> None:
+    def exchange(self, *arrays: Array) -> None:
         """Set what this part has of the others' particles, in arrays over particles, to what the others have there."""
         ...
 
@@ -34,7 +37,7 @@ class Domain(Protocol):
 class Whole:
     """The domain of a scene in one process: every call gives what it was given."""
 
-    def exchange(self, *arrays: wp.array) -> None:
+    def exchange(self, *arrays: Array) -> None:
         """There are no other parts."""
 
     def sum(self, x: np.ndarray) -> np.ndarray:

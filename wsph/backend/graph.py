@@ -1,10 +1,11 @@
 """Steps as programs: a fixed list of launches, captured once and replayed many times.
 
-On CUDA and for small scenes on the CPU a graph holds many steps (.2 us a launch). A larger scene on the CPU is timed for one
-step, and its cores share the launches that are found to take long (`wsph.backend.threads`).
+On CUDA and for small scenes on the CPU a graph holds many steps (0.2 us a launch). A larger scene on the CPU is timed for
+one step, and its cores share the launches that are found to take long (`wsph.backend.threads`).
 """
 
-# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 import contextlib
 import time
@@ -14,7 +15,7 @@ import warp as wp
 
 from wsph.backend.clock import Clock
 from wsph.backend.launch import captured
-from wsph.backend.threads import Crew, Stretch, cores, meeting
+from wsph.backend.threads import Segment, ThreadTeam, cores, meeting
 
 SMALL_PAIRS = 200_000
 """Up to this many pairs a step is not worth sharing."""
@@ -23,7 +24,7 @@ BLOCKS = (256, 32, 4, 1)
 """Steps in one captured graph of a small scene: any number of steps is a few replays of these."""
 
 STRETCH_SECONDS = 0.01
-"""The threads of a crew go about so long without being asked whether to stop."""
+"""Time that the threads of a team run between two looks at whether the run is to stop [s]."""
 
 
 def _timed(graphs: list[wp.Graph]) -> list[float]:
@@ -39,7 +40,7 @@ def _timed(graphs: list[wp.Graph]) -> list[float]:
 class Program:
     """A step as a list of launches. `run(n)` runs it n times."""
 
-    _crew: Crew | None = None
+    _team: ThreadTeam | None = None
 
     def __init__(
         self,
@@ -61,12 +62,12 @@ class Program:
         self._seconds: list[float] = []
         self._blocks = BLOCKS if self.batched else (1,)
         self._graphs: dict[int, wp.Graph] = {}
-        self._stretches: list[Stretch] = []
+        self._segments: list[Segment] = []
         self._times = 1
 
     def __del__(self) -> None:
-        if self._crew is not None:
-            self._crew.dismiss()
+        if self._team is not None:
+            self._team.dismiss()
 
     def prepare(self, steps: int) -> None:
         """Capture what `run(steps)` replays: about 1 ms per captured step, once."""
@@ -78,36 +79,36 @@ class Program:
 
     def run(self, steps: int, stop: Callable[[], bool] = lambda: False) -> int:
         """Run `steps` steps, fewer where `stop()` asks for it between replays; returns how many."""
-        if self.threads > 1 and self._crew is None:
-            self._crew = Crew(self.threads)
+        if self.threads > 1 and self._team is None:
+            self._team = ThreadTeam(self.threads)
         done = 0
-        with self._crew.at_work() if self._crew is not None else contextlib.nullcontext():
+        with self._team.at_work() if self._team is not None else contextlib.nullcontext():
             while done < steps and not stop():
                 if self._before is not None and self._before():
-                    self._graphs, self._stretches = {}, []
-                done += self._replay(steps - done) if self._crew is None else self._share(self._crew, steps - done)
+                    self._graphs, self._segments = {}, []
+                done += self._replay(steps - done) if self._team is None else self._share(self._team, steps - done)
         return done
 
     def _replay(self, most: int) -> int:
-        """A block of steps, at most so many; returns how many."""
+        """Replay one block of at most `most` steps; returns its steps."""
         block = next(block for block in self._blocks if block <= most)
         wp.capture_launch(self._captured(block))
         return block
 
-    def _share(self, crew: Crew, most: int) -> int:
-        """Some steps by all threads, at most so many, the first of all by one, timed; returns how many."""
-        if not self._stretches:
+    def _share(self, team: ThreadTeam, most: int) -> int:
+        """Run at most `most` steps by all threads; returns how many. The very first step is run by one thread, and timed."""
+        if not self._segments:
             launches = self._clock.launches(self.step)
             if not self._seconds:
                 self._seconds = _timed([captured(launch.run) for launch in launches])
                 self._times = 1 if self.followed else 1 + int(STRETCH_SECONDS / sum(self._seconds))
                 return 1
-            self._stretches = crew.stretches(launches, self._seconds)
+            self._segments = team.segments(launches, self._seconds)
         times = min(self._times, most)
         try:
-            crew.run(self._stretches, times)
+            team.run(self._segments, times)
         except BaseException:
-            self._crew, self._stretches = None, []
+            self._team, self._segments = None, []
             raise
         return times
 
@@ -122,7 +123,7 @@ class Program:
             wp.force_load(self._device, modules=modules, max_workers=0)
 
     def _captured(self, block: int) -> wp.Graph:
-        """The graph of so many steps."""
+        """The graph of `steps` steps."""
         if block not in self._graphs:
 
             def steps() -> None:

@@ -6,7 +6,8 @@ where a thread's range begins, parameters, arrays that are read, scalars, and la
 launch (`wsph.backend.launch`). More than MOST arguments are a struct that has not been found yet.
 """
 
-# pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 import ast
 from collections.abc import Callable, Iterator
@@ -44,7 +45,7 @@ def kernel(
         name, code = function.__qualname__, function.__code__
         _check_arguments(name, code.co_varnames[: code.co_argcount], ranged)
         options = PAIR_LOOPS if pairs else None
-        made = wp.kernel(module=module, enable_backward=False, module_options=options)(function)
+        made: wp.Kernel = wp.kernel(module=module, enable_backward=False, module_options=options)(function)
         if unmarked := _unmarked(code, made.adj.tree):
             raise TypeError(f"kernel {name} writes {', '.join(unmarked)}: what it writes ends in {WRITTEN}")
         if ranged:

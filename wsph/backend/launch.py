@@ -1,8 +1,11 @@
 """A launch as a value: a kernel, its threads and its arguments; and graphs of launches."""
 
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
+
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import cast
 
 import warp as wp
 
@@ -15,8 +18,8 @@ class Launch:
 
     kernel: wp.Kernel
     n: int
-    inputs: list[Any]
-    outputs: list[Any]
+    inputs: list[object]
+    outputs: list[object]
     device: str
 
     @property
@@ -35,4 +38,4 @@ def captured(launches: Callable[[], None], device: str = "cpu") -> wp.Graph:
     """A graph of launches, whose kernels are loaded. It starts them faster: their arguments are packed once."""
     with wp.ScopedCapture(device=device, force_module_load=False) as capture:
         launches()
-    return capture.graph
+    return cast(wp.Graph, capture.graph)

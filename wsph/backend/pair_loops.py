@@ -2,20 +2,19 @@
 
 Indexing an array takes its stride as it comes at run time and wraps indices below zero. In a loop over pairs this hides from
 the compiler that a row's indices and weights lie side by side, so that it gathers them, and adds arithmetic to every gather
-of a neighbour: the two loops of a step in 3D took a third longer so. `element` and `placed` check neither the index nor the
-stride: they are for pairs that `wsph.sph.pairs` made, and for arrays that were allocated whole.
+of a neighbour: the two loops of a step in 3D took a third longer that way. `element` and `placed` check neither the index
+nor the stride: they are for pairs that `wsph.sph.pairs` made, and for arrays that were allocated whole.
 """
 
 import platform
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import warp as wp
 
 
 @cache
-def element(*dtypes: Any) -> wp.Function:
+def element(*dtypes: type) -> wp.Function:
     """Warp function (contiguous array of one of `dtypes`, index) -> its element."""
     for dtype in dict.fromkeys(dtypes):
 
@@ -26,7 +25,7 @@ def element(*dtypes: Any) -> wp.Function:
 
 
 @cache
-def placed(dtype: Any) -> wp.Function:
+def placed(dtype: type) -> wp.Function:
     """Warp function (contiguous array of `dtype`, index, value): sets an element."""
 
     @wp.func_native("a.data[k] = value;")

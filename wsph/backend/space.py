@@ -1,10 +1,22 @@
 """The space that a scene lives in: number of dimensions and precision, as Warp types."""
 
+# pyright: strict
+
 from dataclasses import dataclass
 from functools import cache, cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import warp as wp
+
+if TYPE_CHECKING:
+    Array = wp.array[Any, Any]
+else:
+    Array = wp.array
+"""A device array; what its elements are depends on the space."""
+
+Struct = object
+"""An instance of a struct, as kernels take it: what it holds is known to the kernels alone."""
 
 
 @cache
@@ -30,7 +42,7 @@ class Space:
         return wp.float64 if self.precision == "f64" else wp.float32
 
     @property
-    def numpy(self) -> type:
+    def numpy(self) -> type[np.float64] | type[np.float32]:
         """The numpy type of the scalar."""
         return np.float64 if self.precision == "f64" else np.float32
 

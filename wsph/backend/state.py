@@ -1,13 +1,17 @@
 """The state of a body: fields in one flat buffer with typed views, what integrators call the velocity first."""
 
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache, cached_property
+from typing import cast
 
 import numpy as np
 import warp as wp
 
-from wsph.backend.space import Space
+from wsph.backend.space import Array, Space
 
 
 @dataclass(frozen=True)
@@ -15,8 +19,9 @@ class Field:
     """A field of a state: `width` numbers a place, its SI `unit`.
 
     `at_points`: it stands where the stress does, which may be other places than those of the velocity. `leads`: it stands
-    with the velocity, in what integrators advance by that name. `derived`: it follows from the other fields, in an
-    array that all states have in common. `hidden`: it is not read by its name. `square`: its numbers are a dim x dim matrix.
+    with the velocity, in what integrators advance by that name. `derived`: it is computed from the other fields, into one
+    array that all states share, and is valid for the last state that it was computed for. `hidden`: it is not read by its
+    name. `square`: its numbers are a dim x dim matrix.
     """
 
     name: str
@@ -64,16 +69,16 @@ class Layout:
 def fields_struct(space: Space, layout: Layout) -> type:
     """Struct of the typed views of the fields that there are, as kernels take it."""
     annotations = {field.name: wp.array(dtype=field.type(space)) for field in layout.fields}
-    return wp.struct(type("Fields", (), {"__annotations__": annotations, "__module__": __name__}))
+    return cast(type, wp.struct(type("Fields", (), {"__annotations__": annotations, "__module__": __name__})))
 
 
 def _views(
     space: Space, fields: list[Field], counts: dict[str, int], device: str
-) -> tuple[wp.array, dict[str, int], dict[str, wp.array]]:
+) -> tuple[Array, dict[str, int], dict[str, Array]]:
     """A buffer for fields, where each starts in it, and a typed view of each."""
     buffer = wp.zeros(sum(counts[f.name] * f.width for f in fields), dtype=space.scalar, device=device)
     start: dict[str, int] = {}
-    views: dict[str, wp.array] = {}
+    views: dict[str, Array] = {}
     first = 0
     for field in fields:
         address = (buffer.ptr or 0) + first * np.dtype(space.numpy).itemsize
@@ -86,8 +91,8 @@ def _views(
 
 
 class Derived:
-    """The derived fields of a layout, which all states of a body have in common: those of the state `of`, that they were
-    last found for."""
+    """The derived fields of a layout, shared by all states of a body: valid for the state `of` that they were last computed
+    for."""
 
     def __init__(self, space: Space, layout: Layout, points: int, device: str):
         fields = [field for field in layout.fields if field.derived]
@@ -101,9 +106,9 @@ class State:
     attributes of `struct`, typed arrays as kernels take them.
 
     velocity       # (n,), vec
-    drag           # what viscosity has added to the velocity since the step began, (n,), vec, where there is any
+    drag           # what viscosity has added to the velocity since the step began, (n,), vec, where a body has viscosity
     stress         # Cauchy, packed, (points,), vector(width)
-    internals      # (points,), vector(number of internals), where the material has any
+    internals      # (points,), vector(number of internals), where the material has internals
     deformation    # H = F - I, (points,), dim x dim, where the formulation evolves it
     spin           # skew part of the velocity gradient, above the diagonal, where a formulation hands it on
     displacement   # (n,), vec, where a frame, a probe or the formulation asks for it
@@ -121,7 +126,7 @@ class State:
         derived: Derived | None = None,
         counts: dict[str, int] | None = None,
     ):
-        """`counts`: of fields that have other numbers of places."""
+        """`counts`: places of each field whose number of places is its own."""
         self.space, self.n, self.device, self.layout, self.derived = space, n, device, layout, derived
         self.widths = dict(layout)
         self.counts = {f.name: n if points is None or not f.at_points else points for f in layout.fields} | (
@@ -137,7 +142,7 @@ class State:
         for name, array in (shared | views).items():
             setattr(self.struct, name, array)
 
-    def _place(self, name: str) -> tuple[wp.array, int]:
+    def _place(self, name: str) -> tuple[Array, int]:
         """The buffer that a field stands in, and where it starts there."""
         if name == "stress" and "damaged_stress" in self.layout:
             name = "damaged_stress"
@@ -157,7 +162,7 @@ class State:
         start = self.start[name]
         return slice(start, start + self.counts[name] * self.widths[name])
 
-    def flat(self, name: str) -> wp.array:
+    def flat(self, name: str) -> Array:
         """A field's numbers in the buffer, one after the other."""
         address = (self.buffer.ptr or 0) + self.start[name] * np.dtype(self.space.numpy).itemsize
         size = self.counts[name] * self.widths[name]

@@ -1,11 +1,11 @@
 """Threads that share the launches of a step on the CPU.
 
-A step is, for every thread, a list of stretches. Every thread has a range of each shared launch. Launches of up to a
+A step is, for every thread, a list of segments. Every thread has a range of each shared launch. Launches of up to a
 millisecond stand in captured graphs, one a thread; the first thread's has the launches that are not shared too. In a launch
 that takes longer every thread goes through its range in pieces, ever smaller ones, and then takes what is last in others':
 so cores of unequal speed, or ranges of unequal work, end together. Before and after a shared launch the threads meet, and
 wait for each other awake: on a shared machine a core that goes to sleep between two launches is back late, by a tenth of a
-step of a hundred thousand particles. Who has waited a few microseconds offers its core to others between looks.
+step of a hundred thousand particles. A thread that has waited a few microseconds offers its core to others between looks.
 
 Every row is computed as it is in one piece: results are the same bits for any number of threads.
 """
@@ -38,13 +38,13 @@ PIECE_SECONDS = 1e-4
 """The shortest piece: taking one costs a few microseconds."""
 
 PIECE_SHARE = 0.7
-"""Of what a thread has left a piece takes so much."""
+"""The part that a piece takes of the rows that a thread has still to do."""
 
 LINE = 16
-"""Counters stand so many int64 apart, so that no two of them share a cache line."""
+"""Distance between counters, in int64: no two of them share a cache line."""
 
 LOOKS = 2000
-"""So often, a few microseconds long, who waits looks without offering its core."""
+"""Looks of a waiting thread, over a few microseconds, before it offers its core to others."""
 
 GONE = 1 << 62
 """The count of a thread that nobody is to wait for any more."""
@@ -64,7 +64,7 @@ def keep_to(those: Iterable[int]) -> None:
 
 @cache
 def meeting() -> wp.Kernel:
-    """The kernel by which thread `me` of `threads` waits until all have come as often as it has."""
+    """Barrier, as a kernel: thread `me` waits until each of `threads` has arrived as often as it has."""
 
     @wp.func_native(f"""
         const int64_t times = met.data[me * {LINE}] + 1;
@@ -83,20 +83,20 @@ def meeting() -> wp.Kernel:
 
 
 def _give_way() -> int:
-    """Address of what offers the caller's core to others; 0 where there is none, and who waits keeps its core."""
+    """Address of `sched_yield`, which offers the caller's core to others; 0 without one: a waiting thread keeps its core."""
     function = getattr(ctypes.CDLL(None), "sched_yield", None) if os.name == "posix" else None
     return ctypes.cast(function, ctypes.c_void_p).value or 0 if function is not None else 0
 
 
 def _next(take: Callable[[], wp.Graph]) -> wp.Graph | None:
-    """What `take` takes from a queue, None where it is empty."""
+    """The next graph of a queue, by `take`; None where the queue is empty."""
     try:
         return take()
     except IndexError:
         return None
 
 
-class Share(Enum):
+class Sharing(Enum):
     """How the threads share a launch."""
 
     ALONE = "the first thread's"
@@ -104,23 +104,23 @@ class Share(Enum):
     PIECES = "in pieces"
 
 
-def share(launch: Launch, seconds: float) -> Share:
+def share(launch: Launch, seconds: float) -> Sharing:
     """How a launch that takes `seconds` [s] is shared."""
     if not launch.divisible or seconds <= ALONE_SECONDS:
-        return Share.ALONE
-    return Share.PIECES if seconds > LONG_SECONDS else Share.RANGES
+        return Sharing.ALONE
+    return Sharing.PIECES if seconds > LONG_SECONDS else Sharing.RANGES
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """What the threads do between two points of a step: a graph each, or each its pieces of a launch."""
+class Segment:
+    """A part of a step between two meetings: a graph for each thread, or the pieces of one launch, by thread."""
 
     graphs: list[wp.Graph]
     pieces: list[list[wp.Graph]]
 
 
-class Crew:
-    """The caller and `threads` - 1 more."""
+class ThreadTeam:
+    """The threads that share the steps: the caller and `threads` - 1 more."""
 
     def __init__(self, threads: int):
         self.threads = threads
@@ -136,17 +136,17 @@ class Crew:
         for thread in self._threads:
             thread.start()
 
-    def stretches(self, launches: list[Launch], seconds: list[float]) -> list[Stretch]:
-        """What the threads do with the launches of a step, found to take `seconds` [s] each. Kernels are loaded."""
+    def segments(self, launches: list[Launch], seconds: list[float]) -> list[Segment]:
+        """The segments of a step, from its launches and the measured `seconds` of each [s]. Kernels are loaded."""
         found = []
         planned = [(launch, each, share(launch, each)) for launch, each in zip(launches, seconds, strict=True)]
-        for cut, group in groupby(planned, lambda each: each[2] is Share.PIECES):
+        for cut, group in groupby(planned, lambda each: each[2] is Sharing.PIECES):
             if cut:
-                found += [Stretch([], self._pieces(launch, each)) for launch, each, _ in group]
+                found += [Segment([], self._pieces(launch, each)) for launch, each, _ in group]
             else:
-                plan = [(launch, how is Share.RANGES) for launch, _, how in group]
+                plan = [(launch, how is Sharing.RANGES) for launch, _, how in group]
                 parts = [partial(self._part, plan, number) for number in range(self.threads)]
-                found.append(Stretch([captured(part) for part in parts], []))
+                found.append(Segment([captured(part) for part in parts], []))
         return found
 
     def _range(self, n: int, number: int) -> tuple[int, int]:
@@ -167,7 +167,7 @@ class Crew:
 
     def _part(self, plan: list[tuple[Launch, bool]], number: int) -> None:
         """A thread's part of launches that are shared or not."""
-        before = None  # whether the last one was shared; at the start of a stretch all have met
+        before = None  # whether the last one was shared; at the start of a segment all have met
         for launch, shared in plan:
             if before is not None and (shared or before):
                 self._meet(number)
@@ -182,7 +182,7 @@ class Crew:
         wp.launch(meeting(), 1, inputs=[number, self.threads, self._address], outputs=[self._met], device="cpu")
 
     def _pin(self, number: int) -> None:
-        """Unpinned, two threads sometimes share a core."""
+        """Pin the calling thread to core `number`: unpinned, two threads sometimes share a core."""
         keep_to({self._cores[number % len(self._cores)]})
 
     def _work(self, number: int, jobs: "SimpleQueue[Any]") -> None:
@@ -195,12 +195,12 @@ class Crew:
                 self._leave(number)
             job = None  # it would keep arrays that have been replaced
 
-    def _replay(self, number: int, stretches: list[Stretch], left: list[list[list[deque[wp.Graph]]]]) -> None:
-        """A thread's part of steps; `left` holds for each step, stretch and thread which pieces are left."""
+    def _replay(self, number: int, segments: list[Segment], left: list[list[list[deque[wp.Graph]]]]) -> None:
+        """A thread's part of steps; `left` holds for each step, segment and thread which pieces are left."""
         for step in left:
-            for stretch, pieces in zip(stretches, step, strict=True):
-                if stretch.graphs:
-                    wp.capture_launch(stretch.graphs[number])
+            for segment, pieces in zip(segments, step, strict=True):
+                if segment.graphs:
+                    wp.capture_launch(segment.graphs[number])
                     continue
                 for take in (pieces[number].popleft, *(each.pop for each in pieces)):
                     while (piece := _next(take)) is not None:
@@ -219,13 +219,13 @@ class Crew:
         finally:
             keep_to(self._cores)
 
-    def run(self, stretches: list[Stretch], times: int) -> None:
-        """Go through a step so often. After a fault in any thread the crew is of no more use."""
-        left = [[[deque(pieces) for pieces in stretch.pieces] for stretch in stretches] for _ in range(times)]
+    def run(self, segments: list[Segment], times: int) -> None:
+        """Run the step `times` times. A fault in any thread is raised, and ends the team."""
+        left = [[[deque(pieces) for pieces in segment.pieces] for segment in segments] for _ in range(times)]
         try:
             for jobs in self._jobs:
-                jobs.put((stretches, left))
-            self._replay(0, stretches, left)
+                jobs.put((segments, left))
+            self._replay(0, segments, left)
         except BaseException as error:
             self._failed.insert(0, error)
             self._leave(0)

@@ -1,5 +1,7 @@
 """Conditions of a two-set body, whose faces prescribe values."""
 
+# pyright: strict
+
 import numpy as np
 
 from wsph.boundary.conditions import (

@@ -5,8 +5,10 @@ each face prescribes one of (v_n | sigma_nn) and one of (v_t | sigma_nt) per tan
 union, except that among faces in one plane what holds the velocity wins; a face that nothing is said of is free. The faces
 of a box by name are those of its outside: sides of holes and cracks are free unless `where` selects them. Where sigma_nn is
 prescribed the normal strain rate follows from its rate: also at a corner whose other face holds v_n (without it a
-cantilever's root grows by 2e-4 a step at nu = .499, C <= .5).
+cantilever's root grows by 2e-4 a step at nu = 0.499, C <= 0.5).
 """
+
+# pyright: strict
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -35,15 +37,17 @@ class Conditions:
     that follow the state, by a name, and where they act.
     """
 
-    entries: dict[tuple[str, int], dict[int, Prescribed]] = field(default_factory=dict)
+    entries: dict[tuple[str, int], dict[int, Prescribed]] = field(
+        default_factory=dict[tuple[str, int], dict[int, Prescribed]]
+    )
     free_normals: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     work_particle: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     work_axis: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     work_area: np.ndarray = field(default_factory=lambda: np.zeros(0))
     loads: "Conditions | None" = None
-    acting: list[tuple[str, Load, LoadedFaces]] = field(default_factory=list)
+    acting: list[tuple[str, Load, LoadedFaces]] = field(default_factory=list[tuple[str, Load, LoadedFaces]])
     mirrored: np.ndarray = field(default_factory=lambda: np.ones(0))
-    scales: dict[tuple[str, int], dict[int, float]] = field(default_factory=dict)
+    scales: dict[tuple[str, int], dict[int, float]] = field(default_factory=dict[tuple[str, int], dict[int, float]])
 
     @property
     def moved(self) -> bool:
@@ -122,7 +126,7 @@ def selected_conditions(
             particles = np.unique(on[rows])
         else:
             chosen = select(condition.where or "", position, lattice.spacing)
-            particles, rows = np.flatnonzero(chosen), chosen[on].all(1)
+            particles, rows = np.flatnonzero(chosen), np.all(chosen[on], axis=1)
         if not len(particles):
             raise _nothing_selected(k, condition)
         yield k, condition, particles, rows

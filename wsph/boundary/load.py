@@ -5,15 +5,16 @@ particles of the selected faces in every evaluation of the right-hand sides, and
 lowers the limit of the time step by itself: limits are found from the right-hand sides.
 """
 
+# pyright: strict
+
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-import warp as wp
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
-from wsph.backend.space import Space
+from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.protocols import Entry
 from wsph.quantities import Model
@@ -36,7 +37,7 @@ class ActingLoad:
     ledger: tuple[Entry, ...] = ()
     """Its entries of the energy ledger."""
 
-    def act(self, state: State, forces: wp.array) -> None:
+    def act(self, state: State, forces: Array) -> None:
         """Add its forces in a state to `forces` (n,) vec, nondimensional (launches)."""
         raise NotImplementedError
 

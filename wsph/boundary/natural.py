@@ -1,5 +1,7 @@
 """Conditions of a one-set body: velocities of particles, and loads as forces; a free face needs nothing."""
 
+# pyright: strict
+
 import numpy as np
 
 from wsph.boundary.conditions import Conditions, prescribed_velocities, selected_conditions

@@ -1,13 +1,15 @@
 """The tables of a scene that say what is prescribed: boundary conditions and functions of time."""
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol
+# pyright: strict
 
-from pydantic import AfterValidator, BeforeValidator, create_model, model_validator
+from typing import TYPE_CHECKING, Annotated, Literal, Protocol, cast
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, create_model, model_validator
 from pydantic.fields import FieldInfo
 
 from wsph.boundary.load import LOADS, Load
 from wsph.expressions import Expression
-from wsph.quantities import Model, Strings, Value, as_tuple, in_unit
+from wsph.quantities import Model, Strings, Unit, Value, as_tuple
 
 
 def _face(value: str) -> str:
@@ -19,8 +21,8 @@ def _face(value: str) -> str:
 class Function(Model):
     """A function of time: a table (t, value, interp) or an expression of x, y, z, t."""
 
-    t: Annotated[tuple[in_unit("s"), ...], BeforeValidator(as_tuple)] | None = None
-    value: Annotated[tuple[in_unit(""), ...], BeforeValidator(as_tuple)] | None = None
+    t: Annotated[tuple[Annotated[float, Unit("s")], ...], BeforeValidator(as_tuple)] | None = None
+    value: Annotated[tuple[Annotated[float, Unit("")], ...], BeforeValidator(as_tuple)] | None = None
     interp: Literal["linear", "step"] = "linear"
     expression: str | None = None
 
@@ -72,25 +74,35 @@ class Boundary(_WithLoads):
     @property
     def acting(self) -> dict[str, Load]:
         """Loads that follow the state, by their keys."""
-        given = {key: getattr(self, key) for key in LOADS}
+        given = {key: getattr(self, key, None) for key in LOADS}
         return {key: load for key, load in given.items() if load is not None}
 
 
 class Prescribing(Protocol):
     """A scene, as its boundary conditions see it."""
 
-    dim: int
-    boundary: tuple[Boundary, ...]
+    @property
+    def dim(self) -> int: ...
+
+    @property
+    def boundary(self) -> tuple[Boundary, ...]: ...
 
     def value(self, value: Value, unit: str) -> Expression | Function:
         """What a value of the scene means."""
         ...
 
 
-def add_load(load: type[Load], *scenes: type[Any]) -> None:
+def add_load(load: type[Load], *scenes: type[BaseModel]) -> None:
     """Give boundaries the key of a load that has joined `LOADS` after they were defined; `scenes` are the models that hold
     boundaries."""
     LOADS[load.key] = load
-    Boundary.__pydantic_fields__[load.key] = FieldInfo.from_annotated_attribute(load | None, None)
+    Boundary.__pydantic_fields__[load.key] = FieldInfo.from_annotated_attribute(cast(type, load | None), None)
+    for model in (Boundary, *scenes):
+        model.model_rebuild(force=True)
+
+
+def remove_load(load: type[Load], *scenes: type[Any]) -> None:
+    """Undo `add_load`."""
+    del LOADS[load.key], Boundary.__pydantic_fields__[load.key]
     for model in (Boundary, *scenes):
         model.model_rebuild(force=True)

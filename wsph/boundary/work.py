@@ -1,7 +1,6 @@
 """External work: what the prescribed motion and the loads do on a body, in blocks of fixed size."""
 
 from functools import cache
-from typing import Any
 
 import numpy as np
 import warp as wp
@@ -82,7 +81,7 @@ class ExternalWork(Works):
             self._axis = wp.array(conditions.work_axis, dtype=wp.int32, device=device)
             self._area = wp.array(conditions.work_area / area_unit, dtype=wp.float64, device=device)
 
-    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[Any]]:
+    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object]]:
         return self._kernel, [self._axes, state.struct, clock.time, self._particle, self._axis, self._area, self._n]
 
     @property
@@ -124,7 +123,7 @@ def _constraint_kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
 
 
 class ConstraintWork:
-    """Work of prescribed velocities on a one-set body: the impulse that sets them times the mean velocity of the step."""
+    """Work of prescribed velocities on a one-set body: the impulse that sets them, times the mean velocity of the step."""
 
     def __init__(self, space: Space, boundary: BoundaryValues, mass: np.ndarray, device: str, domain: Domain = WHOLE):
         self.count = boundary.count
@@ -136,7 +135,7 @@ class ConstraintWork:
             self._work = wp.zeros(blocks(self.count), dtype=wp.float64, device=device)
 
     def before(self, state: State, clock: Clock) -> None:
-        """Keep what the step gave before the velocities are set (a launch)."""
+        """Keep the velocities that the step gave, before they are set (a launch)."""
         if self.count:
             clock.launch(
                 _constraint_kernels(self._space)[0], self.count, [self._boundary.place, state.buffer], [self._free]
@@ -210,10 +209,8 @@ def _load_kernel(space: Space, layout: Layout, loading: bool, holding: bool) -> 
 
 
 class LoadWork(Works):
-    """Work of loads on a one-set body and of the forces that hold spurious modes (per mass), by the trapezoidal rule; of its
-    viscosity, by what that adds to the velocities.
-
-    `before` are the velocities that a step begins from, (n,), vec, where there is viscosity."""
+    """Work of loads on a one-set body and of the forces that hold spurious modes (per mass), by the trapezoidal
+    rule. Work of its viscosity, from the velocities that it adds: `before`, (n,) vec, holds those at the start of a step."""
 
     columns = 3
 
@@ -238,7 +235,7 @@ class LoadWork(Works):
             self._hold = hold if hold is not None else self._loads
             self._mass = wp.array(mass, dtype=space.scalar, device=device)
 
-    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[Any]]:
+    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object]]:
         drag = state.struct.drag if self._drags else self.before
         inputs = [state.struct, clock.time, self._loads, self._hold, self._mass, self._n]
         return self._kernel, [*inputs, drag, self.before]

@@ -16,7 +16,7 @@ from wsph.units import Scales
 
 
 def _refuse_what_is_not_applied(material: Any, who: str) -> None:
-    """A law's part that no formulation here applies would be dropped silently."""
+    """Refuse members of a law that no formulation applies: they would be dropped silently."""
     if hasattr(material, "objective"):
         raise Refused(f"{who} declares 'objective', which is not applied yet; give its whole law as `rate`")
     if hasattr(material, "project") and not hasattr(material, "rate"):

@@ -49,8 +49,9 @@ class Laws:
                                                                rate kk is target[k] and the normal strain rate is free
     energy(p, stress) -> elastic energy density
     project(p, stress, q) -> (stress, q)                       brought back to where the law allows it; None: anywhere
-    total(p, H) -> (stress, first Piola stress dim x dim)      of a total law, static free normals at zero stress; None: a
-    rate total_energy(p, H) -> energy per reference volume          where a total law gives it
+    total(p, H) -> (stress, first Piola stress dim x dim)      of a total law, static free normals at zero stress;
+                                                               None: the law is a rate
+    total_energy(p, H) -> energy per reference volume          where a total law gives it
     """
 
     state: StressState

@@ -17,7 +17,7 @@ from wsph.sph.skin import Skin
 from wsph.units import Scales
 
 
-class Side:
+class ContactBody:
     """A body as contacts see it: where its particles are and what they are pushed by. `struct` goes to the kernels."""
 
     def __init__(self, run: PushedBody, origin: np.ndarray, space: Space, scales: Scales, clock: Clock, domain: Domain):
@@ -38,19 +38,19 @@ class Side:
 
 
 @dataclass
-class Meeting:
+class ContactPair:
     """A contact of a scene: both directions of one pair of bodies, or one body and itself."""
 
     part: Contact
-    one: Side
-    other: Side
+    one: ContactBody
+    other: ContactBody
     laws: tuple[Any, Any]
     rows: list[tuple[Pairs, wp.array]]
 
 
-def without_neighbours(pairs: Pairs, side: Side, device: str) -> tuple[Pairs, wp.array]:
-    """Candidates of a body with itself: where links can break a particle's own neighbours stay, with the place of their
-    weight beside them (-1 for others); elsewhere they go."""
+def without_neighbours(pairs: Pairs, side: ContactBody, device: str) -> tuple[Pairs, wp.array]:
+    """Candidate pairs of a body with itself, and for each the index of its link's weight, (pairs,) int32, -1 without a link.
+    Neighbours in the body stay candidates only where links can break."""
     own = side.system.neighbours
     candidates, known = pairs.keys(), own.keys()
     at = np.searchsorted(known, candidates)

@@ -14,7 +14,7 @@ where there is no friction.
 
 A contact is an impulse between two steps, v += dt f/m at the positions there: with a method of second order or higher that
 is Strang's splitting, of second order. The work of the impulses, m dv (v_old + v_new)/2 summed, is the `contact` entry of
-the ledger. Candidates are all pairs within the radii and a skin, found anew where a particle may leave it.
+the ledger. Candidates are all pairs within the radii and a skin, found again before a particle can leave it.
 """
 
 from collections.abc import Sequence
@@ -28,7 +28,7 @@ from wsph.backend.clock import Clock
 from wsph.backend.domain import WHOLE, Domain
 from wsph.backend.reduce import total
 from wsph.backend.space import Space
-from wsph.contact.bodies import Meeting, Side, without_neighbours
+from wsph.contact.bodies import ContactBody, ContactPair, without_neighbours
 from wsph.contact.law import kick_kernel, law_struct, push_kernel
 from wsph.errors import Refused
 from wsph.plugins.integrators import publishes
@@ -39,7 +39,7 @@ from wsph.sph.rows import rows_of
 from wsph.units import Scales
 
 SKIN = 0.6
-"""How much further than the radii candidates are looked for, in the larger spacing."""
+"""Distance beyond the radii within which candidates are found, in the larger spacing."""
 
 
 class Contacts:
@@ -67,17 +67,17 @@ class Contacts:
         for name in taking_part:
             _refuse(named[name])
         origin = np.mean([named[name].system.position.mean(0) for name in taking_part], axis=0)
-        self.sides = {name: Side(named[name], origin, space, scales, clock, domain) for name in taking_part}
+        self.sides = {name: ContactBody(named[name], origin, space, scales, clock, domain) for name in taking_part}
         self._nowhere = wp.zeros(1, dtype=wp.int32, device=device), wp.zeros(1, dtype=space.scalar, device=device)
-        self._meetings = []
+        self._contacts = []
         for part in parts:
             one, other = self.sides[part.names[0]], self.sides[part.names[-1]]
             laws = self._law(part, one, other), self._law(part, other, one)
-            self._meetings.append(Meeting(part, one, other, laws, []))
+            self._contacts.append(ContactPair(part, one, other, laws, []))
         self._skin = SKIN * max(side.spacing for side in self.sides.values())
         self._refuse_overlap(self._find())
 
-    def _law(self, part: Contact, one: Side, other: Side) -> Any:
+    def _law(self, part: Contact, one: ContactBody, other: ContactBody) -> Any:
         space, real = self._space, self._space.scalar
         radii = part.radius * one.spacing, part.radius * other.spacing
         wave = [side.system.constitutive for side in (one, other)]
@@ -97,17 +97,17 @@ class Contacts:
         return law
 
     def frequency(self, body: str) -> float:
-        """A bound of the frequency that contacts add to a body's, nondimensional: each particle against 2^(dim - 1)."""
+        """A bound of the frequency that contacts add to a body's, nondimensional: by 2^(dim - 1) contacts a particle."""
         square = 0.0
-        for meeting in self._meetings:
+        for contact in self._contacts:
             for law, side, other in zip(
-                meeting.laws, (meeting.one, meeting.other), (meeting.other, meeting.one), strict=True
+                contact.laws, (contact.one, contact.other), (contact.other, contact.one), strict=True
             ):
                 if side.name == body:
                     inverse = 1.0 / (float(law.own_density) * float(side.system.volume.min()))
                     inverse += 1.0 / (float(law.other_density) * float(other.system.volume.min()))
                     stiffness = float(law.stiffness)
-                    if meeting.part.law == "pinball":
+                    if contact.part.law == "pinball":
                         stiffness *= float(law.shear) * (
                             float(law.curvature) * float(law.reach) ** 0.5 if self._space.dim == 3 else 1.0
                         )
@@ -121,52 +121,52 @@ class Contacts:
             u = side.u.numpy()
             side.skin.found.assign(u)
             where[name] = side.place + u.astype(float)
-        for meeting in self._meetings:
-            reach = float(meeting.laws[0].reach) + self._skin
-            one, other = meeting.one, meeting.other
+        for contact in self._contacts:
+            reach = float(contact.laws[0].reach) + self._skin
+            one, other = contact.one, contact.other
             if one is other:
                 pairs = find_pairs(where[one.name], where[one.name], reach, self._device, same=True)
-                meeting.rows = [without_neighbours(pairs, one, self._device)]
+                contact.rows = [without_neighbours(pairs, one, self._device)]
             else:
                 ways = ((one, other), (other, one))
-                meeting.rows = [
+                contact.rows = [
                     (find_pairs(where[a.name], where[b.name], reach, self._device), self._nowhere[0]) for a, b in ways
                 ]
         return where
 
     def _refuse_overlap(self, where: dict[str, np.ndarray]) -> None:
-        """Refuse particles that lie in each other from the start: no direction parts those at one place."""
-        for meeting in self._meetings:
-            (pairs, slot), reach = meeting.rows[0], float(meeting.laws[0].reach)
-            one, other = meeting.one.name, meeting.other.name
+        """Refuse particles that overlap from the start: two at one place have no direction to be pushed in."""
+        for contact in self._contacts:
+            (pairs, slot), reach = contact.rows[0], float(contact.laws[0].reach)
+            one, other = contact.one.name, contact.other.name
             r = where[one][pairs.rows()] - where[other][pairs.indices.numpy()]
             apart = np.linalg.norm(r, axis=1)
             if one == other:
                 apart = np.where(slot.numpy() >= 0, np.inf, apart)
             if len(apart) and apart.min() < 0.5 * reach:
                 i = pairs.rows()[apart.argmin()]
-                length = meeting.one.system.scales.length
+                length = contact.one.system.scales.length
                 raise Refused(
                     f"contact of {one!r} with {other!r}: particles lie {apart.min() * length:g} m apart at"
-                    f" {meeting.one.system.position[i].tolist()} m, within half of the {reach * length:g} m of the two radii,"
+                    f" {contact.one.system.position[i].tolist()} m, within half of the {reach * length:g} m of the two radii,"
                     " before the run begins: leave a gap (the sides of a crack between stress points lie on each other), or"
                     " lower contact.radius"
                 )
 
     def follow(self) -> bool:
-        """Before a step: find the candidates anew where a particle may leave its skin by the step's end."""
-        if not any(side.skin.left(side.u, side.v, self._skin) for side in self.sides.values()):
+        """Before a step: find the candidates again if a particle can leave its skin by the end of it."""
+        if not any(side.skin.has_left(side.u, side.v, self._skin) for side in self.sides.values()):
             return False
         self._find()
         return True
 
     def act(self) -> None:
         """The impulses of all contacts (launches)."""
-        for meeting in self._meetings:
-            one, other, part = meeting.one, meeting.other, meeting.part
+        for contact in self._contacts:
+            one, other, part = contact.one, contact.other, contact.part
             push = push_kernel(self._space, part.law, part.friction > 0.0, one is other)
             ways = ((one, other), (other, one)) if one is not other else ((one, one),)
-            for (side, against), law, (pairs, slot) in zip(ways, meeting.laws, meeting.rows, strict=False):
+            for (side, against), law, (pairs, slot) in zip(ways, contact.laws, contact.rows, strict=False):
                 weight = side.system.breakable_weights if one is other else None
                 weight = weight if weight is not None else self._nowhere[1]
                 rows = rows_of(self._space, pairs)
@@ -184,11 +184,11 @@ class Contacts:
 
     @property
     def held_work(self) -> float:
-        """Work that what is prescribed has done against contacts so far, nondimensional."""
+        """Work that prescribed motion has done against contacts so far, nondimensional."""
         return sum(total(side.held, self._domain) for side in self.sides.values())
 
     def kept(self) -> dict[str, wp.array]:
-        """What a checkpoint holds of them."""
+        """Works so far, by name: what a checkpoint holds of the contacts."""
         works = {f"contact.{name}.work": side.work for name, side in self.sides.items()}
         return works | {f"contact.{name}.held": side.held for name, side in self.sides.items()}
 

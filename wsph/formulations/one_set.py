@@ -131,7 +131,7 @@ class OneSetSystem(System):
         return self._make(self.count, self.layout, len(self.point_volume), self._derived)
 
     def temporary(self) -> State:
-        """A state that lives as long as who asks for it, not as long as the body."""
+        """A state that the caller owns: it is freed with the caller, not with the body."""
         state = State(self.space, self.count, self.layout, self.device, len(self.point_volume), self._derived)
         self._initial_internals(state)
         return state
@@ -139,9 +139,10 @@ class OneSetSystem(System):
     def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None:
         """`out` = the time derivative of `state`: of its velocity, of the rest, or of all.
 
-        The rate of the "rest" takes what the last rate of the velocity of the same `state` found. `ahead` = 0.5 evaluates a
+        The rate of the "rest" takes the derived fields from the last rate of the velocity, which has to be of the same
+        `state`. `ahead` = 0.5 evaluates a
         law that depends on stress half a step further (by its own rate), for methods that take the rest's rate at the
-        middle of the step once. Raises RuntimeError where what it takes is that of another state.
+        middle of the step once. Raises RuntimeError where the derived fields are of another state.
         """
         self.rates.rate(state, out, part, ahead)
         if part != "velocity":
@@ -149,7 +150,7 @@ class OneSetSystem(System):
                 attached.rate(state, out)
 
     def refresh(self, state: State) -> None:
-        """Make up to date what is derived from a state (launches)."""
+        """Recompute the derived fields of a state (launches)."""
         self.rates.refresh(state)
 
     def combine(
@@ -190,7 +191,7 @@ class OneSetSystem(System):
         self.loads.impose(self.clock, c)
 
     def constrain(self, state: State, c: float) -> None:
-        """`impose` on the state that goes on from there, in the middle of a step: the work of it is counted too."""
+        """`impose` on the state that the run continues from, in the middle of a step; its work is counted too."""
         self.work.constraints.before(state, self.clock)
         self.impose(state, c)
         self.work.constraints.after(state, self.clock)
@@ -230,7 +231,7 @@ class OneSetSystem(System):
 
     @property
     def neighbours(self) -> Pairs:
-        """The particles that each is joined to."""
+        """Pairs of each particle with those that it is joined to."""
         return self.rates.neighbours
 
     @property
@@ -240,8 +241,8 @@ class OneSetSystem(System):
 
     @property
     def started_from(self) -> wp.array:
-        """Velocities that the work of drag in a step is measured from, (n,) vec, where there is drag: what changes
-        velocities between steps sets them too."""
+        """Velocities that the work of drag in a step is measured from, (n,) vec, where there is drag.
+        Whoever changes velocities between steps sets them too."""
         return self.work.loads.before
 
     @property
@@ -326,8 +327,8 @@ class OneSetSystem(System):
         """The largest eigenvalue of dt^2 K + factor dt D of the small motions, an upper estimate; `dt` nondimensional."""
         return self.motions.largest(dt, factor)
 
-    def measure_anew(self) -> None:
-        """The next question finds the small motions about the current state."""
+    def forget_motions(self) -> None:
+        """Forget the small motions: they are next found about the current state."""
         self.motions.forget()
 
     def courant(self, product: float) -> float:
@@ -380,7 +381,7 @@ class _Works:
         self.loads = LoadWork(space, system.loads.values, system.state, system.loads.state, holding, mass, device)
 
     def start(self, state: State, clock: Clock) -> None:
-        """Take what is there at the start of the run."""
+        """Take the powers and impulses at the start of the run."""
         self.constraints.start(state, clock)
         self.loads.start(state, clock)
 

@@ -1,4 +1,4 @@
-"""What the right-hand sides of a one-set body are made from."""
+"""The setup of a one-set body: its particles, points, loads and coefficients, before it has right-hand sides."""
 
 from dataclasses import dataclass, replace
 
@@ -110,7 +110,7 @@ class RateSetup:
 
     @property
     def stabilisation(self) -> float:
-        """Stiffness of what a linear field leaves of the displacements, nondimensional."""
+        """Stiffness against the misfit of a linear field to the displacements, nondimensional."""
         return stabilisation(self.host) * self.host.youngs_modulus / self.host.scales.stress
 
     @property
@@ -166,9 +166,9 @@ class RateSetup:
 
     def refuse_lonely(self, rank: np.ndarray) -> None:
         """Refuse particles whose neighbours, spanning `rank` (m,) directions, give no gradient."""
-        host, lonely = self.host, np.flatnonzero(rank < self.host.space.dim)
-        if len(lonely):
+        host, isolated = self.host, np.flatnonzero(rank < self.host.space.dim)
+        if len(isolated):
             raise Refused(
-                f"{len(lonely)} particles of body {host.name!r}, the first at {self.placement.position[lonely[0]].tolist()} m, see"
+                f"{len(isolated)} particles of body {host.name!r}, the first at {self.placement.position[isolated[0]].tolist()} m, see"
                 f" too few neighbours for a gradient: raise run.support (now {host.support:g} spacings)"
             )

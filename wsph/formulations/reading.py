@@ -78,8 +78,8 @@ def _scale(unit: str, scales: Scales) -> float:
 class Reading:
     """What can be read of a body, in SI.
 
-    `fields` by name are those that stand in its state: the velocity, the stress, where they are there the displacement and
-    the damage, and the internals by their own names. The density is read beside them: it follows from the deformation.
+    `fields` by name are those of its state: the velocity, the stress, the displacement and the damage where the state has
+    them, and the internals by their own names. The density is read beside them: it follows from the deformation.
     """
 
     def __init__(self, system: Readable):
@@ -145,8 +145,8 @@ class Reading:
         """Where a field of the state stands in the reference configuration, (m, dim) [m]: at the particles, or at the cells
         where stresses have places of their own."""
         system = self._system
-        apart = system.state.counts.get(self.fields[name].stored, system.count) != system.count
-        return system.lattice.cells if apart else system.position
+        separate = system.state.counts.get(self.fields[name].stored, system.count) != system.count
+        return system.lattice.cells if separate else system.position
 
     def sample(self, points: np.ndarray, name: str) -> Places:
         """How to read a field of the state at `points` (m, dim) [m]."""
@@ -154,7 +154,7 @@ class Reading:
 
     @property
     def buffers(self) -> tuple[wp.array, wp.array]:
-        """The numbers of the state, and those of what is derived from it: what `index` counts through as one, the second
+        """The buffer of the state and the buffer of its derived fields. `index` counts through both, the second
         after the first. The same array twice where nothing is derived."""
         state = self._system.state
         return state.buffer, state.derived.buffer if state.derived is not None else state.buffer

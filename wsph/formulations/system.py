@@ -45,11 +45,11 @@ class System:
         self._made = 0
 
     def follow(self) -> bool:
-        """Before a step: bring up to date what follows the motion; whether that changed what launches take."""
+        """Before a step: update pairs that follow the motion; returns whether the inputs of launches changed."""
         return False
 
     def start_works(self) -> None:
-        """Take the powers of the state as it is: those at the start of the run."""
+        """Note the powers of the current state, as those at the start of the run."""
         self.work.start(self.state, self.clock)
         self.force.start(self.state, self.clock)
 
@@ -64,7 +64,7 @@ class System:
         return self.volume
 
     def refresh(self, state: State) -> None:
-        """Make up to date what is derived from a state, where anything is (launches)."""
+        """Recompute the derived fields of a state, where it has any (launches)."""
 
     @property
     def ledger(self) -> tuple[Entry, ...]:
@@ -107,7 +107,7 @@ class System:
             state.write("internals", np.tile(values, (state.counts["internals"], 1)))
 
     def restored(self) -> None:
-        """Make what follows from the kept arrays, after they have been put back."""
+        """Recompute whatever depends on the kept arrays, after a checkpoint has put them back."""
 
     def impose(self, state: State, c: float | tuple[float, float]) -> None:
         """Set the prescribed values in a state at t + c dt; c = (0., 1.) means the mean of both ends of the step."""
@@ -144,7 +144,7 @@ class System:
 
     @property
     def host_bytes(self) -> int:
-        """Memory of the lattice and of what else stays on the host as arrays [bytes]; each once, however many see it."""
+        """Memory of the lattice and of all other arrays on the host [bytes], shared ones counted once."""
         owners = {}
         for holder in (self, self.lattice, self.lattice.faces):
             for array in (value for value in vars(holder).values() if isinstance(value, np.ndarray)):

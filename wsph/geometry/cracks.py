@@ -9,8 +9,8 @@ import numpy as np
 from wsph.geometry.grid import FIT, Grid
 from wsph.geometry.shapes.combined import Shape
 
-TRIFLE = 1e-7 * np.array([1.0, 2.3, 3.7])
-"""Added to the centres of cells, in cells, where sides of a crack are told."""
+OFF_CENTRE = 1e-7 * np.array([1.0, 2.3, 3.7])
+"""Shift of the centres of cells [cells], so that none lies on a crack."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ def parts_cells(crack: Crack, inside: np.ndarray, index: np.ndarray) -> bool:
     for axis in range(inside.ndim):
         step = np.eye(inside.ndim, dtype=int)[axis]
         both = index[padded[tuple((index + 1 + step).T)]]
-        centres = both + 0.5 + TRIFLE[: inside.ndim]
+        centres = both + 0.5 + OFF_CENTRE[: inside.ndim]
         if len(both) and crack.crosses(centres, centres + step).any():
             return True
     return False

@@ -15,7 +15,7 @@ from itertools import product
 import numpy as np
 
 from wsph.geometry.cells import cell_volumes, edge_ends, mapped_areas, mapped_cells
-from wsph.geometry.cracks import TRIFLE, Crack, cut_faces, part_nodes, parts_cells
+from wsph.geometry.cracks import OFF_CENTRE, Crack, cut_faces, part_nodes, parts_cells
 from wsph.geometry.faces import Faces, face_nodes, find_faces
 from wsph.geometry.grid import Grid, plan
 from wsph.geometry.shapes.combined import Shape
@@ -93,9 +93,9 @@ class Lattice:
         return mask
 
     @property
-    def sided(self) -> tuple[np.ndarray, np.ndarray]:
-        """Nodes and cells in grid coordinates, nodes moved a trifle into their own cells, and cells off any line through
-        their centres: each on its side of a crack."""
+    def off_cracks(self) -> tuple[np.ndarray, np.ndarray]:
+        """Nodes (n, dim) and cells (c, dim) in grid coordinates, moved so that none lies on a crack: nodes slightly into
+        their own cells, cells off their centres."""
         cells = self.index[self.corners].mean(1)
         own = np.repeat(np.arange(len(cells)), self.corners.shape[1])
         share = np.bincount(self.corners.ravel(), minlength=len(self.nodes))
@@ -103,10 +103,10 @@ class Lattice:
             np.bincount(self.corners.ravel(), cells[own, k], len(self.nodes)) / share for k in range(cells.shape[1])
         ]
         # A crack's tip is in the middle of its own cells, and stays on the crack's line: it sees both sides.
-        return self.index + 1e-3 * (np.stack(mean, 1) - self.index), cells + TRIFLE[: self.index.shape[1]]
+        return self.index + 1e-3 * (np.stack(mean, 1) - self.index), cells + OFF_CENTRE[: self.index.shape[1]]
 
-    def apart(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-        """Which pairs of points, (n, dim) in grid coordinates, a crack parts, (n,) bool."""
+    def crossed(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """Which of the lines between two points, (n, dim) in grid coordinates, cross a crack, (n,) bool."""
         parted = np.zeros(len(first), bool)
         for crack in self.cracks:
             parted |= crack.crosses(first, second)

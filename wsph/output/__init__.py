@@ -1,1 +1,1 @@
-"""What a run leaves: fields by name, files, formats, pictures."""
+"""Output of a run: fields by name, files, formats, pictures."""

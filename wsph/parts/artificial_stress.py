@@ -4,7 +4,7 @@ Tension is opposed by -epsilon of it times (W(r)/W(spacing))^n, so that particle
 is on the ledger.
 """
 
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import warp as wp
 
@@ -15,7 +15,7 @@ from wsph.backend.tensors import principal
 from wsph.parts.part import Host, Part
 from wsph.parts.terms import PairTerm, StressTerm, answers_struct, points_struct
 from wsph.protocols import Traits
-from wsph.quantities import in_unit
+from wsph.quantities import Unit
 from wsph.sph.smoothing import SMOOTHING, SUPPORT
 
 NUMBERS = ("epsilon", "exponent", "at_spacing")
@@ -26,8 +26,8 @@ class ArtificialStress(Part):
 
     key: ClassVar[str] = "artificial_stress"
     holds_modes: ClassVar[bool] = True
-    epsilon: in_unit("", ge=0, le=1) = 0.3
-    exponent: in_unit("", ge=0) = 4.0
+    epsilon: Annotated[float, Unit("", ge=0, le=1)] = 0.3
+    exponent: Annotated[float, Unit("", ge=0)] = 4.0
 
     @classmethod
     def fits(cls, traits: Traits) -> bool:

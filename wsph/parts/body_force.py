@@ -6,7 +6,7 @@ dv/dt = (div stress)/rho + g - rate v
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 import warp as wp
@@ -16,14 +16,14 @@ from wsph.backend.reduce import BLOCK
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.parts.works import Works
-from wsph.quantities import Model, in_unit
+from wsph.quantities import Model, Unit
 from wsph.units import Scales
 
 
 class Damping(Model):
     """Damping of every particle's motion: dv/dt = ... - rate v, rate in 1/s."""
 
-    rate: in_unit("1/s", ge=0)
+    rate: Annotated[float, Unit("1/s", ge=0)]
 
 
 @cache
@@ -34,15 +34,15 @@ def inertia_struct(space: Space) -> type:
 
 
 @dataclass(frozen=True)
-class Parts:
-    """Which body forces a composition has: part of what its kernels are made for."""
+class BodyForceKinds:
+    """Which body forces a composition has: it decides the source of the kernels."""
 
     damped: bool
     heavy: bool
 
 
 @cache
-def acceleration(space: Space, parts: Parts) -> wp.Function:
+def acceleration(space: Space, parts: BodyForceKinds) -> wp.Function:
     """Warp function (inertia, force per volume, velocity) -> acceleration."""
     vec, Inertia = space.vec, inertia_struct(space)
 
@@ -97,7 +97,7 @@ class BodyForce(Works):
     ):
         pull = np.array([gravity.get(axis, 0.0) for axis in "xyz"[: space.dim]])
         rate = damping.rate if damping is not None else 0.0
-        self.parts = Parts(damped=rate > 0.0, heavy=bool(pull.any()))
+        self.parts = BodyForceKinds(damped=rate > 0.0, heavy=bool(pull.any()))
         super().__init__(len(volume), self.parts.damped or self.parts.heavy, device)
         self._space = space
         self.struct = inertia_struct(space)()
@@ -107,7 +107,7 @@ class BodyForce(Works):
         if self._acts:
             self._volume = wp.array(volume, dtype=space.scalar, device=device)
 
-    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[Any]]:
+    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object]]:
         kernel = _work_kernel(self._space, state.layout)
         return kernel, [self._n, clock.time, self.struct, self._volume, state.struct]
 

@@ -5,7 +5,7 @@ The weights |W'|/r, which sum with r^2 to one, stand for his V_j W_ij/X^2, which
 ledger.
 """
 
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import warp as wp
 
@@ -15,7 +15,7 @@ from wsph.backend.state import Layout, fields_struct
 from wsph.parts.part import Host, Part
 from wsph.parts.terms import PairTerm, answers_struct, points_struct
 from wsph.protocols import Traits
-from wsph.quantities import in_unit
+from wsph.quantities import Unit
 
 
 class Hourglass(Part):
@@ -24,7 +24,7 @@ class Hourglass(Part):
     key: ClassVar[str] = "hourglass"
     holds_modes: ClassVar[bool] = True
     switchable: ClassVar[bool] = True
-    coefficient: in_unit("", ge=0)
+    coefficient: Annotated[float, Unit("", ge=0)]
 
     @property
     def acts(self) -> bool:

@@ -1,7 +1,7 @@
 """Virtual links (Islam & Peng 2019, 3): a particle sees its immediate neighbours alone, and a link between two that meets
 its criterion breaks for good.
 
-A broken link has no weight any more: not in F and dF/dt, not in the correction, which is found anew, not in the pair force
+A broken link has no weight any more: not in F and dF/dt, not in the correction, which is recomputed, not in the pair force
 (the paper's eqs 26-30 have f_ij in the force alone; so read, runs end in NaN, and with the correction left as it was a
 rotating fragment loses a quarter of its angular momentum). Both ends find the same answer from the same numbers, so
 forces stay antisymmetric while a body tears. A particle whose links span less than the space is free: no stress, F = I.
@@ -14,13 +14,13 @@ Criteria, n the current direction of the link:
 
     stretch           |x|/|X| - 1 >= threshold                                                        (eq 40)
     energy            the same with the stretch sqrt(2 G_c/(E spacing)): a row of links gives G_c per area
-    plastic-strain    ln(|x|/|X|) - n.(C^-1 sigma).n >= threshold, sigma the mean of both ends: what of the link's strain its
-                      stress does not explain (eqs 37-39)
+    plastic-strain    ln(|x|/|X|) - n.(C^-1 sigma).n >= threshold, sigma the mean of both ends: the part of the link's
+                      strain that its stress does not explain (eqs 37-39)
     principal-stress  the largest principal stress of that mean >= threshold [Pa], on the links within 45 degrees of it
 """
 
 from functools import cache
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 import warp as wp
@@ -43,7 +43,7 @@ from wsph.parts.part import Attached, Host, Neighbourhood, Part
 from wsph.parts.terms import points_struct
 from wsph.plugins.traits import turns
 from wsph.protocols import Entry, Traits
-from wsph.quantities import in_unit
+from wsph.quantities import Unit
 from wsph.sph.misfit import misfit
 from wsph.sph.rows import rows_of, rows_struct
 from wsph.units import quantity
@@ -64,7 +64,7 @@ class Links(Part):
     support: ClassVar[float | None] = 1.3
     criterion: Literal["stretch", "energy", "plastic-strain", "principal-stress"]
     threshold: float | str | None = None
-    fracture_energy: in_unit("J/m2", gt=0) | None = None
+    fracture_energy: Annotated[float, Unit("J/m2", gt=0)] | None = None
     where: str | None = None
 
     @model_validator(mode="after")
@@ -178,7 +178,7 @@ def _gradient(space: Space) -> wp.Function:
 
 @cache
 def _tear_kernel(space: Space, laws: Laws, layout: Layout, criterion: str) -> wp.Kernel:
-    """Take the weight from the links that meet the criterion; what the residual of their particles held is counted."""
+    """Take the weight from the links that meet the criterion; the energy that the residual held there is counted."""
     real, dim, Fields, Params = space.scalar, space.dim, fields_struct(space, layout), laws.Params
     Rows, Points = rows_struct(space), points_struct(space)
     has_broken, gradient, left_over = _broken(space, laws, criterion), _gradient(space), misfit(space)
@@ -278,8 +278,8 @@ def _settle_kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
 
 
 class LinkDamage(Attached):
-    """The links of a body: `advance` breaks those that meet the criterion and frees what they leave behind. It writes the
-    weights of the pairs, and the moments and shares of the points."""
+    """The links of a body: `advance` breaks those that meet the criterion and frees particles that are left with too
+    few. It writes the weights of the pairs, and the moments and shares of the points."""
 
     def __init__(
         self,

@@ -1,24 +1,25 @@
-"""Optional parts of a body: what each gives, and to whom.
+"""The contract of a body's optional parts.
 
-A part is one file. Its class is its table in a scene; what it adds to a body are the methods that it overrides: what it
-cannot do is refused, fields join the state, terms join the loops over pairs, and what it has on the device closes a step and
-stands on the ledger. What it does not override is not there: a body without the part pays nothing.
+A part is one file. Its class is its table in a scene, and it adds to a body by the methods that it overrides: refusals,
+fields of the state, terms in the loops over pairs, and an `Attached` on the device, which closes a step and has entries on
+the ledger. A method that is not overridden adds nothing, and a body without the part pays nothing.
 """
+
+# pyright: strict
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
-import warp as wp
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
-from wsph.backend.space import Space
+from wsph.backend.space import Array, Space
 from wsph.backend.state import Field, State
 from wsph.constitutive.constitutive import Constitutive
 from wsph.geometry.lattice import Lattice
-from wsph.parts.terms import PairTerm, RateTerm, Response, StressTerm
+from wsph.parts.terms import PairTerm, Points, RateTerm, Response, StressTerm
 from wsph.protocols import Entry, Traits
 from wsph.quantities import Model
 from wsph.sph.pairs import Pairs
@@ -56,29 +57,29 @@ class Host:
 
 @dataclass(frozen=True)
 class Neighbourhood:
-    """What the points of a body see, on the device and nondimensional: m points, n particles.
+    """Points of a body and the particles that they see, on the device and nondimensional: m points, n particles.
 
     pairs, weight      # from points to particles; (pairs,)
-    points             # struct of what points have of their own (`wsph.parts.terms.points_struct`)
-    mean               # mean displacement of what a point sees, (m,) vec, where points have places of their own
+    points             # struct of the points' own arrays (`wsph.parts.terms.points_struct`)
+    mean               # mean displacement of a point's particles, (m,) vec, where points have places of their own
     spread, volume     # sum w r^2 (m,), volumes of points (m,), on the host
     position           # of the particles, on the host, (n, dim) [m]
     back, back_weight  # pairs from particles to points, where points have places of their own
     """
 
     pairs: Pairs
-    weight: wp.array
-    points: Any
-    mean: wp.array
+    weight: Array
+    points: Points
+    mean: Array
     spread: np.ndarray
     volume: np.ndarray
     position: np.ndarray
     back: Pairs | None = None
-    back_weight: wp.array | None = None
+    back_weight: Array | None = None
 
 
 BROKEN = 0.95
-"""A damage above which a point is counted as broken, and its deformation says nothing of the body's."""
+"""Damage above which a point counts as broken, and its deformation is ignored."""
 
 
 class Attached:
@@ -90,10 +91,10 @@ class Attached:
     """The longest time step that it can take, nondimensional."""
     response: object = None
     """The struct that its `Response` takes and writes."""
-    share: wp.array | None = None
-    """What is left of the points' shares, where it takes from them, (m,)."""
-    weight: wp.array | None = None
-    """Weights of the pairs, zero where one has broken, where pairs can break."""
+    share: Array | None = None
+    """The points' shares (m,) where the part reduces them, or None."""
+    weight: Array | None = None
+    """Weights of the pairs (pairs,), zero for broken ones, where pairs can break, or None."""
 
     def rate(self, state: State, out: State) -> None:
         """Write the time derivatives of its own fields (launches)."""
@@ -102,15 +103,15 @@ class Attached:
         """Close a step (launches)."""
 
     def restored(self) -> None:
-        """Make what follows from kept arrays, after they have been put back."""
+        """Recompute whatever depends on the kept arrays, after a checkpoint has put them back."""
 
     def fracture(self) -> dict[str, float]:
-        """What has broken by it, energies nondimensional, where a body can break."""
+        """Figures of the fracture that it caused, by name, energies nondimensional; empty where it breaks nothing."""
         return {}
 
 
 class Part(Model):
-    """Base of the parts' tables. Everything here means that the part has nothing there."""
+    """Base of the parts' tables. Every default here adds nothing."""
 
     key: ClassVar[str] = ""
     """Its key in a body of a scene."""
@@ -119,7 +120,7 @@ class Part(Model):
     breaks: ClassVar[bool] = False
     """Whether the body can break by it: its state then carries a damage."""
     frees: ClassVar[bool] = False
-    """Whether particles may lose all that they see."""
+    """Whether particles may lose all of their neighbours."""
     offers: ClassVar[tuple[str, ...]] = ()
     """Fields of its own that frames and probes can have."""
     holds_modes: ClassVar[bool] = False
@@ -129,7 +130,7 @@ class Part(Model):
 
     @property
     def acts(self) -> bool:
-        """Whether it does anything: what is switched off is nowhere."""
+        """Whether it does anything: a part that is switched off adds nothing."""
         return True
 
     @property

@@ -1,14 +1,16 @@
-"""The residual: stiffness of what a linear field leaves of the displacements that a point sees.
+"""The residual: a stiffness against the misfit of a linear field to the displacements that a point sees.
 
 It holds the modes that a gradient alone does not see (`wsph.formulations.lagrangian.rates` has the equations), and is there
 by default in the forms with a reference configuration.
 """
 
-from typing import ClassVar
+# pyright: strict
+
+from typing import Annotated, ClassVar
 
 from wsph.parts.part import Host, Part
 from wsph.protocols import Traits
-from wsph.quantities import in_unit
+from wsph.quantities import Unit
 
 AT_NODES = 0.3
 """By default, of particles that are their own points and stand on the faces."""
@@ -22,12 +24,12 @@ FLOWING = 0.03
 
 
 class Residual(Part):
-    """Stiffness of what a linear field leaves of the displacement differences, in Young's moduli."""
+    """Stiffness against the misfit of a linear field to the displacement differences, in Young's moduli."""
 
     key: ClassVar[str] = "residual"
     holds_modes: ClassVar[bool] = True
     switchable: ClassVar[bool] = True
-    coefficient: in_unit("", ge=0)
+    coefficient: Annotated[float, Unit("", ge=0)]
 
     @property
     def acts(self) -> bool:

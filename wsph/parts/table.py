@@ -1,5 +1,7 @@
 """Every part that a body can have. A part is added by its file and a line here."""
 
+# pyright: strict
+
 from wsph.parts.artificial_stress import ArtificialStress
 from wsph.parts.hourglass import Hourglass
 from wsph.parts.links import Links

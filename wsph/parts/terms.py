@@ -1,17 +1,20 @@
-"""What parts add to the loops over pairs and to what a point answers: Warp functions, and the structs that they take.
+"""Terms: the Warp functions that parts add to the loops over pairs and to the answer of a point, and their structs.
 
-A term is a value: compositions whose terms are equal share their kernels, so a term holds what decides its source and no
-number that a scene may choose. Numbers stand in the struct of coefficients, by the names that the term gives them.
+A term is a value: compositions whose terms are equal share their kernels, so a term holds the choices that decide its
+source, and no number that a scene may choose. Numbers stand in the struct of coefficients, by the names that the term gives
+them.
 """
+
+# pyright: strict
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import Literal
+from typing import Literal, Protocol, cast
 
 import warp as wp
 
-from wsph.backend.space import Space
+from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout
 from wsph.constitutive.laws import Laws
 
@@ -20,22 +23,33 @@ from wsph.constitutive.laws import Laws
 def coefficients_struct(space: Space, names: tuple[str, ...] = ()) -> type:
     """Struct of nondimensional coefficients: the speed sqrt(E/rho), the smoothing length h, and those that terms name."""
     annotations = dict.fromkeys(("speed", "h", *names), space.scalar)
-    return wp.struct(type("Coefficients", (), {"__annotations__": annotations, "__module__": __name__}))
+    return cast(type, wp.struct(type("Coefficients", (), {"__annotations__": annotations, "__module__": __name__})))
+
+
+class Points(Protocol):
+    """What points have of their own, as `points_struct` has it."""
+
+    node: Array
+    centre: Array
+    moment: Array
+    volume: Array
+    share: Array
+    stabilisation: float
 
 
 @cache
 def points_struct(space: Space) -> type:
-    """Struct of what points have of their own, nondimensional, m points and n particles.
+    """Struct of the points' own arrays, nondimensional, m points and n particles.
 
     node           # places of the particles, (n,) vec
     centre         # places of the points, (m,) vec
-    moment         # inverse second moments of what a point sees, (m,) mat
+    moment         # inverse second moments of a point's particles, (m,) mat
     volume         # (m,)
-    share          # volume over the spread of what a point sees, (m,)
-    stabilisation  # stiffness of what a linear field leaves of the displacements
+    share          # volume over the spread of a point's particles, (m,)
+    stabilisation  # stiffness against the misfit of a linear field to the displacements
     """
     real, vec, mat = space.scalar, space.vec, space.mat
-    annotations = {
+    annotations: dict[str, object] = {
         "node": wp.array(dtype=vec),
         "centre": wp.array(dtype=vec),
         "moment": wp.array(dtype=mat),
@@ -43,23 +57,23 @@ def points_struct(space: Space) -> type:
         "share": wp.array(dtype=real),
         "stabilisation": real,
     }
-    return wp.struct(type("Points", (), {"__annotations__": annotations, "__module__": __name__}))
+    return cast(type, wp.struct(type("Points", (), {"__annotations__": annotations, "__module__": __name__})))
 
 
 @cache
 def answers_struct(space: Space) -> type:
-    """Struct of what points answer to a state, and forces take.
+    """Struct of the points' answers to a state, from which forces are computed.
 
-    mean       # mean displacement of what a point sees, (m,) vec, where points have places of their own
+    mean       # mean displacement of a point's particles, (m,) vec, where points have places of their own
     corrected  # volume times first Piola stress times moment, less what the stabilisation has there, (m,) mat
     extra      # the same of a stress or rate term, (m,) mat, where there is one
     """
-    annotations = {
+    annotations: dict[str, object] = {
         "mean": wp.array(dtype=space.vec),
         "corrected": wp.array(dtype=space.mat),
         "extra": wp.array(dtype=space.mat),
     }
-    return wp.struct(type("Answers", (), {"__annotations__": annotations, "__module__": __name__}))
+    return cast(type, wp.struct(type("Answers", (), {"__annotations__": annotations, "__module__": __name__})))
 
 
 @dataclass(frozen=True)
@@ -104,7 +118,7 @@ class Response:
     """How a point answers in place of its law.
 
     `struct(space)` is what it takes and writes; `make(space, laws, layout)` gives the Warp function (p, struct_out, rows,
-    fields_out, share, H, i) -> (what is left of the share, first Piola stress); `energy(space, laws)` the Warp function (p,
+    fields_out, share, H, i) -> (the share as it is left, first Piola stress); `energy(space, laws)` the Warp function (p,
     H, stress, damage) -> energy density, of a total law per reference volume, of a rate law per current volume.
     """
 

@@ -10,7 +10,7 @@ Richtmyer. What it takes is dissipated.
 """
 
 from functools import cache
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import warp as wp
 
@@ -20,7 +20,7 @@ from wsph.backend.state import Field, Layout, fields_struct
 from wsph.errors import Refused
 from wsph.parts.part import Host, Part
 from wsph.parts.terms import PairTerm, RateTerm, answers_struct, points_struct
-from wsph.quantities import in_unit
+from wsph.quantities import Unit
 
 NUMBERS = ("alpha", "beta")
 
@@ -32,8 +32,8 @@ class Viscosity(Part):
     boundary."""
 
     key: ClassVar[str] = "viscosity"
-    alpha: in_unit("", ge=0)
-    beta: in_unit("", ge=0) = 0.0
+    alpha: Annotated[float, Unit("", ge=0)]
+    beta: Annotated[float, Unit("", ge=0)] = 0.0
     kind: Literal["approach", "pair"] = "approach"
     correction: Literal["symmetric", "paper"] | None = None
 

@@ -1,12 +1,14 @@
-"""Works by the trapezoidal rule, on the device: what ledger entries are summed up by."""
+"""Works by the trapezoidal rule, on the device, for entries of the ledger."""
 
-from typing import Any
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
 
 import warp as wp
 
 from wsph.backend.clock import Clock
 from wsph.backend.domain import WHOLE, Domain
 from wsph.backend.reduce import blocks, totals
+from wsph.backend.space import Array
 from wsph.backend.state import State
 
 
@@ -19,10 +21,10 @@ class Works:
     def __init__(self, n: int, acts: bool, device: str, domain: Domain = WHOLE):
         self._n, self._acts, self._domain = n, acts, domain
         if acts:
-            self._power = wp.zeros((blocks(n), self.columns), dtype=wp.float64, device=device)
-            self._work = wp.zeros_like(self._power)
+            self._power: Array = wp.zeros((blocks(n), self.columns), dtype=wp.float64, device=device)
+            self._work: Array = wp.zeros_like(self._power)
 
-    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[Any]]:
+    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object]]:
         raise NotImplementedError
 
     def add(self, state: State, clock: Clock) -> None:
@@ -37,7 +39,7 @@ class Works:
             self.add(state, clock)
             self._work.zero_()
 
-    def kept(self) -> dict[str, wp.array]:
+    def kept(self) -> dict[str, Array]:
         """What a checkpoint holds of it."""
         return {"power": self._power, "work": self._work} if self._acts else {}
 

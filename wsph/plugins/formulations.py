@@ -77,10 +77,10 @@ def names() -> list[str]:
 
 
 def of_sets(sets: int) -> dict[str, Formulation]:
-    """The formulations for integrators of so many sets, by name."""
+    """The formulations for integrators of `sets` sets, by name."""
     return {each.name: each for each in FORMULATIONS if each.sets == sets}
 
 
 def offered(declared: tuple[str, ...], sets: int) -> tuple[str, ...]:
-    """The formulations that an integrator works in which declares those: these, and what is to integrators as they are."""
+    """The formulations that an integrator works in: those that it `declared`, and those that name one of them as `as_`."""
     return (*declared, *(each.name for each in FORMULATIONS if each.sets == sets and each.as_ in declared))

@@ -15,9 +15,9 @@ def sets(plugin: type) -> int:
     return getattr(plugin, "sets", 1)
 
 
-def offered(plugin: type, known: Sequence[str]) -> Sequence[str]:
+def offered(plugin: type, known: Sequence[str]) -> tuple[str, ...]:
     """The formulations that it works in, the default first: of the `known` ones the first, where it names none."""
-    return getattr(plugin, "formulations", tuple(known)[:1])
+    return tuple(getattr(plugin, "formulations", known[:1]))
 
 
 def steps(plugin: type) -> bool:

@@ -166,7 +166,7 @@ class Body(_WithParts):
     @property
     def parts(self) -> dict[str, Part]:
         """The parts that the scene names, by their keys, those that it switches off included."""
-        given = {key: getattr(self, key) for key in PARTS}
+        given = {key: getattr(self, key, None) for key in PARTS}
         return {key: part for key, part in given.items() if part is not None}
 
 
@@ -284,5 +284,12 @@ def add_part(part: type[Part], *scenes: type[SceneTables]) -> None:
     `SceneTables`."""
     PARTS[part.key] = part
     Body.__pydantic_fields__[part.key] = FieldInfo.from_annotated_attribute(_key_of(part), None)
+    for model in (Body, SceneTables, *scenes):
+        model.model_rebuild(force=True)
+
+
+def remove_part(part: type[Part], *scenes: type[SceneTables]) -> None:
+    """Undo `add_part`."""
+    del PARTS[part.key], Body.__pydantic_fields__[part.key]
     for model in (Body, SceneTables, *scenes):
         model.model_rebuild(force=True)

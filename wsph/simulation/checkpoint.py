@@ -47,7 +47,7 @@ _NAME = re.compile(r"checkpoint_(\d{12})\.npz")
 
 
 def identity(scene: Scene) -> dict[str, Any]:
-    """What a checkpoint has to have in common with a scene: the keys that matter, flat, and the versions."""
+    """The facts in which a checkpoint and a scene have to agree: the keys that matter, flat, and the versions."""
     from importlib.metadata import version
 
     data = scene.model_dump(mode="json", by_alias=True)
@@ -166,7 +166,7 @@ def restore(path: Path, composition: Composition, arrays: dict[str, np.ndarray])
 
 
 class Checkpoints:
-    """Checkpoints of one run, written into its folder: when, and of what."""
+    """Checkpoints of one run: when each is due, what it holds, and its file in the run's folder."""
 
     def __init__(
         self,
@@ -219,7 +219,7 @@ class Checkpoints:
         write(self._folder.folder / "checkpoints", step, facts, arrays, settings.keep if settings is not None else 2)
 
     def resume(self, found: Found) -> int:
-        """Put back what a checkpoint holds; the step that it was made at. Raises CheckpointError."""
+        """Restore a checkpoint; returns its step. Raises CheckpointError."""
         path, facts, arrays = found
         step = facts["step"]
         self._control.restore(facts)

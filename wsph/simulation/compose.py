@@ -182,7 +182,7 @@ def _refuse_extremes(scales: Scales, body: Body) -> None:
 
 @dataclass(frozen=True)
 class Setting:
-    """What all bodies of a scene have in common."""
+    """The part of a composition that all bodies share: scene, method and scales."""
 
     scene: Scene
     method: Method

@@ -145,7 +145,7 @@ class Composition:
         return sum(b.system.pairs for b in self.bodies)
 
     def publish(self) -> None:
-        """Have the states that are read made up to date (launches)."""
+        """Bring every state that is read up to date (launches)."""
         publish(self.bodies)
 
     def launches(self) -> list[wp.Kernel]:

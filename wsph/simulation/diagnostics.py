@@ -18,7 +18,7 @@ from wsph.parts.part import BROKEN
 from wsph.parts.terms import Response
 
 SMALL = 0.02
-"""A strain below which a bound of the distortion is as good as the distortion: limits are found anew beyond 5 %."""
+"""A strain below which a bound of the distortion is as good as the distortion: limits are recomputed beyond 5 %."""
 
 KINETIC, STRAIN, DISSIPATED, NOT_FINITE, FIRST, STRETCH, DISTORTION, MOMENTUM = range(8)
 """What stands where in the sums of a block: FIRST is its first particle or point that is not finite, -1 where all are;

@@ -140,7 +140,7 @@ class Simulation:
         return min(min(each for each in due if each > step) - step, most)
 
     def _steps(self, count: int, interrupts: Interrupts) -> int:
-        """Run so many steps, fewer where the run is asked to end; how many."""
+        """Run `steps` steps, fewer where the run is asked to end; returns how many."""
         program = self._composition.program
         program.prepare(count)
         before = time.perf_counter()

@@ -1,6 +1,6 @@
 """Control of a run's time step: the first one, how it follows the deformation, limits that fall, particles that clump.
 
-A body's limit is found anew where it has deformed (`wsph.stability.limit`). With `run.cfl` the time step shrinks with it, by
+A body's limit is recomputed where it has deformed (`wsph.stability.limit`). With `run.cfl` the time step shrinks with it, by
 whole parts of an octave at steps that depend on the deformation alone, so that bits do not depend on the cadence of records
 or on resumption; with `run.dt` a run whose limit falls below its step is stopped, or warned of, by name.
 """
@@ -30,7 +30,7 @@ SAFE, WITH_CONTACT = 0.95, 0.7
 inside of steps, and beyond this part of it they make energy."""
 
 MOST_APART, CHANGE = 256, 0.01
-"""The time step is looked at as often as the deformation changes by CHANGE, at least once in so many steps."""
+"""Change of the deformation after which the time step is looked at again, and the most steps between two looks."""
 
 CLUMPED = float(np.log(100.0))
 """e-folds of a growing mode after which a run says so."""

@@ -133,6 +133,6 @@ class Events:
         return min(max(line.at_or_after(number * cadence), step + 1), last)
 
     def skip(self, step: int) -> None:
-        """What was due up to `step` has been done."""
+        """Everything that was due up to `step` has been done."""
         while self.next <= step:
             self.advance()

@@ -20,28 +20,28 @@ def average(weights: Weights, values: np.ndarray) -> np.ndarray:
     )
 
 
-def unparted(pairs: Pairs, lattice: Lattice, targets: np.ndarray, sources: np.ndarray) -> Pairs:
-    """The pairs that no crack parts. `targets` (n, dim) and `sources` (m, dim) in grid coordinates, each on its side."""
+def visible(pairs: Pairs, lattice: Lattice, targets: np.ndarray, sources: np.ndarray) -> Pairs:
+    """Pairs whose line crosses no crack. `targets` (n, dim) and `sources` (m, dim) in grid coordinates, off the cracks."""
     if not lattice.cracks:
         return pairs
     indices: np.ndarray = pairs.indices.numpy()
-    return pairs.where(~lattice.apart(targets[pairs.rows()], sources[indices]))
+    return pairs.where(~lattice.crossed(targets[pairs.rows()], sources[indices]))
 
 
 def spanning_weights(
     lattice: Lattice,
     support: float,
     points: tuple[np.ndarray, np.ndarray],
-    sided: tuple[np.ndarray, np.ndarray],
+    off_cracks: tuple[np.ndarray, np.ndarray],
     volume: np.ndarray,
 ) -> Weights:
     """Linear-exact interpolation for output, `points` = (targets, sources) in cells: a target looks further than `support`
-    until its sources span every direction. `sided`: the same in grid coordinates, each on its side of a crack."""
+    until its sources span every direction. `off_cracks`: the same in grid coordinates, moved off the cracks."""
     targets, sources = points
     reach = np.full(len(targets), support)
     dim = sources.shape[1]
     while True:
-        pairs = unparted(find_pairs(targets, sources, reach, "cpu"), lattice, *sided)
+        pairs = visible(find_pairs(targets, sources, reach, "cpu"), lattice, *off_cracks)
         weights = interpolation_weights(Space(dim), pairs, targets, sources, volume)
         narrow = weights.rank < dim
         if not narrow.any() or reach.max() > 6.0:
@@ -51,4 +51,4 @@ def spanning_weights(
 
 def outward_weights(lattice: Lattice, support: float) -> Weights:
     """Interpolation from cells to nodes that extrapolates linearly to faces: for output. `support` in cells."""
-    return spanning_weights(lattice, support, lattice.centred, lattice.sided, lattice.cell_volume)
+    return spanning_weights(lattice, support, lattice.centred, lattice.off_cracks, lattice.cell_volume)

@@ -1,4 +1,4 @@
-"""What a linear field leaves of the displacements that a point sees."""
+"""The misfit of a linear field to the displacements that a point sees."""
 
 from functools import cache
 
@@ -11,8 +11,8 @@ from wsph.sph.rows import rows_struct
 
 @cache
 def misfit(space: Space) -> wp.Function:
-    """Warp function (i, u, centre, H, rows, node, displacement) -> sum of w |e|^2 over the pairs of i: what a linear
-    field of gradient H, u at the centre, leaves of the displacements."""
+    """Warp function (i, u, centre, H, rows, node, displacement) -> sum of w |e|^2 over the pairs of i: e is a displacement
+    less the linear field of gradient H that is u at the centre."""
     real, vec, mat, at = space.scalar, space.vec, space.mat, element(wp.int32, space.scalar, space.vec)
     Rows = rows_struct(space)
 

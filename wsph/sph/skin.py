@@ -44,7 +44,7 @@ class Skin:
         self.found = wp.zeros(n, dtype=space.vec, device=clock.device)
         self._furthest = wp.zeros(blocks(n), dtype=wp.float64, device=clock.device)
 
-    def left(self, u: wp.array, v: wp.array, thickness: float) -> bool:
+    def has_left(self, u: wp.array, v: wp.array, thickness: float) -> bool:
         """Whether a particle with displacement `u` and velocity `v`, (n,) vec, has moved, or can have moved by the end of
         the step, half of the thickness (a launch and a copy). False where that is not finite: the finite check says so."""
         inputs = [self._clock.time, self.found, u, v, self._n]

@@ -22,7 +22,7 @@ MOST_TRIED = 2e9
 
 
 def _growth(run: LimitedBody, steps: int) -> float:
-    """What the step itself makes of the body's state: growth per step, found with about as many steps as the run has."""
+    """The growth per step of the body's own modes, measured with about as many steps as the run has."""
     system = run.system
     speed = run.constitutive.wave_speed / system.scales.velocity
     units = {"velocity": speed, "stress": system.density * speed**2}
@@ -76,6 +76,6 @@ def guard(scene: Scene, run: LimitedBody, dt: float, steps: int, double: Again) 
 
 
 def _rounded_down(number: float) -> str:
-    """Four digits, never above: what a message tells to use must pass."""
+    """Rounded down to four digits, so that the step that a message suggests is accepted."""
     digits = 3 - int(np.floor(np.log10(number)))
     return f"{np.floor(number * 10.0**digits) / 10.0**digits:.4g}"

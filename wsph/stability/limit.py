@@ -1,4 +1,4 @@
-"""The limit of a body's time step, and what is taken for one."""
+"""The limit of a body's time step, recomputed as the body deforms."""
 
 # pyright: strict
 
@@ -9,17 +9,17 @@ import numpy as np
 from wsph.protocols import Limited
 
 SLACK = 1e-6
-"""A Courant number beyond its limit by less than this part of it is within."""
+"""A Courant number may exceed its limit by this part of it: rounding."""
 
-ANEW = 0.05
-"""Logarithm of the distortion after which the limit of a body is found anew."""
+RECOMPUTED = 0.05
+"""Logarithm of the distortion after which the limit of a body is recomputed."""
 
 
 class StepLimit:
-    """The largest stable Courant number of a body, found anew where its deformation has changed its stiffness or its pairs.
+    """The largest stable Courant number of a body, recomputed where deformation has changed its stiffness or its pairs.
 
-    `value`, None where the integrator declares none, and `reason`; `distortion` of the state that they are of; `share` of
-    the limit that the run began with.
+    `value` is None where the integrator declares none, `reason` says where it comes from, `distortion` is that of the state
+    it was computed for, and `share` the part of the limit that the run began with.
     """
 
     def __init__(
@@ -56,15 +56,15 @@ class StepLimit:
         return bool(self.value) and (self._courant_follows or self._measured)
 
     def follow(self, distortion: float) -> None:
-        """Find it anew where the body has deformed by ANEW since, nearer to the limit by less."""
-        since = ANEW * float(np.clip(5.0 * (1.0 - self.share), 0.1, 1.0))
+        """Recompute the limit once the body has stretched by exp(RECOMPUTED); earlier where it runs close to the limit."""
+        since = RECOMPUTED * float(np.clip(5.0 * (1.0 - self.share), 0.1, 1.0))
         if self.value is not None and self._measured and abs(np.log(distortion / self.distortion)) > since:
             self.distortion = distortion
-            self._system.measure_anew()
+            self._system.forget_motions()
             self._measure()
 
     def kept(self) -> list[float | None]:
-        """What a checkpoint holds of it."""
+        """What a checkpoint holds of the limit."""
         return [self.value, self.distortion]
 
     def restore(self, value: float | None, distortion: float) -> None:

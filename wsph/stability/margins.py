@@ -44,12 +44,16 @@ block grows, at 1 one of a held block grows by 0.015 a step (tests/integrators/t
 `test_no_mode_of_a_lattice_block_grows` and the tests beside it)."""
 
 APPROACH = (0.5, 0.022, 0.2, 0.59)
-"""Viscosity of what approaches acts on half of the pairs of a wave, but motion that it overdamps lasts longer in the half of
-the time in which it is not damped, and in a front more than half of the pairs close: its damping is taken as 0.5 less 0.022
-times the largest damping rate over the largest frequency, not below 0.2, and as 0.59 times the one on all pairs, whichever
-is the worse. The numbers are from runs of the magnesium bar (`wsph validate --full bar-stability`), whose limits lie 0 to
-20 % above what they give (tests/stability/test_guard.py,
-`TestRuns.test_within_twenty_per_cent_on_the_switched_viscous_bar`)."""
+"""Damping by viscosity that acts on approaching pairs alone, as shares of the same viscosity on all pairs. Both are tried,
+and the worse one sets the limit:
+
+    low share    max(0.2, 0.5 - 0.022 times the largest damping rate over the largest frequency)
+    high share   0.59
+
+About half of the pairs of a wave approach. Overdamped motion lasts longer in the half of the time in which it is not damped
+(low); in a front more than half of the pairs approach (high). The numbers are from runs of the magnesium bar
+(`wsph validate --full bar-stability`), whose limits lie 0 to 20 % above the ones that they give
+(tests/stability/test_guard.py, `TestRuns.test_within_twenty_per_cent_on_the_switched_viscous_bar`)."""
 
 STILL = {"f64": 1e-4, "f32": 1e-2}
 """A mode slower than this part of the fastest is a motion of the rigid body, by the run's precision:
@@ -61,8 +65,8 @@ leave out is in the shares above; `TestWholeSpectra.test_it_takes_fifty_evaluati
 tests/stability/test_guard.py."""
 
 DAMPED_VECTORS = (6, 24)
-"""Of one with viscosity, with two products each: Lanczos' vectors, then up to so many by the second-order Krylov space. The
-same tests."""
+"""Of one with viscosity, with two products each: Lanczos' vectors, then the most of the second-order Krylov space. The same
+tests."""
 
 PRODUCTS = 40
 """Products of Arnoldi's method for the growth of a step, and so vectors kept: with blocks of 100 steps, on bodies of 64

@@ -123,14 +123,13 @@ def _in_process(row: Callable[[Planned], Row], planned: Planned) -> Row:
 
 
 def _begin(shares: Any) -> None:
-    """A process of a study: on cores of its own, and as quiet as the command line has it: the table says what warnings
-    would."""
+    """Start a process of a study, on cores of its own and with warnings off: the table reports them."""
     warnings.simplefilter("ignore")
     keep_to(shares.get())
 
 
 def _row(study: Study, folder: Path, planned: Planned, threads: int | None = None) -> Row:
-    """One run, with so many threads where the scene leaves that open."""
+    """One run, with `threads` threads where the scene leaves their number open."""
     name, place, changed = planned
     if threads is not None and changed.run.threads == 0:
         changed = changed.with_(threads=threads)

@@ -28,7 +28,7 @@ def vibrating_bar(
 ) -> Scene:
     """A bar of length 1 m held at both ends, started in its first mode, for `periods` of it: smooth, with a closed form.
 
-    v = a sin(pi x) cos(pi c t), stress = rho c a cos(pi x) sin(pi c t), a = `amplitude` [m/s] (.01 is a strain that large-
+    v = a sin(pi x) cos(pi c t), stress = rho c a cos(pi x) sin(pi c t), a = `amplitude` [m/s] (0.01 is a strain that large-
     deformation methods take for small, and no shock forms), c = 1 m/s, rho = 1 kg/m3, E = 1 Pa. `material` are keys of
     another material of that E and rho, `body` further keys of the body.
     """

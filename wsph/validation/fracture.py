@@ -172,7 +172,7 @@ def rigid_plastic_beam(full: bool) -> Iterator[Row]:
 
 
 def _deflection(beam: Scene, rows: int, **changes: object) -> float:
-    """The mean deflection of the middle after .9 ms [mm]."""
+    """The mean deflection of the middle after 0.9 ms [mm]."""
     size = 6.35e-3 / rows
     own = [0.14224 / (2 * round(0.07112 / size - 0.5) + 1), size]
     other = [0.01474 / round(0.01474 / size), 0.05 / round(0.05 / size)]

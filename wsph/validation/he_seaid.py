@@ -18,7 +18,7 @@ from wsph.validation.measures import at_times, frequency, ligament
 
 TABLE_1 = {250: (0.0889, 0.1613), 500: (0.0625, 0.1353), 750: (0.0511, 0.1222), 1000: (0.0441, 0.1136)}
 """Published L1 and L2 errors of the velocity with RKC, by particles; another implementation of the same reading has
-.0872/.0621/.0507/.0439 and .1594/.1344/.1214/.1130."""
+0.0872/0.0621/0.0507/0.0439 and 0.1594/0.1344/0.1214/0.1130."""
 
 TABLE_1_READING = {250: (0.0872, 0.1594), 500: (0.0621, 0.1344), 750: (0.0507, 0.1214), 1000: (0.0439, 0.1130)}
 
@@ -69,19 +69,19 @@ STABILITY = {
     0.0: {"leapfrog": 2.87, "rk4": 4.02},
 }
 """Largest Courant numbers of the bar in an implementation of its own, by alpha = beta: eq 17 on approaching pairs, taken at
-the middle of leapfrog's step, 250 particles, stable where |v| < 2.3 v0 at .4 ms, without viscosity where omega dt of the
+the middle of leapfrog's step, 250 particles, stable where |v| < 2.3 v0 at 0.4 ms, without viscosity where omega dt of the
 fastest wave says so."""
 
 SHORT_WINDOW = ("euler", 1.0)
-"""Its growth is so slow that the window decides: .63 is its figure at .12 ms, at .4 ms it has come to .51."""
+"""Its growth is so slow that the window decides: 0.63 is its figure at 0.12 ms, at 0.4 ms it has come to 0.51."""
 
 DAMPED_BEAM = {
     0.0: {"leapfrog": 1.54, "rk4": 2.17},
     0.25: {"leapfrog": 1.34, "rk4": 2.32, "rkc 3": 1.09, "rkc 5": 1.25, "rkc 10": 1.34},
     2.5: {"leapfrog": 0.48, "rk4": 0.72, "rkc 3": 1.65, "rkc 5": 4.30, "rkc 10": 4.93},
 }
-"""The same of the magnesium beam, height .1 m, ten rows, by the alpha of linear viscosity on all pairs, along each
-particle's own corrected gradient: hourglass control .05, stable where |v| < 1.6 v0 from .8 to 1.5 ms."""
+"""The same of the magnesium beam, height 0.1 m, ten rows, by the alpha of linear viscosity on all pairs, along each
+particle's own corrected gradient: hourglass control 0.05, stable where |v| < 1.6 v0 from 0.8 to 1.5 ms."""
 
 GROWING = {"rkc 3": 0.45, "rkc 5": 0.51, "rkc 10": 0.51}
 """Without viscosity RKC grows at every Courant number; where it passes 1.6 v0 here depends on what it grows from."""

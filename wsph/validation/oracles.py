@@ -15,10 +15,10 @@ AMPLITUDE, ARRIVAL, DURATION = 8e5, 5e-3, 2.5e-3
 
 MARGIN = 4e-4
 """Time cut off at both ends of the plateau [s]: eight cells at 100 particles, four at 50. Three cells at each end would
-leave the foot of the front in: .27 % and 1.55 % in place of .0022 % and .50 %."""
+leave the foot of the front in: 0.27 % and 1.55 % in place of 0.0022 % and 0.50 %."""
 
 CONVERGED = {5.5e-3: 7.641e5, 6e-3: 7.346e5, 7e-3: 6.891e5}
-"""Converged compression at the fixed end of the Perzyna bar, N = 2, gamma = 2/s [Pa], by time [s]. One digit is .01 %."""
+"""Converged compression at the fixed end of the Perzyna bar, N = 2, gamma = 2/s [Pa], by time [s]. One digit is 0.01 %."""
 
 
 def plateau(time: np.ndarray, margin: float = MARGIN) -> np.ndarray:
@@ -74,13 +74,13 @@ def plate_ligament(table: Path, radius: float, x: np.ndarray) -> np.ndarray:
 
 
 BEAM_FREQUENCY = {0.05: 1026.18, 0.1: 2008.23}
-"""First frequency of the magnesium beams [rad/s], L = .5 m, by height [m]: tests/references/beam_modes.py."""
+"""First frequency of the magnesium beams [rad/s], L = 0.5 m, by height [m]: tests/references/beam_modes.py."""
 
 MAGNESIUM_SPEED = float(np.sqrt(45e9 / 1738.0))
 """sqrt(E/rho) of magnesium [m/s]: the speed in He & Seaid's Courant number."""
 
 STRUCK_BEAM = {10.0: 1.3, 20.0: 5.45, 30.0: 9.17, 40.0: 13.05}
-"""Mean deflection of the middle of Islam & Peng's beam from .9 to 1.5 ms [mm], by speed [m/s], 14 rows of elements at
+"""Mean deflection of the middle of Islam & Peng's beam from 0.9 to 1.5 ms [mm], by speed [m/s], 14 rows of elements at
 20 m/s, 7 at the others: tests/references/struck_beam.py."""
 
 

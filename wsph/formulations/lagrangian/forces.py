@@ -9,12 +9,12 @@ from wsph.backend.pair_loops import element
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
 from wsph.formulations.lagrangian.form import Form, coefficients_of, seen_pair
-from wsph.parts.body_force import Parts, acceleration, inertia_struct
+from wsph.parts.body_force import BodyForceKinds, acceleration, inertia_struct
 from wsph.parts.terms import answers_struct, points_struct
 from wsph.sph.rows import rows_struct
 
 
-def force_from_points_kernel(space: Space, layout: Layout, parts: Parts, form: Form) -> wp.Kernel:
+def force_from_points_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: Form) -> wp.Kernel:
     """Accelerations of nodes from the points that see them; `rows` are those of the nodes."""
     real, vec, mat, Fields = space.scalar, space.vec, space.mat, fields_struct(space, layout)
     accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
@@ -59,7 +59,7 @@ def force_from_points_kernel(space: Space, layout: Layout, parts: Parts, form: F
     return force_from_points
 
 
-def force_between_kernel(space: Space, layout: Layout, parts: Parts, form: Form) -> wp.Kernel:
+def force_between_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: Form) -> wp.Kernel:
     """Accelerations of particles that are their own points, with what else acts between them."""
     real, vec, mat, Fields = space.scalar, space.vec, space.mat, fields_struct(space, layout)
     accelerated, Inertia, Coefficients = acceleration(space, parts), inertia_struct(space), coefficients_of(space, form)

@@ -1,4 +1,4 @@
-"""What the kernels of a one-set composition are made for, and what a point gathers from its pairs."""
+"""The form of a one-set composition, which decides the source of its kernels; and the sums over the pairs of a point."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -22,14 +22,14 @@ from wsph.sph.smoothing import SMOOTHING
 
 @dataclass(frozen=True)
 class Form:
-    """What the kernels of a composition are made for: compositions with equal forms share them."""
+    """The choices that decide the source of a composition's kernels: compositions with equal forms share kernels."""
 
     points: bool
     """Whether stresses live at places of their own, apart from the particles."""
     total: bool
     """Whether the law gives the stress of a deformation."""
     stabilised: bool
-    """Whether what a linear field leaves of the displacements has a stiffness."""
+    """Whether there is a stiffness against the misfit of a linear field to the displacements."""
     loaded: bool
     paper: bool
     """Whether both sides of a pair take the correction of the one (He & Seaid 2016, eq 13 with eq 3)."""

@@ -6,7 +6,7 @@ sigma_g = sigma and v_g = 2 v_end - v; across any other the stress is such that 
 its table of stable and unstable runs, and its errors to the third digit.
 
 An even velocity says that nothing strains across a free face. A bar's waves do not mind; a beam surrounded by such ghosts is
-11 and 33 % too fast at fifteen rows (height .1 and .05 m of length .5), and with gradients of the particles alone, ghosts
+11 and 33 % too fast at fifteen rows (height 0.1 and 0.05 m of length 0.5), and with gradients of the particles alone, ghosts
 acting by their stress, it creates energy within some hundred steps. So only bars have them.
 """
 

@@ -1,4 +1,4 @@
-"""Energy of what a linear field leaves of the displacements: what the stabilisation holds."""
+"""Energy of the stabilisation: of the misfit of a linear field to the displacements."""
 
 import warp as wp
 
@@ -12,7 +12,7 @@ from wsph.sph.rows import rows_struct
 
 
 def held_energy_kernel(space: Space, layout: Layout, apart: bool) -> wp.Kernel:
-    """Partial sums of it, over blocks of points; `apart`: these have places of their own."""
+    """Partial sums of the energy over blocks of points. `apart`: points have places of their own."""
     real, vec, Fields = space.scalar, space.vec, fields_struct(space, layout)
     Rows, Points, left_over = rows_struct(space), points_struct(space), misfit(space)
 

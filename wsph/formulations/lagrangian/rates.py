@@ -8,8 +8,8 @@ no volumes, and with r_j = X_j - Xbar_p, y_j = u_j - ubar_p about the weighted m
     f_j = -sum_p w_pj [V_p P_p M_p r + kappa_p (y_j - H_p r)]
 
 The force is minus the gradient of the energy sum V_p psi(F_p) + sum kappa_p/2 w |y - H r|^2: momentum is kept to rounding,
-and angular momentum and energy to the integrator. The second term, the stabilisation, is what a linear field leaves of y; it
-holds the modes that a gradient alone does not see.
+and angular momentum and energy to the integrator. The second term, the stabilisation, is a stiffness against the
+misfit of a linear field to y: it holds the modes that a gradient alone does not see.
 
 Two forms of it:
 - `stress-points`: nodes on the lattice and on the faces, points at the cell centres, the two sets of Taylor-SPH. By far the
@@ -45,7 +45,7 @@ from wsph.formulations.lagrangian.strain import strain_kernel
 from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.one_set_setup import RateSetup
 from wsph.formulations.setup import Setup
-from wsph.parts.body_force import Parts
+from wsph.parts.body_force import BodyForceKinds
 from wsph.parts.part import Attached, Neighbourhood
 from wsph.parts.table import PARTS
 from wsph.parts.terms import answers_struct, points_struct
@@ -54,14 +54,14 @@ from wsph.sph.pairs import Pairs
 from wsph.sph.rows import rows_of
 
 
-class Kernels:
+class LagrangianKernels:
     """The kernels of a composition: one instance per (space, laws, which fields there are, form).
 
     `strain` finds what forces take of every point, `force` the accelerations, `drift` and `flow` the rates of the rest,
     `held` the energy of the stabilisation; those that the form has.
     """
 
-    def __init__(self, space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form):
+    def __init__(self, space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, form: Form):
         self.strain = strain_kernel(space, laws, layout, form)
         make = force_from_points_kernel if form.points else force_between_kernel
         self.force = make(space, layout, parts, form)
@@ -73,8 +73,8 @@ class Kernels:
 
 
 @cache
-def _kernels(space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form) -> Kernels:
-    return Kernels(space, laws, layout, parts, form)
+def _kernels(space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, form: Form) -> LagrangianKernels:
+    return LagrangianKernels(space, laws, layout, parts, form)
 
 
 class LagrangianRates:
@@ -111,23 +111,23 @@ class LagrangianRates:
     def _allocate(self, reference: Reference, stabilisation: float) -> None:
         """What kernels take of the reference configuration, and write of every evaluation."""
         space, arrays, placement, real = self._space, self._arrays, self._placement, self._space.scalar
-        m, apart = len(placement.point_volume), placement.points
+        m, separate = len(placement.point_volume), placement.points
         joined = self._ghosts.joined if self._ghosts is not None else np.asarray
         self._pairs, self._spread = reference.pairs, reference.spread
         self._weight = arrays.of("weight", reference.weight, real)
         self._rows = rows_of(space, reference.pairs, self._weight)
         points = points_struct(space)()
         points.node = arrays.of("node", reference.place, space.vec)
-        points.centre = arrays.of("centre", reference.centre, space.vec) if apart else points.node
+        points.centre = arrays.of("centre", reference.centre, space.vec) if separate else points.node
         points.moment = arrays.of("moment", joined(reference.moment), space.mat)
         points.volume = arrays.of("point volume", joined(placement.point_volume), real)
         # Volume over the spread of the neighbours: what pairs and the stabilisation are measured by.
         points.share = arrays.of("share", joined(placement.point_volume / reference.spread), real)
         points.stabilisation = real(stabilisation)
         self._points = points
-        self._volume = arrays.of("volume", placement.volume, real) if apart else points.volume
+        self._volume = arrays.of("volume", placement.volume, real) if separate else points.volume
         answers = answers_struct(space)()
-        averaged = apart and (self.form.stabilised or self.form.breaks)
+        averaged = separate and (self.form.stabilised or self.form.breaks)
         extra = self.form.stress_term is not None or self.form.rate_term is not None
         answers.mean = arrays.zeros("mean", m if averaged else 1, space.vec)
         answers.corrected = arrays.zeros("corrected", len(points.moment), space.mat)
@@ -137,7 +137,7 @@ class LagrangianRates:
         for name in ("offsets", "indices", "reach"):
             arrays.take(f"pairs.{name}", getattr(self._pairs, name))
         self._back, self._back_weight, self._back_rows = None, None, None
-        if apart:
+        if separate:
             self._back, order = self._pairs.transposed()
             self._back_weight = arrays.of("back weight", reference.weight[order], real)
             self._back_rows = rows_of(space, self._back, self._back_weight)
@@ -161,7 +161,7 @@ class LagrangianRates:
         )
 
     def attach(self, parts: Iterable[Attached]) -> None:
-        """Take what parts change of the points' answers."""
+        """Use the shares and weights that parts of the body change."""
         for part in parts:
             if part.response is not None:
                 self._response = part.response
@@ -186,7 +186,7 @@ class LagrangianRates:
         return False
 
     def restored(self) -> None:
-        """Nothing here follows from what is kept but what the next evaluation finds."""
+        """Nothing to recompute: the next evaluation does."""
 
     def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None:
         """`OneSetSystem.rate`; the rest takes the deformation."""

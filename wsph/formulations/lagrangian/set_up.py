@@ -1,4 +1,4 @@
-"""What a body with a reference configuration finds of its pairs once, before a run, in double precision whatever the
+"""Pairs, weights and moments in the reference configuration: found once, before a run, in double precision whatever the
 run's."""
 
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from wsph.backend.space import Space
 from wsph.formulations.lagrangian.weights import QUANTA, set_up_kernel
 from wsph.geometry.lattice import Lattice
 from wsph.parts.part import Host
-from wsph.sph.averages import unparted
+from wsph.sph.averages import visible
 from wsph.sph.pairs import Pairs, find_pairs
 from wsph.sph.rows import rows_of
 from wsph.sph.smoothing import SUPPORT
@@ -36,7 +36,7 @@ def find_reference(
 ) -> Reference:
     """Pairs, weights, means and moments. `particles` (n, dim) and `points` (m, dim) in cells of the lattice, `position`
     of the particles [m]; `quantum` is the precision whose quanta weights are multiples of."""
-    lattice, space, apart = host.lattice, Space(host.space.dim), not host.traits.pairwise
+    lattice, space, separate = host.lattice, Space(host.space.dim), not host.traits.pairwise
     frame, length = lattice.frame, host.scales.length
     factor = np.where(np.abs(frame.step / length - 1.0) < 1e-6, 1.0, frame.step / length)
     place = particles * factor @ frame.axes.T
@@ -46,13 +46,13 @@ def find_reference(
     grid = place if lattice.mapped else particles
     reach = np.full(len(points), host.support)
     while True:
-        pairs = _visible(lattice, points, particles, reach, device, apart, host.at_nodes)
+        pairs = _visible(lattice, points, particles, reach, device, separate, host.at_nodes)
         weight, centre, moment, spread, rank = _moments(host, space, pairs, points, particles, grid, quantum, device)
-        lonely = np.flatnonzero(rank < space.dim)
+        isolated = np.flatnonzero(rank < space.dim)
         # A point of a shape's odd corner may need to see further.
-        if not len(lonely) or not apart or reach.max() > 2.0 * host.support:
+        if not len(isolated) or not separate or reach.max() > 2.0 * host.support:
             break
-        reach[lonely] *= 1.5
+        reach[isolated] *= 1.5
     alone = rank < space.dim
     if not lattice.mapped:
         stretch = frame.axes * factor
@@ -64,7 +64,7 @@ def find_reference(
         moment = 0.5 * (moment + moment.transpose(0, 2, 1))
     moment[alone] = 0.0
     spread[alone] = np.inf
-    return Reference(pairs, weight, place, centre if apart else place, moment, spread, rank)
+    return Reference(pairs, weight, place, centre if separate else place, moment, spread, rank)
 
 
 def _visible(
@@ -73,13 +73,13 @@ def _visible(
     particles: np.ndarray,
     reach: np.ndarray,
     device: str,
-    apart: bool,
+    separate: bool,
     at_nodes: bool,
 ) -> Pairs:
     """Pairs from points to particles whose lines cross no crack."""
-    nodes, cells = lattice.sided if lattice.cracks else (particles, points)
-    sided = cells if apart or not at_nodes else nodes, nodes if at_nodes else cells
-    return unparted(find_pairs(points, particles, reach, device, same=not apart), lattice, *sided)
+    nodes, cells = lattice.off_cracks if lattice.cracks else (particles, points)
+    off_cracks = cells if separate or not at_nodes else nodes, nodes if at_nodes else cells
+    return visible(find_pairs(points, particles, reach, device, same=not separate), lattice, *off_cracks)
 
 
 def _moments(

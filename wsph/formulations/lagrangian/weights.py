@@ -17,7 +17,7 @@ QUANTA = {"f64": 2.0**-34, "f32": 2.0**-20}
 """Weights of stress points on a regular lattice are whole multiples of this, by precision: the weighted mean of a point's
 nodes, which are whole or half numbers of cells, and what lies between are then exact up to 2^18 or 8 cells from the middle.
 So the forces of a point sum up to zero, where rounding a mean would add a force of its own, always the same one: momentum
-would drift, and with the arm of the body angular momentum. In single precision weights of .12 change by up to 3e-5 of
+would drift, and with the arm of the body angular momentum. In single precision weights of 0.12 change by up to 3e-5 of
 themselves, the smallest, of 3e-4, by 1 %; what is linear stays exact, because moments are those of the weights."""
 
 

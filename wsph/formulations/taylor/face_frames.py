@@ -40,7 +40,7 @@ def _normal(space: Space) -> wp.Function:
 
 
 PASSES = 1
-"""How often the displacement along a face is averaged over the cells beside a particle before its slope is taken. More
+"""Averages of the displacement along a face, over the cells beside a particle, before its slope is taken. More
 passes calm a compressed face (growth at 1 % strain 4e-3 a step with one, 1e-3 with two) and excite a stretched one (3e-4,
 8e-4)."""
 

@@ -14,11 +14,11 @@ from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.formulations.taylor.faces import faces_struct, replacing
 from wsph.formulations.taylor.gather import divergence, gather, operator_struct
-from wsph.parts.body_force import Parts, acceleration, inertia_struct
+from wsph.parts.body_force import BodyForceKinds, acceleration, inertia_struct
 
 
 @dataclass(frozen=True)
-class Kernels:
+class TaylorKernels:
     """The kernels of a composition.
 
     `half_step` advances the virtual particles from the real ones, `rate` the real ones from the virtual ones, `turn` turns
@@ -52,7 +52,9 @@ def _source_kernel(laws: Laws, Fields: type) -> wp.Kernel:
     return source
 
 
-def _half_step_kernel(space: Space, laws: Laws, virtual: Layout, real_layout: Layout, parts: Parts) -> wp.Kernel:
+def _half_step_kernel(
+    space: Space, laws: Laws, virtual: Layout, real_layout: Layout, parts: BodyForceKinds
+) -> wp.Kernel:
     real, Params, kept = space.scalar, laws.Params, "internals" in dict(virtual)
     Operator, Real, Virtual = operator_struct(space), fields_struct(space, real_layout), fields_struct(space, virtual)
     from_real, linear, force_of = gather(space, laws, real_layout), laws.linear, divergence(space, laws)
@@ -145,7 +147,7 @@ def _face_rate(space: Space, laws: Laws, rotated: bool) -> wp.Function:
 
 
 def _rate_kernel(
-    space: Space, laws: Laws, virtual: Layout, real_layout: Layout, parts: Parts, rotated: bool
+    space: Space, laws: Laws, virtual: Layout, real_layout: Layout, parts: BodyForceKinds, rotated: bool
 ) -> wp.Kernel:
     real, dim, Params, stress, internal = space.scalar, space.dim, laws.Params, laws.stress, laws.internal
     kept, displacement = "internals" in dict(virtual), "displacement" in dict(real_layout)
@@ -224,10 +226,12 @@ def drift_kernel(space: Space, layout: Layout) -> wp.Kernel:
 
 
 @cache
-def kernels(space: Space, laws: Laws, virtual: Layout, real: Layout, parts: Parts, rotated: bool) -> Kernels:
+def kernels(
+    space: Space, laws: Laws, virtual: Layout, real: Layout, parts: BodyForceKinds, rotated: bool
+) -> TaylorKernels:
     """The kernels of a body in small strain. `virtual` and `real` are the layouts of the two sets' states; `rotated`: the
     axes of its faces are not the coordinate axes."""
-    return Kernels(
+    return TaylorKernels(
         _half_step_kernel(space, laws, virtual, real, parts),
         _rate_kernel(space, laws, virtual, real, parts, rotated),
         _turn_kernel(space, laws, real),

@@ -7,9 +7,9 @@ built on current distances, the smoothing length follows the stretch in every di
 a stretch of 2.4), and virtual particles are the centroids of their cells. Density is rho_0/J.
 
 Faces turn with the body: what a face prescribes of the stress, it prescribes in the frame of its current normal
-n and its material tangents, from where the face's own particles are. (Frames from the deformation inside, F^-T N, see a
-shear half a cell below the face that the face does not have: under 1 % of strain along it modes grew by 2 % a step; now by
-.03 % in tension and .4 % in compression at ten cells, and by less in proportion to the stress.)
+n and its material tangents, from where the face's own particles are. Under 1 % of strain
+along a face modes grow by 0.03 % a step in tension and 0.4 % in compression at ten cells, and by less in proportion to the
+stress. (Frames from the deformation half a cell below the face, F^-T N, see a shear that the face does not have: 2 %.)
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ from wsph.formulations.layout import deformation_field, displacement_field, matt
 from wsph.formulations.setup import Setup
 from wsph.formulations.taylor.face_frames import PASSES, frame_kernel
 from wsph.formulations.taylor.faces import turning_faces_struct
-from wsph.formulations.taylor.kernels import Kernels, drift_kernel
+from wsph.formulations.taylor.kernels import TaylorKernels, drift_kernel
 from wsph.formulations.taylor.moving_kernels import kernels, places_struct
 from wsph.formulations.taylor.system import TwoSetSystem
 from wsph.sph.rows import rows_struct
@@ -109,7 +109,7 @@ class MovingTwoSetSystem(TwoSetSystem):
             )
         )
 
-    def _make_kernels(self) -> Kernels:
+    def _make_kernels(self) -> TaylorKernels:
         layouts = self._layout("virtual"), self._layout("real")
         return kernels(self.space, self.constitutive.laws, *layouts, self.force.parts)
 

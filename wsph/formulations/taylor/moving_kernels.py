@@ -13,8 +13,8 @@ from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.formulations.taylor.faces import replacing, turning_faces_struct
 from wsph.formulations.taylor.gather import divergence, gather, operator_struct
-from wsph.formulations.taylor.kernels import Kernels, source_kernels
-from wsph.parts.body_force import Parts, acceleration, inertia_struct
+from wsph.formulations.taylor.kernels import TaylorKernels, source_kernels
+from wsph.parts.body_force import BodyForceKinds, acceleration, inertia_struct
 
 
 @cache
@@ -28,7 +28,9 @@ def places_struct(space: Space) -> type:
     return wp.struct(type("Places", (), {"__annotations__": annotations, "__module__": __name__}))
 
 
-def _half_step_kernel(space: Space, laws: Laws, virtual: Layout, real_layout: Layout, parts: Parts) -> wp.Kernel:
+def _half_step_kernel(
+    space: Space, laws: Laws, virtual: Layout, real_layout: Layout, parts: BodyForceKinds
+) -> wp.Kernel:
     real, vec, mat, dim = space.scalar, space.vec, space.mat, space.dim
     Params, kept = laws.Params, "internals" in dict(virtual)
     Operator, Real, Virtual = operator_struct(space), fields_struct(space, real_layout), fields_struct(space, virtual)
@@ -162,7 +164,7 @@ def _face_rate(space: Space, laws: Laws) -> wp.Function:
     return at_face
 
 
-def _rate_kernel(space: Space, laws: Laws, virtual: Layout, real_layout: Layout, parts: Parts) -> wp.Kernel:
+def _rate_kernel(space: Space, laws: Laws, virtual: Layout, real_layout: Layout, parts: BodyForceKinds) -> wp.Kernel:
     real, vec, mat, dim, stress, internal = space.scalar, space.vec, space.mat, space.dim, laws.stress, laws.internal
     Params, width, kept = laws.Params, len(laws.state.components), "internals" in dict(virtual)
     Operator, Real, Virtual = operator_struct(space), fields_struct(space, real_layout), fields_struct(space, virtual)
@@ -256,9 +258,9 @@ def _turn_kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
 
 
 @cache
-def kernels(space: Space, laws: Laws, virtual: Layout, real: Layout, parts: Parts) -> Kernels:
+def kernels(space: Space, laws: Laws, virtual: Layout, real: Layout, parts: BodyForceKinds) -> TaylorKernels:
     """The kernels of a body that moves. `virtual` and `real` are the layouts of the two sets' states."""
-    return Kernels(
+    return TaylorKernels(
         _half_step_kernel(space, laws, virtual, real, parts),
         _rate_kernel(space, laws, virtual, real, parts),
         _turn_kernel(space, laws, real),

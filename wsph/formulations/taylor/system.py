@@ -24,10 +24,10 @@ from wsph.formulations.setup import Setup
 from wsph.formulations.system import System
 from wsph.formulations.taylor.faces import faces_struct
 from wsph.formulations.taylor.gather import operator_struct
-from wsph.formulations.taylor.kernels import Kernels, drift_kernel, kernels
+from wsph.formulations.taylor.kernels import TaylorKernels, drift_kernel, kernels
 from wsph.parts.body_force import BodyForce
 from wsph.plugins.blame import blame
-from wsph.sph.averages import average, outward_weights, unparted
+from wsph.sph.averages import average, outward_weights, visible
 from wsph.sph.pairs import Pairs, find_pairs
 from wsph.sph.weights import Weights, gradient_weights, interpolation_weights
 
@@ -36,9 +36,9 @@ class TwoSetSystem(System):
     """A body as Taylor-SPH sees it: `position`, `volume` and `state` are the real particles'."""
 
     widenings = 0
-    """How often a target that spans too few directions (a corner) may look half as far again. Not at all in small strain:
-    each axis by itself holds every mode to rounding up to C = .9; looking further holds most to C = 1, but lets a block with
-    symmetric faces grow by 6e-6 a step at nu = .499, C = .05."""
+    """Times that the support of a target may grow by half where it spans too few directions (a corner). None in small
+    strain: each axis by itself holds every mode to rounding up to C = 0.9. A larger support holds most modes to C = 1, but
+    lets a block with symmetric faces grow by 6e-6 a step at nu = 0.499, C = 0.05."""
 
     def __init__(self, setup: Setup):
         super().__init__(setup)
@@ -51,14 +51,14 @@ class TwoSetSystem(System):
         """The law's rates at L = 0 at the particles of each state, where the law has any."""
         self._support = scene.run.support or self.traits.support
         nodes, cells = lattice.centred
-        sided_nodes, sided_cells = lattice.sided if lattice.cracks else (nodes, cells)
+        moved_nodes, moved_cells = lattice.off_cracks if lattice.cracks else (nodes, cells)
         self.conditions: Conditions = face_conditions(scene, body.name, lattice, constitutive.state.labels)
         cell = float(np.prod(lattice.frame.step))
         # With its images: the half of a body that symmetry stands for has the operators of the whole, at a crack's tip too.
         whole = self.conditions.mirrored * lattice.node_volume / cell
-        self.to_virtual = self._operator((cells, nodes), (sided_cells, sided_nodes), whole, scene.run.kernel, "virtual")
+        self.to_virtual = self._operator((cells, nodes), (moved_cells, moved_nodes), whole, scene.run.kernel, "virtual")
         self.to_real = self._operator(
-            (nodes, cells), (sided_nodes, sided_cells), lattice.cell_volume / cell, scene.run.kernel, "real"
+            (nodes, cells), (moved_nodes, moved_cells), lattice.cell_volume / cell, scene.run.kernel, "real"
         )
         self._moment = self._second_moments(nodes, cells)
         self._virtual_rows, self._real_rows = self._rows(*self.to_virtual), self._rows(*self.to_real)
@@ -104,7 +104,7 @@ class TwoSetSystem(System):
             )
         )
 
-    def _make_kernels(self) -> Kernels:
+    def _make_kernels(self) -> TaylorKernels:
         layouts = self._layout("virtual"), self._layout("real")
         return kernels(self.space, self.constitutive.laws, *layouts, self.force.parts, self._rotated)
 
@@ -118,7 +118,7 @@ class TwoSetSystem(System):
     def _operator(
         self,
         points: tuple[np.ndarray, np.ndarray],
-        sided: tuple[np.ndarray, np.ndarray],
+        off_cracks: tuple[np.ndarray, np.ndarray],
         volume: np.ndarray,
         smoothing: str,
         name: str,
@@ -129,22 +129,22 @@ class TwoSetSystem(System):
         targets, sources = points
         reach = np.full(len(targets), self._support)
 
-        def visible() -> Pairs:
-            return unparted(find_pairs(targets, sources, reach, self.device), self.lattice, *sided)
+        def seen() -> Pairs:
+            return visible(find_pairs(targets, sources, reach, self.device), self.lattice, *off_cracks)
 
-        pairs = visible()
+        pairs = seen()
         gradient = gradient_weights(self.space, pairs, targets, sources, volume, smoothing)
         for _ in range(self.widenings):
             # A corner sees one particle of the other set.
             reach[gradient.rank < self.space.dim] *= 1.5
-            pairs = visible()
+            pairs = seen()
             gradient = gradient_weights(self.space, pairs, targets, sources, volume, smoothing)
         interpolation = interpolation_weights(self.space, pairs, targets, sources, volume, smoothing)
-        lonely = np.flatnonzero((interpolation.rank < 0) | (gradient.rank < 0))
-        if len(lonely):
-            where = (self.lattice.cells if name == "virtual" else self.lattice.nodes)[lonely[0]].tolist()
+        isolated = np.flatnonzero((interpolation.rank < 0) | (gradient.rank < 0))
+        if len(isolated):
+            where = (self.lattice.cells if name == "virtual" else self.lattice.nodes)[isolated[0]].tolist()
             raise Refused(
-                f"{len(lonely)} {name} particles, the first at {where} m, see too few particles of the other set"
+                f"{len(isolated)} {name} particles, the first at {where} m, see too few particles of the other set"
                 f" for a gradient: raise run.support (now {self._support:g} spacings)"
             )
         frame = self.lattice.frame
@@ -225,7 +225,7 @@ class TwoSetSystem(System):
         self.clock.launch(self.kernels.rate, out.n, inputs, [out.struct])
 
     def hold(self, state: State, c: float | tuple[float, float]) -> None:
-        """Set the prescribed values, stresses in the axes of the faces, in a state that goes on from there."""
+        """Impose prescribed values on the state that the run continues from; stresses in the axes of each face."""
         if not self._rotated:
             self.impose(state, c)
             return
@@ -278,7 +278,7 @@ class TwoSetSystem(System):
         points = self.lattice.frame.coordinates(points)
         face = np.flatnonzero(self.lattice.on_face)
         # Two virtual particles along every axis even next to a face: 1.5 spacings and a little.
-        pairs = unparted(find_pairs(points, cells, max(self._support, 1.6), "cpu"), self.lattice, points, cells)
+        pairs = visible(find_pairs(points, cells, max(self._support, 1.6), "cpu"), self.lattice, points, cells)
         between = interpolation_weights(Space(self.space.dim), pairs, points, cells, self.lattice.cell_volume)
         offsets, indices, weights = pairs.offsets.numpy(), pairs.indices.numpy(), between.values.numpy()
         first, second, w = (

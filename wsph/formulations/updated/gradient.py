@@ -1,4 +1,4 @@
-"""The velocity gradient in the configuration that a step leads to."""
+"""The velocity gradient in the configuration at the end of a step."""
 
 import warp as wp
 

@@ -1,4 +1,4 @@
-"""Moments of the pairs as they are, and what forces take of every particle."""
+"""Moments of the current pairs, and the corrected stress of every particle, which forces are computed from."""
 
 import warp as wp
 

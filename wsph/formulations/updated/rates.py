@@ -8,11 +8,11 @@ A particle i sees j with r = x_j - x_i and w = |W'(r)|/r, h as at the start:
 The force is the dual of the gradient: linear and angular momentum are kept to rounding, and the forces do the work of the
 stresses. J from F is the equation of continuity. Under tension such a kernel clumps (tensile instability, from a stretch of
 about 1.2), which artificial stress delays; the Lagrangian kernels (`wsph.formulations.lagrangian`) do not. Use it for
-what has no reference configuration any more; for solids that hold together the Lagrangian forms are more accurate,
+bodies that lose their reference configuration; for solids that hold together the Lagrangian forms are more accurate,
 faster and stable.
 
-Pairs are kept with a skin and found again when a particle has moved, or can have moved by the end of the step, half of it:
-found on the host before a step, so that steps are captured one by one. Pairs in the skin have the weight zero and rows
+Pairs are kept with a skin. They are found again when a particle has moved by half of the skin, or can have by the end of the
+step: on the host before a step, so that steps are captured one by one. Pairs in the skin have the weight zero and rows
 ascend, so that the step at which pairs are rebuilt does not change the sums.
 """
 
@@ -33,11 +33,11 @@ from wsph.formulations.one_set_setup import RateSetup
 from wsph.formulations.setup import Setup
 from wsph.formulations.updated.gradient import velocity_gradient_ahead
 from wsph.formulations.updated.moments import moments_kernel
-from wsph.parts.body_force import Parts
+from wsph.parts.body_force import BodyForceKinds
 from wsph.parts.part import Attached
 from wsph.parts.terms import answers_struct, points_struct
 from wsph.plugins.blame import blame
-from wsph.sph.averages import unparted
+from wsph.sph.averages import visible
 from wsph.sph.pairs import Pairs, find_pairs
 from wsph.sph.rows import rows_of
 from wsph.sph.skin import Skin
@@ -46,11 +46,11 @@ SKIN = 0.3
 """Thickness of the skin around a support, in spacings."""
 
 
-class Kernels:
+class UpdatedKernels:
     """The kernels of a composition: `moments` finds what forces take of every particle, `force` the accelerations, `drift`
     and `flow` the rates of the rest."""
 
-    def __init__(self, space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form):
+    def __init__(self, space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, form: Form):
         self.moments = moments_kernel(space, laws, layout, form)
         self.force = force_between_kernel(space, layout, parts, form)
         self.drift = drift_kernel(space, layout)
@@ -58,15 +58,15 @@ class Kernels:
 
 
 @cache
-def _kernels(space: Space, laws: Laws, layout: Layout, parts: Parts, form: Form) -> Kernels:
-    return Kernels(space, laws, layout, parts, form)
+def _kernels(space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, form: Form) -> UpdatedKernels:
+    return UpdatedKernels(space, laws, layout, parts, form)
 
 
 class UpdatedRates:
     """The right-hand sides of one body, every particle its own stress point, seen where it is."""
 
     seen = None
-    """Parts find no neighbourhood here that would stay."""
+    """Parts of the body get no neighbourhood here: its pairs follow the motion."""
 
     def __init__(self, made: RateSetup, state: State):
         host, placement, space = made.host, made.placement, made.host.space
@@ -121,9 +121,9 @@ class UpdatedRates:
             return  # the finite check says so
         pairs = find_pairs(place, place, self._reach, self._clock.device, same=True)
         if lattice.cracks:
-            nodes, cells = lattice.sided
-            sided = nodes if self._at_nodes else cells
-            pairs = unparted(pairs, lattice, sided, sided)
+            nodes, cells = lattice.off_cracks
+            off_cracks = nodes if self._at_nodes else cells
+            pairs = visible(pairs, lattice, off_cracks, off_cracks)
         self.neighbours: Pairs = pairs
         self._rows = rows_of(self._space, pairs)
         for name in ("offsets", "indices", "reach"):
@@ -136,7 +136,7 @@ class UpdatedRates:
     def follow(self) -> bool:
         """Before a step: find the pairs again where a particle may leave its skin by the step's end."""
         state = self._state.struct
-        if self.skin.left(state.displacement, state.velocity, self._thickness):
+        if self.skin.has_left(state.displacement, state.velocity, self._thickness):
             self._find()
             return True
         return False
@@ -171,7 +171,7 @@ class UpdatedRates:
         self._clock.launch(self.kernels.moments, self._count, inputs, outputs)
 
     def held_energy(self, state: State) -> float:
-        """Nothing is held here but by forces whose work is counted."""
+        """None: whatever holds modes here is a force, whose work is counted."""
         return 0.0
 
 

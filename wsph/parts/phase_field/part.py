@@ -1,6 +1,8 @@
 """Phase-field fracture as a part of a body: its table, what it cannot do, and where its pieces go."""
 
-from typing import ClassVar, Literal
+# pyright: strict
+
+from typing import Annotated, ClassVar, Literal
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
@@ -13,7 +15,7 @@ from wsph.parts.phase_field.sweep import phase_struct
 from wsph.parts.terms import Response
 from wsph.plugins.traits import is_linear, turns
 from wsph.protocols import Traits
-from wsph.quantities import in_unit
+from wsph.quantities import Unit
 
 
 class PhaseField(Part):
@@ -23,8 +25,8 @@ class PhaseField(Part):
     key: ClassVar[str] = "phase_field"
     breaks: ClassVar[bool] = True
     offers: ClassVar[tuple[str, ...]] = ("damage",)
-    fracture_energy: in_unit("J/m2", gt=0)
-    length: in_unit("m", gt=0)
+    fracture_energy: Annotated[float, Unit("J/m2", gt=0)]
+    length: Annotated[float, Unit("m", gt=0)]
     model: Literal["AT1", "AT2"] = "AT1"
 
     @classmethod
