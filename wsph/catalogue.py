@@ -1,4 +1,4 @@
-"""What there is to name in a scene beside plugins: formulations, parts, formats, smoothing functions, shapes.
+"""Lists of the names that a scene can use beside plugins: formulations, parts, formats, smoothing functions, shapes.
 
 Each list is read from the table that a scene's key is looked up in, and says of an entry what its own docstring says.
 """
@@ -108,7 +108,7 @@ def sentence(described: object) -> str:
 
 
 def in_words(traits: Traits) -> list[str]:
-    """What a formulation can do, in the words that `Traits` has for it."""
+    """The abilities of a formulation, in the words that `Traits` has for them."""
     said = attribute_docstrings(Traits)
     held = [name for name, value in dataclasses.asdict(traits).items() if value is True]
     return [said[name].removeprefix("Whether ").partition(": ")[0].removesuffix(".") for name in held]

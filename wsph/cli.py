@@ -260,7 +260,7 @@ def _list(options: argparse.Namespace) -> int:
 
 
 def _list_own(group: str, as_json: bool) -> int:
-    """What wsph itself has of a group; no plugin is looked for."""
+    """List the entries of wsph itself in a group; no plugin is looked for."""
     rows = catalogue.GROUPS[group]()
     if as_json:
         found = [{"group": group, "name": row.name, "description": row.description, **row.data} for row in rows]

@@ -1,4 +1,4 @@
-"""What can go wrong, by whose fault it is. Nothing here exits the process: the command line maps these to exit codes."""
+"""Errors, by whose fault they are. Nothing here exits the process: the command line maps these to exit codes."""
 
 # pyright: strict
 

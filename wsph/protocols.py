@@ -1,4 +1,4 @@
-"""What rooms and plugins see of each other: small protocols, without the classes that meet them."""
+"""Small protocols by which rooms and plugins see each other, without the classes that meet them."""
 
 # pyright: strict
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Traits:
-    """What a formulation can do, and what a run has to do for it."""
+    """The abilities of a formulation, and the duties of a run towards it."""
 
     one_set: bool = False
     """Whether particles of one set carry the whole motion."""
@@ -53,7 +53,7 @@ AnyState = Any
 
 
 class Material(Protocol):
-    """What every material gives, its `density` [kg/m3] and its `moduli`, bulk and shear [Pa]; what else it has is asked in
+    """A material: its `density` [kg/m3] and its `moduli`, bulk and shear [Pa]; what else it has is asked in
     `wsph.plugins.traits`."""
 
     @property
@@ -77,7 +77,7 @@ class Resettable(Protocol):
 
 
 class Fast(Protocol):
-    """What has a `velocity` [m/s] of its own: the units of a run."""
+    """The units of a run, of which a `velocity` [m/s] is one."""
 
     @property
     def velocity(self) -> float: ...
@@ -169,7 +169,7 @@ Again = Callable[[], LimitedBody]
 
 
 class Integrator(Protocol):
-    """What a run calls of an integrator; what else it may have is asked in `wsph.plugins.integrators`."""
+    """An integrator as a run calls it; its optional members are asked for in `wsph.plugins.integrators`."""
 
     order: int
     """Its order in time."""
@@ -216,7 +216,7 @@ class Entry:
 
 
 class Interaction(Protocol):
-    """What acts between bodies, or on one from outside, between two steps: contact, a rigid tool, a tie."""
+    """An interaction between bodies, or with one from outside, between two steps: contact, a rigid tool, a tie."""
 
     ledger: tuple[Entry, ...]
     follows: bool
@@ -310,7 +310,7 @@ class Timed(Protocol):
 
 
 class LawForm(Protocol):
-    """What an integrator may ask of how a composition's forces are found."""
+    """The form of a composition's forces, as an integrator may ask for it."""
 
     @property
     def total(self) -> bool:

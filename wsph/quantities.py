@@ -1,4 +1,4 @@
-"""How quantities are written in a scene: the types of its tables' keys."""
+"""Quantities as scenes write them: the types of the tables' keys."""
 
 # pyright: strict
 

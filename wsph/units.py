@@ -129,7 +129,7 @@ def quantity(value: object, expected: str) -> float:
 
 @dataclass(frozen=True)
 class Scales:
-    """What one unit inside a run is in SI: `length` [m], `time` [s], `density` [kg/m3]."""
+    """SI values of the units inside a run: `length` [m], `time` [s], `density` [kg/m3]."""
 
     length: float
     time: float

@@ -13,7 +13,7 @@ def lame(youngs_modulus: float, poisson_ratio: float) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Isotropic:
-    """What every law here starts from: density [kg/m3], youngs_modulus [Pa], poisson_ratio in (-1, 0.5)."""
+    """The fields that all laws here share: density [kg/m3], youngs_modulus [Pa], poisson_ratio in (-1, 0.5)."""
 
     density: float = field(metadata={"unit": "kg/m3", "above": 0.0})
     youngs_modulus: float = field(metadata={"unit": "Pa", "above": 0.0})

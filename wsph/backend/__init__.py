@@ -1,1 +1,1 @@
-"""How anything runs on a device: types, states, launches, graphs, threads. No mechanics."""
+"""Everything that runs on a device: types, states, launches, graphs, threads. No mechanics."""

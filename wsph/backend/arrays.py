@@ -18,7 +18,7 @@ from wsph.backend.space import Array
 
 @dataclass(frozen=True)
 class Named:
-    """A device array, whether a run goes on from it, and what makes it as it was at the start, where a trial changes it."""
+    """A device array. `kept`: a run continues from it; `reset` makes it as it was at the start, where a trial changes it."""
 
     array: Array
     kept: bool
@@ -26,7 +26,7 @@ class Named:
 
 
 class Arrays:
-    """The device arrays of a body, or of what acts between bodies. A `part` shares the register, under a name of its own."""
+    """The device arrays of a body or of an interaction. A `part` shares the register, under a name of its own."""
 
     def __init__(self, device: str, known: dict[str, Named] | None = None, prefix: str = ""):
         self.device = device
@@ -71,7 +71,7 @@ class Arrays:
         if array.deleter is not None:
             self.take(name, array, kept=kept)
 
-    def __getitem__(self, name: str) -> wp.array:
+    def __getitem__(self, name: str) -> Array:
         """The array of a name."""
         return self._known[self._prefix + name].array
 

@@ -10,7 +10,7 @@ from wsph.backend.kernels import kernel
 from wsph.backend.launch import Launch
 
 T, DT, FIRST_T, FIRST_STEP = range(4)
-"""What stands where in `Clock.time`: t and dt, and the t and the step number at which dt began."""
+"""Indices into `Clock.time`: t and dt, and the t and the step number at which dt began."""
 
 
 @wp.func
@@ -70,7 +70,7 @@ class Clock:
             self._listed.append(launch)
 
     def launches(self, step: Callable[[], None]) -> list[Launch]:
-        """What `step` would launch, in order."""
+        """The launches of `step`, in order, without running them."""
         self._listed = found = []
         try:
             step()

@@ -10,11 +10,11 @@ from wsph.backend.space import Array
 
 
 class Domain(Protocol):
-    """The part of a scene that a process has. All processes call all of these in the same order: one that skips a call
-    leaves the others waiting. What they give back is the same number in every process, to the bit."""
+    """The particles of a scene that a process owns. All processes call all of these in the same order: one that skips a call
+    leaves the others waiting. The numbers returned are the same in every process, to the bit."""
 
     def exchange(self, *arrays: Array) -> None:
-        """Set what this part has of the others' particles, in arrays over particles, to what the others have there."""
+        """Update the copies of other parts' particles, in arrays over particles, from the parts that own them."""
         ...
 
     def sum(self, x: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ import warp as wp
 
 from wsph.backend.clock import Clock
 from wsph.backend.launch import captured
-from wsph.backend.threads import Segment, ThreadTeam, cores, meeting
+from wsph.backend.threads import Segment, ThreadTeam, barrier, cores
 
 SMALL_PAIRS = 200_000
 """Up to this many pairs a step is not worth sharing."""
@@ -117,7 +117,7 @@ class Program:
 
         One after the other: each compiling thread would first spend 2 s on a precompiled header of its own.
         """
-        needed = [*kernels, meeting()] if self.threads > 1 else kernels
+        needed = [*kernels, barrier()] if self.threads > 1 else kernels
         modules = list(dict.fromkeys(kernel.module for kernel in needed))
         if modules:
             wp.force_load(self._device, modules=modules, max_workers=0)

@@ -3,7 +3,7 @@
 A kernel's signature is all that a reader of its launch sees, so it is held to what it says. Arguments stand in one order:
 where a thread's range begins, parameters, arrays that are read, scalars, and last what is written, whose names end in
 `_out`. A kernel that is `ranged` begins with `first: int`: its thread k does row first + k, so that the cores can share a
-launch (`wsph.backend.launch`). More than MOST arguments are a struct that has not been found yet.
+launch (`wsph.backend.launch`). A kernel that would have more than MOST arguments groups some of them in a struct.
 """
 
 # pyright: strict
@@ -23,7 +23,7 @@ FIRST = "first"
 """The first argument of a ranged kernel."""
 
 WRITTEN = "_out"
-"""How the names of arguments that are written end."""
+"""Ending of the names of arguments that a kernel writes."""
 
 MOST = 12
 """Arguments of a kernel."""

@@ -25,7 +25,7 @@ class Launch:
     @property
     def divisible(self) -> bool:
         """Whether the launch can be split into ranges of its threads."""
-        return is_ranged(self.kernel) or self.kernel.adj.args[0].label == "first"
+        return is_ranged(self.kernel)
 
     def run(self, low: int = 0, high: int | None = None) -> None:
         """Launch the threads from `low` to `high`, of a divisible launch, or all of them."""

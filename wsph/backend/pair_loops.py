@@ -44,7 +44,7 @@ def vector_width(processor: str) -> int:
 
 
 def _processor() -> str:
-    """What this machine says of its processor."""
+    """The description of this machine's processor by its system."""
     try:
         return Path("/proc/cpuinfo").read_text()
     except OSError:

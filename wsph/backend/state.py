@@ -46,7 +46,7 @@ class Layout:
 
     @classmethod
     def of(cls, fields: Iterable[Field]) -> "Layout":
-        """Those fields that have a width: what is not asked for is not there."""
+        """The layout of those fields that have a width; the others are left out."""
         return cls(tuple(field for field in fields if field.width))
 
     @cached_property
@@ -136,7 +136,7 @@ class State:
         own = [field for field in layout.fields if field.name not in shared]
         self.buffer, self.start, views = _views(space, own, self.counts, device)
         self.split = sum(self.counts[f.name] * f.width for f in own if f.leads)
-        """Where the rest begins: what integrators call the velocity is what comes before."""
+        """Index in the buffer where the rest begins; before it stand the fields that integrators call the velocity."""
         self.type = fields_struct(space, layout)
         self.struct = self.type()
         for name, array in (shared | views).items():

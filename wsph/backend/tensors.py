@@ -107,7 +107,7 @@ def principal(space: Space) -> wp.Function:
 
 @cache
 def spectral(space: Space) -> tuple[wp.Function, wp.Function]:
-    """Warp functions symmetric dim x dim -> (what its axes are known by, values), and (that, one number an axis) -> sum of
+    """Warp functions symmetric dim x dim -> (its axes in a compact form, values), and (that, one number an axis) -> sum of
     the numbers times n (x) n. In 2D the axes are known by (n1 n1 - n2 n2), which takes one root and one quotient."""
     real, vec, mat, dim, axes_of = space.scalar, space.vec, space.mat, space.dim, principal(space)
     if dim == 2:

@@ -63,7 +63,7 @@ def keep_to(those: Iterable[int]) -> None:
 
 
 @cache
-def meeting() -> wp.Kernel:
+def barrier() -> wp.Kernel:
     """Barrier, as a kernel: thread `me` waits until each of `threads` has arrived as often as it has."""
 
     @wp.func_native(f"""
@@ -120,7 +120,8 @@ class Segment:
 
 
 class ThreadTeam:
-    """The threads that share the steps: the caller and `threads` - 1 more."""
+    """The threads that share the steps: the caller and `threads` - 1 more. `_met` (threads LINE,) int64 counts the meetings
+    that each thread has arrived at, one counter every LINE."""
 
     def __init__(self, threads: int):
         self.threads = threads
@@ -179,7 +180,7 @@ class ThreadTeam:
         self._meet(number)
 
     def _meet(self, number: int) -> None:
-        wp.launch(meeting(), 1, inputs=[number, self.threads, self._address], outputs=[self._met], device="cpu")
+        wp.launch(barrier(), 1, inputs=[number, self.threads, self._address], outputs=[self._met], device="cpu")
 
     def _pin(self, number: int) -> None:
         """Pin the calling thread to core `number`: unpinned, two threads sometimes share a core."""

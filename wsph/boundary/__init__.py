@@ -1,1 +1,1 @@
-"""What is prescribed on a body: selections, values on the device, conditions of each kind of formulation, their work."""
+"""Prescribed values and loads: selections, values on the device, conditions of each kind of formulation, their work."""

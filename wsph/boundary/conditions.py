@@ -55,7 +55,7 @@ class Conditions:
         return any(nonzero(value) for values in self.entries.values() for value in values.values())
 
     def put(self, name: str, component: int, particles: np.ndarray, value: Prescribed) -> None:
-        """Prescribe a component; what was said later holds."""
+        """Prescribe a component; of two values the later holds."""
         self.entries.setdefault((name, component), {}).update(dict.fromkeys(particles.tolist(), value))
 
     def load(

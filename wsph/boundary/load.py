@@ -1,4 +1,4 @@
-"""Loads that follow the state of a body, such as springs and follower pressures: what each gives, and to whom.
+"""The contract of loads that follow the state of a body, such as springs and follower pressures.
 
 A load is one file. Its class is its table in a `[[boundary]]` of a scene, under its key; on the device it adds forces to the
 particles of the selected faces in every evaluation of the right-hand sides, and stands on the ledger. Its stiffness
@@ -52,7 +52,7 @@ class Load(Model):
     """Its key in a boundary of a scene."""
 
     def attach(self, faces: LoadedFaces, space: Space, scales: Scales, clock: Clock, arrays: Arrays) -> ActingLoad:
-        """What it has on the device; its arrays are registered in `arrays`."""
+        """Put the load on the device; its arrays are registered in `arrays`."""
         raise NotImplementedError
 
 

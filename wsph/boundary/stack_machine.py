@@ -13,7 +13,16 @@ Stack = wp.types.vector(length=16, dtype=wp.float64)
 
 @wp.struct
 class Bank:
-    """Programs and tables on the device."""
+    """Programs and tables on the device: p programs of c instructions in all, s tables of r rows in all.
+
+    start        # (p + 1,), where the instructions of each program begin
+    code         # (c,), operations by their numbers in `wsph.expressions.OPERATIONS`
+    number       # (c,), the constant of a "constant", the table of a "table"
+    table_start  # (s + 1,), where the rows of each table begin
+    table_step   # (s,), 1 where a table is one of steps, 0 where it is linear
+    table_t      # (r,) [s]
+    table_value  # (r,), in the SI unit of the prescribed quantity
+    """
 
     start: wp.array(dtype=wp.int32)
     code: wp.array(dtype=wp.int32)

@@ -88,7 +88,7 @@ class Prescribing(Protocol):
     def boundary(self) -> tuple[Boundary, ...]: ...
 
     def value(self, value: Value, unit: str) -> Expression | Function:
-        """What a value of the scene means."""
+        """The program of a value: a table of `functions`, or an expression."""
         ...
 
 
@@ -101,7 +101,7 @@ def add_load(load: type[Load], *scenes: type[BaseModel]) -> None:
         model.model_rebuild(force=True)
 
 
-def remove_load(load: type[Load], *scenes: type[Any]) -> None:
+def remove_load(load: type[Load], *scenes: type[BaseModel]) -> None:
     """Undo `add_load`."""
     del LOADS[load.key], Boundary.__pydantic_fields__[load.key]
     for model in (Boundary, *scenes):

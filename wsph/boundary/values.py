@@ -53,9 +53,15 @@ def _impose_kernel(space: Space) -> wp.Kernel:
 
 
 class BoundaryValues:
-    """The prescribed values of a body on the device, and the work they do.
+    """The prescribed values of a body on the device.
 
-    `impose(state, c)` sets them in a state at t + c dt; c = (a, b) means the mean of both times.
+    `impose(state, c)` sets them in a state at t + c dt; c = (a, b) means the mean of both times. Of k entries, the host has
+    `particle` (k,), and the device
+
+    place      # (k,) int32, where each stands in the buffer of the state
+    _program   # (k,) int32, its program in the `Bank`, or CONSTANT
+    _scale     # (k,) float64, nondimensional units per SI unit, or of a constant the nondimensional value
+    _position  # (k,) vec3d, reference position [m], zero beyond the dimensions
     """
 
     def __init__(

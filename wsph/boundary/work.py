@@ -1,4 +1,4 @@
-"""External work: what the prescribed motion and the loads do on a body, in blocks of fixed size."""
+"""External work of prescribed motion and loads on a body, in blocks of fixed size."""
 
 from functools import cache
 
@@ -59,7 +59,12 @@ def _work_kernel(space: Space, unpack: wp.Function, layout: Layout) -> wp.Kernel
 
 
 class ExternalWork(Works):
-    """Work of the moved and loaded faces of a two-set body, one slot per 1024 face particles."""
+    """Work of the moved and loaded faces of a two-set body, by f rows of a particle on a face.
+
+    _particle  # (f,) int32
+    _axis      # (f,) int32, the face's axis of the grid
+    _area      # (f,) float64, nondimensional, with the sign of the outward normal
+    """
 
     columns = 1
 
@@ -123,7 +128,14 @@ def _constraint_kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
 
 
 class ConstraintWork:
-    """Work of prescribed velocities on a one-set body: the impulse that sets them, times the mean velocity of the step."""
+    """Work of prescribed velocities on a one-set body: the impulse that sets them, times the mean velocity of the step. Of k
+    prescribed components, nondimensional:
+
+    _mass  # of the component's particle, (k,) scalar
+    _free  # the value that the step gave before it was set, (k,) scalar
+    _old   # the value at the end of the last step, (k,) scalar
+    _work  # works so far, (blocks,) float64
+    """
 
     def __init__(self, space: Space, boundary: BoundaryValues, mass: np.ndarray, device: str, domain: Domain = WHOLE):
         self.count = boundary.count
@@ -148,7 +160,7 @@ class ConstraintWork:
             clock.launch(_constraint_kernels(self._space)[1], self._work.shape[0], inputs, [self._old, self._work])
 
     def kept(self) -> dict[str, wp.array]:
-        """What a checkpoint holds of it."""
+        """The arrays that a checkpoint holds of it, by name."""
         return {"old": self._old, "work": self._work} if self.count else {}
 
     def start(self, state: State, clock: Clock) -> None:

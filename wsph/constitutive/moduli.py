@@ -1,4 +1,4 @@
-"""What follows from a material's moduli alone: its wave speed, and the digits that single precision leaves of its shear."""
+"""Consequences of a material's moduli alone: its wave speed, and the digits that single precision leaves of its shear."""
 
 import warnings
 from typing import Any

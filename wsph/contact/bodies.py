@@ -18,7 +18,17 @@ from wsph.units import Scales
 
 
 class ContactBody:
-    """A body as contacts see it: where its particles are and what they are pushed by. `struct` goes to the kernels."""
+    """A body as contacts see it, nondimensional: its n particles, and the impulses on them. `struct` goes to the kernels.
+
+    spacing  # of its lattice
+    place    # places at the start about an origin that all bodies share, on the host, (n, dim)
+    u, v     # displacements and velocities, those of its state, (n,) vec
+    volume   # (n,) scalar
+    impulse  # of the present step, zero between steps, (n,) vec
+    work     # energy that impulses gave to the body so far, (n,) float64
+    held     # work of prescribed motion against impulses so far, (n,) float64
+    free     # 1 along the axes along which the velocity is not prescribed, else 0, (n,) vec
+    """
 
     def __init__(self, run: PushedBody, origin: np.ndarray, space: Space, scales: Scales, clock: Clock, domain: Domain):
         system, device = run.system, clock.device
@@ -39,7 +49,11 @@ class ContactBody:
 
 @dataclass
 class ContactPair:
-    """A contact of a scene: both directions of one pair of bodies, or one body and itself."""
+    """A contact of a scene: two bodies, or one body and itself.
+
+    `laws` are those of `one` pushed by `other` and the reverse; `rows` in the same order (once for a body with itself) the
+    candidate pairs and the index of each one's link weight, (pairs,) int32, -1 without a link.
+    """
 
     part: Contact
     one: ContactBody

@@ -1,4 +1,4 @@
-"""What two particles in contact do to each other."""
+"""The forces of two particles in contact on each other, and the kernels that apply them."""
 
 from functools import cache
 
@@ -12,7 +12,16 @@ from wsph.sph.rows import rows_struct
 
 @cache
 def law_struct(space: Space) -> type:
-    """Struct of what a contact's kernel takes of its law, nondimensional."""
+    """Struct of a contact's law as kernels take it, nondimensional.
+
+    stiffness      # of a penalty, force per overlap; of pinball, the factor K_s
+    shear          # G_i G_j/(G_i + G_j) of the shear moduli
+    friction       # coefficient mu
+    reach          # R_i + R_j, the distance at which two particles touch
+    curvature      # sqrt(R_i R_j/(R_i + R_j))
+    own_density    # of the body that is pushed
+    other_density  # of the body that pushes
+    """
     real = space.scalar
     names = ("stiffness", "shear", "friction", "reach", "curvature", "own_density", "other_density")
     return wp.struct(type("ContactLaw", (), {"__annotations__": dict.fromkeys(names, real), "__module__": __name__}))
@@ -20,7 +29,7 @@ def law_struct(space: Space) -> type:
 
 @cache
 def body_struct(space: Space) -> type:
-    """Struct of what a contact's kernel takes of a body, nondimensional.
+    """Struct of a body as the kernels of contacts take it, nondimensional.
 
     x       # places at the start, about a middle that all bodies share, (n,) vec
     u       # displacements, (n,) vec

@@ -1,4 +1,4 @@
-"""What acts between bodies: every kind of interaction, as a function that finds it in a scene.
+"""The table of interactions between bodies, each kind as a function that finds it in a scene.
 
 To add one, write its file beside this one and put its function in the list.
 """

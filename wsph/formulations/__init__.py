@@ -1,1 +1,1 @@
-"""How a body becomes equations of motion: systems, as integrators see them."""
+"""Equations of motion of a body: systems, as integrators see them."""

@@ -1,4 +1,4 @@
-"""What one-set integrators see of a body: `rate`, `combine`, `drift`, `impose`, `constrain`, `accept` over one flat state.
+"""A body as one-set integrators see it: `rate`, `combine`, `drift`, `impose`, `constrain`, `accept` over one flat state.
 
 The right-hand sides are those of a form (`wsph.formulations.lagrangian`, `wsph.formulations.updated`). Time steps are
 limited by the body's small motions (`wsph.stability.small_motions`).
@@ -116,7 +116,7 @@ class OneSetSystem(System):
             self.arrays.part(name).adopt(works, works.kept())
 
     def _attach(self, host: Host) -> dict[str, Attached]:
-        """What the parts of the body have on the device."""
+        """The parts of the body on the device."""
         seen, found = self.rates.seen, {}
         if seen is not None:
             for key, part in host.parts.items():
@@ -279,7 +279,7 @@ class OneSetSystem(System):
 
     @property
     def damping_rate(self) -> float:
-        """Of the damping in proportion to mass, nondimensional."""
+        """Rate of the damping in proportion to mass, nondimensional."""
         return float(self.force.struct.damping)
 
     @property
@@ -357,7 +357,7 @@ class OneSetSystem(System):
         return self.density / np.linalg.det(F)
 
     def sample(self, points: np.ndarray, name: str = "velocity") -> list[tuple[np.ndarray, np.ndarray]]:
-        """How to read a field at `points` (m, dim) [m]: its places and weights per point, linear-exact."""
+        """Places and weights that a field is read with at each of `points` (m, dim) [m], linear-exact."""
         at_nodes = self.placement.at_nodes and self.state.counts.get(name, self.count) == self.count
         lattice = self.lattice
         grid, sources = lattice.comparable(points, lattice.nodes if at_nodes else lattice.cells)

@@ -35,7 +35,7 @@ class Placement:
 
     @classmethod
     def of(cls, host: Host) -> "Placement":
-        """That of a body."""
+        """The places of a body's particles and points."""
         lattice, unit, points = host.lattice, host.scales.length**host.space.dim, not host.traits.pairwise
         position = lattice.nodes if host.at_nodes else lattice.cells
         volume = (lattice.node_volume if host.at_nodes else lattice.cell_volume) / unit
@@ -97,7 +97,7 @@ class Loads:
 
 @dataclass(frozen=True)
 class RateSetup:
-    """What right-hand sides are made from: the body's setup, where its particles are, its states and what acts on them."""
+    """The input of right-hand sides: the body's setup, its particles and points, its states and the forces on them."""
 
     setup: Setup
     host: Host
@@ -124,7 +124,7 @@ class RateSetup:
         return self.conditions.moved
 
     def form(self, *, loaded: bool) -> Form:
-        """What the kernels of the body are made for."""
+        """The form of the body, which decides the source of its kernels."""
         host, total = self.host, self.host.constitutive.laws.total is not None
         parts = [part for part in host.parts.values() if part.acts]
         pairwise = host.traits.pairwise
@@ -164,7 +164,7 @@ class RateSetup:
             setattr(numbers, name, real(given[name]))
         return numbers
 
-    def refuse_lonely(self, rank: np.ndarray) -> None:
+    def refuse_isolated(self, rank: np.ndarray) -> None:
         """Refuse particles whose neighbours, spanning `rank` (m,) directions, give no gradient."""
         host, isolated = self.host, np.flatnonzero(rank < self.host.space.dim)
         if len(isolated):

@@ -70,13 +70,13 @@ class Field:
 
 
 def _scale(unit: str, scales: Scales) -> float:
-    """What one inner unit is in an SI unit."""
+    """SI units in one inner unit."""
     usual = {"m": scales.length, "m/s": scales.velocity, "Pa": scales.stress, "": 1.0}
     return usual[unit] if unit in usual else scales.of(unit)
 
 
 class Reading:
-    """What can be read of a body, in SI.
+    """The fields of a body that frames and probes can read, in SI.
 
     `fields` by name are those of its state: the velocity, the stress, the displacement and the damage where the state has
     them, and the internals by their own names. The density is read beside them: it follows from the deformation.

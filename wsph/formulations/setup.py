@@ -1,4 +1,4 @@
-"""What a body is built from."""
+"""The setup of a body, from which a formulation builds its system."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ from wsph.units import Scales
 
 @dataclass(frozen=True)
 class Setup:
-    """What a body is built from."""
+    """The scene, the body and all that a formulation builds a system from."""
 
     scene: Scene
     body: Body
@@ -36,7 +36,7 @@ class Setup:
 
     @property
     def traits(self) -> Traits:
-        """What its formulation can do."""
+        """The traits of its formulation."""
         return self.formulation.traits
 
     @property

@@ -1,4 +1,4 @@
-"""What every system of a body has: where its particles are, its states, its prescribed values."""
+"""The base of all systems of a body: its particles, its states, its prescribed values."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -30,11 +30,11 @@ class System:
     work: Any
     force: BodyForce
     response: Response | None = None
-    """How points answer in place of their law."""
+    """The answer of a point in place of its law, or None."""
     breaks = False
     """Whether the body can break."""
     attached: Mapping[str, Attached] = {}
-    """What the body's parts have on the device, by their keys."""
+    """The parts of the body on the device, by their keys."""
 
     def __init__(self, setup: Setup):
         self.name, self.formulation, self.traits = setup.body.name, setup.formulation.name, setup.traits
@@ -77,7 +77,7 @@ class System:
         return (*force, *(entry for part in self.attached.values() for entry in part.ledger))
 
     def fracture(self) -> dict[str, float]:
-        """What has broken, energies nondimensional, where the body can break."""
+        """Figures of the fracture by name, energies nondimensional; empty where the body cannot break."""
         return {name: value for part in self.attached.values() for name, value in part.fracture().items()}
 
     @property

@@ -1,4 +1,4 @@
-"""Fields by name: what a scene may ask for, and how it follows from a state.
+"""Fields by name: those that a scene may ask for, and how each follows from a state.
 
 A primitive field stands in the state (velocity, stress, displacement, internals); the others are computed from those on
 the host. Arrays are SI, with any leading shape: (..., width) for primitives and components.

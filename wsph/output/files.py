@@ -77,8 +77,8 @@ def _is_a_run(folder: Path) -> bool:
 
 
 def own_files(folder: Path, listings: Sequence[str], suffixes: Sequence[str]) -> list[Path]:
-    """What an earlier run wrote in a folder, and nothing else: its frames have one of the `suffixes`, and `listings` are the
-    files that list frames."""
+    """The files that an earlier run wrote in a folder, and no others: its frames have one of the `suffixes`, and `listings`
+    are the files that list frames."""
     frame = re.compile(rf"\.?frame_\d{{6}}(\.partial)?\.({'|'.join(map(re.escape, suffixes))})")
     frames = [path for path in (folder / "frames").glob("*") if frame.fullmatch(path.name)]
     own = [folder / name for name in ("summary.json", "history.csv", *filter(None, listings))]

@@ -42,7 +42,7 @@ class Format(Protocol):
 
     @property
     def suffix(self) -> str:
-        """Of its files, without the dot."""
+        """Suffix of its files, without the dot."""
         ...
 
     @property

@@ -46,7 +46,7 @@ class ArtificialStress(Part):
 
 
 def _push(space: Space, layout: Layout, smoothing: str, Coefficients: type) -> wp.Function:
-    """How its pair term is made."""
+    """The factory of its pair term."""
     real, vec, Fields = space.scalar, space.vec, fields_struct(space, layout)
     Points, Answers, at = points_struct(space), answers_struct(space), element(space.mat)
     value = SMOOTHING[smoothing](space)[0]
@@ -74,7 +74,7 @@ def _push(space: Space, layout: Layout, smoothing: str, Coefficients: type) -> w
 
 
 def _opposing(space: Space, Coefficients: type) -> wp.Function:
-    """How its stress term is made: -epsilon times the tensile part of a stress, by principal stresses."""
+    """The factory of its stress term: -epsilon times the tensile part of a stress, by principal stresses."""
     real, mat, dim, axes_of = space.scalar, space.mat, space.dim, principal(space)
 
     @wp.func

@@ -1,4 +1,4 @@
-"""What acts on every particle of a body: its inertia, gravity and damping. A scene that names neither pays for neither.
+"""Inertia, gravity and damping of every particle of a body. A scene that names neither pays for neither.
 
 dv/dt = (div stress)/rho + g - rate v
 """

@@ -42,7 +42,7 @@ class Hourglass(Part):
 
 
 def _spring(space: Space, layout: Layout, smoothing: str, Coefficients: type) -> wp.Function:
-    """How its pair term is made."""
+    """The factory of its pair term."""
     real, vec, dim, Fields = space.scalar, space.vec, space.dim, fields_struct(space, layout)
     Points, Answers, at = points_struct(space), answers_struct(space), element(space.mat)
 

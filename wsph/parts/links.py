@@ -292,7 +292,12 @@ class LinkDamage(Attached):
         clock: Clock,
         arrays: Arrays,
     ):
-        """`threshold` nondimensional, `breakable` (n,) bool."""
+        """`threshold` nondimensional, `breakable` (n,) bool: particles whose links can break. Of n particles the device has
+
+        _breakable  # (n,) int32, 1 or 0
+        _torn       # (n,) int32, 1 where a link broke in this step: moments and stress have to follow
+        _released   # (n,) scalar, energy set free so far, nondimensional
+        """
         space, laws, n = constitutive.space, constitutive.laws, len(breakable)
         self._space, self._seen, self._state, self._clock = space, seen, state, clock
         self._params, self._threshold = constitutive.params, space.scalar(threshold)

@@ -83,7 +83,7 @@ BROKEN = 0.95
 
 
 class Attached:
-    """What a part has on the device, for one body."""
+    """A part on the device, for one body."""
 
     ledger: tuple[Entry, ...] = ()
     """Its entries of the energy ledger."""
@@ -147,7 +147,7 @@ class Part(Model):
         """Raise Refused for what it cannot do on this body."""
 
     def warning(self, host: Host) -> str:
-        """What a user of it should know, or nothing."""
+        """A warning to whoever uses it on this body, or "" for none."""
         return ""
 
     def fields(self, host: Host) -> tuple[Field, ...]:
@@ -171,9 +171,10 @@ class Part(Model):
         return None
 
     def response(self, host: Host) -> Response | None:
-        """How a point answers in place of its law."""
+        """The answer of a point in place of its law, or None."""
         return None
 
     def attach(self, host: Host, seen: Neighbourhood, state: State, clock: Clock, arrays: Arrays) -> Attached | None:
-        """What it has on the device. Evaluations write its fields to `state`; its arrays are registered in `arrays`."""
+        """Put the part on the device; None where it has nothing there. Evaluations write its fields to `state`; its arrays
+        are registered in `arrays`."""
         return None

@@ -115,7 +115,7 @@ class RateTerm:
 
 @dataclass(frozen=True)
 class Response:
-    """How a point answers in place of its law.
+    """The answer of a point in place of its law.
 
     `struct(space)` is what it takes and writes; `make(space, laws, layout)` gives the Warp function (p, struct_out, rows,
     fields_out, share, H, i) -> (the share as it is left, first Piola stress); `energy(space, laws)` the Warp function (p,

@@ -4,7 +4,7 @@ approaching pairs, or linear on all.
 Between particles that are their own points it acts along the current line of two particles, with weights that stand in place
 of a gradient: angular momentum is kept to rounding. The paper's acts along each particle's own corrected gradient and keeps
 no momentum at a boundary (`correction`): it is there to compare with. Stress points, which have no pairs among nodes,
-have it as a stress, the mean over all directions of what pairs do: rho alpha c h (tr D I + 2 D)/(2 (dim + 2)) on all
+have it as a stress, the mean over all directions of the pairs' forces: rho alpha c h (tr D I + 2 D)/(2 (dim + 2)) on all
 motion, or against compression rho/2 (alpha c h tr D - beta (h tr D)^2) I, the bulk viscosity of von Neumann and
 Richtmyer. What it takes is dissipated.
 """
@@ -97,7 +97,7 @@ def _closing(space: Space, layout: Layout, approach: bool) -> wp.Function:
 
 @cache
 def _along_the_line(approach: bool):
-    """How its pair term is made: along the current line of two particles."""
+    """The factory of its pair term: along the current line of two particles."""
 
     def make(space: Space, layout: Layout, smoothing: str, Coefficients: type) -> wp.Function:
         real, vec, dim, Fields = space.scalar, space.vec, space.dim, fields_struct(space, layout)
@@ -130,7 +130,7 @@ def _along_the_line(approach: bool):
 
 @cache
 def _along_own_gradient(approach: bool):
-    """How its pair term is made in the paper: along each particle's own corrected gradient."""
+    """The factory of the paper's pair term: along each particle's own corrected gradient."""
 
     def make(space: Space, layout: Layout, smoothing: str, Coefficients: type) -> wp.Function:
         real, vec, Fields = space.scalar, space.vec, fields_struct(space, layout)
@@ -163,7 +163,7 @@ def _along_own_gradient(approach: bool):
 
 @cache
 def _stress(approach: bool):
-    """How its rate term is made."""
+    """The factory of its rate term."""
 
     def make(space: Space, Coefficients: type) -> wp.Function:
         real, mat, dim = space.scalar, space.mat, space.dim

@@ -13,8 +13,12 @@ from wsph.backend.state import State
 
 
 class Works:
-    """Works by the trapezoidal rule, one a column, summed in blocks of particles (`wsph.backend.reduce`): `_launch` gives
-    the kernel that adds half a step of the power now and the power before, and what it takes before these two."""
+    """Works by the trapezoidal rule, one a column, summed in blocks of particles (`wsph.backend.reduce`). `_launch` gives
+    the kernel that adds half a step of the power now and the power before, and its inputs.
+
+    _power  # (blocks, columns) float64, powers at the end of the last step, nondimensional
+    _work   # (blocks, columns) float64, works so far, nondimensional
+    """
 
     columns = 2
 
@@ -40,7 +44,7 @@ class Works:
             self._work.zero_()
 
     def kept(self) -> dict[str, Array]:
-        """What a checkpoint holds of it."""
+        """The arrays that a checkpoint holds of it, by name."""
         return {"power": self._power, "work": self._work} if self._acts else {}
 
     def _total(self, column: int) -> float:

@@ -12,7 +12,7 @@ RATE_SIGNATURE = "rate(self, space, Params) -> @wp.func (p: Params, stress: spac
 
 @contextmanager
 def blame(who: str, signature: str = RATE_SIGNATURE) -> Generator[None]:
-    """Turn what Warp says of a plugin's code into an error that names the plugin and what was expected of it."""
+    """Turn Warp's errors about a plugin's code into one that names the plugin and the signature expected of it."""
     try:
         yield
     except PluginError as error:

@@ -1,4 +1,4 @@
-"""What an integrator says of itself: what it works on, its limit, and what it wants called beside its steps."""
+"""The declarations of an integrator: sets and formulations, limit, and the calls that it takes beside its steps."""
 
 # pyright: strict
 
@@ -11,7 +11,7 @@ SIGNATURE = "a class with sets (1 or 2), formulations, order, __init__(self, sys
 
 
 def sets(plugin: type) -> int:
-    """How many sets of particles it works on."""
+    """Number of the sets of particles that it works on."""
     return getattr(plugin, "sets", 1)
 
 

@@ -1,4 +1,4 @@
-"""What a material says of itself: whether its law relaxes, turns or dissipates, and its internals."""
+"""The declarations of a material: whether its law relaxes, turns or dissipates, and its internals."""
 
 # pyright: strict
 
@@ -12,7 +12,7 @@ def relaxes(material: object) -> bool:
 
 
 def depends_on_stress(material: object) -> bool:
-    """Whether the rate depends on the stress, which is so where it does not say otherwise."""
+    """Whether the rate depends on the stress: it does unless the material declares otherwise."""
     return bool(getattr(material, "depends_on_stress", True))
 
 

@@ -1,1 +1,1 @@
-"""What the author of a scene says: tables, checks, messages."""
+"""The input: tables of a scene, checks, messages."""

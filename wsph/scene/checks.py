@@ -1,4 +1,4 @@
-"""What is wrong with a scene, in the words of its author: keys, values and the way out.
+"""Faults of a scene, in the words of its author: keys, values and the way out.
 
 `of_validation` turns pydantic's errors into faults, `between_tables` finds names that lead nowhere and components that the
 dimension does not have, `of_plugins` asks the named material and integrator about their own keys. Where a key stands in
@@ -164,7 +164,7 @@ def _probe_faults(scene: SceneTables, probe: Probe, key: str) -> Iterator[Fault]
 
 
 def _where_faults(scene: SceneTables, text: str, key: str) -> Iterator[Fault]:
-    """A selection is a truth about the reference position."""
+    """Faults of a `where`: it has to be a comparison of the reference position."""
     try:
         expression = compile_expression(text)
     except ValueError as error:

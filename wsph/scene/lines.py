@@ -1,4 +1,4 @@
-"""Where the keys of a TOML text stand: what a message needs and TOML readers do not tell."""
+"""Lines of the keys in a TOML text, for messages: TOML readers do not tell them."""
 
 # pyright: strict
 
@@ -13,7 +13,7 @@ def lines(text: str) -> dict[str, int]:
     counts: dict[str, int] = {}
     table, depth = "", 0
     for number, line in enumerate(text.splitlines(), 1):
-        # What stands in a string or a comment is neither a key nor a bracket; a quoted key keeps its name.
+        # Strings and comments hold neither keys nor brackets; a quoted key keeps its name.
         code = _STRING.sub(lambda m: m[0].strip("\"'") if m[0].strip("\"'").isidentifier() else "_", line)
         code = code.split("#", 1)[0].strip()
         if depth == 0 and code.startswith("["):

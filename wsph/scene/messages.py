@@ -1,4 +1,4 @@
-"""What pydantic finds wrong with a table, in the words of its author."""
+"""Faults that pydantic finds in a table, in the words of its author."""
 
 # pyright: strict
 
@@ -23,7 +23,7 @@ def nearest(name: str, names: Iterable[str], otherwise: str = "") -> str:
 
 
 def none_of(given: object, allowed: Sequence[str]) -> str:
-    """What is said of a value that is none of some names, with the nearest of them."""
+    """The message for a value that is none of some names, with the nearest of them."""
     *most, last = map(repr, allowed)
     hint = nearest(str(given), allowed)
     return f"{given!r} is none of {', '.join(most)}{' or ' if most else ''}{last}" + (f"; {hint}" if hint else "")

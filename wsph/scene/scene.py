@@ -1,4 +1,4 @@
-"""Scenes: what a run is made of, as validated data. The TOML file and the Python API are the same models.
+"""Scenes: the input of a run, as validated data. The TOML file and the Python API are the same models.
 
 Every fault of a scene is reported at once, each with its line, key, value and what would be right, before anything is
 compiled or written. What a plugin says about its own keys is checked here too: the material and the integrator that the
@@ -44,7 +44,7 @@ class Scene(SceneTables):
         return hash(self.model_dump_json())
 
     def __eq__(self, other: object) -> bool:
-        # Where a scene was read is not part of what it is.
+        # The file that a scene was read from is no part of the scene.
         return isinstance(other, Scene) and self.model_dump() == other.model_dump()
 
     def located(self, error: SceneError) -> SceneError:

@@ -130,7 +130,7 @@ def _spacing(value: Any) -> Any:
 
 
 class _Matter(Model):
-    """What a body is, before its parts."""
+    """The keys of a body, without those of its parts."""
 
     name: Annotated[str, Field(min_length=1)]
     shape: Shape
@@ -144,7 +144,7 @@ class _Matter(Model):
 
 
 def _key_of(part: type[Part]) -> Any:
-    """What a scene may give for a part."""
+    """The type of a part's key: its table, or false where it is switchable."""
     return Annotated[part | None, BeforeValidator(read_switch)] if part.switchable else part | None
 
 
@@ -221,7 +221,7 @@ class Probe(Model):
 
 
 class Output(Model):
-    """What is written, and when."""
+    """Fields and formats of the output, and when it is written."""
 
     every: Cadence | None = None
     formats: Annotated[tuple[Annotated[str, BeforeValidator(_format)], ...], BeforeValidator(as_tuple)] = ("vtu",)
@@ -244,7 +244,7 @@ class Checkpoint(Model):
 
 
 class Stop(Model):
-    """When a run that goes on by itself is ended."""
+    """The limit that ends a run early: energy created, as a part of the largest seen."""
 
     energy: in_unit("", gt=0) = 0.10
 
@@ -269,7 +269,7 @@ class SceneTables(Model):
     stop: Stop = Stop()
 
     def value(self, value: Value, unit: str) -> Expression | Function:
-        """What a value of the scene means: a table of `functions`, or an expression (a number is a constant one)."""
+        """The meaning of a value in the scene: a table of `functions`, or an expression (a number is a constant one)."""
         if isinstance(value, str) and value in self.functions:
             function = self.functions[value]
             return compile_expression(function.expression) if function.expression is not None else function

@@ -145,7 +145,7 @@ def kept(composition: Composition) -> dict[str, wp.array]:
     for number, run in enumerate(composition.bodies):
         found |= {f"body{number}.{name}": array for name, array in run.system.arrays.kept.items()}
     for interaction in composition.interactions:
-        found |= interaction.kept()
+        found.update(interaction.kept())
     return found
 
 

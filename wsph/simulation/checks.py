@@ -1,4 +1,4 @@
-"""What a run is checked for between blocks of steps: states that are not finite, and energy from nowhere."""
+"""Checks of a run between blocks of steps: states that are not finite, and energy from nowhere."""
 
 # pyright: strict
 
@@ -15,7 +15,7 @@ from wsph.simulation.ledger import Account
 from wsph.simulation.timeline import Timeline
 
 ENERGY_WARNING, LOSS_WARNING, ENERGY_AFTER = 0.02, 0.10, 20
-"""Energy created and lost, of the largest seen, that is warned of; steps before it is looked at."""
+"""Parts of the largest energy seen beyond which created and lost energy are warned of; steps before the first look."""
 
 
 def warn(text: str) -> None:
@@ -59,7 +59,8 @@ class Checks:
                 raise unstable(self._timeline, step, run, name, what, each.bad, run.system.position[each.bad])
 
     def energy(self, step: int, account: Account) -> Unstable | None:
-        """What stops the run, where more energy was created than it allows; warns before, and of a loss at the end."""
+        """The error that stops the run where more energy was created than it allows, or None. Warns earlier, and of a loss
+        at the end."""
         if step <= ENERGY_AFTER:
             return None
         total, work = account.total, account.work
@@ -76,7 +77,7 @@ class Checks:
         return None
 
     def kept(self) -> dict[str, Any]:
-        """What a checkpoint holds of them."""
+        """The numbers that a checkpoint holds of the checks."""
         return {"largest": self._largest.hex(), "warned": self._warned}
 
     def restore(self, facts: dict[str, Any]) -> None:
@@ -85,7 +86,7 @@ class Checks:
 
 
 def _broken(run: BodyRun, particle: int) -> tuple[str, str]:
-    """What is wrong with a particle's state: field and words."""
+    """The fault of a particle's state: field and words."""
     state = run.system.state
     finite = all(np.isfinite(state.read(name)[particle]).all() for name in ("velocity", "stress"))
     if finite and "deformation" in state.widths:

@@ -98,7 +98,7 @@ def wants_displacement(scene: Scene) -> bool:
 
 @dataclass(frozen=True)
 class Method:
-    """What integrates a scene: the integrator's class, with the name and the distribution that messages say of it (`who`),
+    """The method of a scene: the integrator's class, with the name and the distribution that messages say of it (`who`),
     its options, and the formulation that it works in."""
 
     plugin: type
@@ -167,7 +167,7 @@ def _scales(bodies: Sequence[BareBody]) -> Scales:
 
 
 def _refuse_extremes(scales: Scales, body: Body) -> None:
-    """Numbers so far out that their powers leave double precision have no scales to compute in."""
+    """Refuse scales whose powers leave double precision."""
     with np.errstate(all="ignore"):
         parts = np.array([scales.length, scales.time, scales.density])
         powers = np.array(

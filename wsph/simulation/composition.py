@@ -84,8 +84,8 @@ class Step:
 
     @property
     def before(self) -> Callable[[], bool] | None:
-        """What brings up to date, before a step and on the host, what follows the motion, and says whether that changed what
-        the launches take; None where nothing does."""
+        """A function that updates, on the host before a step, everything that follows the motion, and returns whether the
+        inputs of launches changed; None where nothing follows it."""
         following: list[Callable[[], bool]] = [
             run.system.follow for run in self.bodies if run.system.traits.pairs_follow
         ]
@@ -168,8 +168,8 @@ def _package(module: str) -> str:
 
 
 def publish(bodies: Sequence[BodyRun]) -> None:
-    """Integrators that keep variables of their own make the state; what a system derives from it follows, unless the last
-    evaluation of the step was of the state at its end."""
+    """Make the states from the variables of integrators that keep their own, and recompute the derived fields, unless the
+    last evaluation of the step was of the state at its end."""
     for run in bodies:
         integrators.publish(run.integrator)
         if not integrators.fresh(run.integrator):

@@ -21,7 +21,7 @@ SMALL = 0.02
 """A strain below which a bound of the distortion is as good as the distortion: limits are recomputed beyond 5 %."""
 
 KINETIC, STRAIN, DISSIPATED, NOT_FINITE, FIRST, STRETCH, DISTORTION, MOMENTUM = range(8)
-"""What stands where in the sums of a block: FIRST is its first particle or point that is not finite, -1 where all are;
+"""Columns of the sums of a block: FIRST is its first particle or point that is not finite, -1 where all are;
 STRETCH and DISTORTION are the largest; the three components of the momentum stand from MOMENTUM on."""
 
 
@@ -42,7 +42,7 @@ class BodySums:
 
 @dataclass(frozen=True)
 class StoredEnergy:
-    """What a point of a body stores.
+    """The energy that a point of a body stores.
 
     stored(p, fields, i) -> the elastic energy density of point i [per current volume, or per reference volume];
     whole(fields, i) -> whether its deformation says something of the body's: across a crack F is the opening's.
@@ -56,7 +56,7 @@ class StoredEnergy:
 
 @cache
 def stored_energy(space: Space, laws: Laws, layout: Layout, response: Response | None, breaks: bool) -> StoredEnergy:
-    """What a point stores that obeys `laws`, or its `response` in their place, and of a body that may break."""
+    """The energy stored by a point that obeys `laws`, or its `response` in their place, and of a body that may break."""
     real, Params, Fields = space.scalar, laws.Params, fields_struct(space, layout)
     of_stress, of_deformation = laws.energy, laws.total_energy
     if response is not None:
@@ -229,7 +229,11 @@ def _ledger_kernel(
 
 
 class Diagnostics:
-    """Sums over one body. `measure(state)` is one launch and one small copy."""
+    """Sums over one body of n particles and m points. `measure(state)` is one launch and one small copy. Nondimensional:
+
+    _volume, _points  # volumes of the particles (n,) and of the points (m,), scalar
+    _sums             # (blocks, MOMENTUM + 3) float64, columns as KINETIC to MOMENTUM say
+    """
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""The energy ledger of a run: what its bodies, and what acts between them, have come to, column by column.
+"""The energy ledger of a run: the energies and works of its bodies and interactions so far, column by column.
 
 Nothing here knows which parts of bodies or which interactions there are: each brings its entries. An entry may name a
 column of its own, which then stands before the external work. The residual is the external work less all the others:
@@ -18,14 +18,14 @@ from wsph.protocols import Entry
 from wsph.simulation.diagnostics import BodySums
 
 COLUMNS = ("kinetic", "strain", "dissipated", "hourglass", "contact")
-"""What every ledger has, in the order of history.csv."""
+"""The columns of every ledger, in the order of history.csv."""
 
 WORK, RESIDUAL = "external_work", "residual"
 
 
 @dataclass(frozen=True)
 class Account:
-    """The ledger at a step, nondimensional: `energies` by column, the `total` of what the bodies hold and have lost, the
+    """The ledger at a step, nondimensional: `energies` by column, the `total` that the bodies hold and have lost, the
     `work` done on them, with what they started with, and their momentum (dim,)."""
 
     energies: dict[str, float]
@@ -54,7 +54,7 @@ class Ledger:
         return self.account(sums)
 
     def account(self, sums: Sequence[BodySums]) -> Account:
-        """What all has come to (copies from the device). `sums` are of the bodies' states as they are."""
+        """The account at present (copies from the device). `sums` are of the bodies' states as they are."""
         bodies = [_by_column(entries) for entries in self._bodies]
         interactions = [_by_column(entries) for entries in self._interactions]
         measured = {
@@ -82,7 +82,7 @@ class Ledger:
 
 
 def _by_column(entries: Sequence[Entry]) -> dict[str, float]:
-    """What the entries of one body or interaction have come to, by column."""
+    """The values of the entries of one body or interaction so far, by column."""
     values: dict[str, float] = {}
     for entry in entries:
         value = entry.value()

@@ -118,7 +118,15 @@ def _selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tu
 
 
 class Recorder:
-    """One probe on the device. `record()` is a launch; `flush(steps)` appends the rows of those steps."""
+    """One probe on the device. `record()` is a launch; `flush(steps)` appends the rows of those steps.
+
+    A row has c columns: for each point, the components of each primitive field. All values are nondimensional.
+
+    _offsets  # (c + 1,) int32, where the terms of each column begin
+    _place    # (terms,) int32, an index into the buffers of the state and of its derived fields
+    _weight   # (terms,) scalar
+    _ring     # (RING, c) scalar, the row of step s at s modulo RING; (1, c) unless every step is recorded
+    """
 
     def __init__(self, probe: Probe, key: str, bodies: Sequence[Probed], space: Space, clock: Clock, every_step: bool):
         self.probe, self._space, self._clock, self.every_step = probe, space, clock, every_step
@@ -167,7 +175,7 @@ class Recorder:
             self.steps += steps
 
     def kept(self) -> tuple[np.ndarray, list[int]]:
-        """What has been read so far: rows and their steps."""
+        """The rows read so far, (steps, c), and their steps."""
         width = self._ring.shape[1]
         return (np.concatenate(self._rows) if self._rows else np.zeros((0, width))), self.steps
 

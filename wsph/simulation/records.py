@@ -1,4 +1,4 @@
-"""What a run records: rows of its history, probes, frames; and when each is due."""
+"""The records of a run: rows of its history, probes, frames; and when each is due."""
 
 # pyright: strict
 
@@ -48,7 +48,7 @@ class Records:
         return [events.next for events in (self._history, self._frames, *(e for _, e in self._slow))]
 
     def retimed(self) -> None:
-        """The timeline has changed: what is due next is due at other steps."""
+        """Recompute the steps at which records are due: the timeline has changed."""
         for events in (self._history, self._frames, *(e for _, e in (*self._slow, *self._fast))):
             events.retimed()
 
@@ -122,7 +122,7 @@ class Records:
         return whole | {"id": np.arange(len(whole["body"])), "body": whole.pop("body")}
 
     def kept(self) -> tuple[dict[str, np.ndarray], list[Any]]:
-        """What a checkpoint holds of them: arrays, and of each probe its keys and its steps."""
+        """The records that a checkpoint holds: arrays, and of each probe its keys and its steps."""
         arrays, probes = {"history": np.array(self._rows)}, list[Any]()
         for number, recorder in enumerate(self._probes):
             arrays[f"probe{number}"], steps = recorder.kept()

@@ -1,4 +1,4 @@
-"""What a run gave: fields, records and cost, and its error against an exact solution."""
+"""The result of a run: fields, records and cost, and its error against an exact solution."""
 
 # pyright: strict
 
@@ -16,7 +16,7 @@ from wsph.scene.scene import Scene
 
 @dataclass
 class Result:
-    """What a run gave. `history`: columns of history.csv; `probes[name]`: columns by field; `particles`: final fields, SI.
+    """Result of a run. `history`: columns of history.csv; `probes[name]`: columns by field; `particles`: final fields, SI.
 
     `status` is "completed", "unstable" (a state is not finite), "stopped" (energy was created) or "interrupted"; `stable` is
     False for the second and the third. `particles["position"]` is the reference position. `cost` holds steps,
@@ -40,7 +40,7 @@ class Result:
 
     @property
     def cost(self) -> dict[str, float]:
-        """What the run took."""
+        """Steps, right-hand sides and seconds of the run."""
         return {
             key: self.summary[key] for key in ("steps", "right_hand_sides", "wall_seconds", "particle_steps_per_second")
         }

@@ -171,7 +171,7 @@ class Simulation:
         return account
 
     def _result(self, ending: Ending, failure: Unstable | None) -> Result:
-        """What the run gave; written, where it has a folder."""
+        """The result of the run; written, where it has a folder."""
         scene, history = self._composition.scene, self._records.history()
         said = summary(self._composition, self._ledger, history, ending)
         if self._folder is not None:

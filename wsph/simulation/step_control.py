@@ -23,11 +23,11 @@ from wsph.simulation.timeline import Timeline, TimeStep, UnsetClock
 from wsph.stability.limit import SLACK
 
 AUTO = "auto"
-"""What `run.cfl` is where the limits of the bodies are to choose it."""
+"""The value of `run.cfl` by which the limits of the bodies choose the time step."""
 
 SAFE, WITH_CONTACT = 0.95, 0.7
-"""Of its limit, the Courant number of `cfl = "auto"`. A penalty's step as a part of its bound: contacts open and close
-inside of steps, and beyond this part of it they make energy."""
+"""The Courant number of `cfl = "auto"`, as a part of the limit. A penalty's step as a part of its bound: contacts open and
+close inside of steps, and beyond this part of it they make energy."""
 
 MOST_APART, CHANGE = 256, 0.01
 """Change of the deformation after which the time step is looked at again, and the most steps between two looks."""
@@ -89,7 +89,7 @@ def _suiting(run: BodyRun, shortest: float, integrator: str) -> float:
 
 
 class StepControl:
-    """What is known of the time step of one run. `look` is the step at which it is looked at next."""
+    """Control of the time step of one run. `look` is the step at which it is looked at next."""
 
     def __init__(self, composition: Composition):
         run = composition.scene.run
@@ -102,7 +102,7 @@ class StepControl:
         self._warned = False
 
     def kept(self) -> dict[str, Any]:
-        """What a checkpoint holds of it."""
+        """The numbers that a checkpoint holds of it."""
         return {
             "timeline": self._step.timeline.pieces,
             "watch": {
@@ -122,8 +122,8 @@ class StepControl:
             run.stability.restore(*limit)
 
     def check_limits(self, step: int, sums: Sequence[BodySums]) -> None:
-        """Where operators follow the deformation, so does the Courant number; where the stiffness does, so does its limit.
-        Raises Unstable where a step that does not follow is beyond it."""
+        """Follow the deformation: the Courant number does where operators follow it, its limit where the stiffness does.
+        Raises Unstable where a fixed step is beyond the limit."""
         if self._guard == "off" or self.adapts:
             return
         for run, each in zip(self._bodies, sums, strict=True):
@@ -163,7 +163,7 @@ class StepControl:
                     factor = min(factor, began / share)
         if factor == 1.0 or step >= self._step.timeline.last:
             return False
-        # By whole parts of an octave: what rounding changes of the deformation changes no step.
+        # By whole parts of an octave: a rounding of the deformation changes no step.
         factor = 2.0 ** (np.floor(OCTAVE * np.log2(max(factor, 0.1 * LEAST_STEP))) / OCTAVE)
         dt = self._step.dt * factor
         if dt < LEAST_STEP * self._step.first:

@@ -1,4 +1,4 @@
-"""What summary.json holds of a run."""
+"""The contents of summary.json."""
 
 # pyright: strict
 
@@ -15,7 +15,7 @@ from wsph.simulation.composition import Composition
 from wsph.simulation.ledger import Ledger
 
 VERSIONS = (("wsph", "wsph"), ("warp", "warp-lang"), ("numpy", "numpy"), ("meshio", "meshio"))
-"""What a result depends on: its name in the summary, and its distribution."""
+"""Packages that a result depends on: the name in the summary, and the distribution."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def summary(composition: Composition, ledger: Ledger, history: dict[str, np.ndar
 
 
 def _fracture(composition: Composition) -> dict[str, Any]:
-    """Of every body that can break: the energy set free and that of the crack surfaces [J], and broken particles."""
+    """By body that can break: the energy set free, the energy of the crack surfaces [J], and the broken particles."""
     scales, found = composition.scales, dict[str, dict[str, float]]()
     joule = scales.stress * scales.length**composition.scene.dim
     for run in (run for run in composition.bodies if run.system.breaks):

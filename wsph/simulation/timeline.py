@@ -1,4 +1,4 @@
-"""What time it is at a step, how long steps are, and when something is due in a run."""
+"""Times and lengths of the steps of a run, and the steps at which something is due."""
 
 # pyright: strict, reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
@@ -57,7 +57,7 @@ class Timeline:
 
 
 class UnsetClock(Clock):
-    """A clock whose time step is still to be chosen. Launches go through it; who asks for the step is refused."""
+    """A clock whose time step is still to be chosen. Launches go through it; asking for the step raises Refused."""
 
     def __init__(self, device: str, refusal: str):
         super().__init__(1.0, device)
@@ -117,7 +117,7 @@ class Events:
         self._done, self.next = self.next, self._after(self.next)
 
     def retimed(self) -> None:
-        """The timeline has changed: what is due next is due at another step."""
+        """Recompute the next due step: the timeline has changed."""
         self.next = self._after(self._done)
 
     def _after(self, step: int) -> int:

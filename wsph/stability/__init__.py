@@ -1,1 +1,1 @@
-"""What limits a time step: spectra of a body's small motions, growth of a step, the guard."""
+"""Limits of the time step: spectra of a body's small motions, growth of a step, the guard."""

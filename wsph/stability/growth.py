@@ -1,4 +1,4 @@
-"""The growth that a step really has: the largest eigenvalue of the linearised step about the current state.
+"""The growth per step, measured: the largest eigenvalue of the linearised step about the current state.
 
 Limits from interpolation weights hold for lattices. Jitter, corners and odd shapes have modes of their own, which only the
 step itself knows. Arnoldi's method on blocks of steps finds them: a block raises what grows above the many modes that

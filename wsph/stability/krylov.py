@@ -34,7 +34,7 @@ class Moving(Protocol):
     evolves: bool
     """Whether stress or deformation is integrated, and does not follow from the displacements."""
     damping_rate: float
-    """Of the damping in proportion to mass, nondimensional."""
+    """Rate of the damping in proportion to mass, nondimensional."""
 
     @property
     def free_components(self) -> np.ndarray: ...
@@ -76,7 +76,7 @@ class Products:
         _put(self._moved.buffer, values.astype(self.system.space.numpy))
 
     def _changes(self, w: np.ndarray) -> np.ndarray:
-        """How what is integrated follows the strain of velocities eps w, and whatever it does at rest."""
+        """The rates of stress or deformation under velocities eps w, and those at rest."""
         moved = self._start.copy()
         moved[self._velocity] = self._eps * w
         self._assign(moved)
@@ -156,7 +156,7 @@ class _Span:
         return -(last @ self._d[: len(last)] + before @ self._k[: len(before)]).astype(np.float64)
 
     def spectrum(self, rate: float, still: float) -> Spectrum:
-        """What the products say."""
+        """The spectrum that follows from the products."""
         m = self.count
         w, k, d = self._w[:m], self._k[:m], self._d[:m]
         none = np.zeros((m, m))

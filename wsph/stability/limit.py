@@ -34,7 +34,7 @@ class StepLimit:
         self.value, self.reason = ask()
 
     def push(self, frequency: float) -> None:
-        """Take account of what acts on the body from outside: a bound of the frequency that it adds, nondimensional."""
+        """Lower the limit for interactions with the body: `frequency` bounds the frequency that they add, nondimensional."""
         self._pushed = frequency
         self._measure()
 
@@ -64,7 +64,7 @@ class StepLimit:
             self._measure()
 
     def kept(self) -> list[float | None]:
-        """What a checkpoint holds of the limit."""
+        """The numbers that a checkpoint holds of the limit."""
         return [self.value, self.distortion]
 
     def restore(self, value: float | None, distortion: float) -> None:

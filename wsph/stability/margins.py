@@ -1,4 +1,4 @@
-"""Measured constants of the limits: what is taken off a limit that theory gives, and how much is asked of a body for it.
+"""Measured constants of the limits: shares of theoretical limits, and numbers of right-hand sides for finding them.
 
 Each names the test or script that made it, or would tell that it no longer holds. The blocks meant are the 432 of
 `blocks()` in tests/stability/test_guard.py: 9 and 16 cells in two dimensions and 5 in three, three supports, four
@@ -30,7 +30,7 @@ AMPLIFIED_INSIDE = 0.92
 spectrum, where they are known to 8 %: tests/stability/test_guard.py, `TestWholeSpectra`, total-lagrangian blocks."""
 
 AMPLIFIED_IRREGULAR = 0.88
-"""What an irregular body leaves of the shares of a method that amplifies waves: tests/stability/test_guard.py,
+"""Factor on the shares of a method that amplifies waves, in an irregular body: tests/stability/test_guard.py,
 `TestWholeSpectra`, blocks with jitter."""
 
 EULER = 0.7
@@ -65,8 +65,8 @@ leave out is in the shares above; `TestWholeSpectra.test_it_takes_fifty_evaluati
 tests/stability/test_guard.py."""
 
 DAMPED_VECTORS = (6, 24)
-"""Of one with viscosity, with two products each: Lanczos' vectors, then the most of the second-order Krylov space. The same
-tests."""
+"""The same for a body with viscosity, two products each: Lanczos' vectors, then the most of the second-order Krylov space.
+The same tests."""
 
 PRODUCTS = 40
 """Products of Arnoldi's method for the growth of a step, and so vectors kept: with blocks of 100 steps, on bodies of 64

@@ -6,8 +6,8 @@ omega, so the method's limit is that of its fastest wave and how far R holds the
 `splitting_limit`). With damping every mode has to be looked at (`damped_limit`), or the motion that changes its sign from
 step to step (`alternating_limit`).
 
-What is returned as a limit is (largest stable Courant number, "where it comes from"), as an integrator's `limit()` gives it.
-Shares that are taken off for what is not known of a body are in `wsph.stability.margins`.
+A limit is (largest stable Courant number, "where it comes from"), as an integrator's `limit()` gives it. Margins are
+taken off because only some modes of a body are known (`wsph.stability.margins`).
 """
 
 # pyright: strict
@@ -40,7 +40,7 @@ def imaginary_limit(polynomial: Polynomial) -> float:
     size = np.abs(_values(1j * WAVES, polynomial))
     beyond = np.flatnonzero(size > 1.0 + 1e-9)
     reach = float(WAVES[max(beyond[0] - 1, 0)]) if len(beyond) else float(WAVES[-1])
-    # What leaves 1 as y^4 does so by less than 1e-9 at first: that is no region.
+    # An |R| that leaves 1 as y^4 exceeds it by less than 1e-9 at first: that is no region.
     return reach if reach > 0.1 else 0.0
 
 
@@ -58,7 +58,7 @@ def splitting_limit(kicks: tuple[float, ...], drifts: tuple[float, ...]) -> floa
 
 
 def undamped_limit(system: Stability, reach: float) -> Limit:
-    """The Courant number at which the fastest wave of a body has omega dt = `reach`, less what is not known of it."""
+    """The Courant number at which the fastest wave of a body has omega dt = `reach`, less a margin."""
     end = f"{reach:.0f}" if reach.is_integer() else f"{reach:.3f}"
     return system.courant(margins.HELD * reach), f"omega dt <= {end} for its fastest wave, times .98"
 
@@ -75,12 +75,12 @@ def limit_of(system: Stability, polynomial: Polynomial, order: int) -> Limit:
 
 
 def margin(system: Stability, order: int, amplifies: bool) -> float:
-    """Share that is taken of the step that the known modes of a damped body bear.
+    """Share of the step that the known modes of a damped body bear.
 
-    A method that amplifies waves is limited by the mode that is damped least for its frequency; the known modes are means of
-    several and bear up to 2 % more than the least of them, where a residual damps the fastest ones well and the least
-    damped ones lie inside of the spectrum 8 %, and in an irregular body, whose modes keep to a few particles, twice that.
-    Euler's limit follows the damping itself, not its third root: up to 35 %, irregular 60, in more than one dimension.
+    A method that amplifies waves is limited by the mode that is damped least for its frequency. The known modes are means of
+    several, and bear longer steps than that one: by up to 2 %; by 8 % where a residual damps the fastest modes well, so that
+    the least damped ones lie inside of the spectrum; by twice that in an irregular body, whose modes keep to few particles.
+    Euler's limit follows the damping itself, not its third root: in more than one dimension by up to 35 %, irregular 60 %.
     """
     if not amplifies:
         return margins.HELD_IRREGULAR if system.irregular else margins.HELD
@@ -97,7 +97,7 @@ def damped_limit(
     if not 0.0 < system.frequency < np.inf:
         return system.courant(1.0), "its fastest wave"
     modes = system.modes
-    # What needs a hundred times the steps of leapfrog is no region.
+    # A method that needs a hundred times the steps of leapfrog is of no use.
     steps = np.geomspace(LEAST, 2.0 * stages**2, 400) / np.abs(modes).max()
     low, high = 0.0, steps[-1]
 

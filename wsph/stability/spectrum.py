@@ -1,4 +1,4 @@
-"""The fastest waves and the strongest damping of a one-set body, from its own right-hand sides: what limits its time step.
+"""The fastest waves and the strongest damping of a one-set body, from its own right-hand sides: they limit its time step.
 
 Small motions are M u'' + D u' + K u = 0, and a step of any method multiplies each of their modes, exp(lambda t), by a number
 of its own. Neither the largest frequency nor the largest damping rate says where that leaves 1 first: a wave that is damped
@@ -18,8 +18,8 @@ from wsph.stability.margins import APPROACH, STILL
 
 
 def outermost(matrix: np.ndarray, square: np.ndarray, end: int = -1) -> tuple[float, float]:
-    """The outermost eigenvalue of an operator projected on orthonormal vectors, and how far it may be from one of the whole
-    operator's: the norm of what the operator leaves beside it. `square` is the operator's square, projected."""
+    """The outermost eigenvalue of an operator projected on orthonormal vectors, and a bound of its distance from one of the
+    whole operator: the norm of the product less the projected one. `square` is the projected square of the operator."""
     values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
     y = vectors[:, end]
     return float(values[end]), float(np.sqrt(max(y @ square @ y - values[end] ** 2, 0.0)))
@@ -27,7 +27,7 @@ def outermost(matrix: np.ndarray, square: np.ndarray, end: int = -1) -> tuple[fl
 
 @dataclass(frozen=True)
 class Spectrum:
-    """What is known of the small motions of a body, nondimensional, from the products of its stiffness K and its damping D
+    """The small motions of a body, nondimensional, as known from the products of its stiffness K and its damping D
     with m orthonormal, mass-weighted vectors.
 
     `stiffness` and `damping`, (m, m), are K and D projected on them, the damping that of all pairs, whatever the kind of its
@@ -66,7 +66,7 @@ class Spectrum:
         return sum(outermost(self.damping, self.squares[2])) if self.damping.any() else 0.0
 
     def approach(self) -> tuple[float, float]:
-        """The least and the most of the viscosity that acts where it acts on approaching pairs alone."""
+        """The lowest and the highest share of the viscosity that acts, where it acts on approaching pairs alone."""
         start, slope, floor, most = APPROACH
         over = self.drag_rate / self.frequency if self.frequency > 0.0 else 0.0
         return max(start - slope * over, floor), most
@@ -100,7 +100,7 @@ class Spectrum:
 
 
 def modes(stiffness: np.ndarray, damping: np.ndarray, still: float = STILL["f64"]) -> np.ndarray:
-    """lambda of lambda^2 + D lambda + K, up to (2 m,): without those of the rigid body and of what grows by itself."""
+    """lambda of lambda^2 + D lambda + K, up to (2 m,): without rigid motions and modes that grow by themselves."""
     m = len(stiffness)
     values = np.linalg.eigvals(np.block([[np.zeros((m, m)), np.eye(m)], [-stiffness, -damping]]))
     values = values[np.abs(values) > still * np.abs(values).max()] if m else values

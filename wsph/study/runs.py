@@ -41,13 +41,13 @@ from wsph.simulation.run import run
 from wsph.study.tables import Study
 
 SPREAD_SECONDS = 5.0
-"""A study that would go on for less after its first run stays in its process: another one starts in two seconds."""
+"""Estimated time after the first run [s] below which a study stays in its process: another takes two seconds to start."""
 
 Planned = tuple[str, dict[str, object], Scene]
 """A run to be made: the variant's name, its place in the grid, and the scene."""
 
 Row = dict[str, str | int | float]
-"""What is told of a run, by column."""
+"""Values of a run by column: what it was, its cost and its error."""
 
 
 def scenes(study: Study, scene: Scene) -> Iterator[Planned]:

@@ -1,4 +1,4 @@
-"""What every integrator must do."""
+"""Checks that every integrator has to pass."""
 
 # pyright: strict
 

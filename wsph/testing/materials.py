@@ -1,4 +1,4 @@
-"""What every material must do."""
+"""Checks that every material has to pass."""
 
 from collections.abc import Callable
 from functools import cache

@@ -43,7 +43,7 @@ def spectral_radius(scene: Scene, amplitude: float = 1.0) -> float:
 
 def whole_spectrum(system: Moving) -> tuple[np.ndarray, np.ndarray]:
     """Stiffness and damping of all free components of a one-set body, (m, m), mass-weighted and nondimensional: a product
-    for every column of what `wsph.stability.spectrum` projects. Without viscosity the damping is zero."""
+    for every column of the operators that `wsph.stability.spectrum` projects. Without viscosity the damping is zero."""
     products = Products(system)
     free = np.flatnonzero(products.free)
     units = np.eye(len(products.free))[free]

@@ -73,7 +73,7 @@ the middle of leapfrog's step, 250 particles, stable where |v| < 2.3 v0 at 0.4 m
 fastest wave says so."""
 
 SHORT_WINDOW = ("euler", 1.0)
-"""Its growth is so slow that the window decides: 0.63 is its figure at 0.12 ms, at 0.4 ms it has come to 0.51."""
+"""The row of Euler's method, whose growth is so slow that the time of reading decides: 0.63 at 0.12 ms, 0.51 at 0.4 ms."""
 
 DAMPED_BEAM = {
     0.0: {"leapfrog": 1.54, "rk4": 2.17},

@@ -1,4 +1,4 @@
-"""What is read off the runs of the published cases: plateaus, bands, stress intensity factors."""
+"""Figures read off the runs of the published cases: plateaus, bands, stress intensity factors."""
 
 # pyright: strict
 
@@ -52,7 +52,7 @@ class Band(TypedDict):
 
 
 def band(scene: Scene) -> Band:
-    """What the shear band of a scene is."""
+    """The figures of a scene's shear band."""
     system = finished(scene).bodies[0].system
     position: np.ndarray = system.position
     strain, x, y = system.state.read("internals")[:, 0], position[:, 0], position[:, 1]

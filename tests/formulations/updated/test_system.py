@@ -193,7 +193,7 @@ def test_what_the_form_does_not_take_is_refused() -> None:
         compose(block(map=["x+0.1*y*y", "y"]))
 
 
-def test_a_lonely_particle_is_harmless() -> None:
+def test_an_isolated_particle_is_harmless() -> None:
     """One torn far away has no neighbours: no gradient, no force, no fault."""
     composition: Composition = compose(block("jaumann"))
     system = composition.bodies[0].system

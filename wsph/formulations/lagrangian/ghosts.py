@@ -63,7 +63,7 @@ def image_struct(space: Space) -> type:
 
 @cache
 def _move_kernel(space: Space, layout: Layout) -> wp.Kernel:
-    """What particles and ghosts move like, over both."""
+    """Displacements and velocities of particles and ghosts, over both."""
     real, Fields, Images = space.scalar, fields_struct(space, layout), image_struct(space)
 
     @kernel()
@@ -125,7 +125,7 @@ class GhostLayer:
         return values[self._everyone]
 
     def follow(self, state: State) -> Any:
-        """What particles and ghosts see of each other in a state, as kernels take it (a launch)."""
+        """The fields of particles and ghosts in a state, as kernels take them (a launch)."""
         self._clock.launch(self._move, len(self._everyone), [self._images, state.struct], [self.state.struct])
         return self.state.struct
 

@@ -99,8 +99,8 @@ class LagrangianRates:
         quantum = "f64" if host.lattice.irregular else host.space.precision
         reference = find_reference(host, particles, points, quantum, self._clock.device, placement.position)
         if not any(part.frees for part in host.parts.values()):
-            made.refuse_lonely(reference.rank)
-        # Ghosts hand a load on.
+            made.refuse_isolated(reference.rank)
+        # Ghosts, where there are any, pass loads on to the particles.
         self.form = made.form(loaded=made.loads.count > 0 and self._ghosts is None)
         self._coefficients = made.coefficients(self.form)
         with blame(host.constitutive.who):
@@ -109,7 +109,15 @@ class LagrangianRates:
         self._acting, self._response = self._points, self._points
 
     def _allocate(self, reference: Reference, stabilisation: float) -> None:
-        """What kernels take of the reference configuration, and write of every evaluation."""
+        """The arrays of the reference configuration and those that evaluations write, nondimensional: m points, n particles.
+
+        _weight   # w_pj from points to particles, (pairs,) scalar; `_back_weight` the same by particle
+        _points   # `wsph.parts.terms.points_struct`; moments M_p, shares V_p over the spread
+        _volume   # of the particles, (n,) scalar
+        _spread   # sum w r^2, on the host, (m,)
+        _answers  # `wsph.parts.terms.answers_struct`; `corrected` is V_p P_p M_p less the stabilisation's part
+        holding   # forces per mass that hold spurious modes, (n,) vec, or one entry where there are none
+        """
         space, arrays, placement, real = self._space, self._arrays, self._placement, self._space.scalar
         m, separate = len(placement.point_volume), placement.points
         joined = self._ghosts.joined if self._ghosts is not None else np.asarray
@@ -121,7 +129,7 @@ class LagrangianRates:
         points.centre = arrays.of("centre", reference.centre, space.vec) if separate else points.node
         points.moment = arrays.of("moment", joined(reference.moment), space.mat)
         points.volume = arrays.of("point volume", joined(placement.point_volume), real)
-        # Volume over the spread of the neighbours: what pairs and the stabilisation are measured by.
+        # Volume over the spread of the neighbours: the scale of pair forces and of the stabilisation.
         points.share = arrays.of("share", joined(placement.point_volume / reference.spread), real)
         points.stabilisation = real(stabilisation)
         self._points = points
@@ -146,7 +154,7 @@ class LagrangianRates:
 
     @property
     def seen(self) -> Neighbourhood:
-        """What the points of the body see, for its parts."""
+        """The points and their neighbours, for parts of the body."""
         placement = self._placement
         return Neighbourhood(
             self._pairs,
@@ -217,7 +225,7 @@ class LagrangianRates:
             self._ghosts.answer(self._loads.vectors, self._answers.corrected)
 
     def _others(self, state: State) -> Any:
-        """What particles see of each other: the state, or that of particles and ghosts (a launch)."""
+        """The fields that particles see: those of the state, or of particles and ghosts (a launch)."""
         return state.struct if self._ghosts is None else self._ghosts.follow(state)
 
     def _find_forces(self, state: State, out: State) -> None:

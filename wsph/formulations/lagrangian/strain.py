@@ -14,7 +14,7 @@ from wsph.sph.rows import rows_struct
 
 
 def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Kernel:
-    """What forces take of every point, and the derived fields of the state."""
+    """Kernel of the points' answers and of the derived fields of the state."""
     real, mat, dim, Fields = space.scalar, space.mat, space.dim, fields_struct(space, layout)
     Params, Coefficients = laws.Params, coefficients_of(space, form)
     Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)

@@ -1,4 +1,4 @@
-"""What is prescribed at the real particles, as kernels take it."""
+"""Prescribed components of the real particles, as kernels take them."""
 
 from functools import cache
 
@@ -9,7 +9,7 @@ from wsph.backend.space import Space
 
 @cache
 def faces_struct(space: Space) -> type:
-    """Struct of what is prescribed where faces stay as they are.
+    """Struct of the prescribed components where faces keep their directions, n particles.
 
     held  # (n,) int32, a bit for every prescribed component: velocity first, then stress
     free  # (n,) int32, bit k where the normal stress kk is prescribed, and the normal strain rate is not known
@@ -21,7 +21,7 @@ def faces_struct(space: Space) -> type:
 
 @cache
 def turning_faces_struct(space: Space) -> type:
-    """Struct of what is prescribed where faces turn with the body.
+    """Struct of the prescribed components where faces turn with the body, n particles.
 
     held    # as of faces that stay
     free    # as of faces that stay

@@ -1,4 +1,4 @@
-"""What a target gathers from the other set: one loop over its pairs, shared by every two-set kernel."""
+"""Sums of a target over the other set: one loop over its pairs, shared by every two-set kernel."""
 
 from functools import cache
 

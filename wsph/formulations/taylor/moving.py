@@ -6,10 +6,10 @@ F from the displacements through the same operator. Where the deformation is loc
 built on current distances, the smoothing length follows the stretch in every direction (a fixed one loses neighbours beyond
 a stretch of 2.4), and virtual particles are the centroids of their cells. Density is rho_0/J.
 
-Faces turn with the body: what a face prescribes of the stress, it prescribes in the frame of its current normal
-n and its material tangents, from where the face's own particles are. Under 1 % of strain
-along a face modes grow by 0.03 % a step in tension and 0.4 % in compression at ten cells, and by less in proportion to the
-stress. (Frames from the deformation half a cell below the face, F^-T N, see a shear that the face does not have: 2 %.)
+Faces turn with the body: a face prescribes stresses in the frame of its current normal n and its material tangents, from
+the places of the face's own particles. Under 1 % of strain along a face modes grow by 0.03 % a step in tension and 0.4 % in
+compression at ten cells, and by less in proportion to the stress. (Frames from the deformation half a cell below the face,
+F^-T N, see a shear that the face does not have, and modes grow by 2 % a step.)
 """
 
 import numpy as np
@@ -27,7 +27,13 @@ from wsph.sph.rows import rows_struct
 
 
 class MovingTwoSetSystem(TwoSetSystem):
-    """A body as updated-Lagrangian Taylor-SPH sees it: the calls of `TwoSetSystem`, in the current configuration."""
+    """A body as updated-Lagrangian Taylor-SPH sees it: the calls of `TwoSetSystem`, in the current configuration. Of f
+    particles on faces:
+
+    _axis    # axis of the grid across the face, (f,) int32
+    _slopes  # rows with weights of slopes along the axes of the grid
+    _frames  # current axes of each particle's face, in rows, (f,) mat
+    """
 
     # Each axis by itself is no gradient under shear and rotation: corners would find strain in a rigid turn.
     widenings = 2

@@ -33,7 +33,13 @@ from wsph.sph.weights import Weights, gradient_weights, interpolation_weights
 
 
 class TwoSetSystem(System):
-    """A body as Taylor-SPH sees it: `position`, `volume` and `state` are the real particles'."""
+    """A body as Taylor-SPH sees it: `position`, `volume` and `state` are those of the n real particles.
+
+    to_virtual, to_real  # weights of interpolation and of gradient, nondimensional, from the other set
+    _axes                # axes of the shape and its faces, in rows, mat
+    _framed              # particles on faces, (f,) int32
+    _faces               # what is prescribed at the real particles: `wsph.formulations.taylor.faces`
+    """
 
     widenings = 0
     """Times that the support of a target may grow by half where it spans too few directions (a corner). None in small

@@ -94,9 +94,12 @@ class UpdatedRates:
         self._arrays.part("skin").adopt(self.skin, {"found": self.skin.found})
         self._find()
         self.refresh(state)
-        made.refuse_lonely(self._rank.numpy())
+        made.refuse_isolated(self._rank.numpy())
 
     def _allocate(self, volume: np.ndarray) -> None:
+        """The arrays of the n particles, nondimensional; `volume` (n,) at the start. Moments, shares and corrected stresses
+        are those of the current configuration, `holding` (n,) vec the forces per mass that hold spurious modes, and `_rank`
+        (n,) int32 the number of directions that the neighbours span."""
         space, arrays, n, real = self._space, self._arrays, self._count, self._space.scalar
         points = points_struct(space)()
         points.node = points.centre = arrays.of("node", self._place, space.vec)

@@ -1,4 +1,4 @@
-"""What every shape has: its bounds, what is inside, and its rotation. Coordinates are metres, arrays (n, dim).
+"""The base of all shapes: bounds, membership of points, and rotation. Coordinates are metres, arrays (n, dim).
 
 A shape names the planes that a lattice has to meet (`edges`): those of its boxes and of its axis-parallel sides. Curved
 and slanted sides are met in steps of a cell. `rotate` turns a shape, and the lattice in it, about the middle of its bounds.

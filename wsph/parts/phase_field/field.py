@@ -68,7 +68,7 @@ def _damage_around(space: Space) -> wp.Function:
 
 @cache
 def respond(model: str) -> Callable[[Space, Laws, Layout], wp.Function]:
-    """How a point answers (`wsph.parts.terms.Response`)."""
+    """The answer of a point (`wsph.parts.terms.Response`)."""
 
     def make(space: Space, laws: Laws, layout: Layout) -> wp.Function:
         real, mat, Params = space.scalar, space.mat, laws.Params
@@ -149,7 +149,7 @@ def _advance_kernel(space: Space, layout: Layout, apart: bool) -> wp.Kernel:
 
 @cache
 def _average_kernel(space: Space) -> wp.Kernel:
-    """What particles see of the damage of the points around, and which points those are."""
+    """Kernel of the damage averaged from points to particles, over the particles that see any."""
     real, at, Rows = space.scalar, element(wp.int32, space.scalar), rows_struct(space)
 
     @kernel(ranged=True)
@@ -192,7 +192,12 @@ class PhaseDamage(Attached):
         clock: Clock,
         arrays: Arrays,
     ):
-        """`toughness` and `length` nondimensional; evaluations write the damage to `state`."""
+        """`toughness` and `length` nondimensional; evaluations write the damage to `state`. Beside `phase` the device has
+
+        _reached   # places that pairs see and that have damage, int32: (m,) points or (n,) nodes
+        _opened    # psi+ of every point at the end of the last step, (m,), nondimensional
+        _released  # energy set free so far, (m,), nondimensional
+        """
         self.model, self.toughness, self.length = model, toughness, length
         self._space, self._seen, self._state, self._clock = space, seen, state, clock
         real, n = space.scalar, len(seen.volume)
@@ -228,14 +233,14 @@ class PhaseDamage(Attached):
         self._look()
 
     def _look(self) -> None:
-        """What pairs see of the damage (a launch where that is an average)."""
+        """Update the damage that pairs see (a launch where it is averaged to the nodes)."""
         back = self._seen.back
         if back is not None:
             inputs = [self._reached, rows_of(self._space, back, self._seen.back_weight), self._phase.damage]
             self._clock.launch(_average_kernel(self._space), back.targets, inputs, [self._phase.seen, self._phase.near])
 
     def restored(self) -> None:
-        """What sees a damage that was put in place."""
+        """Mark the places that see the damage, after it has been put in place."""
         pairs, reached = self._seen.pairs, self._reached.numpy()
         reached[pairs.indices.numpy()[self._phase.damage.numpy()[pairs.rows()] > 0.0]] = 1
         self._reached.assign(reached)
@@ -268,7 +273,7 @@ class PhaseDamage(Attached):
         return np.bincount(rows, weight * each, len(values))
 
     def _averaged(self, values: np.ndarray) -> np.ndarray:
-        """What pairs see of values at the points, (m, ...) to (n, ...)."""
+        """Values at the points as pairs see them, (m, ...) to (n, ...)."""
         back, back_weight = self._seen.back, self._seen.back_weight
         if back is None or back_weight is None:
             return values

@@ -1,4 +1,4 @@
-"""Phase-field fracture as a part of a body: its table, what it cannot do, and where its pieces go."""
+"""Phase-field fracture as a part of a body: table, refusals, terms and fields."""
 
 # pyright: strict
 

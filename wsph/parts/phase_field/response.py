@@ -1,5 +1,5 @@
-"""What a point of a body that breaks by a phase field answers: its energy split into what opens and what closes, the damage
-after one sweep, and the stress that is left. `wsph.parts.phase_field.field` has the equations and the field.
+"""The answer of a point under a phase field: its energy split into an opening and a closing part, the damage after one
+sweep, and the stress that is left. `wsph.parts.phase_field.field` has the equations and the field.
 
 A linear elastic material takes e = U - I with F = R U (Biot), P = F sum (s_a/u_a) n_a n_a^T: forces are the gradient of the
 energy at fixed damage. Any other takes its rate law: the stress that evolves is the undamaged one, e = C^-1 sigma of it,

@@ -13,9 +13,17 @@ KEPT = 1e-6
 
 @cache
 def phase_struct(space: Space) -> type:
-    """Struct of a phase field as kernels take it: q per psi+ and b of the sweep, the damage that the step starts from and
-    what pairs see of it, which points have damage in their sight, psi+ of the last evaluation (of whole points a bound of
-    it), shares times g, and sums of the weights."""
+    """Struct of a phase field of m points as kernels take it, nondimensional. Pairs see k places: the points, or n nodes.
+
+    per_energy  # q per psi+
+    spread      # b of the sweep
+    damage      # that the step starts from, (m,)
+    seen        # the damage that pairs see, (k,)
+    near        # 1 where a point has damage in its sight, (m,) int32
+    opening     # psi+ of the last evaluation, or of whole points a bound of it, (m,)
+    share       # shares of the points times g, (m,)
+    weights     # sums of the weights of the pairs, (m,)
+    """
     real = space.scalar
     array = wp.array(dtype=real)
     annotations = {
