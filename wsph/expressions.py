@@ -5,6 +5,8 @@ values, selections) and on the device (boundary values that change in time, `wsp
 kernel of its own, which would cost 0.35 s each to compile.
 """
 
+# pyright: strict
+
 import ast
 import difflib
 import math
@@ -26,8 +28,14 @@ OPERATIONS = {name: code for code, name in enumerate(("constant", "x", "y", "z",
 """Operation codes, shared with the device's stack machine."""
 
 VARIABLES, FUNCTIONS = ("x", "y", "z", "t"), tuple(n for n in (*_UNARY, *_BINARY[5:8]) if n not in ("negate", "not"))
-_OPERATORS = {ast.Add: "add", ast.Sub: "subtract", ast.Mult: "multiply", ast.Div: "divide", ast.Pow: "power"}
-_COMPARISONS = {
+_OPERATORS: dict[type[ast.operator], str] = {
+    ast.Add: "add",
+    ast.Sub: "subtract",
+    ast.Mult: "multiply",
+    ast.Div: "divide",
+    ast.Pow: "power",
+}
+_COMPARISONS: dict[type[ast.cmpop], str] = {
     ast.Lt: "less",
     ast.LtE: "less_equal",
     ast.Gt: "greater",
@@ -59,9 +67,10 @@ class Expression:
 
         `tolerance` widens the comparisons: points that close to equality count as equal.
         """
-        n, dim = position.shape
+        n, dim = len(position), position.shape[1]
         axes = [position[:, k] if k < dim else np.zeros(n) for k in range(3)]
-        names, stack = list(OPERATIONS), []
+        names = list(OPERATIONS)
+        stack: list[np.ndarray] = []
         with np.errstate(all="ignore"):
             for code, number in self.program:
                 name = names[code]

@@ -5,7 +5,10 @@ number of stages, so undamped waves grow at every Courant number, and the paper'
 doing.
 """
 
+# pyright: strict
+
 import math
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -24,9 +27,11 @@ class Coefficients:
     def __init__(self, stages: int, epsilon: float = DAMPING):
         s, q0 = stages, 1.0 + epsilon / stages**2
         unit = [np.eye(s + 1)[j] for j in range(s + 1)]
-        T = [chebyshev.chebval(q0, u) for u in unit]
-        T1 = [chebyshev.chebval(q0, chebyshev.chebder(u)) if j else 0.0 for j, u in enumerate(unit)]
-        T2 = [chebyshev.chebval(q0, chebyshev.chebder(u, 2)) if j > 1 else 0.0 for j, u in enumerate(unit)]
+        T: list[Any] = [chebyshev.chebval(q0, u) for u in unit]
+        once: list[np.ndarray] = [chebyshev.chebder(u) for u in unit]
+        twice: list[np.ndarray] = [chebyshev.chebder(u, 2) for u in unit]
+        T1: list[Any] = [chebyshev.chebval(q0, u) if j else 0.0 for j, u in enumerate(once)]
+        T2: list[Any] = [chebyshev.chebval(q0, u) if j > 1 else 0.0 for j, u in enumerate(twice)]
         q1 = T1[s] / T2[s]
         b = [0.0, 0.0, *(T2[j] / T1[j] ** 2 for j in range(2, s + 1))]
         b[0] = b[1] = b[2]

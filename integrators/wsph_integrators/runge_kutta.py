@@ -6,6 +6,8 @@ body, damped or not, is first multiplied by more than 1; methods that amplify ev
 have the limit 0 without damping on every mode: they are for comparisons.
 """
 
+# pyright: strict
+
 import numpy as np
 
 from wsph.protocols import OneSet

@@ -1,5 +1,7 @@
 """Methods that keep energy: leapfrog, its processed fourth-order form, and a fourth-order splitting, on one set."""
 
+# pyright: strict
+
 import numpy as np
 
 from wsph.protocols import AnyState, OneSet
@@ -20,7 +22,7 @@ class Leapfrog:
     evaluations = 1
     fresh = True
 
-    def __init__(self, system: OneSet, lagged: bool = False):
+    def __init__(self, system: OneSet, lagged: object = False):
         if not isinstance(lagged, bool):
             raise ValueError(f"lagged = {lagged!r}: true or false")
         self.system, self.state, self.lagged = system, system.state, lagged

@@ -1,5 +1,7 @@
 """Taylor-SPH in small strain (TSPH), Herreros & Mabssout 2011, doi 10.1016/j.cma.2011.02.006."""
 
+# pyright: strict
+
 from wsph.protocols import TwoSets
 from wsph.stability.regions import Limit, two_step_limit
 

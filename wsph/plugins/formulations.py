@@ -8,7 +8,6 @@ A formulation is added by its folder and an entry of `FORMULATIONS`.
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any
 
 from wsph.protocols import Traits
 
@@ -25,7 +24,7 @@ class Formulation:
     as_: str = ""
 
     @property
-    def build(self) -> Callable[[Any], Any]:
+    def build(self) -> Callable[[object], object]:
         """The function that builds a system from a `wsph.formulations.setup.Setup`."""
         module, _, function = self.target.partition(":")
         return getattr(import_module(module), function)

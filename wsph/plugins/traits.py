@@ -47,16 +47,6 @@ def internal_values(material: object) -> dict[str, float]:
     return {**values, **({"dissipation": 0.0} if dissipates(material) else {})}
 
 
-def moduli(material: object) -> tuple[float, float]:
-    """Its bulk and shear modulus [Pa]."""
-    return getattr(material, "moduli")()  # noqa: B009
-
-
-def density(material: object) -> float:
-    """[kg/m3]"""
-    return getattr(material, "density")  # noqa: B009
-
-
 def longest_step(material: object) -> float:
     """The longest time step that a law can take [s], infinite where it names none."""
     return float(getattr(material, "time_step")()) if hasattr(material, "time_step") else math.inf  # noqa: B009

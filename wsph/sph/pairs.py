@@ -7,7 +7,7 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.kernels import kernel
-from wsph.backend.space import Space
+from wsph.backend.space import Array, Space
 
 
 @dataclass(frozen=True)
@@ -18,11 +18,11 @@ class Pairs:
     was found. offsets (targets + 1,) int32, indices (count,) int32, reach (targets,) float64, the support radius of each.
     """
 
-    offsets: wp.array
-    indices: wp.array
+    offsets: Array
+    indices: Array
     targets: int
     sources: int
-    reach: wp.array
+    reach: Array
 
     @property
     def count(self) -> int:

@@ -1,18 +1,14 @@
 """Rows of pairs as kernels take them."""
 
 # pyright: strict
-# pyright: reportUnknownMemberType=false
 
 from functools import cache
 from typing import Any
 
 import warp as wp
 
-from wsph.backend.space import Space
+from wsph.backend.space import Array, Space
 from wsph.sph.pairs import Pairs
-
-Weight = wp.array[Any]
-"""One a pair: scalars or vectors of the space."""
 
 
 @cache
@@ -32,7 +28,7 @@ def rows_struct(space: Space, vectors: bool = False) -> type:
     return made
 
 
-def rows_of(space: Space, pairs: Pairs, weight: Weight | None = None) -> object:
+def rows_of(space: Space, pairs: Pairs, weight: Array | None = None) -> object:
     """The rows of `pairs` with `weight` (pairs,), scalars or vectors; without one where a kernel takes the pairs alone."""
     vectors = weight is not None and weight.dtype is space.vec
     rows = rows_struct(space, vectors)()

@@ -20,7 +20,7 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.kernels import kernel
-from wsph.backend.space import Space
+from wsph.backend.space import Array, Space
 from wsph.backend.tensors import generalized_inverse
 from wsph.sph.pairs import Pairs
 from wsph.sph.rows import rows_of, rows_struct
@@ -128,7 +128,7 @@ class Weights:
     """
 
     pairs: Pairs
-    values: wp.array
+    values: Array
     rank: np.ndarray
 
     def mapped(self, space: Space, linear: np.ndarray) -> "Weights":

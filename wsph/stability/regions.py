@@ -90,7 +90,7 @@ def margin(system: Stability, order: int, amplifies: bool) -> float:
 
 
 def damped_limit(
-    system: Stability, amplification: Callable[[NDArray[np.complex128]], NDArray[Any]], stages: int, share: float
+    system: Stability, amplification: Callable[[NDArray[np.complex128]], np.ndarray], stages: int, share: float
 ) -> Limit:
     """A share of the Courant number where damped motions leave the region |amplification(lambda dt)| <= 1. A method that
     amplifies waves may hold those that are damped."""

@@ -1,6 +1,8 @@
 """The small motions of a one-set body about its current state, found when they are first asked for: what integrators take
 their limits from."""
 
+# pyright: strict
+
 from functools import cached_property
 
 import numpy as np

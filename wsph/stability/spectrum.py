@@ -7,6 +7,8 @@ frequency. So K and D are projected on what a few dozen right-hand sides span, a
 body's (tests/stability/test_guard.py holds limits to runs and to whole spectra).
 """
 
+# pyright: strict
+
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -72,7 +74,8 @@ class Spectrum:
     def largest(self, dt: float, factor: float, shares: tuple[float, ...]) -> float:
         """The largest eigenvalue of dt^2 K + factor dt D, an upper estimate, for the worst of the shares of the
         viscosity."""
-        found, one = [], np.eye(len(self.stiffness))
+        found: list[float] = []
+        one = np.eye(len(self.stiffness))
         kk, kd, dd = self.squares
         for share in shares:
             a, b, c = dt**2, factor * dt * share, factor * dt * self.rate

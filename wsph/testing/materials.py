@@ -11,7 +11,8 @@ from wsph.backend.space import Space
 from wsph.constitutive.constitutive import Constitutive
 from wsph.constitutive.laws import user_law
 from wsph.constitutive.stress_state import STRESS_STATES
-from wsph.plugins.traits import density, depends_on_stress, moduli, own_internals, relaxes
+from wsph.plugins.traits import depends_on_stress, own_internals, relaxes
+from wsph.protocols import Material
 from wsph.units import Scales
 
 SAMPLES = 200
@@ -21,12 +22,12 @@ _ROUNDING = {"f64": 1e-12, "f32": 1e-5}
 class LawSampler:
     """A material's bare law over arrays, nondimensional: stress over rho c^2, rates over c per metre."""
 
-    def __init__(self, material: object, precision: str = "f64"):
+    def __init__(self, material: Material, precision: str = "f64"):
         self.space = Space(3, precision)
-        bulk, shear = moduli(material)
+        bulk, shear = material.moduli()
         state = STRESS_STATES[3, None]
-        speed = state.wave_speed(bulk, shear, density(material))
-        self.scales = Scales(1.0, 1.0 / speed, density(material))
+        speed = state.wave_speed(bulk, shear, material.density)
+        self.scales = Scales(1.0, 1.0 / speed, material.density)
         self.constitutive = Constitutive(self.space, material, state, self.scales, type(material).__name__)
         self.names = list(own_internals(material))
         self.initial = np.array([self.constitutive.internals[name] for name in self.names])
@@ -88,7 +89,7 @@ def _rotations(n: int, random: np.random.Generator) -> np.ndarray:
 
 
 def check_material(
-    material: object, *, stress_level: float | None = None, precisions: tuple[str, ...] = ("f64", "f32")
+    material: Material, *, stress_level: float | None = None, precisions: tuple[str, ...] = ("f64", "f32")
 ) -> None:
     """Run every law that a rate material must obey on random stresses, velocity gradients and internals.
 
@@ -102,7 +103,7 @@ def check_material(
     for precision in precisions:
         random = np.random.default_rng(7)
         law, tolerance = LawSampler(material, precision), _ROUNDING[precision]
-        level = (stress_level or 0.01 * moduli(material)[1]) / law.scales.stress
+        level = (stress_level or 0.01 * material.moduli()[1]) / law.scales.stress
         stress = level * _symmetric(random.standard_normal((SAMPLES, 3, 3)))
         first, second = (level * random.standard_normal((SAMPLES, 3, 3)) for _ in range(2))
         zero = np.zeros_like(stress)
