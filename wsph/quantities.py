@@ -66,11 +66,6 @@ class Unit:
         return handler.generate_schema(Annotated[float, number, Field(gt=self.gt, ge=self.ge, lt=self.lt, le=self.le)])
 
 
-def in_unit(unit: str, **limits: float) -> object:
-    """The type of such a number."""
-    return Annotated[float, Unit(unit, **limits)]
-
-
 def read_cadence(value: object) -> int | float:
     if isinstance(value, int) and not isinstance(value, bool):
         if not 1 <= value < 2**53:

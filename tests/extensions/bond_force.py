@@ -14,6 +14,7 @@ from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.errors import Refused
+from wsph.formulations.lagrangian.flow import drift_kernel
 from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.one_set_setup import RateSetup
 from wsph.formulations.setup import Setup
@@ -49,17 +50,8 @@ def _bond_kernel(space: Space, layout: Layout) -> wp.Kernel:
     return bonds
 
 
-@cache
-def _drift_kernel(space: Space, layout: Layout) -> wp.Kernel:
-    """du/dt = v."""
-    Fields = fields_struct(space, layout)
-
-    @kernel(ranged=True)
-    def drift(first: int, fields: Fields, rate_out: Fields):
-        i = first + wp.tid()
-        rate_out.displacement[i] = fields.velocity[i]
-
-    return drift
+_drift_kernel = cache(drift_kernel)
+"""Of du/dt = v."""
 
 
 class BondRates:

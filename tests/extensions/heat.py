@@ -16,7 +16,7 @@ back on the motion.
 """
 
 from functools import cache
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 import warp as wp
@@ -33,7 +33,7 @@ from wsph.expressions import compile_expression, constant_program
 from wsph.parts.part import Attached, Host, Neighbourhood, Part
 from wsph.parts.terms import points_struct
 from wsph.protocols import Entry, Traits
-from wsph.quantities import Value, in_unit
+from wsph.quantities import Unit, Value
 from wsph.sph.rows import rows_of, rows_struct
 
 
@@ -43,8 +43,8 @@ class Heat(Part):
 
     key: ClassVar[str] = "heat"
     offers: ClassVar[tuple[str, ...]] = ("temperature",)
-    conductivity: in_unit("W/m", gt=0)
-    specific_heat: in_unit("J/kg", gt=0)
+    conductivity: Annotated[float, Unit("W/m", gt=0)]
+    specific_heat: Annotated[float, Unit("J/kg", gt=0)]
     initial: Value = 0.0
 
     @field_validator("initial")

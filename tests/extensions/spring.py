@@ -5,7 +5,7 @@ the energy k A |u|^2/2 on the ledger as strain.
 """
 
 from functools import cache
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 import warp as wp
@@ -17,7 +17,7 @@ from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.boundary.load import ActingLoad, Load, LoadedFaces
 from wsph.protocols import Entry
-from wsph.quantities import in_unit
+from wsph.quantities import Unit
 from wsph.units import Scales
 
 
@@ -25,7 +25,7 @@ class Spring(Load):
     """Springs to the ground: `stiffness` per area [N/m3]."""
 
     key: ClassVar[str] = "spring"
-    stiffness: in_unit("N/m3", gt=0)
+    stiffness: Annotated[float, Unit("N/m3", gt=0)]
 
     def attach(self, faces: LoadedFaces, space: Space, scales: Scales, clock: Clock, arrays: Arrays) -> ActingLoad:
         return Springs(
