@@ -6,7 +6,6 @@ composition, an unusable folder); 3 unstable;
 """
 
 # pyright: strict
-# pyright: reportUnknownMemberType=false
 
 import argparse
 import json
@@ -206,7 +205,8 @@ def _check(options: argparse.Namespace) -> int:
             ),
         ]
     name = scene.run.integrator.name
-    kernels: list[str] = [kernel.func.__name__ for kernel in composition.launches()]
+    functions: list[Any] = [kernel.func for kernel in composition.launches()]
+    kernels: list[str] = [function.__name__ for function in functions]
     rows += [
         (
             "integrator",

@@ -6,7 +6,6 @@ the file is `wsph.scene.lines`' business.
 """
 
 # pyright: strict
-# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 import inspect
 import math

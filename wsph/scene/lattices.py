@@ -1,7 +1,6 @@
 """The lattice that a body of a scene asks for."""
 
 # pyright: strict
-# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 import numpy as np
 

@@ -11,7 +11,7 @@ import copy
 from collections.abc import Mapping
 from typing import Any
 
-from pydantic import BaseModel, PrivateAttr, ValidationError
+from pydantic import PrivateAttr, ValidationError
 
 from wsph.errors import Fault, SceneError
 from wsph.quantities import Table, is_list, is_table
@@ -29,8 +29,9 @@ class Scene(SceneTables):
 
     def __init__(self, /, **data: object):
         faults: list[Fault] = []
+        given: dict[str, Any] = data
         try:
-            BaseModel.__init__(self, **data)
+            super().__init__(**given)
         except ValidationError as error:
             faults = [of_validation(e, Scene) for e in error.errors(include_url=False)]
             faults += _beyond(data, error)

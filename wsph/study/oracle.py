@@ -1,7 +1,6 @@
 """The answer that a study compares its runs with."""
 
 # pyright: strict
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
 
 from pathlib import Path
 from typing import Annotated, Literal

@@ -1,13 +1,13 @@
 """A scene's step as a matrix, whole spectra, and how far conserved quantities go."""
 
 # pyright: strict
-# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 from typing import cast
 
 import numpy as np
 
 from wsph.formulations.one_set import OneSetSystem
+from wsph.protocols import DeviceArray
 from wsph.scene.scene import Scene
 from wsph.simulation.compose import compose
 from wsph.simulation.composition import Composition
@@ -24,8 +24,8 @@ def step_matrix(scene: Scene, amplitude: float = 1.0) -> np.ndarray:
     composition = compose(scene)
     composition.compile()
     composition.program.prepare(1)
-    states = [run.system.state.buffer for run in composition.bodies]
-    sizes = [len(buffer) for buffer in states]
+    states: list[DeviceArray] = [run.system.state.buffer for run in composition.bodies]
+    sizes = [len(run.system.state.buffer) for run in composition.bodies]
 
     def step(vector: np.ndarray) -> np.ndarray:
         for buffer, part in zip(states, np.split(vector, np.cumsum(sizes)[:-1]), strict=True):
