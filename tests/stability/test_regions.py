@@ -25,7 +25,7 @@ CLASSICAL = np.array([1.0, 1.0, 1 / 2, 1 / 6, 1 / 24])
 
 
 def body(
-    omega: float = 2.0, ratio: float = 0.0, *, irregular: bool = False, residual: float = 0.0, dim: int = 2
+    omega: float = 2.0, ratio: float = 0.0, *, irregular: bool = False, stabilisation: float = 0.0, dim: int = 2
 ) -> Stability:
     """A body with one mode, of damping ratio `ratio`; a Courant number is omega dt."""
     damping = 2.0 * ratio * omega
@@ -35,7 +35,7 @@ def body(
         modes=np.roots([1.0, damping, omega**2]).astype(complex),
         damped=ratio > 0.0,
         irregular=irregular,
-        residual=residual,
+        stabilisation=stabilisation,
         largest=lambda dt, factor: dt**2 * omega**2 + factor * dt * damping,
         courant=lambda product: product,
     )  # type: ignore[return-value]
@@ -82,8 +82,8 @@ def test_motion_that_alternates_grows_where_a_quadratic_equation_says(ratio: flo
 
 def test_less_is_taken_where_less_is_known() -> None:
     """A method that amplifies waves, of a held spectrum, of an irregular body, in more than one dimension."""
-    plain, held = margin(body(), 2, True), margin(body(residual=0.6), 2, True)
-    rough = margin(body(residual=0.6, irregular=True), 2, True)
+    plain, held = margin(body(), 2, True), margin(body(stabilisation=0.6), 2, True)
+    rough = margin(body(stabilisation=0.6, irregular=True), 2, True)
     assert 1.0 > margin(body(), 4, False) > plain > held > rough > 0.5
     assert margin(body(), 1, True) < margin(body(dim=1), 1, True) == plain
 
