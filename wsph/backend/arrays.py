@@ -14,6 +14,17 @@ import warp as wp
 from warp._src.codegen import StructInstance
 
 from wsph.backend.space import Array
+from wsph.protocols import DeviceArray
+
+
+def host(array: DeviceArray) -> np.ndarray:
+    """The numbers of an array, on the host; on the CPU a view of them."""
+    return array.numpy()
+
+
+def put(array: DeviceArray, numbers: np.ndarray) -> None:
+    """Overwrite an array with numbers of the host."""
+    array.assign(numbers)
 
 
 @dataclass(frozen=True)

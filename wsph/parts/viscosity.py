@@ -54,11 +54,8 @@ class Viscosity(Part):
         return {"alpha": self.alpha, "beta": self.beta}
 
     def pair_term(self, host: Host) -> PairTerm | None:
-        own = self._own_gradient(host)
-        make = _along_own_gradient if own else _along_the_line
-        return PairTerm(
-            "drag", make(self.kind == "approach"), NUMBERS, shares=not own, one_sided=self.kind == "approach"
-        )
+        own, approach = self._own_gradient(host), self.kind == "approach"
+        return PairTerm("drag", _drag(approach, own), NUMBERS, shares=not own, one_sided=approach)
 
     def rate_term(self, host: Host) -> RateTerm | None:
         return RateTerm(_stress(self.kind == "approach"), NUMBERS, one_sided=self.kind == "approach")
@@ -96,8 +93,8 @@ def _closing(space: Space, layout: Layout, approach: bool) -> wp.Function:
 
 
 @cache
-def _along_the_line(approach: bool):
-    """The factory of its pair term: along the current line of two particles."""
+def _drag(approach: bool, own: bool):
+    """The factory of its pair term: along the current line of two particles or, the paper's, each one's `own` gradient."""
 
     def make(space: Space, layout: Layout, smoothing: str, Coefficients: type) -> wp.Function:
         real, vec, dim, Fields = space.scalar, space.vec, space.dim, fields_struct(space, layout)
@@ -121,40 +118,9 @@ def _along_the_line(approach: bool):
             both: real,
         ) -> vec:
             pressure = pressure_of(c, density, closing_of(fields, others, i, j, apart), square)
+            if wp.static(own):
+                return (pressure * points.volume[i]) * (points.moment[i] * wr)
             return (real(wp.static(0.5 * dim)) * pressure * both) * apart
-
-        return drag
-
-    return make
-
-
-@cache
-def _along_own_gradient(approach: bool):
-    """The factory of the paper's pair term: along each particle's own corrected gradient."""
-
-    def make(space: Space, layout: Layout, smoothing: str, Coefficients: type) -> wp.Function:
-        real, vec, Fields = space.scalar, space.vec, fields_struct(space, layout)
-        Points, Answers = points_struct(space), answers_struct(space)
-        pressure_of, closing_of = _pressure(space, approach, Coefficients), _closing(space, layout, approach)
-
-        @wp.func
-        def drag(
-            c: Coefficients,
-            density: real,
-            points: Points,
-            answers: Answers,
-            fields: Fields,
-            others: Fields,
-            i: int,
-            j: int,
-            wr: vec,
-            r: vec,
-            apart: vec,
-            square: real,
-            both: real,
-        ) -> vec:
-            pressure = pressure_of(c, density, closing_of(fields, others, i, j, apart), square)
-            return (pressure * points.volume[i]) * (points.moment[i] * wr)
 
         return drag
 

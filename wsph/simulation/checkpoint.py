@@ -164,12 +164,10 @@ def kept(composition: Composition) -> dict[str, DeviceArray]:
 def restore(path: Path, composition: Composition, arrays: dict[str, np.ndarray]) -> None:
     """Put the arrays of a checkpoint back. Raises CheckpointError where they are not those of the composition."""
     for name, array in kept(composition).items():
-        value = arrays.get(name)
-        if value is None or value.shape != array.numpy().shape:
+        value, wanted = arrays.get(name), array.numpy().shape
+        if value is None or value.shape != wanted:
             shape = "absent" if value is None else f"of shape {value.shape}"
-            raise CheckpointError(
-                f"{path}: {name} is {shape}, not of shape {array.numpy().shape}: of another composition"
-            )
+            raise CheckpointError(f"{path}: {name} is {shape}, not of shape {wanted}: of another composition")
         array.assign(value)
     for run in composition.bodies:
         run.system.restored()

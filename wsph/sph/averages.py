@@ -4,16 +4,16 @@
 
 import numpy as np
 
+from wsph.backend.arrays import host
 from wsph.backend.space import Space
 from wsph.geometry.lattice import Lattice
-from wsph.protocols import DeviceArray
 from wsph.sph.pairs import Pairs, find_pairs
 from wsph.sph.weights import Weights, interpolation_weights
 
 
 def average(weights: Weights, values: np.ndarray) -> np.ndarray:
     """Interpolate `values` (sources, k) on the host, (targets, k)."""
-    indices, w, row = _host(weights.pairs.indices), _host(weights.values), weights.pairs.rows()
+    indices, w, row = host(weights.pairs.indices), host(weights.values), weights.pairs.rows()
     return np.stack(
         [np.bincount(row, w * values[indices, c], weights.pairs.targets) for c in range(values.shape[1])], 1
     )
@@ -23,7 +23,7 @@ def visible(pairs: Pairs, lattice: Lattice, targets: np.ndarray, sources: np.nda
     """Pairs whose line crosses no crack. `targets` (n, dim) and `sources` (m, dim) in grid coordinates, off the cracks."""
     if not lattice.cracks:
         return pairs
-    return pairs.where(~lattice.crossed(targets[pairs.rows()], sources[_host(pairs.indices)]))
+    return pairs.where(~lattice.crossed(targets[pairs.rows()], sources[host(pairs.indices)]))
 
 
 def spanning_weights(
@@ -50,7 +50,3 @@ def spanning_weights(
 def outward_weights(lattice: Lattice, support: float) -> Weights:
     """Interpolation from cells to nodes that extrapolates linearly to faces: for output. `support` in cells."""
     return spanning_weights(lattice, support, lattice.centred, lattice.off_cracks, lattice.cell_volume)
-
-
-def _host(array: DeviceArray) -> np.ndarray:
-    return array.numpy()

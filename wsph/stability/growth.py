@@ -11,8 +11,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from wsph.backend.arrays import host, put
 from wsph.backend.state import State
-from wsph.protocols import DeviceArray
 from wsph.stability.margins import PRODUCTS
 
 
@@ -26,7 +26,7 @@ def largest_growth(step: Callable[[], None], state: State, block: int = 100, pro
     of 100 steps, one of 2.3e-4 among many like it was not. The state is in double precision: in single, rounding grows.
     `units`: sizes of fields, one where not said; a body that is far softer than another has its own.
     """
-    origin, size = _host(state.buffer).copy(), 1e-5
+    origin, size = host(state.buffer).copy(), 1e-5
     unit = np.ones(len(origin))
     for name, value in (units or {}).items():
         if name in state.start:
@@ -34,10 +34,10 @@ def largest_growth(step: Callable[[], None], state: State, block: int = 100, pro
             unit[first : first + state.counts[name] * state.widths[name]] = value
 
     def advanced(start: np.ndarray) -> np.ndarray:
-        _put(state.buffer, start)
+        put(state.buffer, start)
         for _ in range(block):
             step()
-        return _host(state.buffer).copy()
+        return host(state.buffer).copy()
 
     rest = advanced(origin)
     basis = np.zeros((products + 1, len(origin)))
@@ -60,7 +60,7 @@ def largest_growth(step: Callable[[], None], state: State, block: int = 100, pro
             kept = k + 1
             break
         basis[k + 1] = w / hessenberg[k + 1, k]
-    _put(state.buffer, origin)
+    put(state.buffer, origin)
     if kept == 0:
         return np.inf
     values, vectors = np.linalg.eig(hessenberg[:kept, :kept])
@@ -70,11 +70,3 @@ def largest_growth(step: Callable[[], None], state: State, block: int = 100, pro
     sure = sizes - residual > 1.0
     radius = float(sizes[sure].max()) if sure.any() else min(1.0, float(sizes.max()))
     return radius ** (1.0 / block) - 1.0
-
-
-def _host(array: DeviceArray) -> np.ndarray:
-    return array.numpy()
-
-
-def _put(array: DeviceArray, numbers: np.ndarray) -> None:
-    array.assign(numbers)

@@ -6,9 +6,9 @@ from typing import Protocol
 
 import numpy as np
 
+from wsph.backend.arrays import host, put
 from wsph.backend.space import Space
 from wsph.backend.state import State
-from wsph.protocols import DeviceArray
 from wsph.stability.margins import DAMPED_VECTORS, STILL, VECTORS
 from wsph.stability.spectrum import Spectrum
 from wsph.units import Scales
@@ -54,7 +54,7 @@ class Products:
         self.free = system.free_components
         self.mass = np.sqrt(np.repeat(system.volume, system.space.dim))
         self._moved, self._change = system.temporary(), system.temporary()
-        self._start = _host(system.state.buffer).copy()
+        self._start = host(system.state.buffer).copy()
         self._velocity, self._place = system.state.span("velocity"), system.state.span("displacement")
         n = len(self.free)
         self._eps = 1e-6 if system.space.precision == "f64" else 1e-2
@@ -69,11 +69,11 @@ class Products:
 
     def restore(self) -> None:
         """Put the body back into the state that it was in."""
-        _put(self.system.state.buffer, self._start)
+        put(self.system.state.buffer, self._start)
         self.system.refresh(self.system.state)
 
     def _assign(self, values: np.ndarray) -> None:
-        _put(self._moved.buffer, values.astype(self.system.space.numpy))
+        put(self._moved.buffer, values.astype(self.system.space.numpy))
 
     def _changes(self, w: np.ndarray) -> np.ndarray:
         """The rates of stress or deformation under velocities eps w, and those at rest."""
@@ -82,7 +82,7 @@ class Products:
         self._assign(moved)
         self.system.refresh(self._moved)
         self.system.rate(self._moved, self._change, "rest")
-        return _host(self._change.buffer).astype(np.float64)
+        return host(self._change.buffer).astype(np.float64)
 
     def _accelerations(self, w: np.ndarray) -> np.ndarray:
         """a(u + eps w) with the velocities at rest."""
@@ -95,7 +95,7 @@ class Products:
         shifted[self._place] += self._eps * w
         self._assign(shifted)
         self.system.rate(self._moved, self._change, "velocity")
-        return _host(self._change.buffer)[self._velocity].astype(np.float64)
+        return host(self._change.buffer)[self._velocity].astype(np.float64)
 
     def stiffness(self, x: np.ndarray) -> np.ndarray:
         """K x."""
@@ -106,7 +106,7 @@ class Products:
         state[self._velocity] = 1e-9 * (w if self._closing is None else w + self._closing)
         self._assign(state)
         self.system.rate(self._moved, self._change, "velocity")
-        return -_host(self._change.flat("drag")).astype(np.float64) / 1e-9
+        return -host(self._change.flat("drag")).astype(np.float64) / 1e-9
 
     def damping(self, x: np.ndarray) -> np.ndarray:
         """D x, of all pairs."""
@@ -198,11 +198,3 @@ def spectrum(system: Moving) -> Spectrum:
         before, last = last / size, coefficients / size
     products.restore()
     return span.spectrum(rate, still)
-
-
-def _host(array: DeviceArray) -> np.ndarray:
-    return array.numpy()
-
-
-def _put(array: DeviceArray, numbers: np.ndarray) -> None:
-    array.assign(numbers)
