@@ -51,6 +51,21 @@ def test_a_bar_on_a_spring_has_the_frequency_of_its_closed_form() -> None:
     assert errors[0] / errors[1] > 2.5
 
 
+@pytest.mark.parametrize("turned", [0.0, 30.0])
+@pytest.mark.parametrize("formulation", ["total-lagrangian", "stress-points", "updated-lagrangian"])
+def test_a_block_on_soft_springs_swings_as_a_rigid_body(formulation: str, turned: float) -> None:
+    """In plane stress, on springs along its lower face: omega^2 = k/(rho L), to the order of k L/E = 0.001. After a quarter
+    of a period it is still, however the body is turned."""
+    stiffness, up = 1e-3, np.array([-np.sin(np.radians(turned)), np.cos(np.radians(turned))])
+    body = scenes.body({**scenes.box(1.0, 1.0), "rotate": turned}, 1.0 / 8.0, state="stress", velocity=list(1e-6 * up))
+    held = [{"body": body["name"], "face": "-y", "spring": {"stiffness": stiffness}}]
+    run = {"integrator": "rk4", "formulation": formulation, "end": 0.5 * np.pi / np.sqrt(stiffness), "cfl": 0.4}
+    result = wsph.run(scenes.scene(body, run=run, boundary=held, output={"history": 1}))
+    velocity = result.particles["velocity"] @ up
+    assert abs(velocity.mean()) < 1e-3 * 1e-6
+    assert np.abs(result.history["residual"]).max() < 1e-8 * result.history["kinetic"][0]
+
+
 def test_its_energy_is_on_the_ledger() -> None:
     result = wsph.run(bar(end=0.5 * np.pi / KAPPA))
     assert result.history["strain"].max() > 0.9 * result.history["kinetic"][0]
