@@ -122,7 +122,7 @@ def _method(scene: Scene) -> Method:
     plugin = registry.load("integrators", name)
     who = f"integrator {name!r} ({registry.origin('integrators', name)})"
     systems = of_sets(integrators.sets(plugin))
-    offered = worked_in(tuple(integrators.offered(plugin, tuple(systems))), integrators.sets(plugin))
+    offered = worked_in(integrators.offered(plugin, tuple(systems)), integrators.sets(plugin))
     if not integrators.steps(plugin) or not all(each in systems for each in offered) or not offered:
         raise PluginError(f"{who} is no integrator; expected {integrators.SIGNATURE}")
     chosen = scene.run.formulation or offered[0]
