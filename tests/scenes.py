@@ -46,6 +46,8 @@ def dimensions(data: Data) -> int:
     """Of the space that a shape lies in."""
     while "shapes" in data:
         data = data["shapes"][0]
+    if "points" in data:
+        return 2
     return len(next(data[key] for key in ("min", "center", "from") if key in data))
 
 

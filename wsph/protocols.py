@@ -28,6 +28,8 @@ class Traits:
     """Whether a material has to give a rate law."""
     maps: bool = False
     """Whether cells may differ in size and direction."""
+    edges: bool = False
+    """Whether its particles can stand on the faces, with pairs along the edges of the cells."""
     splits_cracks: bool = False
     """Whether cracks part the particles on them, and so have to run along lines of the grid."""
     pairs_follow: bool = False

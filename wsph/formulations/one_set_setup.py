@@ -155,6 +155,7 @@ class RateSetup:
             host.breaks,
             not host.traits.reference,
             bool(self.loads.acting),
+            host.edges,
         )
 
     def coefficients(self, form: Form) -> Coefficients:

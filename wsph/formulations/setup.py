@@ -13,6 +13,7 @@ from wsph.plugins.formulations import Formulation
 from wsph.protocols import Traits
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
+from wsph.sph.smoothing import DEFAULT
 from wsph.units import Scales
 
 
@@ -56,6 +57,20 @@ class Setup:
             run.correction,
             run.kernel,
             run.support or (own[0] if own else self.traits.support),
-            not self.traits.pairwise or self.body.placement == "nodes",
+            not self.traits.pairwise or self.body.placement == "nodes" or self.along_edges,
+            self.along_edges,
             parts,
         )
+
+    @property
+    def along_edges(self) -> bool:
+        """Whether particles stand on the faces, with pairs along the edges of the cells: by default, where the formulation
+        can. A scene that names a support or a kernel asks for a kernel's pairs; parts that break pairs, cracks that part
+        cells and contact between balls take them too, and a lattice whose cells differ."""
+        run, parts = self.scene.run, self.body.parts.values()
+        kernel = run.support is not None or run.kernel != DEFAULT or run.correction == "paper"
+        parting = any(part.breaks or part.support is not None for part in parts) or bool(self.lattice.cracks)
+        touched = any(self.body.name in contact.names for contact in self.scene.contact)
+        if not self.traits.edges or kernel or parting or self.lattice.irregular or self.body.placement == "cells":
+            return False
+        return not touched or self.body.placement == "nodes"

@@ -63,8 +63,8 @@ def _spring(space: Space, layout: Layout, smoothing: str, Coefficients: type) ->
         both: real,
     ) -> vec:
         # Twice the distance less what both deformations say of it, along the line between.
-        H = real(2.0) * wp.identity(n=dim, dtype=real) + at(fields.deformation, i)
-        gap = real(2.0) - wp.dot((H + at(fields.deformation, j)) * r, apart) / square
+        H = real(2.0) * wp.identity(n=dim, dtype=real) + at(answers.gradient, i)
+        gap = real(2.0) - wp.dot((H + at(answers.gradient, j)) * r, apart) / square
         return (c.spring * both * gap) * apart
 
     return hold

@@ -29,7 +29,8 @@ from wsph.units import Scales
 @dataclass(frozen=True)
 class Host:
     """The body that a part belongs to, as the part sees it. `correction`, `smoothing` and `support` [spacings] are those of
-    the run; `parts` the body's own by their keys; `at_nodes`: whether particles are the lattice's nodes."""
+    the run; `parts` the body's own by their keys; `at_nodes`: whether particles are the lattice's nodes; `edges`: whether
+    pairs are the edges of its cells, and no kernel's."""
 
     name: str
     space: Space
@@ -41,6 +42,7 @@ class Host:
     smoothing: str
     support: float
     at_nodes: bool
+    edges: bool
     parts: "Mapping[str, Part]"
 
     @property

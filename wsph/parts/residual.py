@@ -15,6 +15,9 @@ from wsph.quantities import Unit
 AT_NODES = 0.3
 """By default, of particles that are their own points and stand on the faces."""
 
+ALONG_EDGES = 0.2
+"""By default, of particles whose pairs are the edges of the cells: sawteeth then swing at 0.22 to 0.25 of 2 c/spacing."""
+
 BREAKING = 0.1
 """By default, of a body that can break: enough to hold spurious modes; more is stiffness that a crack has to release beside
 the material's."""
@@ -53,6 +56,7 @@ def _usual(host: Host) -> float:
     usual = host.traits.stabilisation
     if host.traits.reference:
         usual = AT_NODES if host.traits.pairwise and host.at_nodes else usual
+        usual = ALONG_EDGES if host.edges else usual
         usual = BREAKING if host.breaks else usual
         usual = FLOWING if host.constitutive.laws.dissipates else usual
     return usual

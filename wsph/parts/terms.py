@@ -74,11 +74,15 @@ def answers_struct(space: Space) -> type:
     mean       # mean displacement of a point's particles, (m,) vec, where points have places of their own
     corrected  # volume times first Piola stress times moment, less what the stabilisation has there, (m,) mat
     extra      # the same of a stress or rate term, (m,) mat, where there is one
+    gradient   # displacement gradient as pairs see it, (m,) mat: the state's deformation, unless that is averaged
+    nominal    # first Piola stress before it is averaged, (m,) mat, where it is
     """
     annotations: dict[str, object] = {
         "mean": wp.array(dtype=space.vec),
         "corrected": wp.array(dtype=space.mat),
         "extra": wp.array(dtype=space.mat),
+        "gradient": wp.array(dtype=space.mat),
+        "nominal": wp.array(dtype=space.mat),
     }
     return cast(type, wp.struct(type("Answers", (), {"__annotations__": annotations, "__module__": __name__})))
 

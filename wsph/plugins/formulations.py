@@ -37,7 +37,7 @@ FORMULATIONS = [
     Formulation(
         "total-lagrangian",
         1,
-        Traits(one_set=True, pairwise=True, reference=True, maps=True, measures=True, pushable=True),
+        Traits(one_set=True, pairwise=True, reference=True, maps=True, edges=True, measures=True, pushable=True),
         "wsph.formulations.lagrangian.rates:build",
     ),
     Formulation(

@@ -28,7 +28,7 @@ from wsph.parts.table import PARTS
 from wsph.plugins.formulations import names
 from wsph.quantities import Cadence, Model, Strings, Unit, Value, as_tuple, is_sequence, read_cadence, read_switch
 from wsph.scene.messages import none_of
-from wsph.sph.smoothing import SMOOTHING
+from wsph.sph.smoothing import DEFAULT, SMOOTHING
 from wsph.units import looks_like_quantity, quantity
 
 
@@ -111,7 +111,7 @@ class Run(Model):
     threads: Annotated[int, Field(ge=0, le=1024)] = 0
     formulation: Annotated[str, AfterValidator(_formulation)] | None = None
     correction: Literal["symmetric", "paper"] = "symmetric"
-    kernel: Annotated[str, AfterValidator(_smoothing)] = "cubic-spline"
+    kernel: Annotated[str, AfterValidator(_smoothing)] = DEFAULT
     support: Annotated[float, Unit("", gt=0)] | None = None
     guard: Literal["refuse", "warn", "off"] = "refuse"
     seed: Annotated[int, Field(ge=0)] = 0
@@ -175,7 +175,7 @@ else:
 class Body(_WithParts):
     """One deformable body."""
 
-    placement: Literal["cells", "nodes"] = "cells"
+    placement: Literal["cells", "nodes"] | None = None
     velocity: Annotated[tuple[Value, ...], BeforeValidator(as_tuple)] | None = None
     material: MaterialSpec
 

@@ -76,6 +76,9 @@ def wendland_c2(space: Space) -> tuple[wp.Function, wp.Function]:
     return value, slope
 
 
+DEFAULT = "cubic-spline"
+"""The kernel of a scene that names none."""
+
 SMOOTHING: dict[str, Callable[[Space], tuple[wp.Function, wp.Function]]] = {
     "cubic-spline": cubic_spline,
     "wendland-c2": wendland_c2,

@@ -8,7 +8,7 @@ from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
 from wsph.backend.tensors import determinant_and_inverse
 from wsph.constitutive.laws import Laws
-from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered
+from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered, smoothed
 from wsph.parts.terms import points_struct
 from wsph.sph.rows import rows_struct
 
@@ -30,6 +30,7 @@ def flow_kernel(
 ) -> wp.Kernel:
     """Rates of stress and internals of a rate law and, in the current configuration, of the deformation.
 
+    `gradients` are those of the velocities, as pairs see them, where the form averages them; else they are not read.
     `ahead_gradient`, for the current configuration: Warp function (c, dt, rows, points, fields, i) -> the velocity gradient
     dt ahead.
     """
@@ -42,7 +43,7 @@ def flow_kernel(
         determinant_and_inverse(space),
     )
     of_velocity = gathered(space, layout, form, False)
-    of_later = ahead_gradient or of_velocity
+    of_later, average = ahead_gradient or of_velocity, smoothed(space)
 
     @kernel(ranged=True, pairs=not form.moving)
     def flow(
@@ -53,6 +54,7 @@ def flow_kernel(
         c: Coefficients,
         rows: Rows,
         points: Points,
+        gradients: wp.array(dtype=mat),
         fields: Fields,
         others: Fields,
         rate_out: Fields,
@@ -67,8 +69,12 @@ def flow_kernel(
             F = wp.identity(n=dim, dtype=real) + fields.deformation[i]
             rate_out.deformation[i] = inverse(wp.identity(n=dim, dtype=real) - dt * L) * (L * F)
         else:
-            gradient, _mean = of_velocity(c, rows, points, others, others.velocity, i)
-            change = gradient * points.moment[i]
+            change = mat()
+            if wp.static(form.averaged):
+                change = average(rows, points, gradients, i)
+            else:
+                gradient, _mean = of_velocity(c, rows, points, others, others.velocity, i)
+                change = gradient * points.moment[i]
             later = wp.identity(n=dim, dtype=real) + fields.deformation[i] + dt * change
             # Across a crack F says nothing: where it has no inverse, stress rests.
             if wp.static(form.breaks) and determinant(later) < real(0.1):

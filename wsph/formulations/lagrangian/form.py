@@ -19,6 +19,9 @@ from wsph.parts.terms import (
 from wsph.sph.rows import rows_struct
 from wsph.sph.smoothing import SMOOTHING
 
+AVERAGED = 1.0 / 12.0
+"""Strength a of the average over the edges (`wsph.formulations.lagrangian.edges`)."""
+
 
 @dataclass(frozen=True)
 class Form:
@@ -44,6 +47,8 @@ class Form:
     """Whether pairs are seen in the current configuration."""
     followed: bool = False
     """Whether there are loads that follow the state."""
+    averaged: bool = False
+    """Whether gradients and stresses are averaged once over the edges that pairs are."""
 
     @property
     def numbers(self) -> tuple[str, ...]:
@@ -99,6 +104,29 @@ def seen_pair(space: Space, layout: Layout, form: Form) -> wp.Function:
         return at(points.node, j) - at(points.node, i), at(rows.weight, k)
 
     return at_start
+
+
+@cache
+def smoothed(space: Space) -> wp.Function:
+    """Warp function (rows, points, field, i) -> the average A_i + a/V_i sum_j w r^2 (A_j - A_i) of a field of matrices."""
+    real, vec, mat, Rows, Points = space.scalar, space.vec, space.mat, rows_struct(space), points_struct(space)
+    at = element(wp.int32, real, vec, mat)
+
+    @wp.func
+    def average(rows: Rows, points: Points, field: wp.array(dtype=mat), i: int) -> mat:
+        own = field[i]
+        place = points.node[i]
+        total = mat()
+        k = rows.offsets[i]
+        end = rows.offsets[i + 1]
+        while k < end:
+            j = at(rows.indices, k)
+            r = at(points.node, j) - place
+            total = total + (at(rows.weight, k) * wp.dot(r, r)) * (at(field, j) - own)
+            k += 1
+        return own + (real(wp.static(AVERAGED)) / points.volume[i]) * total
+
+    return average
 
 
 @cache

@@ -6,7 +6,7 @@ from wsph.backend.kernels import kernel
 from wsph.backend.reduce import BLOCK
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
-from wsph.parts.terms import points_struct
+from wsph.parts.terms import answers_struct, points_struct
 from wsph.sph.misfit import misfit
 from wsph.sph.rows import rows_struct
 
@@ -14,14 +14,14 @@ from wsph.sph.rows import rows_struct
 def held_energy_kernel(space: Space, layout: Layout, apart: bool) -> wp.Kernel:
     """Partial sums of the energy over blocks of points. `apart`: points have places of their own."""
     real, vec, Fields = space.scalar, space.vec, fields_struct(space, layout)
-    Rows, Points, left_over = rows_struct(space), points_struct(space), misfit(space)
+    Rows, Points, Answers, left_over = rows_struct(space), points_struct(space), answers_struct(space), misfit(space)
 
     @kernel(pairs=True)
     def held_energy(
         count: int,
         rows: Rows,
         points: Points,
-        mean: wp.array(dtype=vec),
+        answers: Answers,
         fields: Fields,
         energy_out: wp.array(dtype=wp.float64),
     ):
@@ -30,11 +30,11 @@ def held_energy_kernel(space: Space, layout: Layout, apart: bool) -> wp.Kernel:
         for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
             middle = vec()
             if wp.static(apart):
-                middle = mean[i]
+                middle = answers.mean[i]
             else:
                 middle = fields.displacement[i]
             square = left_over(
-                i, middle, points.centre[i], fields.deformation[i], rows, points.node, fields.displacement
+                i, middle, points.centre[i], answers.gradient[i], rows, points.node, fields.displacement
             )
             total += wp.float64(real(0.5) * points.stabilisation * points.share[i] * square)
         energy_out[block] = total

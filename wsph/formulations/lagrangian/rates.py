@@ -37,6 +37,8 @@ from wsph.backend.space import Array, Space, Struct
 from wsph.backend.state import Layout, State
 from wsph.constitutive.laws import Laws
 from wsph.errors import Refused
+from wsph.formulations.lagrangian.averaging import gradient_kernel, spread_kernel
+from wsph.formulations.lagrangian.edges import edge_reference
 from wsph.formulations.lagrangian.flow import drift_kernel, flow_kernel
 from wsph.formulations.lagrangian.forces import force_between_kernel, force_from_points_kernel
 from wsph.formulations.lagrangian.form import Form
@@ -60,7 +62,8 @@ class LagrangianKernels:
     """The kernels of a composition: one instance per (space, laws, which fields there are, form).
 
     `strain` finds what forces take of every point, `force` the accelerations, `drift` and `flow` the rates of the rest,
-    `held` the energy of the stabilisation; those that the form has.
+    `held` the energy of the stabilisation; `gradient` and `spread` stand before and behind `strain` where the form averages;
+    those that the form has.
     """
 
     def __init__(self, space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, form: Form):
@@ -68,6 +71,8 @@ class LagrangianKernels:
         make = force_from_points_kernel if form.points else force_between_kernel
         self.force = make(space, layout, parts, form)
         self.drift = drift_kernel(space, layout)
+        if form.averaged:
+            self.gradient, self.spread = gradient_kernel(space, layout, form), spread_kernel(space, form)
         if form.stabilised:
             self.held = held_energy_kernel(space, layout, form.points)
         if not form.total:
@@ -98,8 +103,11 @@ class LagrangianRates:
                 arrays = self._arrays.part("ghosts")
                 self._ghosts = GhostLayer(found, host.space, made.layout, placement.count, step, self._clock, arrays)
                 particles = np.concatenate([particles, found.place])
-        quantum = "f64" if host.lattice.irregular else host.space.precision
-        reference = find_reference(host, particles, points, quantum, self._clock.device, placement.position)
+        if host.edges:
+            reference = edge_reference(host, self._clock.device)
+        else:
+            quantum = "f64" if host.lattice.irregular else host.space.precision
+            reference = find_reference(host, particles, points, quantum, self._clock.device, placement.position)
         if not any(part.frees for part in host.parts.values()):
             made.refuse_isolated(reference.rank)
         # Ghosts, where there are any, pass loads on to the particles.
@@ -107,10 +115,10 @@ class LagrangianRates:
         self._coefficients = made.coefficients(self.form)
         with blame(host.constitutive.who):
             self.kernels = _kernels(host.space, host.constitutive.laws, made.layout, made.force.parts, self.form)
-        self._allocate(reference, made.stabilisation)
+        self._allocate(reference, made.stabilisation, state)
         self._acting, self._response = self._points, self._points
 
-    def _allocate(self, reference: Reference, stabilisation: float) -> None:
+    def _allocate(self, reference: Reference, stabilisation: float, state: State) -> None:
         """The arrays of the reference configuration and those that evaluations write, nondimensional: m points, n particles.
 
         _weight   # w_pj from points to particles, (pairs,) scalar; `_back_weight` the same by particle
@@ -142,7 +150,11 @@ class LagrangianRates:
         answers.mean = arrays.zeros("mean", m if averaged else 1, space.vec)
         answers.corrected = arrays.zeros("corrected", len(points.moment), space.mat)
         answers.extra = arrays.zeros("extra", m if extra else 1, space.mat)
+        answers.gradient = arrays.zeros("gradient", m, space.mat) if self.form.averaged else state.struct.deformation
+        answers.nominal = arrays.zeros("nominal", m if self.form.averaged else 1, space.mat)
         self._answers = answers
+        flows = self.form.averaged and not self.form.total
+        self._rate_gradient = arrays.zeros("rate gradient", m, space.mat) if flows else answers.gradient
         self.holding = arrays.zeros("holding", placement.count if self.form.holds else 1, space.vec)
         for name in ("offsets", "indices", "reach"):
             arrays.take(f"pairs.{name}", getattr(self._pairs, name))
@@ -215,20 +227,33 @@ class LagrangianRates:
                         'rate(state, out, "rest") takes the deformation that the last rate of the velocity of the same state'
                         " found; that was of another state"
                     )
+                others = self._others(state)
+                if self.form.averaged:
+                    self._find_gradient(others, "velocity", self._rate_gradient)
                 inputs = [self._clock.time, self._space.scalar(ahead), self._constitutive.params, self._coefficients]
-                inputs += [self._rows, self._points, state.struct, self._others(state)]
+                inputs += [self._rows, self._points, self._rate_gradient, state.struct, others]
                 self._clock.launch(self.kernels.flow, m, inputs, [out.struct])
 
     def refresh(self, state: State) -> None:
-        """Deformation and, of a total law, stress of a state from its displacement (a launch)."""
+        """Deformation and, of a total law, stress of a state from its displacement (launches)."""
         if state.derived is not None:
             state.derived.of = state
+        others = self._others(state)
+        if self.form.averaged:
+            self._find_gradient(others, "displacement", self._answers.gradient)
         inputs = [self._constitutive.params, self._coefficients, self._density, self._rows, self._points]
         outputs = [self._response, state.struct, self._answers]
         m = len(self._placement.point_volume)
-        self._clock.launch(self.kernels.strain, m, [*inputs, self._others(state)], outputs)
+        self._clock.launch(self.kernels.strain, m, [*inputs, others], outputs)
+        if self.form.averaged:
+            self._clock.launch(self.kernels.spread, m, [self._rows, self._points], [self._answers])
         if self._ghosts is not None:
             self._ghosts.answer(self._loads.vectors, self._answers.corrected)
+
+    def _find_gradient(self, others: Struct, name: str, out: Array) -> None:
+        """Gradients of a field of the particles as pairs see them (a launch)."""
+        inputs = [self._coefficients, self._rows, self._points, others, getattr(others, name)]
+        self._clock.launch(self.kernels.gradient, len(out), inputs, [out])
 
     def _others(self, state: State) -> Struct:
         """The fields that particles see: those of the state, or of particles and ghosts (a launch)."""
@@ -252,7 +277,7 @@ class LagrangianRates:
             return 0.0
         m, device = len(self._placement.point_volume), self._clock.device
         sums: Array = wp.zeros(blocks(m), dtype=wp.float64, device=device)
-        inputs = [m, self._rows, self._acting, self._answers.mean, state.struct]
+        inputs = [m, self._rows, self._acting, self._answers, state.struct]
         wp.launch(self.kernels.held, len(sums), inputs=inputs, outputs=[sums], device=device)
         return total(sums)
 

@@ -8,18 +8,18 @@ from wsph.backend.state import Layout, fields_struct
 from wsph.backend.tensors import determinant_and_inverse, in_plane
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
-from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered
+from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered, smoothed
 from wsph.parts.terms import answers_struct, points_struct
 from wsph.sph.rows import rows_struct
 
 
 def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Kernel:
     """Kernel of the points' answers and of the derived fields of the state."""
-    real, mat, dim, Fields = space.scalar, space.mat, space.dim, fields_struct(space, layout)
+    real, vec, mat, dim, Fields = space.scalar, space.vec, space.mat, space.dim, fields_struct(space, layout)
     Params, Coefficients = laws.Params, coefficients_of(space, form)
     Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
-    averaged = form.points and form.stabilised
-    of_displacement, of_velocity = gathered(space, layout, form, averaged), gathered(space, layout, form, False)
+    meant, average = form.points and form.stabilised, smoothed(space)
+    of_displacement, of_velocity = gathered(space, layout, form, meant), gathered(space, layout, form, False)
     determinant, inverse = determinant_and_inverse(space)
     unpack, plane = packing(space, laws.state)[0], in_plane(space)
     total, answers_by_law = laws.total or laws.respond, form.response is None
@@ -45,10 +45,15 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
         answers_out: Answers,
     ):
         i = first + wp.tid()
-        gradient, mean = of_displacement(c, rows, points, others, others.displacement, i)
-        H = gradient * points.moment[i]
+        H = mat()
+        mean = vec()
+        if wp.static(form.averaged):
+            H = average(rows, points, answers_out.gradient, i)
+        else:
+            gradient, mean = of_displacement(c, rows, points, others, others.displacement, i)
+            H = gradient * points.moment[i]
         fields_out.deformation[i] = H
-        if wp.static(averaged):
+        if wp.static(meant):
             answers_out.mean[i] = mean
         P = mat()
         hold = real(0.0)
@@ -75,6 +80,9 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
                 to_start = inverse(wp.identity(n=dim, dtype=real) + H)
                 drag = dragged(c, density, rate * points.moment[i] * to_start) * wp.transpose(to_start)
             answers_out.extra[i] = points.volume[i] * drag * points.moment[i]
+        if wp.static(form.averaged):
+            answers_out.nominal[i] = P
+            return
         A = points.volume[i] * P
         if wp.static(not form.paper):
             A = A * points.moment[i]
