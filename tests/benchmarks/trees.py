@@ -2,8 +2,8 @@
 
     python tests/benchmarks/trees.py OTHER_CHECKOUT [--slices 40] [--seconds 0.15] [--only TEXT]
 
-Each checkout runs in a process of its own, from its own files, and both hold the same scenes: those of `peers.py` (2D and 3D,
-one core), of `methods.py` (every integrator) and the bar of `bar.py`. Slices of a fraction of a second alternate between the
+Each checkout runs in a process of its own, from its own files, and both hold the same scenes: those of `peers.py` (2D and
+3D, one core), of `methods.py` (every integrator) and the bar of `bar.py`. Slices of a fraction of a second alternate between the
 two, which one goes first too, and the slices' CPU time per step is compared: a machine whose clock changes is as fast for
 both sides of a pair. Printed are the median of the ratios this/other and its quartiles.
 """
@@ -86,7 +86,8 @@ class Side:
     def ask(self, what: str, value: object) -> float:
         """Seconds of CPU time per step."""
         into, out = self._process.stdin, self._process.stdout
-        assert into is not None and out is not None
+        assert into is not None
+        assert out is not None
         into.write(f"{what}\t{value}\n")
         into.flush()
         for line in out:

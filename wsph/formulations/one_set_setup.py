@@ -156,6 +156,7 @@ class RateSetup:
             not host.traits.reference,
             bool(self.loads.acting),
             host.edges,
+            total and host.edges and not stress_terms and host.locks,
         )
 
     def coefficients(self, form: Form) -> Coefficients:

@@ -49,6 +49,8 @@ class Form:
     """Whether there are loads that follow the state."""
     averaged: bool = False
     """Whether gradients and stresses are averaged once over the edges that pairs are."""
+    blocks: bool = False
+    """Whether volumes are averaged over blocks of particles."""
 
     @property
     def numbers(self) -> tuple[str, ...]:

@@ -38,6 +38,7 @@ from wsph.backend.state import Layout, State
 from wsph.constitutive.laws import Laws
 from wsph.errors import Refused
 from wsph.formulations.lagrangian.averaging import gradient_kernel, spread_kernel
+from wsph.formulations.lagrangian.blocks import block_strain_kernel, blocks_of
 from wsph.formulations.lagrangian.edges import edge_reference
 from wsph.formulations.lagrangian.flow import drift_kernel, flow_kernel
 from wsph.formulations.lagrangian.forces import force_between_kernel, force_from_points_kernel
@@ -67,7 +68,10 @@ class LagrangianKernels:
     """
 
     def __init__(self, space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, form: Form):
-        self.strain = strain_kernel(space, laws, layout, form)
+        if form.blocks:
+            self.strain = block_strain_kernel(space, laws, layout)
+        else:
+            self.strain = strain_kernel(space, laws, layout, form)
         make = force_from_points_kernel if form.points else force_between_kernel
         self.force = make(space, layout, parts, form)
         self.drift = drift_kernel(space, layout)
@@ -117,6 +121,7 @@ class LagrangianRates:
             self.kernels = _kernels(host.space, host.constitutive.laws, made.layout, made.force.parts, self.form)
         self._allocate(reference, made.stabilisation, state)
         self._acting, self._response = self._points, self._points
+        self._blocks = blocks_of(host.lattice, host.space, self._arrays) if self.form.blocks else (0, None)
 
     def _allocate(self, reference: Reference, stabilisation: float, state: State) -> None:
         """The arrays of the reference configuration and those that evaluations write, nondimensional: m points, n particles.
@@ -241,10 +246,14 @@ class LagrangianRates:
         others = self._others(state)
         if self.form.averaged:
             self._find_gradient(others, "displacement", self._answers.gradient)
-        inputs = [self._constitutive.params, self._coefficients, self._density, self._rows, self._points]
-        outputs = [self._response, state.struct, self._answers]
-        m = len(self._placement.point_volume)
-        self._clock.launch(self.kernels.strain, m, [*inputs, others], outputs)
+        m, law = len(self._placement.point_volume), self._constitutive.params
+        if self.form.blocks:
+            count, blocks = self._blocks
+            inputs = [law, self._rows, self._points, blocks]
+            self._clock.launch(self.kernels.strain, count, inputs, [state.struct, self._answers])
+        else:
+            inputs = [law, self._coefficients, self._density, self._rows, self._points, others]
+            self._clock.launch(self.kernels.strain, m, inputs, [self._response, state.struct, self._answers])
         if self.form.averaged:
             self._clock.launch(self.kernels.spread, m, [self._rows, self._points], [self._answers])
         if self._ghosts is not None:
