@@ -3,9 +3,9 @@
     python tests/benchmarks/trees.py OTHER_CHECKOUT [--slices 40] [--seconds 0.15] [--only TEXT]
 
 Each checkout runs in a process of its own, from its own files, and both hold the same scenes: those of `peers.py` (2D and
-3D, one core), of `methods.py` (every integrator) and the bar of `bar.py`. Slices of a fraction of a second alternate between the
-two, which one goes first too, and the slices' CPU time per step is compared: a machine whose clock changes is as fast for
-both sides of a pair. Printed are the median of the ratios this/other and its quartiles.
+3D, one core), of `methods.py` (every integrator) and the bar of `bar.py`. Slices of a fraction of a second alternate
+between the two, which one goes first too, and the slices' CPU time per step is compared: a machine whose clock changes is
+as fast for both sides of a pair. Printed are the median of the ratios this/other and its quartiles.
 """
 
 import argparse

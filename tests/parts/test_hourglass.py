@@ -12,7 +12,7 @@ AMPLITUDE = 1e-6
 
 def checkered(**body: object) -> float:
     """The largest acceleration inside a block whose displacement alternates from particle to particle, nondimensional."""
-    composition = compose(spinning(spacing=0.04, **body))
+    composition = compose(spinning(spacing=0.04, placement="cells", **body))
     system = composition.bodies[0].system
     sign = (-1.0) ** np.rint(system.lattice.index[system.lattice.corners].mean(1) - 0.5).sum(1)
     system.state.write("displacement", AMPLITUDE * sign[:, None] * [1.0, 0.0])

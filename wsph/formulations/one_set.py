@@ -44,6 +44,9 @@ class Rates(Protocol):
     """Forces per mass that hold spurious modes, of the last evaluation, (n,) vec, where there are any."""
 
     @property
+    def warnings(self) -> tuple[str, ...]: ...
+
+    @property
     def pairs(self) -> int: ...
 
     @property
@@ -116,6 +119,7 @@ class OneSetSystem(System):
         self.form, self.stabilisation, self._host = self.rates.form, made.stabilisation, host
         self.response, self.breaks = self.form.response, self.form.breaks
         self.attached = self._attach(host)
+        self.warnings = self.rates.warnings
         self.work = self._works = _Works(self, self.rates.holding if self.form.holds else None)
         self.motions = SmallMotions(cast(Moving, self))
         for name, holder in (("boundary", self.boundary), ("loads", self.loads.values)):

@@ -65,12 +65,13 @@ class Setup:
     @property
     def along_edges(self) -> bool:
         """Whether particles stand on the faces, with pairs along the edges of the cells: by default, where the formulation
-        can. A scene that names a support or a kernel asks for a kernel's pairs; parts that break pairs, cracks that part
-        cells and contact between balls take them too, and a lattice whose cells differ."""
-        run, parts = self.scene.run, self.body.parts.values()
-        kernel = run.support is not None or run.kernel != DEFAULT or run.correction == "paper"
-        parting = any(part.breaks or part.support is not None for part in parts) or bool(self.lattice.cracks)
-        touched = any(self.body.name in contact.names for contact in self.scene.contact)
-        if not self.traits.edges or kernel or parting or self.lattice.irregular or self.body.placement == "cells":
+        can. A scene that names a support or a kernel asks for a kernel's pairs; parts that need every direction, cracks and
+        contact between balls take them too, and a lattice whose cells differ."""
+        run, placement = self.scene.run, self.body.placement
+        if not self.traits.edges or placement == "cells" or self.lattice.cracks or self.lattice.irregular:
             return False
-        return not touched or self.body.placement == "nodes"
+        if run.support is not None or run.kernel != DEFAULT or run.correction == "paper":
+            return False
+        if any(part.acts and part.every_direction for part in self.body.parts.values()):
+            return False
+        return placement == "nodes" or not any(self.body.name in contact.names for contact in self.scene.contact)

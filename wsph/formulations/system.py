@@ -52,6 +52,8 @@ class System:
     """Whether the body can break."""
     attached: Mapping[str, Attached] = {}
     """The parts of the body on the device, by their keys."""
+    warnings: tuple[str, ...] = ()
+    """What whoever runs it should know of this form on this body."""
 
     def __init__(self, setup: Setup):
         self.name, self.formulation, self.traits = setup.body.name, setup.formulation.name, setup.traits

@@ -29,6 +29,10 @@ class ArtificialStress(Part):
     epsilon: Annotated[float, Unit("", ge=0, le=1)] = 0.3
     exponent: Annotated[float, Unit("", ge=0)] = 4.0
 
+    @property
+    def every_direction(self) -> bool:
+        return True
+
     @classmethod
     def fits(cls, traits: Traits) -> bool:
         return traits.pairwise

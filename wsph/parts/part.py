@@ -89,8 +89,8 @@ class Neighbourhood:
 
 
 LOCKING = 0.45
-"""Poisson's ratio from which a constraint of the volume at every particle locks a body: cantilevers of four to eight rows are
-7, 13 and 41 % too stiff at 0.49, 0.499 and 0.4999 by a kernel's pairs."""
+"""Poisson's ratio from which a constraint of the volume at every particle locks a body: cantilevers of four to eight rows
+are 7, 13 and 41 % too stiff at 0.49, 0.499 and 0.4999 by a kernel's pairs."""
 
 BROKEN = 0.95
 """Damage above which a point counts as broken, and its deformation is ignored."""
@@ -146,6 +146,11 @@ class Part(Model):
     def acts(self) -> bool:
         """Whether it does anything: a part that is switched off adds nothing."""
         return True
+
+    @property
+    def every_direction(self) -> bool:
+        """Whether it takes pairs in every direction, a kernel's, where the edges of the cells would be too few."""
+        return self.breaks or self.support is not None
 
     @property
     def selections(self) -> dict[str, str]:

@@ -37,6 +37,11 @@ class Viscosity(Part):
     kind: Literal["approach", "pair"] = "approach"
     correction: Literal["symmetric", "paper"] | None = None
 
+    @property
+    def every_direction(self) -> bool:
+        # Along edges alone shear of a lattice's axes would not be damped; what approaches does so along some edge.
+        return self.kind == "pair" or self.correction == "paper"
+
     def _own_gradient(self, host: Host) -> bool:
         return (self.correction or host.correction) == "paper"
 

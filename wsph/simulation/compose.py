@@ -203,6 +203,8 @@ def _body_run(setting: Setting, bare: BareBody, space: Space, time_step: TimeSte
         if warning := part.warning(setup.host):
             warnings.warn(warning, RuntimeWarning, stacklevel=6)
     system = cast(System, method.formulation.build(setup))
+    for warning in system.warnings:
+        warnings.warn(warning, RuntimeWarning, stacklevel=6)
     _start(scene, body, system, scales)
     traits = system.traits
     with blame(method.who, integrators.SIGNATURE):

@@ -33,6 +33,7 @@ from wsph.geometry.lattice import Lattice
 from wsph.parts.terms import answers_struct, points_struct
 from wsph.sph.rows import rows_struct
 
+
 def blocks_of(lattice: Lattice, space: Space, arrays: Arrays) -> tuple[int, Struct]:
     """The number of blocks of a lattice's nodes, two along every axis, and the nodes of each as rows. Blocks at odd ends are
     incomplete."""
@@ -72,7 +73,7 @@ def _gathered_volume(space: Space, layout: Layout) -> wp.Function:
 def block_strain_kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
     """`strain` of a total law, over blocks: deformation with the block's volume, stress, and first Piola stress before it is
     averaged. A block that is turned inside out gets what is not finite."""
-    real, mat, dim, Fields = space.scalar, space.mat, space.dim, fields_struct(space, layout)
+    real, dim, Fields = space.scalar, space.dim, fields_struct(space, layout)
     Params, total = laws.Params, laws.total
     Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
     determinant, inverse = determinant_and_inverse(space)

@@ -33,9 +33,7 @@ def held_energy_kernel(space: Space, layout: Layout, apart: bool) -> wp.Kernel:
                 middle = answers.mean[i]
             else:
                 middle = fields.displacement[i]
-            square = left_over(
-                i, middle, points.centre[i], answers.gradient[i], rows, points.node, fields.displacement
-            )
+            square = left_over(i, middle, points.centre[i], answers.gradient[i], rows, points.node, fields.displacement)
             total += wp.float64(real(0.5) * points.stabilisation * points.share[i] * square)
         energy_out[block] = total
 
