@@ -79,5 +79,5 @@ def face_conditions(scene: Prescribing, body: str, lattice: Lattice, labels: tup
     corners = faces.nodes.shape[1]
     result.work_particle = faces.nodes[loaded].astype(np.int32)
     result.work_axis = np.repeat(faces.axis, corners)[loaded.ravel()].astype(np.int32)
-    result.work_area = np.repeat(faces.sign * faces.area / corners, corners)[loaded.ravel()]
+    result.work_area = (faces.sign[:, None] * faces.share).ravel()[loaded.ravel()]
     return result

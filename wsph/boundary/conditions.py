@@ -80,10 +80,10 @@ class Conditions:
                 i, j = (AXES.index(a) for a in label)
                 along = j if axis == i else i
                 pushes = [(k, float(axes[k, along])) for k in range(dim) if axes[k, along] != 0.0]
-            share = faces.area[rows] / on.shape[1] * (1.0 if traction else faces.sign[rows])
+            share = faces.shares(on)[rows] * (1.0 if traction else faces.sign[rows, None])
             for direction, cosine in pushes:
                 key = ("load", axis * dim + direction)
-                area = np.bincount(on[rows].ravel(), np.repeat(share, on.shape[1]))
+                area = np.bincount(on[rows].ravel(), share.ravel())
                 particles = np.flatnonzero(area)
                 self.put(*key, particles, value)
                 self.scales.setdefault(key, {}).update(

@@ -76,7 +76,7 @@ def _natural_conditions(
 def _loaded(faces: Faces, on: np.ndarray, rows: np.ndarray, lattice: Lattice) -> LoadedFaces:
     """The particles of some faces, the areas that they stand for [m^(dim-1)] and their mean normals."""
     n, corners, dim = len(lattice.nodes), on.shape[1], lattice.frame.axes.shape[0]
-    share = np.repeat(faces.area[rows] / corners, corners)
+    share = faces.shares(on)[rows].ravel()
     outward = (faces.sign[rows, None] * lattice.frame.axes.T[faces.axis[rows]]).repeat(corners, 0)
     area = np.bincount(on[rows].ravel(), share, n)
     particle = np.flatnonzero(area)

@@ -19,6 +19,7 @@ from wsph.boundary.values import BoundaryValues
 from wsph.errors import Refused
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.setup import Setup
+from wsph.geometry.gradients import MIX, NodalGradients, nodal_gradients
 from wsph.parts.body_force import BodyForce
 from wsph.parts.part import LOCKING, Host
 from wsph.parts.residual import stabilisation
@@ -29,13 +30,15 @@ from wsph.sph.smoothing import SUPPORT
 @dataclass(frozen=True)
 class Placement:
     """Where the particles of a body are, and the points that carry the stress: `position` (n, dim) [m], `volume` (n,) and
-    `point_volume` (m,) nondimensional. `points`: these have places of their own."""
+    `point_volume` (m,) nondimensional. `points`: these have places of their own. `gradients`: those of the cells around a
+    particle, nondimensional, where pairs share cells that differ."""
 
     points: bool
     at_nodes: bool
     position: np.ndarray
     volume: np.ndarray
     point_volume: np.ndarray
+    gradients: NodalGradients | None = None
 
     @classmethod
     def of(cls, host: Host) -> "Placement":
@@ -43,6 +46,14 @@ class Placement:
         lattice, unit, points = host.lattice, host.scales.length**host.space.dim, not host.traits.pairwise
         position = lattice.nodes if host.at_nodes else lattice.cells
         volume = (lattice.node_volume if host.at_nodes else lattice.cell_volume) / unit
+        if host.edges and lattice.irregular:
+            # Volumes averaged over blocks want the gradients of whole cells.
+            mix = 1.0 if host.locks else MIX
+            try:
+                found = nodal_gradients(lattice.places(host.scales.length), lattice.corners, mix)
+            except ValueError as error:
+                raise Refused(f"body {host.name!r}: {error}") from error
+            return cls(points, host.at_nodes, position, found.volume, found.volume, found)
         return cls(points, host.at_nodes, position, volume, lattice.cell_volume / unit if points else volume)
 
     @property
@@ -155,8 +166,9 @@ class RateSetup:
             host.breaks,
             not host.traits.reference,
             bool(self.loads.acting),
-            host.edges,
+            host.edges and not host.lattice.irregular,
             total and host.edges and not stress_terms and host.locks,
+            self.placement.gradients is not None,
         )
 
     def coefficients(self, form: Form) -> Coefficients:
@@ -191,7 +203,7 @@ def pair_warnings(made: RateSetup, blocks: bool) -> tuple[str, ...]:
         found.append(
             f"body {host.name!r}: with pairs of a kernel stress is 20 to 45 % off beside held and loaded faces, however fine the"
             " lattice. Pairs along the edges of the cells are exact there: leave out run.support, run.kernel, placement, and what"
-            ' else asks for a kernel\'s pairs (contact, cracks, jitter, map, damping of all pairs), or use "stress-points"'
+            ' else asks for a kernel\'s pairs (contact, cracks, damping of all pairs), or use "stress-points"'
         )
     return (*found, *(() if blocks else locking_warnings(host)))
 

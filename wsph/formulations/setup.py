@@ -66,9 +66,9 @@ class Setup:
     def along_edges(self) -> bool:
         """Whether particles stand on the faces, with pairs along the edges of the cells: by default, where the formulation
         can. A scene that names a support or a kernel asks for a kernel's pairs; parts that need every direction, cracks and
-        contact between balls take them too, and a lattice whose cells differ."""
+        contact between balls take them too."""
         run, placement = self.scene.run, self.body.placement
-        if not self.traits.edges or placement == "cells" or self.lattice.cracks or self.lattice.irregular:
+        if not self.traits.edges or placement == "cells" or self.lattice.cracks:
             return False
         if run.support is not None or run.kernel != DEFAULT or run.correction == "paper":
             return False

@@ -29,15 +29,6 @@ def mapped_cells(cells: np.ndarray, offsets: np.ndarray) -> tuple[np.ndarray, tu
     return volume, (float(np.min(lengths)), float(np.max(lengths)))
 
 
-def mapped_areas(faces: np.ndarray) -> np.ndarray:
-    """Areas [m^(dim-1)] of faces from their corners (m, 2^(dim-1), dim), those of a quadrilateral by its diagonals."""
-    if faces.shape[2] == 1:
-        return np.ones(len(faces))
-    if faces.shape[2] == 2:
-        return np.linalg.norm(faces[:, 1] - faces[:, 0], axis=1)
-    return 0.5 * np.linalg.norm(np.cross(faces[:, 3] - faces[:, 0], faces[:, 2] - faces[:, 1]), axis=1)
-
-
 def cell_volumes(cells: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     """Volumes of cells from their corners (c, 2^dim, dim), multilinear between them, exactly by Gauss points, (c,)."""
     dim = cells.shape[2]

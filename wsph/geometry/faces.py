@@ -11,18 +11,27 @@ import numpy as np
 class Faces:
     """Faces of a body, one row a cell face.
 
-    `nodes` (m, 2^(dim-1)), `cell` (m,), `axis` (m,) of the grid, `sign` of the outward normal (m,), `area` (m,)
-    [m^(dim-1)]; `name` (m,) int: 2k for the shape's -x, -y, -z and 2k + 1 for +x, +y, +z, before its rotation; `outer`
-    (m,) bool: not a side of a hole or of a crack.
+    `nodes` (m, 2^(dim-1)), `cell` (m,), `axis` (m,) of the grid, `sign` of the outward normal (m,), `share` (m, 2^(dim-1)),
+    the part of its area that each of its nodes stands for [m^(dim-1)]; `name` (m,) int: 2k for the shape's -x, -y, -z and
+    2k + 1 for +x, +y, +z, before its rotation; `outer` (m,) bool: not a side of a hole or of a crack.
     """
 
     nodes: np.ndarray
     cell: np.ndarray
     axis: np.ndarray
     sign: np.ndarray
-    area: np.ndarray
+    share: np.ndarray
     name: np.ndarray
     outer: np.ndarray
+
+    @property
+    def area(self) -> np.ndarray:
+        """Areas (m,) [m^(dim-1)]."""
+        return self.share.sum(1)
+
+    def shares(self, on: np.ndarray) -> np.ndarray:
+        """The parts of the areas that the particles `on` the faces (m, k) stand for: the nodes, or one for a whole face."""
+        return self.share if on.shape[1] == self.share.shape[1] else self.area[:, None]
 
     def named(self, name: str) -> np.ndarray:
         """Rows of the outer faces whose normal is nearest to "+x", "-x", ... before the shape's rotation, (m,) bool."""

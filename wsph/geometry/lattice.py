@@ -14,9 +14,10 @@ from itertools import product
 
 import numpy as np
 
-from wsph.geometry.cells import cell_volumes, edge_ends, mapped_areas, mapped_cells
+from wsph.geometry.cells import cell_volumes, edge_ends, mapped_cells
 from wsph.geometry.cracks import OFF_CENTRE, Crack, cut_faces, part_nodes, parts_cells
 from wsph.geometry.faces import Faces, face_nodes, find_faces
+from wsph.geometry.gradients import face_shares
 from wsph.geometry.grid import Grid, plan
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import Rotation
@@ -71,6 +72,13 @@ class Lattice:
         """
         nodes = self.index - np.floor(self.index.mean(0))
         return nodes, nodes[self.corners].mean(1)
+
+    def places(self, length: float) -> np.ndarray:
+        """Nodes (n, dim) in units of `length` [m] about the middle of the body, along the coordinate axes."""
+        if self.mapped:
+            return (self.nodes - self.nodes.mean(0)) / length
+        factor = np.where(np.abs(self.frame.step / length - 1.0) < 1e-6, 1.0, self.frame.step / length)
+        return self.centred[0] * factor @ self.frame.axes.T
 
     @property
     def neighbours(self) -> np.ndarray:
@@ -171,10 +179,9 @@ def lattice(
     nearest = np.abs(np.round(normal, 9)).argmax(1)
     name = 2 * nearest + (normal[np.arange(len(axis)), nearest] > 0.0)
     beside = grid.points(index[cell] + 0.5 + sign[:, None] * np.eye(dim)[axis])
-    area = np.prod(grid.step) / grid.step[axis]
-    faces = Faces(
-        face_nodes(corners[cell], offsets, axis, sign), cell, axis, sign, area, name, whole & ~shape.covers(beside)
-    )
+    on = face_nodes(corners[cell], offsets, axis, sign)
+    share = np.repeat((np.prod(grid.step) / grid.step[axis] / on.shape[1])[:, None], on.shape[1], 1)
+    faces = Faces(on, cell, axis, sign, share, name, whole & ~shape.covers(beside))
     nodes = grid.points(node_index)
     cell_volume = np.full(len(index), float(np.prod(grid.step)))
     if jitter:
@@ -184,7 +191,8 @@ def lattice(
     if map is not None:
         nodes = map(nodes)
         cell_volume, edges = mapped_cells(nodes[corners], offsets)
-        faces = replace(faces, area=mapped_areas(nodes[faces.nodes]))
+    if jitter or map is not None:
+        faces = replace(faces, share=face_shares(nodes[faces.nodes]))
     node_volume = np.bincount(corners.ravel(), np.repeat(cell_volume, 2**dim) / 2**dim, len(nodes))
     return Lattice(
         grid, node_index + shift, nodes, nodes[corners].mean(1), corners, node_volume, cell_volume, faces, cuts, edges

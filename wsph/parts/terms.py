@@ -41,6 +41,8 @@ class Points(Protocol):
     moment: Array
     volume: Array
     share: Array
+    slope: Array
+    back: Array
     stabilisation: float
 
 
@@ -53,6 +55,8 @@ def points_struct(space: Space) -> type:
     moment         # inverse second moments of a point's particles, (m,) mat
     volume         # (m,)
     share          # volume over the spread of a point's particles, (m,)
+    slope, back    # V_p times the gradient's weight of a pair from p, and of the same pair the other way, (pairs,) vec,
+                   # where they are no weights' times r
     stabilisation  # stiffness against the misfit of a linear field to the displacements
     """
     real, vec, mat = space.scalar, space.vec, space.mat
@@ -62,6 +66,8 @@ def points_struct(space: Space) -> type:
         "moment": wp.array(dtype=mat),
         "volume": wp.array(dtype=real),
         "share": wp.array(dtype=real),
+        "slope": wp.array(dtype=vec),
+        "back": wp.array(dtype=vec),
         "stabilisation": real,
     }
     return cast(type, wp.struct(type("Points", (), {"__annotations__": annotations, "__module__": __name__})))

@@ -6,7 +6,7 @@ import warp as wp
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
-from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered, smoothed
+from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered, misfit_pull, smoothed
 from wsph.parts.terms import answers_struct, points_struct
 from wsph.sph.rows import rows_struct
 
@@ -36,14 +36,17 @@ def gradient_kernel(space: Space, layout: Layout, form: Form) -> wp.Kernel:
 
 def spread_kernel(space: Space, form: Form) -> wp.Kernel:
     """What forces take, from the averaged first Piola stresses."""
-    Rows, Points, Answers, average = rows_struct(space), points_struct(space), answers_struct(space), smoothed(space)
+    Rows, Points, Answers, vec = rows_struct(space), points_struct(space), answers_struct(space), space.vec
+    average, misfit = smoothed(space, form.averaged), misfit_pull(space)
 
     @kernel(ranged=True, pairs=True)
-    def spread(first: int, rows: Rows, points: Points, answers_out: Answers):
+    def spread(first: int, rows: Rows, points: Points, displacement: wp.array(dtype=vec), answers_out: Answers):
         i = first + wp.tid()
         P = average(rows, points, answers_out.nominal, i)
         A = (points.volume[i] * P) * points.moment[i]
-        if wp.static(form.stabilised):
+        if wp.static(form.stabilised and form.vectors):
+            A = A - misfit(rows, points, displacement, answers_out.gradient[i], i) * points.moment[i]
+        elif wp.static(form.stabilised):
             A = A - (points.stabilisation * points.share[i]) * answers_out.gradient[i]
         answers_out.corrected[i] = A
 

@@ -28,7 +28,7 @@ from wsph.backend.state import Layout, fields_struct
 from wsph.backend.tensors import determinant_and_inverse
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
-from wsph.formulations.lagrangian.form import smoothed
+from wsph.formulations.lagrangian.form import Form, smoothed
 from wsph.geometry.lattice import Lattice
 from wsph.parts.terms import answers_struct, points_struct
 from wsph.sph.rows import rows_struct
@@ -48,11 +48,16 @@ def blocks_of(lattice: Lattice, space: Space, arrays: Arrays) -> tuple[int, Stru
     return count, rows
 
 
-def _gathered_volume(space: Space, layout: Layout) -> wp.Function:
+def _gathered_volume(space: Space, layout: Layout, averaged: bool) -> wp.Function:
     """Warp function (rows, points, blocks, b, fields_out, answers) -> the mean J of block b; its particles get their
     averaged gradients as deformation."""
     real, dim, Fields = space.scalar, space.dim, fields_struct(space, layout)
-    Rows, Points, Answers, average = rows_struct(space), points_struct(space), answers_struct(space), smoothed(space)
+    Rows, Points, Answers, average = (
+        rows_struct(space),
+        points_struct(space),
+        answers_struct(space),
+        smoothed(space, averaged),
+    )
     determinant = determinant_and_inverse(space)[0]
 
     @wp.func
@@ -70,14 +75,14 @@ def _gathered_volume(space: Space, layout: Layout) -> wp.Function:
     return gathered
 
 
-def block_strain_kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
+def block_strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Kernel:
     """`strain` of a total law, over blocks: deformation with the block's volume, stress, and first Piola stress before it is
     averaged. A block that is turned inside out gets what is not finite."""
     real, dim, Fields = space.scalar, space.dim, fields_struct(space, layout)
     Params, total = laws.Params, laws.total
     Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
     determinant, inverse = determinant_and_inverse(space)
-    (unpack, pack), volume_of = packing(space, laws.state), _gathered_volume(space, layout)
+    (unpack, pack), volume_of = packing(space, laws.state), _gathered_volume(space, layout, form.averaged)
 
     @kernel(ranged=True, pairs=True)
     def block_strain(

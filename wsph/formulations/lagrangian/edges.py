@@ -17,6 +17,9 @@ Gradients and stresses are then averaged once more over the same edges, A_p + a/
 that takes the trapezoidal rule's error out of bending, n^2/(n^2 - 1) in a beam of n rows of cells, and it keeps linear
 fields, the sums over the faces, and the symmetry that makes forces the gradient of an energy. No node's own part falls below
 1 - 2 dim a.
+
+On lattices whose cells differ no weights meet the theorem; there the gradient of a particle is that of the cells around it
+(`wsph.geometry.gradients`), a vector a pair, which does on any cells, and nothing is averaged.
 """
 
 # pyright: strict
@@ -27,27 +30,35 @@ import warp as wp
 
 from wsph.formulations.lagrangian.set_up import Reference
 from wsph.geometry.edges import cell_edges
+from wsph.geometry.gradients import NodalGradients
 from wsph.parts.part import Host
 from wsph.sph.pairs import Pairs
 
 
-def edge_reference(host: Host, device: str) -> Reference:
-    """Pairs along the edges, weights, places and moments of a regular lattice with particles at its nodes."""
-    lattice, dim = host.lattice, host.space.dim
-    frame, n, length = lattice.frame, len(lattice.nodes), host.scales.length
-    edges = cell_edges(lattice.corners, n)
-    factor = np.where(np.abs(frame.step / length - 1.0) < 1e-6, 1.0, frame.step / length)
-    place = lattice.centred[0] * factor @ frame.axes.T
-    weight = edges.cells * (np.prod(factor) / 2.0 ** (dim - 1)) / factor[edges.axis] ** 2
-    r = place[edges.end] - place[edges.start]
+def edge_reference(host: Host, gradients: NodalGradients | None, device: str) -> Reference:
+    """Pairs along the edges, weights, places and moments of a lattice with particles at its nodes. Where cells differ, pairs
+    are those of `gradients`, of nodes that share a cell, and their weights, which hold the misfit of a linear field, are
+    zero but along the edges."""
+    lattice, dim, n = host.lattice, host.space.dim, len(host.lattice.nodes)
+    place, edges = lattice.places(host.scales.length), cell_edges(lattice.corners, n)
+    along = place[edges.end] - place[edges.start]
+    cell = float(lattice.cell_volume.mean()) / host.scales.length**dim
+    weight = edges.cells * (cell / 2.0 ** (dim - 1)) / np.einsum("ea,ea->e", along, along)
+    start, end = edges.start, edges.end
+    if gradients is not None:
+        at = np.searchsorted(gradients.start * n + gradients.end, start.astype(np.int64) * n + end)
+        start, end = gradients.start, gradients.end
+        whole = np.zeros(len(start))
+        whole[at] = weight
+        weight, along = whole, place[end] - place[start]
     moment = np.zeros((n, dim, dim))
     for a in range(dim):
         for b in range(dim):
-            moment[:, a, b] = np.bincount(edges.start, weight * r[:, a] * r[:, b], n)
-    offsets = np.concatenate([[0], np.cumsum(np.bincount(edges.start, minlength=n))])
-    ends, others = (wp.array(each, dtype=wp.int32, device=device) for each in (offsets, edges.end))
-    reach = wp.array(np.ones(n), dtype=wp.float64, device=device)
+            moment[:, a, b] = np.bincount(start, weight * along[:, a] * along[:, b], n)
     spread = np.einsum("naa->n", moment)
-    return Reference(
-        Pairs(ends, others, n, n, reach), weight, place, place, np.linalg.inv(moment), spread, np.full(n, dim)
-    )
+    inverse = np.linalg.inv(moment) if gradients is None else np.eye(dim) / gradients.volume[:, None, None]
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(start, minlength=n))])
+    ends, others = (wp.array(each, dtype=wp.int32, device=device) for each in (offsets, end))
+    reach = wp.array(np.ones(n), dtype=wp.float64, device=device)
+    pairs = Pairs(ends, others, n, n, reach)
+    return Reference(pairs, weight, place, place, inverse, spread, np.full(n, dim), gradients)

@@ -43,7 +43,7 @@ def flow_kernel(
         determinant_and_inverse(space),
     )
     of_velocity = gathered(space, layout, form, False)
-    of_later, average = ahead_gradient or of_velocity, smoothed(space)
+    of_later, average = ahead_gradient or of_velocity, smoothed(space, form.averaged)
 
     @kernel(ranged=True, pairs=not form.moving)
     def flow(
@@ -70,7 +70,7 @@ def flow_kernel(
             rate_out.deformation[i] = inverse(wp.identity(n=dim, dtype=real) - dt * L) * (L * F)
         else:
             change = mat()
-            if wp.static(form.averaged):
+            if wp.static(form.staged):
                 change = average(rows, points, gradients, i)
             else:
                 gradient, _mean = of_velocity(c, rows, points, others, others.velocity, i)

@@ -68,6 +68,7 @@ def force_between_kernel(space: Space, layout: Layout, parts: BodyForceKinds, fo
     accelerated, Inertia, Coefficients = acceleration(space, parts), inertia_struct(space), coefficients_of(space, form)
     Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
     seen, at, loaded = seen_pair(space, layout, form), element(wp.int32, real, vec, mat), _loaded(space, form)
+    pulled = _pulled(space, form)
     dragged, held = (_summed(space, layout, form, kind) for kind in ("drag", "hold"))
     drags, holds = form.drags, form.holds
 
@@ -91,6 +92,9 @@ def force_between_kernel(space: Space, layout: Layout, parts: BodyForceKinds, fo
         A = answers.corrected[i]
         own = real(0.0)
         M = points.moment[i]
+        H = mat()
+        if wp.static(form.stabilised and form.vectors):
+            H = answers.gradient[i]
         if wp.static(form.shares):
             own = points.share[i]
         f = vec()
@@ -102,15 +106,14 @@ def force_between_kernel(space: Space, layout: Layout, parts: BodyForceKinds, fo
             j = at(rows.indices, k)
             r, w = seen(c, rows, points, others, i, j, k)
             wr = w * r
-            if wp.static(form.paper):
-                f = f + (A + at(answers.corrected, j)) * (M * wr)
-            else:
-                f = f + (A + at(answers.corrected, j)) * wr
+            f = f + pulled(points, answers, A, M, wr, j, k)
             both = real(0.0)
             if wp.static(form.shares):
                 both = w * (own + at(points.share, j))
+            if wp.static(form.stabilised and form.vectors):
+                f = f - points.stabilisation * ((own * H + at(points.share, j) * at(answers.gradient, j)) * wr)
             if wp.static(form.stabilised):
-                # What is left of du beside H r: that part stands in the corrected stress.
+                # What is left of du beside H r: that part stands in the corrected stress, but of vectors.
                 f = f + (points.stabilisation * both) * (at(others.displacement, j) - u)
             apart = r
             if wp.static((drags or holds) and not form.moving):
@@ -133,6 +136,29 @@ def force_between_kernel(space: Space, layout: Layout, parts: BodyForceKinds, fo
         rate_out.velocity[i] = accelerated(body, f / points.volume[i], fields.velocity[i])
 
     return force_between
+
+
+@cache
+def _pulled(space: Space, form: Form) -> wp.Function:
+    """Warp function (points, answers, A, M, wr, j, k) -> the force of the stresses on the first of pair k, whose other
+    is j: A and M are its corrected stress and moment."""
+    vec, mat, Points, Answers = space.vec, space.mat, points_struct(space), answers_struct(space)
+    at = element(vec, mat)
+    if form.vectors:
+
+        @wp.func
+        def by_vectors(points: Points, answers: Answers, A: mat, M: mat, wr: vec, j: int, k: int) -> vec:
+            return A * at(points.slope, k) - at(answers.corrected, j) * at(points.back, k)
+
+        return by_vectors
+
+    @wp.func
+    def by_weights(points: Points, answers: Answers, A: mat, M: mat, wr: vec, j: int, k: int) -> vec:
+        if wp.static(form.paper):
+            return (A + at(answers.corrected, j)) * (M * wr)
+        return (A + at(answers.corrected, j)) * wr
+
+    return by_weights
 
 
 @cache

@@ -51,6 +51,13 @@ class Form:
     """Whether gradients and stresses are averaged once over the edges that pairs are."""
     blocks: bool = False
     """Whether volumes are averaged over blocks of particles."""
+    vectors: bool = False
+    """Whether gradients are those of the cells around a particle, a vector a pair, and no weights' times r."""
+
+    @property
+    def staged(self) -> bool:
+        """Whether the answer of the points takes gradients that were found before, and forces take what is found after."""
+        return self.averaged or self.blocks
 
     @property
     def numbers(self) -> tuple[str, ...]:
@@ -109,10 +116,19 @@ def seen_pair(space: Space, layout: Layout, form: Form) -> wp.Function:
 
 
 @cache
-def smoothed(space: Space) -> wp.Function:
-    """Warp function (rows, points, field, i) -> the average A_i + a/V_i sum_j w r^2 (A_j - A_i) of a field of matrices."""
+def smoothed(space: Space, averaged: bool) -> wp.Function:
+    """Warp function (rows, points, field, i) -> the average A_i + a/V_i sum_j w r^2 (A_j - A_i) of a field of matrices, or
+    where they are not `averaged` A_i."""
     real, vec, mat, Rows, Points = space.scalar, space.vec, space.mat, rows_struct(space), points_struct(space)
     at = element(wp.int32, real, vec, mat)
+
+    if not averaged:
+
+        @wp.func
+        def own(rows: Rows, points: Points, field: wp.array(dtype=mat), i: int) -> mat:
+            return field[i]
+
+        return own
 
     @wp.func
     def average(rows: Rows, points: Points, field: wp.array(dtype=mat), i: int) -> mat:
@@ -137,6 +153,7 @@ def gathered(space: Space, layout: Layout, form: Form, averaged: bool) -> wp.Fun
     `averaged` the weighted mean of f."""
     real, vec, mat, Fields = space.scalar, space.vec, space.mat, fields_struct(space, layout)
     Coefficients, Rows, Points = coefficients_of(space, form), rows_struct(space), points_struct(space)
+    vectors = form.vectors
     apart, seen, at = form.points, seen_pair(space, layout, form), element(wp.int32, real, vec)
 
     @wp.func
@@ -158,10 +175,37 @@ def gathered(space: Space, layout: Layout, form: Form, averaged: bool) -> wp.Fun
             else:
                 r, w = seen(c, rows, points, others, i, j, k)
             df = w * (at(field, j) - f0)
-            gradient = gradient + wp.outer(df, r)
+            if wp.static(vectors):
+                gradient = gradient + wp.outer(at(field, j) - f0, at(points.slope, k))
+            else:
+                gradient = gradient + wp.outer(df, r)
             if wp.static(averaged):
                 mean = mean + df
             k += 1
         return gradient, f0 + mean
 
     return sums
+
+
+@cache
+def misfit_pull(space: Space) -> wp.Function:
+    """Warp function (rows, points, u, H, i) -> c sum_j w e (x) r over the pairs of i, e = u_j - u_i - H r, c the
+    stabilisation: what the misfit pulls at H by, zero where H is the gradient that makes the misfit least."""
+    real, vec, mat = space.scalar, space.vec, space.mat
+    Rows, Points, at = rows_struct(space), points_struct(space), element(wp.int32, real, vec)
+
+    @wp.func
+    def pull(rows: Rows, points: Points, u: wp.array(dtype=vec), H: mat, i: int) -> mat:
+        own = u[i]
+        place = points.node[i]
+        total = mat()
+        k = rows.offsets[i]
+        end = rows.offsets[i + 1]
+        while k < end:
+            j = at(rows.indices, k)
+            r = at(points.node, j) - place
+            total = total + wp.outer(at(rows.weight, k) * (at(u, j) - own - H * r), r)
+            k += 1
+        return (points.stabilisation * points.share[i]) * total
+
+    return pull

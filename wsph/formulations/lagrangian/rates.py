@@ -69,13 +69,13 @@ class LagrangianKernels:
 
     def __init__(self, space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, form: Form):
         if form.blocks:
-            self.strain = block_strain_kernel(space, laws, layout)
+            self.strain = block_strain_kernel(space, laws, layout, form)
         else:
             self.strain = strain_kernel(space, laws, layout, form)
         make = force_from_points_kernel if form.points else force_between_kernel
         self.force = make(space, layout, parts, form)
         self.drift = drift_kernel(space, layout)
-        if form.averaged:
+        if form.staged:
             self.gradient, self.spread = gradient_kernel(space, layout, form), spread_kernel(space, form)
         if form.stabilised:
             self.held = held_energy_kernel(space, layout, form.points)
@@ -108,7 +108,7 @@ class LagrangianRates:
                 self._ghosts = GhostLayer(found, host.space, made.layout, placement.count, step, self._clock, arrays)
                 particles = np.concatenate([particles, found.place])
         if host.edges:
-            reference = edge_reference(host, self._clock.device)
+            reference = edge_reference(host, placement.gradients, self._clock.device)
         else:
             quantum = "f64" if host.lattice.irregular else host.space.precision
             reference = find_reference(host, particles, points, quantum, self._clock.device, placement.position)
@@ -147,6 +147,9 @@ class LagrangianRates:
         points.volume = arrays.of("point volume", joined(placement.point_volume), real)
         # Volume over the spread of the neighbours: the scale of pair forces and of the stabilisation.
         points.share = arrays.of("share", joined(placement.point_volume / reference.spread), real)
+        if reference.gradients is not None:
+            points.slope = arrays.of("slope", reference.gradients.slope, space.vec)
+            points.back = arrays.of("back", reference.gradients.back, space.vec)
         points.stabilisation = real(stabilisation)
         self._points = points
         self._volume = arrays.of("volume", placement.volume, real) if separate else points.volume
@@ -156,10 +159,10 @@ class LagrangianRates:
         answers.mean = arrays.zeros("mean", m if averaged else 1, space.vec)
         answers.corrected = arrays.zeros("corrected", len(points.moment), space.mat)
         answers.extra = arrays.zeros("extra", m if extra else 1, space.mat)
-        answers.gradient = arrays.zeros("gradient", m, space.mat) if self.form.averaged else state.struct.deformation
-        answers.nominal = arrays.zeros("nominal", m if self.form.averaged else 1, space.mat)
+        answers.gradient = arrays.zeros("gradient", m, space.mat) if self.form.staged else state.struct.deformation
+        answers.nominal = arrays.zeros("nominal", m if self.form.staged else 1, space.mat)
         self._answers = answers
-        flows = self.form.averaged and not self.form.total
+        flows = self.form.staged and not self.form.total
         self._rate_gradient = arrays.zeros("rate gradient", m, space.mat) if flows else answers.gradient
         self.holding = arrays.zeros("holding", placement.count if self.form.holds else 1, space.vec)
         for name in ("offsets", "indices", "reach"):
@@ -200,7 +203,7 @@ class LagrangianRates:
                 self._response = part.response
             if part.share is not None:
                 self._acting = points_struct(self._space)()
-                for name in ("node", "centre", "moment", "volume", "stabilisation"):
+                for name in ("node", "centre", "moment", "volume", "slope", "back", "stabilisation"):
                     setattr(self._acting, name, getattr(self._points, name))
                 self._acting.share = part.share
 
@@ -239,7 +242,7 @@ class LagrangianRates:
                         " found; that was of another state"
                     )
                 others = self._others(state)
-                if self.form.averaged:
+                if self.form.staged:
                     self._find_gradient(others, "velocity", self._rate_gradient)
                 inputs = [self._clock.time, self._space.scalar(ahead), self._constitutive.params, self._coefficients]
                 inputs += [self._rows, self._points, self._rate_gradient, state.struct, others]
@@ -250,7 +253,7 @@ class LagrangianRates:
         if state.derived is not None:
             state.derived.of = state
         others = self._others(state)
-        if self.form.averaged:
+        if self.form.staged:
             self._find_gradient(others, "displacement", self._answers.gradient)
         m, law = len(self._placement.point_volume), self._constitutive.params
         if self.form.blocks:
@@ -260,8 +263,8 @@ class LagrangianRates:
         else:
             inputs = [law, self._coefficients, self._density, self._rows, self._points, others]
             self._clock.launch(self.kernels.strain, m, inputs, [self._response, state.struct, self._answers])
-        if self.form.averaged:
-            self._clock.launch(self.kernels.spread, m, [self._rows, self._points], [self._answers])
+        if self.form.staged:
+            self._clock.launch(self.kernels.spread, m, [self._rows, self._points, others.displacement], [self._answers])
         if self._ghosts is not None:
             self._ghosts.answer(self._loads.vectors, self._answers.corrected)
 

@@ -11,6 +11,7 @@ import warp as wp
 
 from wsph.backend.space import Array, Space
 from wsph.formulations.lagrangian.weights import QUANTA, set_up_kernel
+from wsph.geometry.gradients import NodalGradients
 from wsph.geometry.lattice import Lattice
 from wsph.parts.part import Host
 from wsph.sph.averages import visible
@@ -23,7 +24,8 @@ from wsph.sph.smoothing import SUPPORT
 class Reference:
     """The reference configuration as points see it, in the body's own lengths, m points and n particles (ghosts included):
     `place` (n, dim), `centre` (m, dim), `moment` (m, dim, dim), the inverse second moments, zero where a point sees too
-    little, `spread` (m,), there infinite, and `rank` (m,), how many directions it sees; `weight` (pairs,)."""
+    little, `spread` (m,), there infinite, and `rank` (m,), how many directions it sees; `weight` (pairs,). `gradients`:
+    those of the cells, in place of the weights' times r."""
 
     pairs: Pairs
     weight: np.ndarray
@@ -32,6 +34,7 @@ class Reference:
     moment: np.ndarray
     spread: np.ndarray
     rank: np.ndarray
+    gradients: NodalGradients | None = None
 
 
 def find_reference(

@@ -8,7 +8,7 @@ from wsph.backend.state import Layout, fields_struct
 from wsph.backend.tensors import determinant_and_inverse, in_plane
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
-from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered, smoothed
+from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered, misfit_pull, smoothed
 from wsph.parts.terms import answers_struct, points_struct
 from wsph.sph.rows import rows_struct
 
@@ -18,8 +18,9 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
     real, vec, mat, dim, Fields = space.scalar, space.vec, space.mat, space.dim, fields_struct(space, layout)
     Params, Coefficients = laws.Params, coefficients_of(space, form)
     Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
-    meant, average = form.points and form.stabilised, smoothed(space)
+    meant, average = form.points and form.stabilised, smoothed(space, form.averaged)
     of_displacement, of_velocity = gathered(space, layout, form, meant), gathered(space, layout, form, False)
+    misfit = misfit_pull(space)
     determinant, inverse = determinant_and_inverse(space)
     unpack, plane = packing(space, laws.state)[0], in_plane(space)
     total, answers_by_law = laws.total or laws.respond, form.response is None
@@ -47,7 +48,7 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
         i = first + wp.tid()
         H = mat()
         mean = vec()
-        if wp.static(form.averaged):
+        if wp.static(form.staged):
             H = average(rows, points, answers_out.gradient, i)
         else:
             gradient, mean = of_displacement(c, rows, points, others, others.displacement, i)
@@ -80,13 +81,15 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
                 to_start = inverse(wp.identity(n=dim, dtype=real) + H)
                 drag = dragged(c, density, rate * points.moment[i] * to_start) * wp.transpose(to_start)
             answers_out.extra[i] = points.volume[i] * drag * points.moment[i]
-        if wp.static(form.averaged):
+        if wp.static(form.staged):
             answers_out.nominal[i] = P
             return
         A = points.volume[i] * P
         if wp.static(not form.paper):
             A = A * points.moment[i]
-        if wp.static(form.stabilised):
+        if wp.static(form.stabilised and form.vectors):
+            A = A - misfit(rows, points, others.displacement, H, i) * points.moment[i]
+        elif wp.static(form.stabilised):
             A = A - (points.stabilisation * hold) * H
         answers_out.corrected[i] = A
 

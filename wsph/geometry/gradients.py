@@ -1,0 +1,122 @@
+"""Gradients at the nodes of a lattice whose cells differ, averaged over the cells around each."""
+
+# pyright: strict
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+MIX = 0.5
+"""Part of the gradients that is averaged over the cells; the rest is taken at their corners."""
+
+CELLS = 20_000
+"""Cells that are taken at once."""
+
+
+@dataclass(frozen=True)
+class NodalGradients:
+    """The mean gradient of a field about every node p, grad f_p = 1/V_p sum_i (f_i - f_p) v_pi, over pairs of nodes that
+    share a cell, by their `start` p (e,) and then their `end` i (e,): `slope` (e, dim) = v_pi, `back` (e, dim) = v_ip, and
+    the `volume` (n,) of the nodes.
+
+    v_pi = sum over cells of the integral of N_p grad N_i, of which a part is taken at the corners. Since the N_p sum up to
+    1, sum_p v_pi is the integral of grad N_i, which the divergence theorem makes that of N_i n over the faces: the faces get
+    exactly what they are due, on any cells, and linear fields have their gradients.
+    """
+
+    start: np.ndarray
+    end: np.ndarray
+    slope: np.ndarray
+    back: np.ndarray
+    volume: np.ndarray
+
+
+def nodal_gradients(places: np.ndarray, corners: np.ndarray, mix: float = MIX) -> NodalGradients:
+    """The gradients of cells with `corners` (c, 2^dim) at `places` (n, dim). Raises ValueError for cells so distorted that a
+    node has no volume."""
+    n, dim = places.shape
+    volume, keys, values = np.zeros(n), list[np.ndarray](), list[np.ndarray]()
+    for first in range(0, len(corners), CELLS):
+        of = corners[first : first + CELLS]
+        slopes, volumes = _cell_gradients(places[of], mix)
+        volume += np.bincount(of.ravel(), volumes.ravel(), n)
+        found, where = np.unique((of[:, :, None].astype(np.int64) * n + of[:, None, :]).ravel(), return_inverse=True)
+        sums = [np.bincount(where.ravel(), slopes[..., k].ravel()) for k in range(dim)]
+        keys.append(found)
+        values.append(np.stack(sums, 1))
+    if not (volume > 0.0).all():
+        raise ValueError(f"the cells about {places[int(volume.argmin())].tolist()} are too distorted to have gradients")
+    pairs, where = np.unique(np.concatenate(keys), return_inverse=True)
+    whole = np.zeros((len(pairs), dim))
+    np.add.at(whole, where.ravel(), np.concatenate(values))
+    start, end = pairs // n, pairs % n
+    back = whole[np.searchsorted(pairs, end * n + start)]
+    apart = start != end
+    return NodalGradients(start[apart], end[apart], whole[apart], back[apart], volume)
+
+
+def _shapes(points: Iterator[tuple[float, ...]], dim: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """The multilinear shape functions (2^dim,) and their slopes (dim, 2^dim) at points of the unit cell."""
+    offsets = np.array(list(product((0.0, 1.0), repeat=dim)))
+    for point in points:
+        factors = np.where(offsets == 1.0, point, 1.0 - np.array(point))
+        slopes = [np.delete(factors, k, 1).prod(1) * (2.0 * offsets[:, k] - 1.0) for k in range(dim)]
+        yield factors.prod(1), np.stack(slopes)
+
+
+def _normals(tangents: np.ndarray) -> np.ndarray:
+    """det J times the rows of J^-T, of the rows J (c, dim, dim): finite where a cell has no volume, too."""
+    dim = tangents.shape[1]
+    if dim == 1:
+        return np.ones_like(tangents)
+    if dim == 2:
+        (a, b), (c, d) = np.moveaxis(tangents, 0, -1)
+        return np.moveaxis(np.array([[d, -c], [-b, a]]), -1, 0)
+    return np.stack([np.cross(tangents[:, (k + 1) % 3], tangents[:, (k + 2) % 3]) for k in range(3)], 1)
+
+
+def _cell_gradients(cells: np.ndarray, mix: float) -> tuple[np.ndarray, np.ndarray]:
+    """v_pi (c, 2^dim, 2^dim, dim) and volumes (c, 2^dim) of cells (c, 2^dim, dim). Two Gauss points an axis are exact."""
+    many, count, dim = cells.shape
+    slope, volume = np.zeros((many, count, count, dim)), np.zeros((many, count))
+    at_corners, volume_there = np.zeros_like(slope), np.zeros_like(volume)
+    whole, whole_volume = np.zeros((many, count, dim)), np.zeros(many)
+
+    def scaled(slopes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """det grad N_i (c, 2^dim, dim) and det (c,) of the cell's map."""
+        tangents = np.einsum("ka,eab->ekb", slopes, cells)
+        normals = _normals(tangents)
+        return np.einsum("ekb,ka->eab", normals, slopes), np.einsum("eb,eb->e", tangents[:, 0], normals[:, 0])
+
+    gauss = product((0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5), repeat=dim)
+    for shape, slopes in _shapes(gauss, dim):
+        gradient, det = scaled(slopes)
+        slope += mix / count * shape[None, :, None, None] * gradient[:, None]
+        volume += mix / count * det[:, None] * shape
+        whole += gradient / count
+        whole_volume += det / count
+    for k, (_, slopes) in enumerate(_shapes(product((0.0, 1.0), repeat=dim), dim)):
+        gradient, det = scaled(slopes)
+        at_corners[:, k] += gradient / count
+        volume_there[:, k] += det / count
+    # The corners alone are not exact on distorted hexahedra: what is left is shared by them.
+    at_corners += (whole - at_corners.sum(1))[:, None] / count
+    volume_there += (whole_volume - volume_there.sum(1))[:, None] / count
+    return slope + (1.0 - mix) * at_corners, volume + (1.0 - mix) * volume_there
+
+
+def face_shares(faces: np.ndarray) -> np.ndarray:
+    """The parts of the areas of faces that their corners (m, 2^(dim-1), dim) stand for, the integrals of N_i, (m,
+    corners)."""
+    many, count, dim = faces.shape
+    shares = np.zeros((many, count))
+    if dim == 1:
+        return shares + 1.0
+    gauss = product((0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5), repeat=dim - 1)
+    for shape, slopes in _shapes(gauss, dim - 1):
+        tangents = np.einsum("ka,eab->ekb", slopes, faces)
+        area = np.linalg.norm(tangents[:, 0] if dim == 2 else np.cross(tangents[:, 0], tangents[:, 1]), axis=1)
+        shares += area[:, None] * shape / count
+    return shares
