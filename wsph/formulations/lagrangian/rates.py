@@ -13,11 +13,13 @@ misfit of a linear field to y: it holds the modes that a gradient alone does not
 
 Two forms of it:
 - `stress-points`: nodes on the lattice and on the faces, points at the cell centres, the two sets of Taylor-SPH. By far the
-  most accurate: a cantilever of twelve rows vibrates within 0.1 % where the usual form is 3-5 % slow.
-- `total-lagrangian`: one set, every particle is its own point (Xbar_p = X_p, w = |W'|/r), the form of total-Lagrangian SPH
-  with each side's own correction (sigma_i L_i^-1 + sigma_j L_j^-1). `run.correction = "paper"` puts L_i on both (He & Seaid
-  2016, eq 13 with eq 3) and surrounds a bar with ghosts (`wsph.formulations.lagrangian.ghosts`), as the paper does; it is
-  there to compare with.
+  most accurate: a cantilever of twelve rows vibrates within 0.1 % where pairs of a kernel are 3-5 % slow.
+- `total-lagrangian`: one set, every particle is its own point (Xbar_p = X_p), the form of total-Lagrangian SPH with each
+  side's own correction (sigma_i L_i^-1 + sigma_j L_j^-1). Particles stand on the faces and pairs are the edges of the cells
+  (`wsph.formulations.lagrangian.edges`), whose gradients and stresses are averaged once more; or pairs are those of a kernel,
+  w = |W'|/r, whose stress beside a face is off however fine the lattice. `run.correction = "paper"` puts L_i on both (He &
+  Seaid 2016, eq 13 with eq 3) and surrounds a bar with ghosts (`wsph.formulations.lagrangian.ghosts`), as the paper does;
+  it is there to compare with.
 
 H follows from the displacements in every evaluation: nothing drifts, and single precision keeps the digits of small strains.
 Forces between pairs beside the stress are terms of a body's parts (`wsph.parts.terms`).
@@ -264,7 +266,8 @@ class LagrangianRates:
             inputs = [law, self._coefficients, self._density, self._rows, self._points, others]
             self._clock.launch(self.kernels.strain, m, inputs, [self._response, state.struct, self._answers])
         if self.form.staged:
-            self._clock.launch(self.kernels.spread, m, [self._rows, self._points, others.displacement], [self._answers])
+            inputs = [self._rows, self._points, getattr(others, "displacement")]  # noqa: B009
+            self._clock.launch(self.kernels.spread, m, inputs, [self._answers])
         if self._ghosts is not None:
             self._ghosts.answer(self._loads.vectors, self._answers.corrected)
 
