@@ -48,7 +48,7 @@ class Placement:
         volume = (lattice.node_volume if host.at_nodes else lattice.cell_volume) / unit
         if host.edges and lattice.irregular:
             # Volumes averaged over blocks want the gradients of whole cells.
-            mix = 1.0 if host.locks else MIX
+            mix = 1.0 if host.locks or host.flows else MIX
             try:
                 found = nodal_gradients(lattice.places(host.scales.length), lattice.corners, mix)
             except ValueError as error:
@@ -167,7 +167,7 @@ class RateSetup:
             not host.traits.reference,
             bool(self.loads.acting),
             host.edges and not host.lattice.irregular,
-            total and host.edges and not stress_terms and host.locks,
+            host.edges and not stress_terms and (host.locks or host.flows),
             self.placement.gradients is not None,
         )
 

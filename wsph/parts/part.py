@@ -57,7 +57,16 @@ class Host:
         dimensions, without free normals, from a Poisson's ratio of LOCKING on."""
         bulk, shear = self.constitutive.material.moduli()
         ratio = (3.0 * bulk - 2.0 * shear) / (6.0 * bulk + 2.0 * shear)
-        return self.space.dim > 1 and not self.constitutive.state.free and ratio >= LOCKING
+        return self._confined and ratio >= LOCKING
+
+    @property
+    def flows(self) -> bool:
+        """Whether its law can flow, and change its shape alone, where nothing frees the volume."""
+        return self._confined and self.constitutive.laws.dissipates
+
+    @property
+    def _confined(self) -> bool:
+        return self.space.dim > 1 and not self.constitutive.state.free
 
     @property
     def breaks(self) -> bool:

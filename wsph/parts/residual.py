@@ -16,8 +16,8 @@ AT_NODES = 0.3
 """By default, of particles that are their own points and stand on the faces."""
 
 ALONG_EDGES = 0.15
-"""By default, of particles whose pairs are the edges of the cells. Sawteeth swing at 0.22 to 0.25 of 2 c/spacing with 0.2, as
-with a kernel's pairs and 0.3; a cantilever of four rows in 3D is 1.1 % fast with 0.2, 0.6 % with 0.1."""
+"""By default, of particles whose pairs are the edges of the cells. Sawteeth swing at 0.22 to 0.25 of 2 c/spacing with 0.2,
+as with a kernel's pairs and 0.3; a cantilever of four rows in 3D is 1.1 % fast with 0.2, 0.6 % with 0.1."""
 
 BREAKING = 0.1
 """By default, of a body that can break: enough to hold spurious modes; more is stiffness that a crack has to release beside

@@ -188,9 +188,9 @@ def taylor_bar(full: bool) -> Iterator[Row]:
         X = result.particles["position"]
         x, top = X + result.particles["displacement"], X[:, 2] > X[:, 2].max() - 0.1 * spacing
         words = f"spacing {1e3 * spacing:g} mm"
-        yield between(f"{words}: length", "21.4 to 21.5", 1e3 * (x[top, 2].mean() + 0.5 * spacing), 20.4, 22.5, "mm")
-        foot = X[:, 2] < spacing
-        radius = 1e3 * (np.hypot(x[foot, 0], x[foot, 1]).max() + 0.5 * spacing)
+        yield between(f"{words}: length", "21.4 to 21.5", 1e3 * x[top, 2].mean(), 20.4, 22.5, "mm")
+        foot = X[:, 2] < 0.1 * spacing
+        radius = 1e3 * np.hypot(x[foot, 0], x[foot, 1]).max()
         yield reported(f"{words}: radius of the foot", "7.0 to 7.2", radius, "mm")
         yield _residual(result, words, 0.2)
         energy = result.summary["energy"]

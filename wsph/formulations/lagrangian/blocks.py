@@ -10,6 +10,10 @@ too stiff, and its pressure alternates. The change of volume is therefore one of
     P = dpsi/dF(Fbar),  q_p = a_p P:F_p/dim,  qbar = sum_b V_p q_p/sum_b V_p
     P_eff = a_p P + (J_p/Jbar qbar - q_p) F_p^-T,     sigma = (Jbar/J_p) sigma(Fbar) + (qbar/Jbar - q_p/J_p) I
 
+Of a rate law the rate of the volume is one of a block, theta = sum_b V_p J_p tr L_p/sum_b V_p J_p in place of tr L_p, and so
+is the pressure that forces take, the mean with the same weights: what makes the power of both the same. A law that flows
+changes its shape and not its volume, so that it locks whatever its Poisson's ratio.
+
 Momentum, angular momentum and energy are kept. Linear fields are exact, because J is the same in all of a block. Where the
 volume is easily changed, blocks only soften, by 1.4 % at nu = 0.3 in a beam of eight rows: bodies have them from
 `wsph.parts.part.LOCKING` on.
@@ -22,10 +26,11 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays
+from wsph.backend.clock import dt_of
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space, Struct
 from wsph.backend.state import Layout, fields_struct
-from wsph.backend.tensors import determinant_and_inverse
+from wsph.backend.tensors import determinant_and_inverse, in_plane
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.formulations.lagrangian.form import Form, smoothed
@@ -123,3 +128,81 @@ def block_strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) ->
             fields_out.deformation[i] = scale * fields_out.deformation[i] + (scale - real(1.0)) * one
 
     return block_strain
+
+
+def dilation_kernel(space: Space, layout: Layout, form: Form) -> wp.Kernel:
+    """What a rate law's velocity gradient gets at every particle, times the unit matrix, so that its trace is its block's:
+    `ahead` steps on, as in `wsph.formulations.lagrangian.flow`."""
+    real, mat, dim, Fields = space.scalar, space.mat, space.dim, fields_struct(space, layout)
+    Rows, Points, average = rows_struct(space), points_struct(space), smoothed(space, form.averaged)
+    determinant, inverse = determinant_and_inverse(space)
+
+    @kernel(ranged=True, pairs=True)
+    def dilation(
+        first: int,
+        clock: wp.array(dtype=wp.float64),
+        ahead: real,
+        rows: Rows,
+        points: Points,
+        blocks: Rows,
+        gradients: wp.array(dtype=mat),
+        fields: Fields,
+        dilation_out: wp.array(dtype=real),
+    ):
+        b = first + wp.tid()
+        dt = ahead * real(dt_of(clock))
+        volume = real(0.0)
+        rate = real(0.0)
+        for k in range(blocks.offsets[b], blocks.offsets[b + 1]):
+            i = blocks.indices[k]
+            change = average(rows, points, gradients, i)
+            later = wp.identity(n=dim, dtype=real) + fields.deformation[i] + dt * change
+            own = wp.trace(change * inverse(later))
+            current = points.volume[i] * determinant(later)
+            dilation_out[i] = own
+            volume += current
+            rate += current * own
+        for k in range(blocks.offsets[b], blocks.offsets[b + 1]):
+            i = blocks.indices[k]
+            dilation_out[i] = (rate / volume - dilation_out[i]) / real(dim)
+
+    return dilation
+
+
+def block_stress_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Kernel:
+    """`strain` of a rate law, over blocks: deformation, and first Piola stress before it is averaged, with the block's
+    pressure."""
+    real, dim, Fields = space.scalar, space.dim, fields_struct(space, layout)
+    Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
+    (determinant, inverse), average = determinant_and_inverse(space), smoothed(space, form.averaged)
+    unpack, plane = packing(space, laws.state)[0], in_plane(space)
+
+    @kernel(ranged=True, pairs=True)
+    def block_stress(
+        first: int,
+        rows: Rows,
+        points: Points,
+        blocks: Rows,
+        fields_out: Fields,
+        answers_out: Answers,
+    ):
+        b = first + wp.tid()
+        one = wp.identity(n=dim, dtype=real)
+        volume = real(0.0)
+        push = real(0.0)
+        for k in range(blocks.offsets[b], blocks.offsets[b + 1]):
+            i = blocks.indices[k]
+            H = average(rows, points, answers_out.gradient, i)
+            fields_out.deformation[i] = H
+            current = points.volume[i] * determinant(one + H)
+            volume += current
+            push += current * wp.trace(plane(unpack(fields_out.stress[i])))
+        push = push / (volume * real(dim))
+        for k in range(blocks.offsets[b], blocks.offsets[b + 1]):
+            i = blocks.indices[k]
+            F = one + fields_out.deformation[i]
+            cauchy = plane(unpack(fields_out.stress[i]))
+            cauchy += (push - wp.trace(cauchy) / real(dim)) * one
+            answers_out.nominal[i] = cauchy * (determinant(F) * wp.transpose(inverse(F)))
+
+    return block_stress

@@ -30,7 +30,8 @@ def flow_kernel(
 ) -> wp.Kernel:
     """Rates of stress and internals of a rate law and, in the current configuration, of the deformation.
 
-    `gradients` are those of the velocities, as pairs see them, where the form averages them; else they are not read.
+    `gradients` are those of the velocities, as pairs see them, where the form averages them; `dilation`, where volumes are
+    averaged over blocks, what makes the trace of a particle's gradient its block's; else they are not read.
     `ahead_gradient`, for the current configuration: Warp function (c, dt, rows, points, fields, i) -> the velocity gradient
     dt ahead.
     """
@@ -55,6 +56,7 @@ def flow_kernel(
         rows: Rows,
         points: Points,
         gradients: wp.array(dtype=mat),
+        dilation: wp.array(dtype=real),
         fields: Fields,
         others: Fields,
         rate_out: Fields,
@@ -81,6 +83,8 @@ def flow_kernel(
                 later = wp.identity(n=dim, dtype=real)
                 change = mat()
             L = change * inverse(later)
+            if wp.static(form.blocks):
+                L += dilation[i] * wp.identity(n=dim, dtype=real)
         if wp.static(form.total):
             return
         s = fields.stress[i]

@@ -16,10 +16,10 @@ Two forms of it:
   most accurate: a cantilever of twelve rows vibrates within 0.1 % where pairs of a kernel are 3-5 % slow.
 - `total-lagrangian`: one set, every particle is its own point (Xbar_p = X_p), the form of total-Lagrangian SPH with each
   side's own correction (sigma_i L_i^-1 + sigma_j L_j^-1). Particles stand on the faces and pairs are the edges of the cells
-  (`wsph.formulations.lagrangian.edges`), whose gradients and stresses are averaged once more; or pairs are those of a kernel,
-  w = |W'|/r, whose stress beside a face is off however fine the lattice. `run.correction = "paper"` puts L_i on both (He &
-  Seaid 2016, eq 13 with eq 3) and surrounds a bar with ghosts (`wsph.formulations.lagrangian.ghosts`), as the paper does;
-  it is there to compare with.
+  (`wsph.formulations.lagrangian.edges`), whose gradients and stresses are averaged once more; or pairs are those of a
+  kernel, w = |W'|/r, whose stress beside a face is off however fine the lattice. `run.correction = "paper"` puts L_i on
+  both (He & Seaid 2016, eq 13 with eq 3) and surrounds a bar with ghosts (`wsph.formulations.lagrangian.ghosts`), as the
+  paper does; it is there to compare with.
 
 H follows from the displacements in every evaluation: nothing drifts, and single precision keeps the digits of small strains.
 Forces between pairs beside the stress are terms of a body's parts (`wsph.parts.terms`).
@@ -40,7 +40,7 @@ from wsph.backend.state import Layout, State
 from wsph.constitutive.laws import Laws
 from wsph.errors import Refused
 from wsph.formulations.lagrangian.averaging import gradient_kernel, spread_kernel
-from wsph.formulations.lagrangian.blocks import block_strain_kernel, blocks_of
+from wsph.formulations.lagrangian.blocks import block_strain_kernel, block_stress_kernel, blocks_of, dilation_kernel
 from wsph.formulations.lagrangian.edges import edge_reference
 from wsph.formulations.lagrangian.flow import drift_kernel, flow_kernel
 from wsph.formulations.lagrangian.forces import force_between_kernel, force_from_points_kernel
@@ -71,7 +71,8 @@ class LagrangianKernels:
 
     def __init__(self, space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, form: Form):
         if form.blocks:
-            self.strain = block_strain_kernel(space, laws, layout, form)
+            self.strain = (block_strain_kernel if form.total else block_stress_kernel)(space, laws, layout, form)
+            self.dilation = dilation_kernel(space, layout, form)
         else:
             self.strain = strain_kernel(space, laws, layout, form)
         make = force_from_points_kernel if form.points else force_between_kernel
@@ -166,6 +167,7 @@ class LagrangianRates:
         self._answers = answers
         flows = self.form.staged and not self.form.total
         self._rate_gradient = arrays.zeros("rate gradient", m, space.mat) if flows else answers.gradient
+        self._dilation = arrays.zeros("dilation", m if flows and self.form.blocks else 1, real)
         self.holding = arrays.zeros("holding", placement.count if self.form.holds else 1, space.vec)
         for name in ("offsets", "indices", "reach"):
             arrays.take(f"pairs.{name}", getattr(self._pairs, name))
@@ -246,8 +248,13 @@ class LagrangianRates:
                 others = self._others(state)
                 if self.form.staged:
                     self._find_gradient(others, "velocity", self._rate_gradient)
-                inputs = [self._clock.time, self._space.scalar(ahead), self._constitutive.params, self._coefficients]
-                inputs += [self._rows, self._points, self._rate_gradient, state.struct, others]
+                time = [self._clock.time, self._space.scalar(ahead)]
+                if self.form.blocks:
+                    count, blocks = self._blocks
+                    inputs = [*time, self._rows, self._points, blocks, self._rate_gradient, state.struct]
+                    self._clock.launch(self.kernels.dilation, count, inputs, [self._dilation])
+                inputs = [*time, self._constitutive.params, self._coefficients, self._rows, self._points]
+                inputs += [self._rate_gradient, self._dilation, state.struct, others]
                 self._clock.launch(self.kernels.flow, m, inputs, [out.struct])
 
     def refresh(self, state: State) -> None:
@@ -260,7 +267,7 @@ class LagrangianRates:
         m, law = len(self._placement.point_volume), self._constitutive.params
         if self.form.blocks:
             count, blocks = self._blocks
-            inputs = [law, self._rows, self._points, blocks]
+            inputs = [*([law] if self.form.total else []), self._rows, self._points, blocks]
             self._clock.launch(self.kernels.strain, count, inputs, [state.struct, self._answers])
         else:
             inputs = [law, self._coefficients, self._density, self._rows, self._points, others]

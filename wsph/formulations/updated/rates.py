@@ -173,7 +173,8 @@ class UpdatedRates:
         if part != "velocity":
             self._clock.launch(self.kernels.drift, self._count, [state.struct], [out.struct])
             inputs = [self._clock.time, self._space.scalar(ahead), self._constitutive.params, self._coefficients]
-            inputs += [self._rows, self._points, self._answers.corrected, state.struct, state.struct]
+            inputs += [self._rows, self._points, self._answers.corrected, self._points.share, state.struct]
+            inputs += [state.struct]
             self._clock.launch(self.kernels.flow, self._count, inputs, [out.struct])
 
     def refresh(self, state: State) -> None:
