@@ -17,6 +17,7 @@ class Jaumann(Isotropic):
 
     depends_on_stress = True
     relaxes = False
+    turns_itself = True
 
     def rate(self, space, Params) -> wp.Function:
         """The law (p, stress, L) -> stress rate."""

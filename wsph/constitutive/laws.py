@@ -21,10 +21,19 @@ import warp as wp
 
 from wsph.backend.space import Space
 from wsph.constitutive.free_normals import free_rate, projection, total_laws
+from wsph.constitutive.kept import Kept
 from wsph.constitutive.stress_state import StressState, packing, unit_normal
 from wsph.errors import PluginError
 from wsph.plugins.blame import RATE_SIGNATURE
-from wsph.plugins.traits import depends_on_stress, derived_units, dissipates, gives, own_internals, relaxes
+from wsph.plugins.traits import (
+    depends_on_stress,
+    derived_units,
+    dissipates,
+    gives,
+    own_internals,
+    relaxes,
+    turns_itself,
+)
 
 
 def parameters(material: object) -> dict[str, str]:
@@ -51,9 +60,14 @@ class Laws:
     total(p, H) -> (stress, first Piola stress dim x dim)      of a total law, static free normals at zero stress;
                                                                None: the law is a rate
     total_energy(p, H) -> energy per reference volume          where a total law gives it
+
+    `kept` says which internals are kept beside the material's own, and where. `turned`: the driver turns the stress; the
+    skew part of L is the spin that it turns with, and the law itself sees the symmetric part.
     """
 
     state: StressState
+    kept: Kept
+    turned: bool
     Params: type
     stress: type
     internal: type
@@ -202,21 +216,53 @@ def _face_law(
     return linear_faces
 
 
+def _moving_law(
+    space: Space, law: wp.Function, Params: type, internal: type, state: StressState, thinning: int, turned: bool
+) -> wp.Function:
+    """A law as a body that moves takes it: with the strain rate of the free normals among the rates of the internals, and
+    turned with the spin that L has, where the law sees the rate of the strain alone."""
+    real, tensor, free = space.scalar, space.tensor, len(state.free)
+    first = state.free[0] if state.free else 0
+    if thinning < 0 and not turned:
+        return law
+
+    @wp.func
+    def moving(p: Params, stress: tensor, L: tensor, q: internal):
+        D = L
+        if wp.static(turned):
+            D = real(0.5) * (L + wp.transpose(L))
+        rate, dq = law(p, stress, D, q)
+        if wp.static(thinning >= 0):
+            dq[thinning] = L[first, first]
+        if wp.static(thinning >= 0 and free > 1):
+            dq[thinning] = dq[thinning] + L[2, 2]
+        if wp.static(turned):
+            W = L - D
+            rate += W * stress - stress * W
+        return rate, dq
+
+    return moving
+
+
 @lru_cache(maxsize=64)
-def laws_of(space: Space, material: object, state: StressState) -> Laws:
+def laws_of(space: Space, material: object, state: StressState, evolves: bool = False, counts: bool = False) -> Laws:
     """The laws of a material, by its values: `rate` is a third party's code and may branch on any of them.
 
     Another value gives another Laws but the same kernel source, so it is loaded from the kernel cache, not compiled.
+    `evolves` and `counts` as `wsph.constitutive.constitutive.Constitutive` has them.
     """
-    relaxing, depends = relaxes(material), depends_on_stress(material)
-    dissipating, count = dissipates(material), len(own_internals(material))
+    relaxing, dissipating = relaxes(material), dissipates(material)
+    kept = Kept.of(material, state, evolves, counts)
+    turned = evolves and space.dim > 1 and not turns_itself(material)
     real, tensor, mat = space.scalar, space.tensor, space.mat
-    stress, internal = space.vector(len(state.components)), space.vector(max(count + dissipating, 1))
+    stress, internal = space.vector(len(state.components)), space.vector(max(kept.count, 1))
     # Not id-based: the same fields give the same struct, and so the same compiled kernel, in every process.
     annotations = dict.fromkeys(parameters(material), real)
     name = f"{type(material).__name__}Params"
     Params = wp.struct(type(name, (), {"__annotations__": annotations, "__module__": __name__}))
-    law = user_law(space, material, Params, internal)
+    own_law = user_law(space, material, Params, internal)
+    law = _moving_law(space, own_law, Params, internal, state, kept.thinning, turned)
+    last = kept.dissipation
     free_law = free_rate(space, law, Params, internal, state.free)
     (unpack, pack), embed, dissipation = packing(space, state), _embedding(space), _dissipation(space, Params)
 
@@ -226,7 +272,7 @@ def laws_of(space: Space, material: object, state: StressState) -> Laws:
         rate, dq = free_law(p, s, tensor(), q)
         if wp.static(relaxing):
             bare, _ = law(p, s, tensor(), q)
-            dq[count] = dissipation(p, s, bare)
+            dq[last] = dissipation(p, s, bare)
         return pack(rate), dq
 
     @wp.func
@@ -235,7 +281,7 @@ def laws_of(space: Space, material: object, state: StressState) -> Laws:
         rate, dq = free_law(p, s, embed(L), q)
         if wp.static(relaxing):
             bare, _ = law(p, s, tensor(), q)
-            dq[count] = dissipation(p, s, bare)
+            dq[last] = dissipation(p, s, bare)
         return pack(rate), dq
 
     @wp.func
@@ -251,6 +297,8 @@ def laws_of(space: Space, material: object, state: StressState) -> Laws:
     total, total_energy = total_laws(space, material, state, Params)
     return Laws(
         state=state,
+        kept=kept,
+        turned=turned,
         Params=Params,
         stress=stress,
         internal=internal,
@@ -259,9 +307,9 @@ def laws_of(space: Space, material: object, state: StressState) -> Laws:
         linear=linear,
         linear_faces=_face_law(space, law, Params, internal, state, relaxing),
         energy=_stored(space, Params, state),
-        depends_on_stress=depends,
+        depends_on_stress=depends_on_stress(material) or turned,
         dissipates=dissipating,
-        project=projection(space, material, state, Params, internal),
+        project=projection(space, material, state, Params, internal, kept),
         total=total,
         total_energy=total_energy,
     )
