@@ -61,10 +61,9 @@ class Constitutive:
         who: str,
         *,
         evolves: bool = False,
-        counts: bool = False,
     ):
-        """`evolves`: its stress follows from its rate law in a body whose deformation is followed: it turns with the body,
-        and free normals thin it; `counts`: the energy that such a law stores is counted as it flows in."""
+        """`evolves`: its stress follows from its rate law in a body whose deformation is followed. It turns with the body,
+        free normals thin it, and the energy that it stores is counted as it flows in."""
         self.space, self.material, self.state, self.who = space, material, state, who
         bulk, shear = material.moduli()
         self.wave_speed = state.wave_speed(bulk, shear, material.density)
@@ -72,7 +71,7 @@ class Constitutive:
         values = {name: value / self.internal_scales[name] for name, value in internal_values(material).items()}
         _refuse_what_is_not_applied(material, who)
         with blame(who):
-            self.laws = laws_of(space, material, state, evolves, counts)
+            self.laws = laws_of(space, material, state, evolves)
         own = {name: value for name, value in values.items() if name in own_internals(material)}
         # The dissipation is the last.
         self.internals: dict[str, float] = {**own, **dict.fromkeys(self.laws.kept.hidden, 0.0), **values}

@@ -45,6 +45,29 @@ def volume_ratio(space: Space, laws: Laws, layout: Layout) -> wp.Function:
 
 
 @cache
+def stored_over(space: Space, laws: Laws) -> wp.Function:
+    """Warp function (p, stress, its rate, q, q rate, F, dt) -> q rate with that of the stored energy, where that is kept:
+    what a step dt changes the energy of the particle's own stress by, for forms that see another stress than that."""
+    real, mat, Params, stress, internal = space.scalar, space.mat, laws.Params, laws.stress, laws.internal
+    stored, energy, determinant, thick = (
+        laws.kept.stored,
+        laws.energy,
+        determinant_and_inverse(space)[0],
+        thickness(space, laws),
+    )
+
+    @wp.func
+    def with_stored(p: Params, s: stress, ds: stress, q: internal, dq: internal, F: mat, dt: real) -> internal:
+        rates = dq
+        if wp.static(stored >= 0):
+            more = energy(p, s + dt * ds) - energy(p, s)
+            rates[stored] = determinant(F) * thick(q) * more / dt
+        return rates
+
+    return with_stored
+
+
+@cache
 def evolution(space: Space, laws: Laws) -> wp.Function:
     """Warp function (p, stress, q, F, L, dt) -> their rates over a step of 2 dt, or at present where dt = 0; F and the
     velocity gradient L are those dt ahead.
@@ -103,8 +126,8 @@ def _turning(space: Space, laws: Laws) -> wp.Function:
 
 
 def _counted(space: Space, laws: Laws) -> wp.Function:
-    """Warp function (stress, q, F, L, q rate) -> q rate with energies per volume at the start: what the stress does work on is
-    stored, but for what is dissipated."""
+    """Warp function (stress, q, F, L, q rate) -> q rate with energies per volume at the start: what the stress does work
+    on is stored, but for what is dissipated."""
     mat, stress, internal = space.mat, laws.stress, laws.internal
     stored, last, thins = laws.kept.stored, laws.kept.dissipation, laws.kept.thinning >= 0
     unpack, plane = packing(space, laws.state)[0], in_plane(space)

@@ -25,10 +25,10 @@ class Kept:
     count: int
 
     @classmethod
-    def of(cls, material: object, state: StressState, evolves: bool, counts: bool) -> "Kept":
+    def of(cls, material: object, state: StressState, evolves: bool) -> "Kept":
         """What is kept of a material in a stress state. `evolves`: its stress follows from its rate law in a body whose
-        deformation is followed; `counts`: the form also counts the energy that such a law stores."""
-        wanted = (evolves and bool(state.free), evolves and counts, dissipates(material))
+        deformation is followed."""
+        wanted = (evolves and bool(state.free), evolves, dissipates(material))
         places: list[int] = []
         count = len(own_internals(material))
         for each in wanted:

@@ -245,14 +245,14 @@ def _moving_law(
 
 
 @lru_cache(maxsize=64)
-def laws_of(space: Space, material: object, state: StressState, evolves: bool = False, counts: bool = False) -> Laws:
+def laws_of(space: Space, material: object, state: StressState, evolves: bool = False) -> Laws:
     """The laws of a material, by its values: `rate` is a third party's code and may branch on any of them.
 
     Another value gives another Laws but the same kernel source, so it is loaded from the kernel cache, not compiled.
-    `evolves` and `counts` as `wsph.constitutive.constitutive.Constitutive` has them.
+    `evolves` as `wsph.constitutive.constitutive.Constitutive` has it.
     """
     relaxing, dissipating = relaxes(material), dissipates(material)
-    kept = Kept.of(material, state, evolves, counts)
+    kept = Kept.of(material, state, evolves)
     turned = evolves and space.dim > 1 and not turns_itself(material)
     real, tensor, mat = space.scalar, space.tensor, space.mat
     stress, internal = space.vector(len(state.components)), space.vector(max(kept.count, 1))

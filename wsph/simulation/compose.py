@@ -197,9 +197,7 @@ def _body_run(setting: Setting, bare: BareBody, space: Space, time_step: TimeSte
     body, cells = bare.body, bare.lattice
     traits = method.formulation.traits
     evolves = not traits.small_strain and (traits.needs_rate or turns(bare.material))
-    constitutive = Constitutive(
-        space, bare.material, bare.state, scales, bare.who, evolves=evolves, counts=evolves and traits.one_set
-    )
+    constitutive = Constitutive(space, bare.material, bare.state, scales, bare.who, evolves=evolves)
     _refuse(body, bare.material, method, bare.who)
     warn_of_lost_digits(body.name, bare.material, space, bare.who)
     setup = Setup(scene, body, method.formulation, cells, space, constitutive, scales, clock, wants_displacement(scene))

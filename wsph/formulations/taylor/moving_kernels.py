@@ -9,6 +9,7 @@ from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
 from wsph.backend.tensors import determinant_and_inverse, spin, turning
+from wsph.constitutive.evolution import stored_over
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.constitutive.turning import turned_gradient
@@ -176,7 +177,11 @@ def _rate_kernel(space: Space, laws: Laws, virtual: Layout, real_layout: Layout,
     turned, turn_of, accelerated = turning(space), spin(space)[1], acceleration(space, parts)
     replaced, replaced_stress = replacing(space, dim), replacing(space, width)
     inside, at_face = _inner_rate(space, laws), _face_rate(space, laws)
-    followed, handed = turned_gradient(space, laws.turned), handed_on(space, laws)
+    followed, handed, with_stored = (
+        turned_gradient(space, laws.turned),
+        handed_on(space, laws),
+        stored_over(space, laws),
+    )
 
     @kernel(ranged=True)
     def rate(
@@ -228,6 +233,7 @@ def _rate_kernel(space: Space, laws: Laws, virtual: Layout, real_layout: Layout,
             change, dq = inside(p, s, s0, followed(F, L), q, S, Q, dt)
         else:
             change, dq = at_face(p, axes, local, s0, followed(F, L), q, S, Q, faces.free[i], dt)
+        dq = with_stored(p, s0, change, q, dq, F, dt)
         fields_out.velocity[i] = v0 + dt * accelerated(body, determinant(F) * force_of(slope * back), v + v0)
         fields_out.stress[i] = s0 + dt * change
         fields_out.deformation[i] = H + real(0.5) * dt * (L * F)
