@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from wsph.constitutive.stress_state import StressState
 from wsph.plugins.traits import dissipates, own_internals
 
-THINNING, STORED, DISSIPATION = "thinning", "stored_energy", "dissipation"
+THINNING, STORED = "thinning", "stored_energy"
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,11 @@ Where a law relaxes (its rate at L = 0 is not zero), one internal more is kept: 
 integrates the rest. A law that is brought back to a yield surface (`project`) keeps it too: each return dissipates the
 work of the stress it ends at on the plastic strain C^-1 : (trial - returned). In plane and uniaxial stress the free normals
 strain by what keeps their stress zero after the return (`wsph.constitutive.free_normals`).
+
+Of a body that moves two internals more are kept where it follows a rate law: the logarithm of its section or thickness over
+that at the start, where free normals change that, and the energy that its stress has stored. Energies are per volume at the
+start: forms multiply by the volume ratio of the moment (`wsph.constitutive.evolution`). And the stress turns: with the axes
+of the material (`wsph.constitutive.turning`), or as the law itself says.
 """
 
 import dataclasses
