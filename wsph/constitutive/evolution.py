@@ -9,7 +9,7 @@ from wsph.backend.state import Layout, fields_struct
 from wsph.backend.tensors import determinant_and_inverse, in_plane
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
-from wsph.constitutive.turning import half_turn, turn_change, turned_gradient
+from wsph.constitutive.turning import spinning, turn_change, turned_gradient
 
 
 @cache
@@ -84,8 +84,8 @@ def evolution(space: Space, laws: Laws) -> wp.Function:
     def evolve(p: Params, s: stress, q: internal, F: mat, L: mat, dt: real):
         if wp.static(turned):
             if dt > real(0.0):
-                ds, dq, middle, q_middle = turning(p, s, q, F, L, dt)
-                return ds, counted(middle, q_middle, F, L, dq)
+                ds, dq, middle, q_middle, D = turning(p, s, q, F, L, dt)
+                return ds, counted(middle, q_middle, F, D, dq)
         G = followed(F, L)
         ds, dq = respond(p, s, G, q)
         middle = s
@@ -101,26 +101,25 @@ def evolution(space: Space, laws: Laws) -> wp.Function:
 
 
 def _turning(space: Space, laws: Laws) -> wp.Function:
-    """Warp function as `evolution` has it, of a step that turns the stress: half a turn, the law in the middle, the other
-    half; and the stress and the internals in the middle."""
+    """Warp function (p, stress, q, F, L, dt) -> rates over a step of 2 dt that turns the stress, and stress, internals and
+    rate of the strain in its middle: the step in the axes that the material has at its start, then the turn."""
     real, mat, Params, stress, internal = space.scalar, space.mat, laws.Params, laws.stress, laws.internal
     respond, (unpack, pack) = laws.respond, packing(space, laws.state)
-    followed, half, change = turned_gradient(space, True), half_turn(space), turn_change(space)
+    spin, change = spinning(space), turn_change(space)
 
     @wp.func
     def turning(p: Params, s: stress, q: internal, F: mat, L: mat, dt: real):
-        G = followed(F, L)
-        D = real(0.5) * (G + wp.transpose(G))
-        by = half((real(2.0) * dt) * (G - D))
-        start = unpack(s)
-        first = change(by, start)
-        there = pack(start + first)
-        ds, dq = respond(p, there, D, q)
-        middle = there + dt * ds
+        half = dt * spin(F, L)
+        D = real(0.5) * (L + wp.transpose(L))
+        # Half the turn back, to second order: it is zero where only the turn is.
+        back = half * D
+        D = D - back - wp.transpose(back)
+        ds, dq = respond(p, s, D, q)
+        middle = s + dt * ds
         q_middle = q + dt * dq
         ds, dq = respond(p, middle, D, q_middle)
-        second = change(by, unpack(there + (real(2.0) * dt) * ds))
-        return ds + pack(first + second) / (real(2.0) * dt), dq, middle, q_middle
+        turn = change(half, unpack(s + (real(2.0) * dt) * ds))
+        return ds + pack(turn) / (real(2.0) * dt), dq, middle, q_middle, D
 
     return turning
 

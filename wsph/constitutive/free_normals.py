@@ -210,6 +210,7 @@ def projection(
         for k in range(wp.static(count)):
             mine[k] = q[k]
         trial = s
+        after = q
         t, changed = returned(p, s, mine)
         if wp.static(free > 0):
             stiffness = (p.elastic_bulk - real(2.0) / real(3.0) * p.elastic_shear) * real(free) + real(
@@ -226,17 +227,16 @@ def projection(
                     t, changed = returned(p, trial, mine)
                     slope, step = secant(gap, t[first, first], step, slope, stiffness)
                     gap = t[first, first]
+            if wp.static(thinning >= 0):
+                after[thinning] = q[thinning] + real(free) * x
         mean = wp.trace(t) / real(3.0)
         lost = trial - t
         mean_lost = wp.trace(lost) / real(3.0)
         one = wp.identity(n=3, dtype=real)
         plastic = wp.ddot(t - mean * one, lost - mean_lost * one) / (real(2.0) * p.elastic_shear)
-        after = q
         for k in range(wp.static(count)):
             after[k] = changed[k]
         after[last] = q[last] + plastic + mean * mean_lost / p.elastic_bulk
-        if wp.static(thinning >= 0):
-            after[thinning] = q[thinning] + real(free) * x
         return pack(t), after
 
     return project

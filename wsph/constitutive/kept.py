@@ -28,13 +28,10 @@ class Kept:
     def of(cls, material: object, state: StressState, evolves: bool) -> "Kept":
         """What is kept of a material in a stress state. `evolves`: its stress follows from its rate law in a body whose
         deformation is followed."""
-        wanted = (evolves and bool(state.free), evolves, dissipates(material))
-        places: list[int] = []
-        count = len(own_internals(material))
-        for each in wanted:
-            places.append(count if each else -1)
-            count += each
-        return cls(*places, count)
+        own, thins, dissipating = len(own_internals(material)), evolves and bool(state.free), dissipates(material)
+        stored = own + thins
+        last = stored + evolves
+        return cls(own if thins else -1, stored if evolves else -1, last if dissipating else -1, last + dissipating)
 
     @property
     def hidden(self) -> tuple[str, ...]:

@@ -180,23 +180,25 @@ def _stored(space: Space, Params: type, state: StressState) -> wp.Function:
 
 
 def _face_law(
-    space: Space, law: wp.Function, Params: type, internal: type, state: StressState, relaxing: bool
+    space: Space, law: wp.Function, Params: type, internal: type, state: StressState, relaxing: bool, turned: bool
 ) -> wp.Function:
     """`Laws.linear_faces` of a plugin's law."""
     real, tensor, mat, point = space.scalar, space.tensor, space.mat, space.point
     stress, (unpack, pack) = space.vector(len(state.components)), packing(space, state)
-    unit, embed, static_mask = unit_normal(space), _embedding(space), sum(1 << k for k in state.free)
+    unit, (seen, turn), static_mask = unit_normal(space), _parted(space, turned), sum(1 << k for k in state.free)
 
     @wp.func
     def linear_faces(p: Params, packed: stress, L: mat, q: internal, S: stress, Q: internal, mask: int, target: point):
         s = unpack(packed)
-        L3 = embed(L)
+        L3 = seen(L)
         moving, dq_moving = law(p, s, L3, q)
         rate, dq = moving, dq_moving
         if wp.static(relaxing):
             rest, dq_rest = law(p, s, tensor(), q)
             rate -= rest
             dq -= dq_rest
+        if wp.static(turned):
+            rate += turn(s, L)
         rate += unpack(S)
         free = mask | static_mask
         system = tensor()
@@ -221,32 +223,46 @@ def _face_law(
     return linear_faces
 
 
-def _moving_law(
-    space: Space, law: wp.Function, Params: type, internal: type, state: StressState, thinning: int, turned: bool
+def _thinning_law(
+    space: Space, law: wp.Function, Params: type, internal: type, state: StressState, thinning: int
 ) -> wp.Function:
-    """A law as a body that moves takes it: with the strain rate of the free normals among the rates of the internals, and
-    turned with the spin that L has, where the law sees the rate of the strain alone."""
-    real, tensor, free = space.scalar, space.tensor, len(state.free)
+    """A law with the strain rate of the free normals among the rates of the internals."""
+    tensor, free = space.tensor, len(state.free)
     first = state.free[0] if state.free else 0
-    if thinning < 0 and not turned:
+    if thinning < 0:
         return law
 
     @wp.func
-    def moving(p: Params, stress: tensor, L: tensor, q: internal):
-        D = L
-        if wp.static(turned):
-            D = real(0.5) * (L + wp.transpose(L))
-        rate, dq = law(p, stress, D, q)
-        if wp.static(thinning >= 0):
-            dq[thinning] = L[first, first]
-        if wp.static(thinning >= 0 and free > 1):
+    def thinned(p: Params, stress: tensor, L: tensor, q: internal):
+        rate, dq = law(p, stress, L, q)
+        dq[thinning] = L[first, first]
+        if wp.static(free > 1):
             dq[thinning] = dq[thinning] + L[2, 2]
-        if wp.static(turned):
-            W = L - D
-            rate += W * stress - stress * W
         return rate, dq
 
-    return moving
+    return thinned
+
+
+@cache
+def _parted(space: Space, turned: bool) -> tuple[wp.Function, wp.Function]:
+    """Warp functions: velocity gradient dim x dim -> 3x3, as the law sees it: the symmetric part where the stress is turned
+    for it; and (stress, velocity gradient) -> the stress rate of the turn."""
+    mat, tensor, real, embed = space.mat, space.tensor, space.scalar, _embedding(space)
+
+    @wp.func
+    def seen(L: mat) -> tensor:
+        if wp.static(turned):
+            return embed(real(0.5) * (L + wp.transpose(L)))
+        return embed(L)
+
+    @wp.func
+    def turn(s: tensor, L: mat) -> tensor:
+        if wp.static(turned):
+            first = embed(real(0.5) * (L - wp.transpose(L))) * s
+            return first + wp.transpose(first)
+        return tensor()
+
+    return seen, turn
 
 
 @lru_cache(maxsize=64)
@@ -266,10 +282,14 @@ def laws_of(space: Space, material: object, state: StressState, evolves: bool = 
     name = f"{type(material).__name__}Params"
     Params = wp.struct(type(name, (), {"__annotations__": annotations, "__module__": __name__}))
     own_law = user_law(space, material, Params, internal)
-    law = _moving_law(space, own_law, Params, internal, state, kept.thinning, turned)
+    law = _thinning_law(space, own_law, Params, internal, state, kept.thinning)
     last = kept.dissipation
     free_law = free_rate(space, law, Params, internal, state.free)
-    (unpack, pack), embed, dissipation = packing(space, state), _embedding(space), _dissipation(space, Params)
+    (unpack, pack), dissipation, (seen, turn) = (
+        packing(space, state),
+        _dissipation(space, Params),
+        _parted(space, turned),
+    )
 
     @wp.func
     def at_rest(p: Params, packed: stress, q: internal):
@@ -283,7 +303,9 @@ def laws_of(space: Space, material: object, state: StressState, evolves: bool = 
     @wp.func
     def respond(p: Params, packed: stress, L: mat, q: internal):
         s = unpack(packed)
-        rate, dq = free_law(p, s, embed(L), q)
+        rate, dq = free_law(p, s, seen(L), q)
+        if wp.static(turned):
+            rate += turn(s, L)
         if wp.static(relaxing):
             bare, _ = law(p, s, tensor(), q)
             dq[last] = dissipation(p, s, bare)
@@ -292,7 +314,9 @@ def laws_of(space: Space, material: object, state: StressState, evolves: bool = 
     @wp.func
     def linear(p: Params, packed: stress, L: mat, q: internal, S: stress, Q: internal):
         s = unpack(packed)
-        rate, dq = free_law(p, s, embed(L), q)
+        rate, dq = free_law(p, s, seen(L), q)
+        if wp.static(turned):
+            rate += turn(s, L)
         if wp.static(relaxing):
             rest, dq_rest = free_law(p, s, tensor(), q)
             rate -= rest
@@ -310,7 +334,7 @@ def laws_of(space: Space, material: object, state: StressState, evolves: bool = 
         source=at_rest if relaxing else None,
         respond=respond,
         linear=linear,
-        linear_faces=_face_law(space, law, Params, internal, state, relaxing),
+        linear_faces=_face_law(space, law, Params, internal, state, relaxing, turned),
         energy=_stored(space, Params, state),
         depends_on_stress=depends_on_stress(material) or turned,
         dissipates=dissipating,

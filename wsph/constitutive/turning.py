@@ -1,8 +1,8 @@
 """The turning of a stress with its material: the spin of the axes, and the turn of a step.
 
-With F = R U the axes of the material turn with R, and their spin is Omega = R' R^T (Green & Naghdi 1965). With A = R^T F'
-the skew part of A says A - A^T = w U + U w, w = R^T Omega R: in two dimensions the rate of the angle of R, in three a
-system of three equations for the axial vector of w.
+With F = R U = V R the axes of the material turn with R, and their spin is Omega = R' R^T (Green & Naghdi 1965). With
+L = D + W it differs from W by the skew X with X V + V X = D V - V D, in three dimensions three equations for the axial
+vector of X (Dienes 1979; Flanagan & Taylor 1987); in two it is the rate of the angle of R.
 
 A stress turns over a step by Cayley's turn of the spin in its middle, (1 - h/2 Omega)^-1 (1 + h/2 Omega), as Hughes & Winget
 (1980) have it: where F turns rigidly within a step, by any angle, so does the stress.
@@ -20,23 +20,24 @@ POLAR_ROUNDS = 10
 
 
 @cache
-def rotation(space: Space) -> wp.Function:
-    """Warp function F (3 x 3, determinant above zero) -> R of F = R U."""
+def _stretch(space: Space) -> wp.Function:
+    """Warp function F (3 x 3, determinant above zero) -> V of F = V R. An error of it is one of Omega in proportion to D
+    alone: a rigid turn has none, so that a millionth is enough."""
     real, mat = space.scalar, space.mat
 
     @wp.func
-    def polar(F: mat) -> mat:
+    def stretch(F: mat) -> mat:
         R = F
         change = real(1.0)
         rounds = int(0)
-        while change > real(1.0e-12) and rounds < POLAR_ROUNDS:
+        while change > real(1.0e-6) and rounds < POLAR_ROUNDS:
             closer = real(0.5) * (R + wp.transpose(wp.inverse(R)))
             change = wp.ddot(closer - R, closer - R)
             R = closer
             rounds += 1
-        return R
+        return F * wp.transpose(R)
 
-    return polar
+    return stretch
 
 
 @cache
@@ -44,7 +45,7 @@ def spinning(space: Space) -> wp.Function:
     """Warp function (F, velocity gradient L) -> Omega, the spin of the axes of the material, dim x dim; the skew part of L
     where F says nothing."""
     real, vec, mat, dim = space.scalar, space.vec, space.mat, space.dim
-    polar, determinant = rotation(space), determinant_and_inverse(space)[0]
+    stretch, determinant = _stretch(space), determinant_and_inverse(space)[0]
 
     @wp.func
     def in_two(F: mat, L: mat) -> mat:
@@ -56,11 +57,11 @@ def spinning(space: Space) -> wp.Function:
 
     @wp.func
     def in_three(F: mat, L: mat) -> mat:
-        R = polar(F)
-        U = wp.transpose(R) * F
-        A = wp.transpose(R) * (L * F)
-        skew = vec(A[2, 1] - A[1, 2], A[0, 2] - A[2, 0], A[1, 0] - A[0, 1])
-        w = R * (wp.inverse(wp.trace(U) * wp.identity(n=3, dtype=real) - U) * skew)
+        V = stretch(F)
+        A = (L + wp.transpose(L)) * V
+        skew = real(0.5) * vec(A[2, 1] - A[1, 2], A[0, 2] - A[2, 0], A[1, 0] - A[0, 1])
+        w = wp.inverse(wp.trace(V) * wp.identity(n=3, dtype=real) - V) * skew
+        w += real(0.5) * vec(L[2, 1] - L[1, 2], L[0, 2] - L[2, 0], L[1, 0] - L[0, 1])
         return mat(real(0.0), -w[2], w[1], w[2], real(0.0), -w[0], -w[1], w[0], real(0.0))
 
     of_axes = in_two if dim == 2 else in_three
@@ -96,34 +97,34 @@ def turned_gradient(space: Space, turned: bool) -> wp.Function:
 
 
 @cache
-def half_turn(space: Space) -> wp.Function:
-    """Warp function (spin times time step) -> Q - 1, Q half of Cayley's turn, 3 x 3: small where the turn is, so that no
-    digits of a stress are lost to it."""
+def turn_change(space: Space) -> wp.Function:
+    """Warp function (half the spin times the time step, dim x dim; symmetric tensor s) -> Q s Q^T - s, Q Cayley's turn:
+    small where the turn is, so that no digits of a stress are lost to it."""
     real, mat, tensor, dim = space.scalar, space.mat, space.tensor, space.dim
 
     @wp.func
-    def half(angle: mat) -> tensor:
-        # The axial vector of Cayley's turn is tan of half the angle; of half the turn it is tan of a quarter.
-        whole = wp.ddot(angle, angle) / real(8.0)
-        A = tensor()
-        for i in range(wp.static(dim)):
-            for j in range(wp.static(dim)):
-                A[i, j] = real(0.5) * angle[i, j]
-        A = A / (real(1.0) + wp.sqrt(real(1.0) + whole))
-        square = real(0.5) * wp.ddot(A, A)
-        return (real(2.0) / (real(1.0) + square)) * (A + A * A)
-
-    return half
-
-
-@cache
-def turn_change(space: Space) -> wp.Function:
-    """Warp function (Q - 1, symmetric tensor) -> Q s Q^T - s."""
-    tensor = space.tensor
+    def in_two(half: mat, s: tensor) -> tensor:
+        # half[1, 0] is the tangent of half the angle; twice the angle is what Mohr's circle turns by.
+        t = half[1, 0]
+        scale = real(1.0) / (real(1.0) + t * t)
+        sine = real(2.0) * t * scale
+        versine = t * sine
+        twice_sine = real(2.0) * sine * (real(1.0) - versine)
+        twice_versine = real(2.0) * sine * sine
+        d = real(0.5) * (s[0, 0] - s[1, 1])
+        normal = -twice_versine * d - twice_sine * s[0, 1]
+        shear = twice_sine * d - twice_versine * s[0, 1]
+        change = tensor()
+        change[0, 0] = normal
+        change[1, 1] = -normal
+        change[0, 1] = shear
+        change[1, 0] = shear
+        return change
 
     @wp.func
-    def change(by: tensor, s: tensor) -> tensor:
+    def in_three(half: mat, s: tensor) -> tensor:
+        by = (real(2.0) / (real(1.0) + real(0.5) * wp.ddot(half, half))) * (half + half * half)
         first = by * s
         return first + wp.transpose(first) + first * wp.transpose(by)
 
-    return change
+    return in_two if dim == 2 else in_three
