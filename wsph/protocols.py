@@ -26,6 +26,8 @@ class Traits:
     """Support by default [spacings]."""
     needs_rate: bool = False
     """Whether a material has to give a rate law."""
+    small_strain: bool = False
+    """Whether particles stay where they are: no deformation is followed, and nothing turns."""
     maps: bool = False
     """Whether cells may differ in size and direction."""
     edges: bool = False

@@ -38,9 +38,10 @@ class Isotropic:
 
 @dataclass(frozen=True)
 class Elastic(Isotropic):
-    """stress rate = lambda tr(D) I + 2 mu D with D the symmetric part of L, without spin: for small rotations.
+    """stress rate = lambda tr(D) I + 2 mu D with D the symmetric part of L. Where the body moves its stress turns with
+    it; in small strain nothing turns: for small rotations.
 
-    Total-Lagrangian forms take its total law instead, St Venant-Kirchhoff: S = lambda tr(E) I + 2 mu E with E the Green-
+    One-set forms take its total law instead, St Venant-Kirchhoff: S = lambda tr(E) I + 2 mu E with E the Green-
     Lagrange strain, objective for any rotation, for moderate strains (it softens in compression).
     Fields as in `Isotropic`.
     """

@@ -12,11 +12,13 @@ class Jaumann(Isotropic):
     """stress rate = lambda tr(D) I + 2 mu D + W stress - stress W, with D + W = L (Serroukh & Mabssout 2022, eqs 2-6).
 
     The spin's sign is that of eq 2; their eqs 21 and 22 print the other one, with which a block turned by 45 degrees under
-    uniaxial stress gets its shear stress with the wrong sign. Fields as in `Isotropic`.
+    uniaxial stress gets its shear stress with the wrong sign. In simple shear by g the stress is mu sin g: it swings from a
+    shear of about 1.5 on. Fields as in `Isotropic`.
     """
 
     depends_on_stress = True
     relaxes = False
+    turns_itself = True
 
     def rate(self, space, Params) -> wp.Function:
         """The law (p, stress, L) -> stress rate."""

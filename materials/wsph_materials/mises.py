@@ -25,6 +25,7 @@ class Mises(Isotropic):
 
     depends_on_stress = True
     relaxes = False
+    turns_itself = True
     internals = {"plastic_strain": 0.0}
 
     def __post_init__(self) -> None:

@@ -14,7 +14,8 @@ class Perzyna(Isotropic):
     Herreros & Mabssout 2011, eqs 2-7. phi = ((q - F0)/F0)^N above the yield stress
     F0 = max(yield_stress + hardening_modulus * plastic_strain, floor), zero below; N = 0 gives phi = 1. In uniaxial stress
     d = gamma phi sign(sigma). The yield is strict: q must exceed F0 by more than a rounding, because the published bar's
-    wave stands exactly at yield until it is reflected.
+    wave stands exactly at yield until it is reflected. The stress turns with the axes of the material where the body moves;
+    in small strain nothing turns.
 
     Fields: density [kg/m3], youngs_modulus [Pa], poisson_ratio, yield_stress [Pa], hardening_modulus [Pa, negative
     softens], fluidity gamma [1/s], exponent N, floor (fraction of yield_stress below which F0 does not soften, 0.1; 0.001 to

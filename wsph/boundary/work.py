@@ -14,14 +14,18 @@ from wsph.backend.state import Layout, State, fields_struct
 from wsph.backend.tensors import determinant_and_inverse
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.values import BoundaryValues
+from wsph.constitutive.evolution import volume_ratio
+from wsph.constitutive.laws import Laws
+from wsph.constitutive.stress_state import packing
 from wsph.parts.works import Works
 
 
 @cache
-def _work_kernel(space: Space, unpack: wp.Function, layout: Layout) -> wp.Kernel:
+def _work_kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
     dim, real, vec, mat = space.dim, space.scalar, space.vec, space.mat
     Fields, deformed = fields_struct(space, layout), "deformation" in dict(layout)
-    determinant, inverse = determinant_and_inverse(space)
+    inverse, unpack = determinant_and_inverse(space)[1], packing(space, laws.state)[0]
+    ratio = volume_ratio(space, laws, layout)
 
     @kernel(ranged=True)
     def work(
@@ -46,7 +50,7 @@ def _work_kernel(space: Space, unpack: wp.Function, layout: Layout) -> wp.Kernel
                 normal[a] = axes[a, axis[row]]
             if wp.static(deformed):
                 F = wp.identity(n=dim, dtype=real) + fields.deformation[i]
-                normal = determinant(F) * (wp.transpose(inverse(F)) * normal)
+                normal = ratio(fields, i) * (wp.transpose(inverse(F)) * normal)
             stress = unpack(fields.stress[i])
             velocity = fields.velocity[i]
             for a in range(wp.static(dim)):
@@ -72,7 +76,7 @@ class ExternalWork(Works):
         self,
         space: Space,
         conditions: Conditions,
-        unpack: wp.Function,
+        laws: Laws,
         area_unit: float,
         axes: object,
         layout: Layout,
@@ -80,7 +84,7 @@ class ExternalWork(Works):
         domain: Domain = WHOLE,
     ):
         super().__init__(len(conditions.work_particle), len(conditions.work_particle) > 0, device, domain)
-        self._axes, self._kernel = axes, _work_kernel(space, unpack, layout)
+        self._axes, self._kernel = axes, _work_kernel(space, laws, layout)
         if self._acts:
             self._particle = wp.array(conditions.work_particle, dtype=wp.int32, device=device)
             self._axis = wp.array(conditions.work_axis, dtype=wp.int32, device=device)

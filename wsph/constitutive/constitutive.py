@@ -6,6 +6,9 @@ import warp as wp
 
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
+from wsph.backend.state import Layout, fields_struct
+from wsph.constitutive.evolution import volume_ratio
+from wsph.constitutive.kept import STORED, THINNING
 from wsph.constitutive.laws import Laws, laws_of, parameters
 from wsph.constitutive.stress_state import StressState
 from wsph.errors import Refused
@@ -24,6 +27,8 @@ def _refuse_what_is_not_applied(material: Material, who: str) -> None:
     if not (gives(material, "rate") or gives(material, "stress")):
         raise Refused(f"{who} has neither `rate` nor `stress`; every formulation needs one of them: {RATE_SIGNATURE}")
     reserved = {
+        THINNING,
+        STORED,
         "velocity",
         "stress",
         "displacement",
@@ -44,18 +49,32 @@ class Constitutive:
     """A material in a stress state, ready for kernels.
 
     `params` (struct of inner, nondimensional numbers), `density`, `internals` (name -> initial value, the dissipation
-    included where the law relaxes), and the Warp functions of `laws`.
+    included where the law relaxes, and what else is kept of a body that moves), and the Warp functions of `laws`.
     """
 
-    def __init__(self, space: Space, material: Material, state: StressState, scales: Scales, who: str):
+    def __init__(
+        self,
+        space: Space,
+        material: Material,
+        state: StressState,
+        scales: Scales,
+        who: str,
+        *,
+        evolves: bool = False,
+    ):
+        """`evolves`: its stress follows from its rate law in a body whose deformation is followed. It turns with the body,
+        free normals thin it, and the energy that it stores is counted as it flows in."""
         self.space, self.material, self.state, self.who = space, material, state, who
         bulk, shear = material.moduli()
         self.wave_speed = state.wave_speed(bulk, shear, material.density)
         self.internal_scales = {name: scales.of(unit) for name, unit in internal_units(material).items()}
-        self.internals = {name: value / self.internal_scales[name] for name, value in internal_values(material).items()}
+        values = {name: value / self.internal_scales[name] for name, value in internal_values(material).items()}
         _refuse_what_is_not_applied(material, who)
         with blame(who):
-            self.laws = laws_of(space, material, state)
+            self.laws = laws_of(space, material, state, evolves)
+        own = {name: value for name, value in values.items() if name in own_internals(material)}
+        # The dissipation is the last.
+        self.internals: dict[str, float] = {**own, **dict.fromkeys(self.laws.kept.hidden, 0.0), **values}
         self.params = self.laws.Params()
         for name, unit in parameters(material).items():
             value = {"elastic_bulk": bulk, "elastic_shear": shear}.get(name)
@@ -70,14 +89,23 @@ class Constitutive:
 
 
 @cache
-def project_kernel(space: Space, laws: Laws, fields: type) -> wp.Kernel:
+def project_kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
     """Bring the stresses of a state back, over its points."""
-    Params, project = laws.Params, laws.project or laws.respond
+    Params, project, energy = laws.Params, laws.project or laws.respond, laws.energy
+    stored, last = laws.kept.stored, laws.kept.dissipation
+    fields, ratio = fields_struct(space, layout), volume_ratio(space, laws, layout)
 
     @kernel(ranged=True)
     def bring_back(first: int, p: Params, fields_out: fields):
         i = first + wp.tid()
-        stress, q = project(p, fields_out.stress[i], fields_out.internals[i])
+        before = fields_out.stress[i]
+        old = fields_out.internals[i]
+        stress, q = project(p, before, old)
+        if wp.static("deformation" in layout):
+            J = ratio(fields_out, i)
+            q[last] = old[last] + J * (q[last] - old[last])
+            if wp.static(stored >= 0):
+                q[stored] = q[stored] + J * (energy(p, stress) - energy(p, before))
         fields_out.stress[i] = stress
         fields_out.internals[i] = q
 

@@ -11,6 +11,7 @@ from functools import cache
 import warp as wp
 
 from wsph.backend.space import Space
+from wsph.constitutive.kept import Kept
 from wsph.constitutive.stress_state import StressState, packing, unit_normal
 from wsph.errors import PluginError
 from wsph.plugins.traits import gives, own_internals
@@ -164,8 +165,11 @@ def total_laws(
     return total, stored
 
 
-def projection(space: Space, material: object, state: StressState, Params: type, internal: type) -> wp.Function | None:
-    """The plugin's return mapping for packed stresses and all internals, the dissipation among them; None without one."""
+def projection(
+    space: Space, material: object, state: StressState, Params: type, internal: type, kept: Kept
+) -> wp.Function | None:
+    """The plugin's return mapping for packed stresses and all internals, the dissipation and the strain of the free normals
+    among them; None without one."""
     if not gives(material, "project"):
         return None
     law, count = material.project(space, Params), len(own_internals(material))
@@ -180,6 +184,7 @@ def projection(space: Space, material: object, state: StressState, Params: type,
     )
     (unpack, pack), unit, secant, free = packing(space, state), unit_normal(space), _secant(space), len(state.free)
     first = state.free[0] if free else 0
+    last, thinning = kept.dissipation, kept.thinning
 
     @wp.func
     def returned(p: Params, s: tensor, mine: own):
@@ -205,6 +210,7 @@ def projection(space: Space, material: object, state: StressState, Params: type,
         for k in range(wp.static(count)):
             mine[k] = q[k]
         trial = s
+        after = q
         t, changed = returned(p, s, mine)
         if wp.static(free > 0):
             stiffness = (p.elastic_bulk - real(2.0) / real(3.0) * p.elastic_shear) * real(free) + real(
@@ -221,15 +227,16 @@ def projection(space: Space, material: object, state: StressState, Params: type,
                     t, changed = returned(p, trial, mine)
                     slope, step = secant(gap, t[first, first], step, slope, stiffness)
                     gap = t[first, first]
+            if wp.static(thinning >= 0):
+                after[thinning] = q[thinning] + real(free) * x
         mean = wp.trace(t) / real(3.0)
         lost = trial - t
         mean_lost = wp.trace(lost) / real(3.0)
         one = wp.identity(n=3, dtype=real)
         plastic = wp.ddot(t - mean * one, lost - mean_lost * one) / (real(2.0) * p.elastic_shear)
-        kept = q
         for k in range(wp.static(count)):
-            kept[k] = changed[k]
-        kept[count] = q[count] + plastic + mean * mean_lost / p.elastic_bulk
-        return pack(t), kept
+            after[k] = changed[k]
+        after[last] = q[last] + plastic + mean * mean_lost / p.elastic_bulk
+        return pack(t), after
 
     return project

@@ -10,6 +10,11 @@ Where a law relaxes (its rate at L = 0 is not zero), one internal more is kept: 
 integrates the rest. A law that is brought back to a yield surface (`project`) keeps it too: each return dissipates the
 work of the stress it ends at on the plastic strain C^-1 : (trial - returned). In plane and uniaxial stress the free normals
 strain by what keeps their stress zero after the return (`wsph.constitutive.free_normals`).
+
+Of a body that moves two internals more are kept where it follows a rate law: the logarithm of its section or thickness over
+that at the start, where free normals change that, and the energy that its stress has stored. Energies are per volume at the
+start: forms multiply by the volume ratio of the moment (`wsph.constitutive.evolution`). And the stress turns: with the axes
+of the material (`wsph.constitutive.turning`), or as the law itself says.
 """
 
 import dataclasses
@@ -21,10 +26,19 @@ import warp as wp
 
 from wsph.backend.space import Space
 from wsph.constitutive.free_normals import free_rate, projection, total_laws
+from wsph.constitutive.kept import Kept
 from wsph.constitutive.stress_state import StressState, packing, unit_normal
 from wsph.errors import PluginError
 from wsph.plugins.blame import RATE_SIGNATURE
-from wsph.plugins.traits import depends_on_stress, derived_units, dissipates, gives, own_internals, relaxes
+from wsph.plugins.traits import (
+    depends_on_stress,
+    derived_units,
+    dissipates,
+    gives,
+    own_internals,
+    relaxes,
+    turns_itself,
+)
 
 
 def parameters(material: object) -> dict[str, str]:
@@ -51,9 +65,14 @@ class Laws:
     total(p, H) -> (stress, first Piola stress dim x dim)      of a total law, static free normals at zero stress;
                                                                None: the law is a rate
     total_energy(p, H) -> energy per reference volume          where a total law gives it
+
+    `kept` says which internals are kept beside the material's own, and where. `turned`: the driver turns the stress; the
+    skew part of L is the spin that it turns with, and the law itself sees the symmetric part.
     """
 
     state: StressState
+    kept: Kept
+    turned: bool
     Params: type
     stress: type
     internal: type
@@ -161,23 +180,25 @@ def _stored(space: Space, Params: type, state: StressState) -> wp.Function:
 
 
 def _face_law(
-    space: Space, law: wp.Function, Params: type, internal: type, state: StressState, relaxing: bool
+    space: Space, law: wp.Function, Params: type, internal: type, state: StressState, relaxing: bool, turned: bool
 ) -> wp.Function:
     """`Laws.linear_faces` of a plugin's law."""
     real, tensor, mat, point = space.scalar, space.tensor, space.mat, space.point
     stress, (unpack, pack) = space.vector(len(state.components)), packing(space, state)
-    unit, embed, static_mask = unit_normal(space), _embedding(space), sum(1 << k for k in state.free)
+    unit, (seen, turn), static_mask = unit_normal(space), _parted(space, turned), sum(1 << k for k in state.free)
 
     @wp.func
     def linear_faces(p: Params, packed: stress, L: mat, q: internal, S: stress, Q: internal, mask: int, target: point):
         s = unpack(packed)
-        L3 = embed(L)
+        L3 = seen(L)
         moving, dq_moving = law(p, s, L3, q)
         rate, dq = moving, dq_moving
         if wp.static(relaxing):
             rest, dq_rest = law(p, s, tensor(), q)
             rate -= rest
             dq -= dq_rest
+        if wp.static(turned):
+            rate += turn(s, L)
         rate += unpack(S)
         free = mask | static_mask
         system = tensor()
@@ -202,23 +223,73 @@ def _face_law(
     return linear_faces
 
 
+def _thinning_law(
+    space: Space, law: wp.Function, Params: type, internal: type, state: StressState, thinning: int
+) -> wp.Function:
+    """A law with the strain rate of the free normals among the rates of the internals."""
+    tensor, free = space.tensor, len(state.free)
+    first = state.free[0] if state.free else 0
+    if thinning < 0:
+        return law
+
+    @wp.func
+    def thinned(p: Params, stress: tensor, L: tensor, q: internal):
+        rate, dq = law(p, stress, L, q)
+        dq[thinning] = L[first, first]
+        if wp.static(free > 1):
+            dq[thinning] = dq[thinning] + L[2, 2]
+        return rate, dq
+
+    return thinned
+
+
+@cache
+def _parted(space: Space, turned: bool) -> tuple[wp.Function, wp.Function]:
+    """Warp functions: velocity gradient dim x dim -> 3x3, as the law sees it: the symmetric part where the stress is turned
+    for it; and (stress, velocity gradient) -> the stress rate of the turn."""
+    mat, tensor, real, embed = space.mat, space.tensor, space.scalar, _embedding(space)
+
+    @wp.func
+    def seen(L: mat) -> tensor:
+        if wp.static(turned):
+            return embed(real(0.5) * (L + wp.transpose(L)))
+        return embed(L)
+
+    @wp.func
+    def turn(s: tensor, L: mat) -> tensor:
+        if wp.static(turned):
+            first = embed(real(0.5) * (L - wp.transpose(L))) * s
+            return first + wp.transpose(first)
+        return tensor()
+
+    return seen, turn
+
+
 @lru_cache(maxsize=64)
-def laws_of(space: Space, material: object, state: StressState) -> Laws:
+def laws_of(space: Space, material: object, state: StressState, evolves: bool = False) -> Laws:
     """The laws of a material, by its values: `rate` is a third party's code and may branch on any of them.
 
     Another value gives another Laws but the same kernel source, so it is loaded from the kernel cache, not compiled.
+    `evolves` as `wsph.constitutive.constitutive.Constitutive` has it.
     """
-    relaxing, depends = relaxes(material), depends_on_stress(material)
-    dissipating, count = dissipates(material), len(own_internals(material))
+    relaxing, dissipating = relaxes(material), dissipates(material)
+    kept = Kept.of(material, state, evolves)
+    turned = evolves and space.dim > 1 and not turns_itself(material)
     real, tensor, mat = space.scalar, space.tensor, space.mat
-    stress, internal = space.vector(len(state.components)), space.vector(max(count + dissipating, 1))
+    stress, internal = space.vector(len(state.components)), space.vector(max(kept.count, 1))
     # Not id-based: the same fields give the same struct, and so the same compiled kernel, in every process.
     annotations = dict.fromkeys(parameters(material), real)
     name = f"{type(material).__name__}Params"
     Params = wp.struct(type(name, (), {"__annotations__": annotations, "__module__": __name__}))
-    law = user_law(space, material, Params, internal)
+    own_law = user_law(space, material, Params, internal)
+    law = _thinning_law(space, own_law, Params, internal, state, kept.thinning)
+    last = kept.dissipation
     free_law = free_rate(space, law, Params, internal, state.free)
-    (unpack, pack), embed, dissipation = packing(space, state), _embedding(space), _dissipation(space, Params)
+    (unpack, pack), dissipation, (seen, turn) = (
+        packing(space, state),
+        _dissipation(space, Params),
+        _parted(space, turned),
+    )
 
     @wp.func
     def at_rest(p: Params, packed: stress, q: internal):
@@ -226,22 +297,26 @@ def laws_of(space: Space, material: object, state: StressState) -> Laws:
         rate, dq = free_law(p, s, tensor(), q)
         if wp.static(relaxing):
             bare, _ = law(p, s, tensor(), q)
-            dq[count] = dissipation(p, s, bare)
+            dq[last] = dissipation(p, s, bare)
         return pack(rate), dq
 
     @wp.func
     def respond(p: Params, packed: stress, L: mat, q: internal):
         s = unpack(packed)
-        rate, dq = free_law(p, s, embed(L), q)
+        rate, dq = free_law(p, s, seen(L), q)
+        if wp.static(turned):
+            rate += turn(s, L)
         if wp.static(relaxing):
             bare, _ = law(p, s, tensor(), q)
-            dq[count] = dissipation(p, s, bare)
+            dq[last] = dissipation(p, s, bare)
         return pack(rate), dq
 
     @wp.func
     def linear(p: Params, packed: stress, L: mat, q: internal, S: stress, Q: internal):
         s = unpack(packed)
-        rate, dq = free_law(p, s, embed(L), q)
+        rate, dq = free_law(p, s, seen(L), q)
+        if wp.static(turned):
+            rate += turn(s, L)
         if wp.static(relaxing):
             rest, dq_rest = free_law(p, s, tensor(), q)
             rate -= rest
@@ -251,17 +326,19 @@ def laws_of(space: Space, material: object, state: StressState) -> Laws:
     total, total_energy = total_laws(space, material, state, Params)
     return Laws(
         state=state,
+        kept=kept,
+        turned=turned,
         Params=Params,
         stress=stress,
         internal=internal,
         source=at_rest if relaxing else None,
         respond=respond,
         linear=linear,
-        linear_faces=_face_law(space, law, Params, internal, state, relaxing),
+        linear_faces=_face_law(space, law, Params, internal, state, relaxing, turned),
         energy=_stored(space, Params, state),
-        depends_on_stress=depends,
+        depends_on_stress=depends_on_stress(material) or turned,
         dissipates=dissipating,
-        project=projection(space, material, state, Params, internal),
+        project=projection(space, material, state, Params, internal, kept),
         total=total,
         total_energy=total_energy,
     )

@@ -368,11 +368,6 @@ class OneSetSystem(System):
     def _outwards(self) -> Weights:
         return outward_weights(self.lattice, 1.2)
 
-    def current_density(self) -> np.ndarray:
-        """rho_0/J of every particle, (n,), nondimensional."""
-        F = np.eye(self.space.dim) + self.filtered("deformation").reshape(-1, self.space.dim, self.space.dim)
-        return self.density / np.linalg.det(F)
-
     def sample(self, points: np.ndarray, name: str = "velocity") -> list[tuple[np.ndarray, np.ndarray]]:
         """Places and weights that a field is read with at each of `points` (m, dim) [m], linear-exact."""
         at_nodes = self.placement.at_nodes and self.state.counts.get(name, self.count) == self.count

@@ -109,8 +109,9 @@ class Reading:
                 found[field.name] = Field(
                     field.name, field.width, field.unit, _scale(field.unit, system.scales), field.name
                 )
-        for k, (name, unit) in enumerate(internal_units(constitutive.material).items()):
-            found[name] = Field(name, 1, unit, constitutive.internal_scales[name], "internals", k)
+        places = {name: k for k, name in enumerate(constitutive.internals)}
+        for name, unit in internal_units(constitutive.material).items():
+            found[name] = Field(name, 1, unit, constitutive.internal_scales[name], "internals", places[name])
         return found
 
     @property

@@ -136,7 +136,7 @@ class System:
         """Bring the stresses of a state back to where the law allows them (a launch, where the law has a yield surface)."""
         laws = self.constitutive.laws
         if laws.project is not None:
-            kernel = project_kernel(self.space, laws, state.type)
+            kernel = project_kernel(self.space, laws, state.layout)
             self.clock.launch(kernel, state.counts["stress"], [self.constitutive.params], [state.struct])
 
     def current_position(self) -> np.ndarray:
@@ -153,8 +153,11 @@ class System:
         """rho_0/J of every particle, (n,), nondimensional; rho_0 where the formulation evolves no deformation."""
         if "deformation" not in self.state.layout:
             return np.full(self.count, self.density)
-        F = np.eye(self.space.dim) + self.state.read("deformation").reshape(-1, self.space.dim, self.space.dim)
-        return self.density / np.linalg.det(F)
+        F = np.eye(self.space.dim) + self.filtered("deformation").reshape(-1, self.space.dim, self.space.dim)
+        ratio = np.linalg.det(F)
+        if (thinning := self.constitutive.laws.kept.thinning) >= 0:
+            ratio *= np.exp(self.filtered("internals")[:, thinning])
+        return self.density / ratio
 
     def sample(self, points: np.ndarray, name: str = "velocity") -> list[tuple[np.ndarray, np.ndarray]]:
         """How to read a field at `points` (m, dim) [m]: its places and weights per point."""

@@ -223,20 +223,13 @@ def _tear_kernel(space: Space, laws: Laws, layout: Layout, criterion: str) -> wp
 def _settle_kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
     """Moments, stresses and deformations of the particles whose links have broken, once all neighbours have been read."""
     real, mat, dim, Fields = space.scalar, space.mat, space.dim, fields_struct(space, layout)
-    Params, energy, stress, Rows, Points = (
-        laws.Params,
-        laws.energy,
-        laws.stress,
-        rows_struct(space),
-        points_struct(space),
-    )
-    inverse, determinant = generalized_inverse(space), determinant_and_inverse(space)[0]
+    stress, stored, Rows, Points = laws.stress, laws.kept.stored, rows_struct(space), points_struct(space)
+    inverse = generalized_inverse(space)
     gradient, left_over = _gradient(space), misfit(space)
 
     @kernel(ranged=True)
     def settle(
         first: int,
-        p: Params,
         rows: Rows,
         points_out: Points,
         fields_out: Fields,
@@ -254,22 +247,20 @@ def _settle_kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
                     left += 1
                     moment += rows.weight[k] * wp.outer(r, r)
             b, rank = inverse(moment, real(0.0))
-            one = wp.identity(n=dim, dtype=real)
-            stored = points_out.volume[i] * energy(p, fields_out.stress[i])
-            released = stored * determinant(one + fields_out.deformation[i])
+            released = points_out.volume[i] * fields_out.internals[i][stored]
             if rank < wp.static(dim):
                 # Free: nothing says what a linear field leaves.
                 b = mat()
                 points_out.share[i] = real(0.0)
                 fields_out.stress[i] = stress()
+                fields_out.internals[i][stored] = real(0.0)
                 fields_out.deformation[i] = mat()
             else:
                 u = fields_out.displacement
                 H = gradient(i, rows, points_out.node, u, b)
                 square = left_over(i, u[i], points_out.node[i], H, rows, points_out.node, u)
-                released -= (
-                    stored * determinant(one + H) + real(0.5) * points_out.stabilisation * points_out.share[i] * square
-                )
+                # What is stored is per volume at the start: another deformation does not change it.
+                released = real(-0.5) * points_out.stabilisation * points_out.share[i] * square
                 fields_out.deformation[i] = H
             points_out.moment[i] = b
             released_out[i] = released_out[i] + released
@@ -321,7 +312,7 @@ class LinkDamage(Attached):
         inputs = [self._params, self._threshold, self._breakable, points, fields]
         self._clock.launch(self._tear, n, inputs, [self._rows, self._torn, self._released])
         outputs = [points, fields, self._torn, self._released]
-        self._clock.launch(self._settle, n, [self._params, self._rows], outputs)
+        self._clock.launch(self._settle, n, [self._rows], outputs)
 
     @property
     def released(self) -> float:

@@ -33,7 +33,7 @@ class Formulation:
 _TWO_SETS = Traits(needs_rate=True, splits_cracks=True, tried=True, support=1.2)
 
 FORMULATIONS = [
-    Formulation("small-strain", 2, _TWO_SETS, "wsph.formulations.taylor.system:TwoSetSystem"),
+    Formulation("small-strain", 2, _TWO_SETS.with_(small_strain=True), "wsph.formulations.taylor.system:TwoSetSystem"),
     Formulation(
         "total-lagrangian",
         1,

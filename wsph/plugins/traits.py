@@ -18,8 +18,13 @@ def depends_on_stress(material: object) -> bool:
 
 
 def turns(material: object) -> bool:
-    """Whether it is a rate law alone whose stress turns with the body: one that depends on stress does."""
-    return not hasattr(material, "stress") and depends_on_stress(material)
+    """Whether it is a rate law alone, whose stress turns with the body."""
+    return not hasattr(material, "stress")
+
+
+def turns_itself(material: object) -> bool:
+    """Whether its rate has the spin in it already, as Jaumann's has: the stress of any other is turned by the driver."""
+    return bool(getattr(material, "turns_itself", False))
 
 
 def dissipates(material: object) -> bool:

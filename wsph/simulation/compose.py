@@ -37,7 +37,7 @@ from wsph.plugins.blame import blame
 from wsph.plugins.formulations import FORMULATIONS, Formulation, of_sets
 from wsph.plugins.formulations import offered as worked_in
 from wsph.plugins.options import build
-from wsph.plugins.traits import gives
+from wsph.plugins.traits import gives, turns
 from wsph.protocols import Integrator, Interaction, Material
 from wsph.scene.lattices import lattice_of
 from wsph.scene.scene import Scene
@@ -195,7 +195,9 @@ def _body_run(setting: Setting, bare: BareBody, space: Space, time_step: TimeSte
     """A body with its system, its integrator and its limit."""
     scene, method, scales, clock = setting.scene, setting.method, setting.scales, time_step.clock
     body, cells = bare.body, bare.lattice
-    constitutive = Constitutive(space, bare.material, bare.state, scales, bare.who)
+    traits = method.formulation.traits
+    evolves = not traits.small_strain and (traits.needs_rate or turns(bare.material))
+    constitutive = Constitutive(space, bare.material, bare.state, scales, bare.who, evolves=evolves)
     _refuse(body, bare.material, method, bare.who)
     warn_of_lost_digits(body.name, bare.material, space, bare.who)
     setup = Setup(scene, body, method.formulation, cells, space, constitutive, scales, clock, wants_displacement(scene))

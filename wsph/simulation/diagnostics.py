@@ -13,6 +13,7 @@ from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.backend.tensors import determinant_and_inverse
 from wsph.constitutive.constitutive import Constitutive
+from wsph.constitutive.evolution import volume_ratio
 from wsph.constitutive.laws import Laws
 from wsph.parts.part import BROKEN
 from wsph.parts.terms import Response
@@ -58,7 +59,8 @@ class StoredEnergy:
 def stored_energy(space: Space, laws: Laws, layout: Layout, response: Response | None, breaks: bool) -> StoredEnergy:
     """The energy stored by a point that obeys `laws`, or its `response` in their place, and of a body that may break."""
     real, Params, Fields = space.scalar, laws.Params, fields_struct(space, layout)
-    of_stress, of_deformation = laws.energy, laws.total_energy
+    of_stress, of_deformation, counted = laws.energy, laws.total_energy, laws.kept.stored
+    per_reference = of_deformation is not None or (response is None and counted >= 0)
     if response is not None:
         of_damaged = response.energy(space, laws)
 
@@ -67,6 +69,13 @@ def stored_energy(space: Space, laws: Laws, layout: Layout, response: Response |
             return of_damaged(p, fields.deformation[i], fields.stress[i], fields.damage[i][0])
 
         stored = damaged_stored
+    elif counted >= 0:
+
+        @wp.func
+        def counted_stored(p: Params, fields: Fields, i: int) -> real:
+            return fields.internals[i][counted]
+
+        stored = counted_stored
     elif of_deformation is not None and "deformation" in dict(layout):
 
         @wp.func
@@ -87,13 +96,13 @@ def stored_energy(space: Space, laws: Laws, layout: Layout, response: Response |
         def unbroken(fields: Fields, i: int) -> bool:
             return fields.damage[i][0] < real(BROKEN)
 
-        return StoredEnergy(stored, unbroken, of_deformation is not None)
+        return StoredEnergy(stored, unbroken, per_reference)
 
     @wp.func
     def always(fields: Fields, i: int) -> bool:
         return True
 
-    return StoredEnergy(stored, always, of_deformation is not None)
+    return StoredEnergy(stored, always, per_reference)
 
 
 @cache
@@ -116,17 +125,17 @@ def _shortening(space: Space) -> wp.Function:
 
 
 @cache
-def _occupied(space: Space, layout: Layout, whole: wp.Function, per_reference: bool) -> wp.Function:
+def _occupied(space: Space, laws: Laws, layout: Layout, whole: wp.Function, per_reference: bool) -> wp.Function:
     """Warp function (fields, volume, i) -> the volume that the energy density of point i is of; below zero, or not finite,
     where it is turned inside out."""
-    real, dim, Fields = space.scalar, space.dim, fields_struct(space, layout)
-    determinant, deformed = determinant_and_inverse(space)[0], "deformation" in dict(layout)
+    real, Fields, deformed = space.scalar, fields_struct(space, layout), "deformation" in dict(layout)
+    ratio = volume_ratio(space, laws, layout)
 
     @wp.func
     def occupied(fields: Fields, volume: real, i: int) -> real:
         current = volume
         if wp.static(deformed):
-            J = determinant(wp.identity(n=dim, dtype=real) + fields.deformation[i])
+            J = ratio(fields, i)
             if wp.static(per_reference):
                 if whole(fields, i) and not (real(0.0) < J):
                     current = -current
@@ -163,13 +172,11 @@ def _changed_shape(space: Space, layout: Layout, whole: wp.Function, follows: bo
 
 
 @cache
-def _ledger_kernel(
-    space: Space, Params: type, layout: Layout, energy: StoredEnergy, follows: bool, dissipates: bool
-) -> wp.Kernel:
+def _ledger_kernel(space: Space, laws: Laws, layout: Layout, energy: StoredEnergy, follows: bool) -> wp.Kernel:
     real, dim, Fields, stored = space.scalar, space.dim, fields_struct(space, layout), energy.stored
-    occupied = _occupied(space, layout, energy.whole, energy.per_reference)
+    occupied, Params = _occupied(space, laws, layout, energy.whole, energy.per_reference), laws.Params
     changed = _changed_shape(space, layout, energy.whole, follows)
-    last = dict(layout).get("internals", 0) - 1
+    last, dissipates = laws.kept.dissipation, laws.dissipates
 
     @kernel()
     def ledger(
@@ -209,7 +216,7 @@ def _ledger_kernel(
             stretch, distortion = changed(fields, i, stretch, distortion)
             strain += wp.float64(current * each)
             if wp.static(dissipates):
-                dissipated += wp.float64(current * fields.internals[i][last])
+                dissipated += wp.float64(points[i] * fields.internals[i][last])
             # A maximum drops NaN; a sum keeps it, so the check is on the sum.
             if not (wp.isfinite(each) and current > real(0.0)):
                 broken += wp.float64(1.0)
@@ -261,7 +268,7 @@ class Diagnostics:
         """The kernel that sums up `state`."""
         laws = self._constitutive.laws
         energy = stored_energy(self._space, laws, state.layout, *self._answers)
-        return _ledger_kernel(self._space, laws.Params, state.layout, energy, self._follows, laws.dissipates)
+        return _ledger_kernel(self._space, laws, state.layout, energy, self._follows)
 
     def measure(self, state: State) -> BodySums:
         """Sum up a state."""

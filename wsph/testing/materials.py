@@ -11,7 +11,7 @@ from wsph.backend.space import Space
 from wsph.constitutive.constitutive import Constitutive
 from wsph.constitutive.laws import user_law
 from wsph.constitutive.stress_state import STRESS_STATES
-from wsph.plugins.traits import depends_on_stress, own_internals, relaxes
+from wsph.plugins.traits import depends_on_stress, own_internals, relaxes, turns_itself
 from wsph.protocols import Material
 from wsph.units import Scales
 
@@ -95,7 +95,7 @@ def check_material(
 
     `stress_level` [Pa] is the size of the stresses tried (default: 1 % of the shear modulus). Checks: a symmetric rate; no
     rate at rest without stress; the same answer in every frame (isotropy); affine in L; moduli() are its elastic response;
-    `depends_on_stress` and `relaxes` told truly; dissipation not below zero; the same bits again; no particles; both
+    `depends_on_stress`, `relaxes` and `turns_itself` told truly; dissipation not below zero; the same bits again; no particles; both
     precisions agree.
     """
     name = type(material).__name__
@@ -149,6 +149,10 @@ def check_material(
             same(law(zero, first)[0], rate, "depends_on_stress is False, but the rate depends on stress")
         if not relaxes(material):
             same(rest, zero, "relaxes is False, but the stress rate at rest is not zero")
+        if turns_itself(material):
+            W = 0.5 * (first - np.swapaxes(first, 1, 2))
+            turned_by = W @ stress - stress @ W
+            same(law(stress, W)[0] - rest, turned_by, "turns_itself is True, but a spin does not turn the stress")
         s_mean = np.einsum("nii->n", stress) / 3.0
         r_mean = np.einsum("nii->n", rest) / 3.0
         deviators = np.einsum("nij,nij->n", stress, rest) - 3.0 * s_mean * r_mean

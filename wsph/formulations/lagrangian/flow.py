@@ -7,6 +7,7 @@ from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
 from wsph.backend.tensors import determinant_and_inverse
+from wsph.constitutive.evolution import evolution
 from wsph.constitutive.laws import Laws
 from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered, smoothed
 from wsph.parts.terms import points_struct
@@ -36,13 +37,9 @@ def flow_kernel(
     dt ahead.
     """
     real, mat, dim, Fields = space.scalar, space.mat, space.dim, fields_struct(space, layout)
-    Params, respond, internal = laws.Params, laws.respond, laws.internal
+    Params, internal, evolve = laws.Params, laws.internal, evolution(space, laws)
     Coefficients, Rows, Points = coefficients_of(space, form), rows_struct(space), points_struct(space)
-    kept, midpoint, (determinant, inverse) = (
-        "internals" in layout,
-        laws.depends_on_stress,
-        determinant_and_inverse(space),
-    )
+    kept, (determinant, inverse) = "internals" in layout, determinant_and_inverse(space)
     of_velocity = gathered(space, layout, form, False)
     of_later, average = ahead_gradient or of_velocity, smoothed(space, form.averaged)
 
@@ -64,12 +61,15 @@ def flow_kernel(
         i = first + wp.tid()
         dt = ahead * real(dt_of(clock))
         L = mat()
+        later = mat()
         if wp.static(form.moving):
             # From where the particles are by then, and for the deformation by then, (F + dF)/2 in the middle of a step:
             # second order, and a turn of any angle stays one.
             L = of_later(c, dt, rows, points, fields, i)
             F = wp.identity(n=dim, dtype=real) + fields.deformation[i]
-            rate_out.deformation[i] = inverse(wp.identity(n=dim, dtype=real) - dt * L) * (L * F)
+            change = inverse(wp.identity(n=dim, dtype=real) - dt * L) * (L * F)
+            later = F + dt * change
+            rate_out.deformation[i] = change
         else:
             change = mat()
             if wp.static(form.staged):
@@ -91,10 +91,7 @@ def flow_kernel(
         q = internal()
         if wp.static(kept):
             q = fields.internals[i]
-        ds, dq = respond(p, s, L, q)
-        # A step that goes on from the start of its stress would be of first order where the law depends on it.
-        if wp.static(midpoint) and dt > real(0.0):
-            ds, dq = respond(p, s + dt * ds, L, q + dt * dq)
+        ds, dq = evolve(p, s, q, later, L, dt)
         rate_out.stress[i] = ds
         if wp.static(kept):
             rate_out.internals[i] = dq

@@ -6,6 +6,7 @@ from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
 from wsph.backend.tensors import determinant_and_inverse, in_plane
+from wsph.constitutive.evolution import thickness
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered, misfit_pull, smoothed
@@ -23,6 +24,7 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
     misfit = misfit_pull(space)
     determinant, inverse = determinant_and_inverse(space)
     unpack, plane = packing(space, laws.state)[0], in_plane(space)
+    thick, thins = thickness(space, laws), laws.kept.thinning >= 0
     total, answers_by_law = laws.total or laws.respond, form.response is None
     Response = form.response.struct(space) if form.response is not None else Points
     respond = form.response.make(space, laws, layout) if form.response is not None else laws.respond
@@ -70,6 +72,8 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
             cauchy = plane(unpack(fields_out.stress[i]))
             back = determinant(F) * wp.transpose(inverse(F))
             if wp.static(not form.total):
+                if wp.static(thins):
+                    back = thick(fields_out.internals[i]) * back
                 P = cauchy * back
             if wp.static(opposes):
                 answers_out.extra[i] = points.volume[i] * (opposed(c, cauchy) * back) * points.moment[i]

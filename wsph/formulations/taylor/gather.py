@@ -7,6 +7,7 @@ import warp as wp
 from wsph.backend.pair_loops import element
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
+from wsph.constitutive.evolution import thickness
 from wsph.constitutive.laws import Laws
 
 
@@ -34,7 +35,8 @@ def gather(space: Space, laws: Laws, layout: Layout) -> wp.Function:
 
     v, s, q: interpolated velocity and stress, less v0 and s0, and internals; S, Q: interpolated source; L (dim x dim) and
     slope (stress components x dim): gradients of velocity and stress less v0 and s0; G: sum of the gradient weights,
-    so that a gradient about a value f_I (less v0 or s0) is L - f_I (x) G.
+    so that a gradient about a value f_I (less v0 or s0) is L - f_I (x) G. Where free normals change the thickness, slope is
+    that of the thickness times the stress (`handed_on`).
 
     v0 and s0 are values nearby: sums of differences lose no digits to a velocity that all particles have in common.
     """
@@ -42,6 +44,7 @@ def gather(space: Space, laws: Laws, layout: Layout) -> wp.Function:
     stress, internal, sourced, kept = laws.stress, laws.internal, laws.source is not None, "internals" in dict(layout)
     slopes = space.matrix(len(laws.state.components), space.dim)
     Operator, Fields = operator_struct(space), fields_struct(space, layout)
+    thick, thins = thickness(space, laws), laws.kept.thinning >= 0
     at = element(wp.int32, space.scalar, vec, stress, internal)
 
     @wp.func
@@ -63,6 +66,9 @@ def gather(space: Space, laws: Laws, layout: Layout) -> wp.Function:
             v += w * dv
             s += w * ds
             L += wp.outer(dv, g)
+            if wp.static(thins):
+                # What a section or a plane hands on is its thickness times its stress.
+                ds = thick(at(fields.internals, j)) * at(fields.stress, j) - s0
             slope += wp.outer(ds, g)
             G += g
             if wp.static(kept):
@@ -73,6 +79,20 @@ def gather(space: Space, laws: Laws, layout: Layout) -> wp.Function:
         return v, s, q, S, Q, L, slope, G
 
     return sums
+
+
+@cache
+def handed_on(space: Space, laws: Laws) -> wp.Function:
+    """Warp function (s, s0, q) -> thickness times stress, less s0, of a stress less s0: what a slope is about."""
+    stress, internal, thick, thins = laws.stress, laws.internal, thickness(space, laws), laws.kept.thinning >= 0
+
+    @wp.func
+    def handed(s: stress, s0: stress, q: internal) -> stress:
+        if wp.static(thins):
+            return thick(q) * (s + s0) - s0
+        return s
+
+    return handed
 
 
 @cache

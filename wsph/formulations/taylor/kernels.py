@@ -10,6 +10,7 @@ from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
 from wsph.backend.tensors import turning
+from wsph.constitutive.evolution import volume_ratio
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.formulations.taylor.faces import faces_struct, replacing
@@ -36,16 +37,20 @@ def source_kernels(space: Space, laws: Laws, *layouts: Layout) -> dict[Layout, w
     """The kernel that evaluates the law at L = 0, for every layout, where the law relaxes."""
     if laws.source is None:
         return {}
-    return {layout: _source_kernel(laws, fields_struct(space, layout)) for layout in dict.fromkeys(layouts)}
+    return {layout: _source_kernel(space, laws, layout) for layout in dict.fromkeys(layouts)}
 
 
-def _source_kernel(laws: Laws, Fields: type) -> wp.Kernel:
-    Params, at_rest = laws.Params, laws.source or laws.respond
+def _source_kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
+    Params, at_rest, Fields = laws.Params, laws.source or laws.respond, fields_struct(space, layout)
+    ratio, last = volume_ratio(space, laws, layout), laws.kept.dissipation
 
     @kernel(ranged=True)
     def source(first: int, p: Params, fields: Fields, source_out: Fields):
         i = first + wp.tid()
         rate, dq = at_rest(p, fields.stress[i], fields.internals[i])
+        if wp.static("deformation" in layout):
+            # Energies are per volume at the start.
+            dq[last] = ratio(fields, i) * dq[last]
         source_out.stress[i] = rate
         source_out.internals[i] = dq
 

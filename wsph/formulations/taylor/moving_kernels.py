@@ -9,10 +9,12 @@ from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
 from wsph.backend.tensors import determinant_and_inverse, spin, turning
+from wsph.constitutive.evolution import stored_over
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
+from wsph.constitutive.turning import turned_gradient
 from wsph.formulations.taylor.faces import replacing, turning_faces_struct
-from wsph.formulations.taylor.gather import divergence, gather, operator_struct
+from wsph.formulations.taylor.gather import divergence, gather, handed_on, operator_struct
 from wsph.formulations.taylor.kernels import TaylorKernels, source_kernels
 from wsph.parts.body_force import BodyForceKinds, acceleration, inertia_struct
 
@@ -36,6 +38,7 @@ def _half_step_kernel(
     Operator, Real, Virtual = operator_struct(space), fields_struct(space, real_layout), fields_struct(space, virtual)
     from_real, linear, force_of = gather(space, laws, real_layout), laws.linear, divergence(space, laws)
     (determinant, inverse), (spin_of, _) = determinant_and_inverse(space), spin(space)
+    followed, handed = turned_gradient(space, laws.turned), handed_on(space, laws)
     accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
 
     @kernel(ranged=True)
@@ -64,14 +67,14 @@ def _half_step_kernel(
             u += rows.weight[k] * du
             H += wp.outer(du, rows.gradient[k])
         Ldot -= wp.outer(v, G)
-        slope -= wp.outer(s, G)
+        slope -= wp.outer(handed(s, s0, q), G)
         H -= wp.outer(u, G)
         F = wp.identity(n=dim, dtype=real) + H
         back = inverse(F)
         v += v0
         s += s0
         L = Ldot * back
-        change, dq = linear(p, s, L, q, S, Q)
+        change, dq = linear(p, s, followed(F, L), q, S, Q)
         if wp.static(dim > 1):
             fields_out.spin[i] = spin_of(L)
         fields_out.displacement[i] = u + u0 + dt * v
@@ -174,6 +177,11 @@ def _rate_kernel(space: Space, laws: Laws, virtual: Layout, real_layout: Layout,
     turned, turn_of, accelerated = turning(space), spin(space)[1], acceleration(space, parts)
     replaced, replaced_stress = replacing(space, dim), replacing(space, width)
     inside, at_face = _inner_rate(space, laws), _face_rate(space, laws)
+    followed, handed, with_stored = (
+        turned_gradient(space, laws.turned),
+        handed_on(space, laws),
+        stored_over(space, laws),
+    )
 
     @kernel(ranged=True)
     def rate(
@@ -211,7 +219,7 @@ def _rate_kernel(space: Space, laws: Laws, virtual: Layout, real_layout: Layout,
             if faces.slot[i] >= 0:
                 s = pack(turned(unpack(local), wp.transpose(axes))) - s0
         Ldot -= wp.outer(v, G)
-        slope -= wp.outer(s, G)
+        slope -= wp.outer(handed(s, s0, q), G)
         # Less the turning, by the same operator on the positions: a body that only turns strains nowhere, whatever
         # odd-even part its displacement has, and a face sees no gradient across it of either.
         placed -= wp.outer(x, G)
@@ -222,9 +230,10 @@ def _rate_kernel(space: Space, laws: Laws, virtual: Layout, real_layout: Layout,
         change = stress()
         dq = internal()
         if faces.free[i] == 0:
-            change, dq = inside(p, s, s0, L, q, S, Q, dt)
+            change, dq = inside(p, s, s0, followed(F, L), q, S, Q, dt)
         else:
-            change, dq = at_face(p, axes, local, s0, L, q, S, Q, faces.free[i], dt)
+            change, dq = at_face(p, axes, local, s0, followed(F, L), q, S, Q, faces.free[i], dt)
+        dq = with_stored(p, s0, change, q, dq, F, dt)
         fields_out.velocity[i] = v0 + dt * accelerated(body, determinant(F) * force_of(slope * back), v + v0)
         fields_out.stress[i] = s0 + dt * change
         fields_out.deformation[i] = H + real(0.5) * dt * (L * F)

@@ -20,7 +20,6 @@ from wsph.boundary.collocated import face_conditions
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.values import BoundaryValues
 from wsph.boundary.work import ExternalWork
-from wsph.constitutive.stress_state import packing
 from wsph.errors import Refused
 from wsph.formulations.layout import displacement_field, matter_fields, velocity_field
 from wsph.formulations.setup import Setup
@@ -83,10 +82,11 @@ class TwoSetSystem(System):
         self._at_targets: list[object] = [self._faces]
         units = {"velocity": scales.velocity, "stress": scales.stress}
         self.boundary = BoundaryValues(space, self.conditions, self.state, lattice.nodes, units, scales.time, device)
-        unpack, _ = packing(space, constitutive.state)
         area = scales.length ** (space.dim - 1)
         axes = space.mat(*lattice.frame.axes.ravel())
-        self.work = self._works = ExternalWork(space, self.conditions, unpack, area, axes, self.state.layout, device)
+        self.work = self._works = ExternalWork(
+            space, self.conditions, constitutive.laws, area, axes, self.state.layout, device
+        )
         self._register()
         with blame(constitutive.who):
             self.kernels = self._make_kernels()

@@ -6,7 +6,8 @@ from wsph.backend.kernels import kernel
 from wsph.backend.pair_loops import element
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
-from wsph.backend.tensors import determinant_and_inverse, generalized_inverse, in_plane
+from wsph.backend.tensors import generalized_inverse, in_plane
+from wsph.constitutive.evolution import volume_ratio
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.formulations.lagrangian.form import Form, coefficients_of, seen_pair
@@ -16,10 +17,10 @@ from wsph.sph.rows import rows_struct
 
 def moments_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Kernel:
     """Moments, shares and corrected stresses in the current configuration; the stress of a total law from F."""
-    real, mat, dim, Fields = space.scalar, space.mat, space.dim, fields_struct(space, layout)
+    real, mat, Fields = space.scalar, space.mat, fields_struct(space, layout)
     Params, Coefficients = laws.Params, coefficients_of(space, form)
     Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
-    total, determinant, plane = laws.total or laws.respond, determinant_and_inverse(space)[0], in_plane(space)
+    total, ratio, plane = laws.total or laws.respond, volume_ratio(space, laws, layout), in_plane(space)
     seen, inverse, at = seen_pair(space, layout, form), generalized_inverse(space), element(wp.int32)
     unpack, opposes = packing(space, laws.state)[0], form.stress_term is not None
     opposed = form.stress_term.make(space, Coefficients) if form.stress_term is not None else laws.respond
@@ -49,7 +50,7 @@ def moments_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.K
         if wp.static(form.total):
             s, _P = total(p, fields_out.deformation[i])
             fields_out.stress[i] = s
-        current = points_out.volume[i] * determinant(wp.identity(n=dim, dtype=real) + fields_out.deformation[i])
+        current = points_out.volume[i] * ratio(fields_out, i)
         if wp.static(form.shares):
             points_out.share[i] = points_out.volume[i] / wp.trace(moment)  # rho_0 V_0 = rho V
         cauchy = plane(unpack(fields_out.stress[i]))

@@ -33,6 +33,7 @@ from wsph.backend.pair_loops import element
 from wsph.backend.reduce import total
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
+from wsph.constitutive.evolution import thickness
 from wsph.constitutive.laws import Laws
 from wsph.parts.part import BROKEN, Attached, Neighbourhood
 from wsph.parts.phase_field.response import left_of_law
@@ -74,6 +75,7 @@ def respond(model: str) -> Callable[[Space, Laws, Layout], wp.Function]:
         real, mat, Params = space.scalar, space.mat, laws.Params
         Phase, Rows, Fields = phase_struct(space), rows_struct(space), fields_struct(space, layout)
         around, answer, apart = _damage_around(space), left_of_law(space, laws, model), laws.total is None
+        thick, thins = thickness(space, laws), laws.kept.thinning >= 0
 
         @wp.func
         def responded(p: Params, phase_out: Phase, rows: Rows, fields_out: Fields, share: real, H: mat, i: int):
@@ -85,6 +87,8 @@ def respond(model: str) -> Callable[[Space, Laws, Layout], wp.Function]:
             phase_out.opening[i] = opening
             left = g * share
             phase_out.share[i] = left
+            if wp.static(thins):
+                P = thick(fields_out.internals[i]) * P
             if wp.static(apart):
                 fields_out.damaged_stress[i] = s
             else:
