@@ -347,6 +347,11 @@ class OneSet(Stability, Protocol):
         ...
 
     @property
+    def projects(self) -> bool:
+        """Whether its law has a yield surface, so that `project` changes a state."""
+        ...
+
+    @property
     def form(self) -> LawForm:
         """How its forces are found."""
         ...
@@ -375,10 +380,10 @@ class OneSet(Stability, Protocol):
         ...
 
     def impose(self, state: AnyState, c: float | tuple[float, float]) -> None:
-        """Set the prescribed values at t + c dt; (0, 1) is the mean of both ends of the step."""
+        """Set the prescribed values at t + c dt; (a, b) is the mean of those at t + a dt and t + b dt."""
         ...
 
-    def constrain(self, state: AnyState, c: float) -> None:
+    def constrain(self, state: AnyState, c: float | tuple[float, float]) -> None:
         """`impose` on the state that goes on from there, in the middle of a step."""
         ...
 

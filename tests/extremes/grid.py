@@ -269,7 +269,7 @@ REASONS = {
     "time step of": "the law's own longest step, named",
     "no cell": "a body without a cell",
     "too far out": "numbers beyond double precision",
-    "lf4 takes total laws": "a method without what the scene has, named",
+    "takes total laws": "a method without what the scene has, named",
     "undamped": "a method that amplifies, named",
     "processed": "a method without what the scene has, named",
     "velocity-independent": "a method without what the scene has, named",

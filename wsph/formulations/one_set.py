@@ -203,7 +203,7 @@ class OneSetSystem(System):
         self.boundary.impose(state, self.clock, c)
         self.loads.impose(self.clock, c)
 
-    def constrain(self, state: State, c: float) -> None:
+    def constrain(self, state: State, c: float | tuple[float, float]) -> None:
         """`impose` on the state that the run continues from, in the middle of a step; its work is counted too."""
         self._works.constraints.before(state, self.clock)
         self.impose(state, c)
@@ -304,6 +304,11 @@ class OneSetSystem(System):
     def evolves(self) -> bool:
         """Whether stress or deformation is integrated, and does not follow from the displacements."""
         return not self.form.total or self.form.moving
+
+    @property
+    def projects(self) -> bool:
+        """Whether its law has a yield surface, so that `project` changes a state."""
+        return self.constitutive.laws.project is not None
 
     @property
     def moved(self) -> bool:
