@@ -24,6 +24,9 @@ class Traits:
     """Stiffness against the misfit of a linear field to the displacements, by default, in Young's moduli."""
     support: float = 2.6
     """Support by default [spacings]."""
+    supports: tuple[float, float] = (0.0, 4.0)
+    """Smallest and largest support that a scene may name [spacings]: beyond them a linear motion has no uniform stress beside
+    the faces, or nobody has looked. Where particles see too few others is another matter, and has its own refusal."""
     needs_rate: bool = False
     """Whether a material has to give a rate law."""
     maps: bool = False
