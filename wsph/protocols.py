@@ -25,8 +25,8 @@ class Traits:
     support: float = 2.6
     """Support by default [spacings]."""
     supports: tuple[float, float] = (0.0, 4.0)
-    """Smallest and largest support that a scene may name [spacings]: beyond them a linear motion has no uniform stress beside
-    the faces, or nobody has looked. Where particles see too few others is another matter, and has its own refusal."""
+    """Smallest and largest support that a scene may name [spacings]: beyond them a linear motion has no uniform stress
+    beside the faces, or nobody has looked. Particles that see too few others have a refusal of their own."""
     needs_rate: bool = False
     """Whether a material has to give a rate law."""
     maps: bool = False

@@ -48,8 +48,8 @@ LEVELS: dict[str, tuple[Any, ...]] = {
     "size": ("1 m", "nm", "km", "years"),
     "extreme": ("none", "stretch 2", "turned by 1000 rad", "far from the origin", "thin cells", "softening", "few cells", "light and stiff neighbour"),
 }  # fmt: skip
-"""Factors and their levels. `fraction` is of the composed limit; `support` in that of the method's own, up to the largest that
-it takes."""
+"""Factors and their levels. `fraction` is of the composed limit; `support` in that of the method's own, up to the largest
+that it takes."""
 
 
 def goes_together(row: dict[str, Any]) -> bool:
