@@ -26,6 +26,7 @@ class Mises(Isotropic):
     depends_on_stress = True
     relaxes = False
     internals = {"plastic_strain": 0.0}
+    flows = ("plastic_strain", "yield_stress")
 
     def __post_init__(self) -> None:
         """Raises ValueError where softening outruns elasticity."""

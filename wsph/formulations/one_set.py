@@ -52,6 +52,8 @@ class Rates(Protocol):
     @property
     def seen(self) -> Neighbourhood | None: ...
 
+    def own_parts(self, state: State) -> dict[str, Attached]: ...
+
     def attach(self, parts: list[Attached]) -> None: ...
 
     def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None: ...
@@ -136,6 +138,7 @@ class OneSetSystem(System):
                 made = part.attach(host, seen, self.state, self.clock, self.arrays.part(key)) if part.acts else None
                 if made is not None:
                     found[key] = made
+        found |= self.rates.own_parts(self.state)
         self.rates.attach(list(found.values()))
         return found
 

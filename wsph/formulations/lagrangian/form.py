@@ -44,12 +44,15 @@ class Form:
     """Whether pairs are seen in the current configuration."""
     followed: bool = False
     """Whether there are loads that follow the state."""
+    fades: int = -1
+    """Which of the internals is the plastic strain that the stabilisation fades with (`wsph.parts.fading`), -1: none."""
 
     @property
     def numbers(self) -> tuple[str, ...]:
         """Names of the coefficients that its terms take."""
         terms = (*self.pair_terms, self.stress_term, self.rate_term)
-        return tuple(dict.fromkeys(name for term in terms if term is not None for name in term.coefficients))
+        names = dict.fromkeys(name for term in terms if term is not None for name in term.coefficients)
+        return (*names, *(("yields",) if self.fades >= 0 else ()))
 
     @property
     def drags(self) -> bool:
