@@ -38,7 +38,7 @@ def formulations() -> list[Row]:
         parts = [key for key, part in PARTS.items() if part.fits(each.traits)]
         words = (
             *in_words(each.traits),
-            f"support by default {each.traits.support:g} spacings",
+            f"support by default {each.traits.support:g} spacings, at most {each.traits.supports[1]:g}",
             f"takes {', '.join(parts) or 'none of the parts'}",
         )
         data = {"sets": each.sets, "traits": dataclasses.asdict(each.traits), "parts": parts}

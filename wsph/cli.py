@@ -136,6 +136,8 @@ def _run(options: argparse.Namespace) -> int:
         print(
             f"{result.status}: {s['steps']} steps of {s['dt']:.4g} s, {s['particles']} particles, {s['wall_seconds']:.2f} s; output in {folder}"
         )
+        for finding in s["findings"]:
+            print(f"finding: {finding}")
     if result.failure is not None:
         raise result.failure
     return 130 if result.status == "interrupted" else 0

@@ -24,6 +24,9 @@ class Traits:
     """Stiffness against the misfit of a linear field to the displacements, by default, in Young's moduli."""
     support: float = 2.6
     """Support by default [spacings]."""
+    supports: tuple[float, float] = (0.0, 4.0)
+    """Smallest and largest support that a scene may name [spacings]: beyond them a linear motion has no uniform stress
+    beside the faces, or nobody has looked. Particles that see too few others have a refusal of their own."""
     needs_rate: bool = False
     """Whether a material has to give a rate law."""
     small_strain: bool = False
@@ -351,6 +354,11 @@ class OneSet(Stability, Protocol):
         ...
 
     @property
+    def projects(self) -> bool:
+        """Whether its law has a yield surface, so that `project` changes a state."""
+        ...
+
+    @property
     def form(self) -> LawForm:
         """How its forces are found."""
         ...
@@ -379,10 +387,10 @@ class OneSet(Stability, Protocol):
         ...
 
     def impose(self, state: AnyState, c: float | tuple[float, float]) -> None:
-        """Set the prescribed values at t + c dt; (0, 1) is the mean of both ends of the step."""
+        """Set the prescribed values at t + c dt; (a, b) is the mean of those at t + a dt and t + b dt."""
         ...
 
-    def constrain(self, state: AnyState, c: float) -> None:
+    def constrain(self, state: AnyState, c: float | tuple[float, float]) -> None:
         """`impose` on the state that goes on from there, in the middle of a step."""
         ...
 

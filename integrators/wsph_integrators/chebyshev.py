@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from wsph.protocols import OneSet
+from wsph.protocols import AnyState, OneSet
 from wsph.stability.regions import Limit, damped_limit, margin
 
 DAMPING = 2.0 / 13.0
@@ -76,7 +76,8 @@ class RungeKuttaChebyshev:
     """RKC of second order with `stages` evaluations a step, 2 or more, or "auto": by eq 28 from the Courant number.
 
     For strong damping of every mode (a damping ratio above 0.9, where it holds more than leapfrog per evaluation). Without
-    enough viscosity it is refused: leapfrog is the alternative.
+    enough viscosity it is refused: leapfrog is the alternative. Plastic flow of one direction keeps the order; where it
+    turns, the return to the yield surface is of first order.
     """
 
     formulations = ("total-lagrangian", "stress-points", "updated-lagrangian")
@@ -95,6 +96,8 @@ class RungeKuttaChebyshev:
         # Where velocities are prescribed stages hold prescribed values, and the recursion would carry them into the impulse
         # that the constraints' work is measured by: the velocity is then summed up from the rates.
         self.sum = system.new() if system.moved else None
+        # Every stage is brought back from where its own rates lead: what goes on is the stage as it was before.
+        self.allowed = system.new() if system.projects else None
         self.weights = self.coefficients.weights()
 
     def limit(self) -> Limit:
@@ -103,6 +106,14 @@ class RungeKuttaChebyshev:
             return 0.0, "RKC amplifies every undamped wave: give the body viscosity, or use leapfrog"
         share = margin(self.system, self.order, amplifies=True)
         return damped_limit(self.system, self.coefficients.amplification, self.evaluations, share)
+
+    def _allowed(self, stage: AnyState) -> AnyState:
+        """A stage whose stresses the law allows: a copy, where the law has a yield surface."""
+        if self.allowed is None:
+            return stage
+        self.system.combine(self.allowed, plain=[(1.0, stage)])
+        self.system.project(self.allowed)
+        return self.allowed
 
     def step(self) -> None:
         """One step, by launches alone."""
@@ -114,7 +125,7 @@ class RungeKuttaChebyshev:
         s.combine(last, plain=[(1.0, y)], timed=[(m.mu_tilde[1], self.first)])
         s.impose(last, m.c[1])
         for j in range(2, self.evaluations + 1):
-            s.rate(last, self.k)
+            s.rate(self._allowed(last), self.k)
             if self.sum is not None:
                 s.combine(self.sum, plain=[(1.0, self.sum)], timed=[(self.weights[j - 1], self.k)], part="velocity")
             out = y if j == self.evaluations else next(x for x in self.stages if x is not before and x is not last)

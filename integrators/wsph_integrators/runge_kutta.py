@@ -4,6 +4,9 @@ Below a damping ratio of 0.9 no explicit Runge-Kutta method beats leapfrog on st
 evaluations is held up to omega dt = s - 1 at most, by leapfrog up to 2 a piece. Their limits here are where a mode of the
 body, damped or not, is first multiplied by more than 1; methods that amplify every undamped wave (Euler, the two-stage ones)
 have the limit 0 without damping on every mode: they are for comparisons.
+
+Orders hold with loads, motions and damping that depend on time and for every smooth law. Where a yield surface is crossed
+none above the second is left (the law has a kink there), and where the flow turns the first, the order of the return itself.
 """
 
 # pyright: strict
@@ -115,7 +118,10 @@ class PredictorCorrector(Midpoint):
 
 
 class RungeKutta4(Tableau):
-    """The classical fourth-order method: for smooth problems whose phases have to hold, at omega dt <= 2.828."""
+    """The classical fourth-order method: for smooth problems whose phases have to hold, at omega dt <= 2.828.
+
+    Of second order at most where a material begins to yield, of the first where it flows in turning directions.
+    """
 
     order = 4
     a = ((0.5,), (0.0, 0.5), (0.0, 0.0, 1.0))
@@ -177,7 +183,7 @@ class Chain:
 
 class KinnmarkGray48(Chain):
     """Kinnmark & Gray's eight-evaluation method (kg4-8), third order, fourth on linear problems, omega dt <= 6.928: where a
-    one-set Runge-Kutta method with a long step is needed."""
+    one-set Runge-Kutta method with a long step is needed. Of second order at most where a material begins to yield."""
 
     order = 3
     chain = (1 / 8, 1 / 14, 1 / 6, 1 / 6, 1 / 4, 1 / 3, 2 / 3)

@@ -10,10 +10,11 @@ class TaylorSPH:
     """Two steps of a Taylor expansion on two sets of particles (eqs 19 and 22).
 
     First the virtual particles advance half a step from the real ones, then the real ones a whole step from the virtual
-    ones. Order 2. With a support below 1.5 spacings in one dimension it is the Richtmyer scheme, exact at Courant number 1.
-    Stable up to C = 2 sqrt(m2), m2 the second moment of the interpolation weights in spacings squared; in two and three
-    dimensions up to 0.9 of that, because corners grow above. Dissipative below the limit: a pulse at C = 0.5 loses 17 % of
-    its energy by its reflection.
+    ones. Order 2 in spacing and time step together, at a given Courant number; of smaller steps on the same lattice order 1,
+    as their dissipation. With a support below 1.5 spacings in one dimension it is the Richtmyer scheme, exact at Courant
+    number 1. Stable up to C = 2 sqrt(m2), m2 the second moment of the interpolation weights in spacings squared; in two
+    and three dimensions up to 0.9 of that, because corners grow above. Dissipative below the limit: a pulse at C = 0.5
+    loses 17 % of its energy by its reflection.
     """
 
     sets = 2

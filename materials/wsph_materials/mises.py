@@ -27,6 +27,7 @@ class Mises(Isotropic):
     relaxes = False
     turns_itself = True
     internals = {"plastic_strain": 0.0}
+    flows = ("plastic_strain", "yield_stress")
 
     def __post_init__(self) -> None:
         """Raises ValueError where softening outruns elasticity."""

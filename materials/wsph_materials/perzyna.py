@@ -30,6 +30,7 @@ class Perzyna(Isotropic):
 
     derived = {**Isotropic.derived, "least_yield": "Pa"}
     internals = {"plastic_strain": 0.0}
+    flows = ("plastic_strain", "yield_stress")
     depends_on_stress = True
 
     @property

@@ -21,6 +21,7 @@ import numpy as np
 
 import wsph
 from wsph.errors import WsphError
+from wsph.plugins.formulations import FORMULATIONS
 from wsph.simulation.compose import compose
 
 STEPS = 200
@@ -47,7 +48,8 @@ LEVELS: dict[str, tuple[Any, ...]] = {
     "size": ("1 m", "nm", "km", "years"),
     "extreme": ("none", "stretch 2", "turned by 1000 rad", "far from the origin", "thin cells", "softening", "few cells", "light and stiff neighbour"),
 }  # fmt: skip
-"""Factors and their levels. `fraction` is of the composed limit; `support` in that of the method's own."""
+"""Factors and their levels. `fraction` is of the composed limit; `support` in that of the method's own, up to the largest
+that it takes."""
 
 
 def goes_together(row: dict[str, Any]) -> bool:
@@ -171,7 +173,9 @@ def scene(case: Case, precision: str, courant: float, seconds: float) -> wsph.Sc
                        "material": {**material, "density": 1e-3 * density, "youngs_modulus": 1e-9 * stress}})  # fmt: skip
     run: dict[str, Any] = {"integrator": integrator, "formulation": formulation, "end": seconds, "cfl": courant, "precision": precision}  # fmt: skip
     if case["support"]:
-        run["support"] = case["support"] * {"tsph": 1.2, "ul-tsph": 1.2}.get(integrator, 1.8 if formulation == "stress-points" else 2.6)  # fmt: skip
+        sets = 2 if integrator in ("tsph", "ul-tsph") else 1
+        traits = next(each.traits for each in FORMULATIONS if (each.name, each.sets) == (formulation, sets))
+        run["support"] = min(case["support"] * traits.support, traits.supports[1])
     return wsph.Scene(schema=1, dim=dim, run=run, bodies=bodies, boundary=boundary)
 
 
@@ -269,7 +273,7 @@ REASONS = {
     "time step of": "the law's own longest step, named",
     "no cell": "a body without a cell",
     "too far out": "numbers beyond double precision",
-    "lf4 takes total laws": "a method without what the scene has, named",
+    "takes total laws": "a method without what the scene has, named",
     "undamped": "a method that amplifies, named",
     "processed": "a method without what the scene has, named",
     "velocity-independent": "a method without what the scene has, named",

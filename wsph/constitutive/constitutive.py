@@ -13,7 +13,7 @@ from wsph.constitutive.laws import Laws, laws_of, parameters
 from wsph.constitutive.stress_state import StressState
 from wsph.errors import Refused
 from wsph.plugins.blame import RATE_SIGNATURE, blame
-from wsph.plugins.traits import gives, internal_units, internal_values, own_internals
+from wsph.plugins.traits import flows, gives, internal_units, internal_values, own_internals
 from wsph.protocols import Material
 from wsph.units import Scales
 
@@ -26,6 +26,8 @@ def _refuse_what_is_not_applied(material: Material, who: str) -> None:
         raise Refused(f"{who} has `project` without `rate`: what is brought back is the stress that a rate gave")
     if not (gives(material, "rate") or gives(material, "stress")):
         raise Refused(f"{who} has neither `rate` nor `stress`; every formulation needs one of them: {RATE_SIGNATURE}")
+    if (names := flows(material)) and not (names[0] in own_internals(material) and hasattr(material, names[1])):
+        raise Refused(f"{who} has flows = {names!r}: an internal, the plastic strain, and a field, the yield stress")
     reserved = {
         THINNING,
         STORED,
@@ -81,6 +83,17 @@ class Constitutive:
             value = getattr(material, name) if value is None else value
             setattr(self.params, name, space.scalar(value / scales.of(unit)))
         self.density = material.density / scales.density
+
+    @property
+    def flow(self) -> tuple[int, float] | None:
+        """Which of the internals is the plastic strain, and E over the yield stress; None where the material has none."""
+        names = flows(self.material)
+        if names is None:
+            return None
+        internal, stress = names
+        bulk, shear = self.material.moduli()
+        youngs_modulus = 9.0 * bulk * shear / (3.0 * bulk + shear)
+        return list(self.internals).index(internal), youngs_modulus / getattr(self.material, stress)
 
     @property
     def width(self) -> int:

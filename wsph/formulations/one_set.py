@@ -55,6 +55,8 @@ class Rates(Protocol):
     @property
     def seen(self) -> Neighbourhood | None: ...
 
+    def own_parts(self, state: State) -> dict[str, Attached]: ...
+
     def attach(self, parts: list[Attached]) -> None: ...
 
     def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None: ...
@@ -140,6 +142,7 @@ class OneSetSystem(System):
                 made = part.attach(host, seen, self.state, self.clock, self.arrays.part(key)) if part.acts else None
                 if made is not None:
                     found[key] = made
+        found |= self.rates.own_parts(self.state)
         self.rates.attach(list(found.values()))
         return found
 
@@ -207,7 +210,7 @@ class OneSetSystem(System):
         self.boundary.impose(state, self.clock, c)
         self.loads.impose(self.clock, c)
 
-    def constrain(self, state: State, c: float) -> None:
+    def constrain(self, state: State, c: float | tuple[float, float]) -> None:
         """`impose` on the state that the run continues from, in the middle of a step; its work is counted too."""
         self._works.constraints.before(state, self.clock)
         self.impose(state, c)
@@ -308,6 +311,11 @@ class OneSetSystem(System):
     def evolves(self) -> bool:
         """Whether stress or deformation is integrated, and does not follow from the displacements."""
         return not self.form.total or self.form.moving
+
+    @property
+    def projects(self) -> bool:
+        """Whether its law has a yield surface, so that `project` changes a state."""
+        return self.constitutive.laws.project is not None
 
     @property
     def moved(self) -> bool:

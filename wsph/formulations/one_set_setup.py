@@ -152,10 +152,11 @@ class RateSetup:
             raise Refused(
                 f"body {host.name!r}: of its parts {', '.join(host.parts)} too many act at the same place: leave one out"
             )
+        stabilised, flow = host.traits.reference and self.stabilisation > 0.0, host.constitutive.flow
         return Form(
             self.placement.points,
             total,
-            host.traits.reference and self.stabilisation > 0.0,
+            stabilised,
             loaded,
             host.correction == "paper",
             host.smoothing,
@@ -169,6 +170,7 @@ class RateSetup:
             host.edges and not host.lattice.irregular,
             host.edges and not stress_terms and (host.locks or host.flows),
             self.placement.gradients is not None,
+            flow[0] if flow is not None and stabilised and not responses else -1,
         )
 
     def coefficients(self, form: Form) -> Coefficients:
@@ -178,7 +180,9 @@ class RateSetup:
         # The paper's own c, not the one of the stress state: sqrt(E/rho).
         numbers.speed = real(np.sqrt(host.youngs_modulus / host.constitutive.material.density) / host.scales.velocity)
         numbers.h = real(host.support / SUPPORT * host.lattice.spacing / host.scales.length)
-        given = {name: value for part in host.parts.values() for name, value in part.coefficients(host).items()}
+        flow = host.constitutive.flow
+        given = {"yields": flow[1]} if flow is not None else {}
+        given |= {name: value for part in host.parts.values() for name, value in part.coefficients(host).items()}
         for name in form.numbers:
             setattr(numbers, name, real(given[name]))
         return numbers

@@ -81,6 +81,7 @@ class Neighbourhood:
     pairs, weight      # from points to particles; (pairs,)
     points             # struct of the points' own arrays (`wsph.parts.terms.points_struct`)
     mean               # mean displacement of a point's particles, (m,) vec, where points have places of their own
+    gradient           # displacement gradient as pairs see it, (m,) mat
     spread, volume     # sum w r^2 (m,), volumes of points (m,), on the host
     position           # of the particles, on the host, (n, dim) [m]
     back, back_weight  # pairs from particles to points, where points have places of their own
@@ -90,6 +91,7 @@ class Neighbourhood:
     weight: Array
     points: Points
     mean: Array
+    gradient: Array
     spread: np.ndarray
     volume: np.ndarray
     position: np.ndarray

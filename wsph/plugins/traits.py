@@ -52,6 +52,12 @@ def internal_values(material: object) -> dict[str, float]:
     return {**values, **({"dissipation": 0.0} if dissipates(material) else {})}
 
 
+def flows(material: object) -> tuple[str, str] | None:
+    """The internal that is its plastic strain and the field that is its yield stress, where it declares them: what holds
+    spurious modes is then as soft as the secant of its flow."""
+    return getattr(material, "flows", None)
+
+
 def longest_step(material: object) -> float:
     """The longest time step that a law can take [s], infinite where it names none."""
     return float(getattr(material, "time_step")()) if hasattr(material, "time_step") else math.inf  # noqa: B009

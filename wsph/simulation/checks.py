@@ -11,6 +11,7 @@ import numpy as np
 from wsph.errors import Unstable
 from wsph.simulation.composition import BodyRun
 from wsph.simulation.diagnostics import BodySums
+from wsph.simulation.findings import Findings
 from wsph.simulation.ledger import Account
 from wsph.simulation.timeline import Timeline
 
@@ -44,10 +45,12 @@ def unstable(
 
 
 class CheckFacts(TypedDict):
-    """What a checkpoint holds of the checks: the largest energy seen, in hexadecimal, and whether a growth was warned of."""
+    """What a checkpoint holds of the checks: the largest energy seen, in hexadecimal, whether a growth was warned of, and
+    the numbers of the findings."""
 
     largest: str
     warned: bool
+    findings: list[list[float]]
 
 
 class Checks:
@@ -57,6 +60,7 @@ class Checks:
         """`energy`: the part of the largest energy seen that may be created before a run is stopped."""
         self._bodies, self._timeline, self._stop = bodies, timeline, energy
         self._largest, self._warned = 0.0, False
+        self.findings = Findings(bodies)
 
     def finite(self, step: int, sums: Sequence[BodySums]) -> None:
         """Raise Unstable where a body's state is not finite, or a particle is turned inside out."""
@@ -85,11 +89,12 @@ class Checks:
 
     def kept(self) -> CheckFacts:
         """The numbers that a checkpoint holds of the checks."""
-        return {"largest": self._largest.hex(), "warned": self._warned}
+        return {"largest": self._largest.hex(), "warned": self._warned, "findings": self.findings.kept()}
 
     def restore(self, facts: CheckFacts) -> None:
         """Put back what `kept` gave."""
         self._largest, self._warned = float.fromhex(facts["largest"]), facts["warned"]
+        self.findings.restore(facts["findings"])
 
 
 def _broken(run: BodyRun, particle: int) -> tuple[str, str]:

@@ -128,7 +128,19 @@ def _method(scene: Scene) -> Method:
     chosen = scene.run.formulation or offered[0]
     if chosen not in offered:
         raise Refused(f"run.formulation: {name} works in {', '.join(map(repr, offered))}, not in {chosen!r}")
+    _refuse_support(scene, systems[chosen])
     return Method(plugin, name, who, scene.run.integrator.options(), systems[chosen])
+
+
+def _refuse_support(scene: Scene, formulation: Formulation) -> None:
+    """Refuse a support with which a form is not what it says."""
+    support, traits = scene.run.support, formulation.traits
+    low, high = traits.supports
+    if support is not None and not low <= support <= high:
+        raise Refused(
+            f"run.support = {support:g}: the {formulation.name} form takes {low:g} to {high:g} spacings: beyond them"
+            f" the stress of a linear motion is wrong beside the faces, or untried; without the key it is {traits.support:g}"
+        )
 
 
 @dataclass(frozen=True)

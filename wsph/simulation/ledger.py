@@ -22,16 +22,22 @@ COLUMNS = ("kinetic", "strain", "dissipated", "hourglass", "contact")
 
 WORK, RESIDUAL = "external_work", "residual"
 
+LOST, HELD = COLUMNS[2:4]
+"""The columns of what is dissipated, and of what holds spurious modes."""
+
 
 @dataclass(frozen=True)
 class Account:
     """The ledger at a step, nondimensional: `energies` by column, the `total` that the bodies hold and have lost, the
-    `work` done on them, with what they started with, and their momentum (dim,)."""
+    `work` done on them, with what they started with, and their momentum (dim,); by body, what `held` spurious modes and what
+    parts, loads and forces have `lost`, beside the material."""
 
     energies: dict[str, float]
     total: float
     work: float
     momentum: np.ndarray
+    held: tuple[float, ...]
+    lost: tuple[float, ...]
 
 
 class Ledger:
@@ -78,7 +84,9 @@ class Ledger:
         for value in (*_together(interactions, WORK), *_over(bodies, WORK)):
             work += value
         energies |= {WORK: work, RESIDUAL: work - total}
-        return Account(energies, total, work, np.asarray(sum(e.momentum for e in sums)))
+        momentum = np.asarray(sum(e.momentum for e in sums))
+        held, lost = (tuple(group.get(name, 0.0) for group in bodies) for name in (HELD, LOST))
+        return Account(energies, total, work, momentum, held, lost)
 
 
 def _by_column(entries: Sequence[Entry]) -> dict[str, float]:

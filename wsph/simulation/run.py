@@ -164,6 +164,7 @@ class Simulation:
         if stop is not None:
             self._records.row(step, account)
             raise stop
+        self._checks.findings.look(step, sums, account)
         if self._control.follow(step, sums):
             self._records.retimed()
         self._control.clump(step)
@@ -172,7 +173,7 @@ class Simulation:
     def _result(self, ending: Ending, failure: Unstable | None) -> Result:
         """The result of the run; written, where it has a folder."""
         scene, history = self._composition.scene, self._records.history()
-        said = summary(self._composition, self._ledger, history, ending)
+        said = summary(self._composition, self._ledger, history, ending, self._checks.findings.words)
         if self._folder is not None:
             self._records.write_tables()
             self._folder.summary(said)

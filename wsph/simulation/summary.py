@@ -32,10 +32,12 @@ class Ending:
 
 
 class Summary(TypedDict):
-    """What summary.json holds. `energy` by the ledger's columns [J], `fracture` by the bodies that can break."""
+    """What summary.json holds. `findings` are what makes the answer worth less, in words; `energy` by the ledger's columns
+    [J], `fracture` by the bodies that can break."""
 
     status: str
     reason: str
+    findings: list[str]
     steps: int
     time: float
     dt: float
@@ -59,7 +61,9 @@ class _Fracture(TypedDict):
     fracture: NotRequired[dict[str, dict[str, float]]]
 
 
-def summary(composition: Composition, ledger: Ledger, history: dict[str, np.ndarray], ending: Ending) -> Summary:
+def summary(
+    composition: Composition, ledger: Ledger, history: dict[str, np.ndarray], ending: Ending, findings: list[str]
+) -> Summary:
     """Everything that is said of a run as a whole. `history` are the columns of its records."""
     last = {name: float(values[-1]) if len(values) else 0.0 for name, values in history.items()}
     scene, particles, timeline = composition.scene, composition.particles, composition.time_step.timeline
@@ -67,6 +71,7 @@ def summary(composition: Composition, ledger: Ledger, history: dict[str, np.ndar
     return {
         "status": ending.status,
         "reason": ending.reason,
+        "findings": findings,
         "steps": ending.step,
         "time": timeline.time(ending.step),
         "dt": timeline.dt,

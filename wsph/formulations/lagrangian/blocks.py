@@ -33,8 +33,9 @@ from wsph.backend.state import Layout, fields_struct
 from wsph.backend.tensors import determinant_and_inverse, in_plane
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
-from wsph.formulations.lagrangian.form import Form, smoothed
+from wsph.formulations.lagrangian.form import Form, coefficients_of, smoothed
 from wsph.geometry.lattice import Lattice
+from wsph.parts.fading import faded
 from wsph.parts.terms import answers_struct, points_struct
 from wsph.sph.rows import rows_struct
 
@@ -175,14 +176,17 @@ def block_stress_kernel(space: Space, laws: Laws, layout: Layout, form: Form) ->
     real, dim, Fields = space.scalar, space.dim, fields_struct(space, layout)
     Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
     (determinant, inverse), average = determinant_and_inverse(space), smoothed(space, form.averaged)
-    unpack, plane = packing(space, laws.state)[0], in_plane(space)
+    unpack, plane, left = packing(space, laws.state)[0], in_plane(space), faded(space)
+    Coefficients = coefficients_of(space, form)
 
     @kernel(ranged=True, pairs=True)
     def block_stress(
         first: int,
+        c: Coefficients,
         rows: Rows,
         points: Points,
         blocks: Rows,
+        response_out: Points,
         fields_out: Fields,
         answers_out: Answers,
     ):
@@ -200,6 +204,9 @@ def block_stress_kernel(space: Space, laws: Laws, layout: Layout, form: Form) ->
         push = push / (volume * real(dim))
         for k in range(blocks.offsets[b], blocks.offsets[b + 1]):
             i = blocks.indices[k]
+            if wp.static(form.fades >= 0):
+                flowed = c.yields * fields_out.internals[i][wp.static(form.fades)]
+                response_out.share[i] = points.share[i] * left(flowed)
             F = one + fields_out.deformation[i]
             cauchy = plane(unpack(fields_out.stress[i]))
             cauchy += (push - wp.trace(cauchy) / real(dim)) * one

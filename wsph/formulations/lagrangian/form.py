@@ -53,6 +53,8 @@ class Form:
     """Whether volumes are averaged over blocks of particles."""
     vectors: bool = False
     """Whether gradients are those of the cells around a particle, a vector a pair, and no weights' times r."""
+    fades: int = -1
+    """Which of the internals is the plastic strain that the stabilisation fades with (`wsph.parts.fading`), -1: none."""
 
     @property
     def staged(self) -> bool:
@@ -63,7 +65,8 @@ class Form:
     def numbers(self) -> tuple[str, ...]:
         """Names of the coefficients that its terms take."""
         terms = (*self.pair_terms, self.stress_term, self.rate_term)
-        return tuple(dict.fromkeys(name for term in terms if term is not None for name in term.coefficients))
+        names = dict.fromkeys(name for term in terms if term is not None for name in term.coefficients)
+        return (*names, *(("yields",) if self.fades >= 0 else ()))
 
     @property
     def drags(self) -> bool:
@@ -189,13 +192,13 @@ def gathered(space: Space, layout: Layout, form: Form, averaged: bool) -> wp.Fun
 
 @cache
 def misfit_pull(space: Space) -> wp.Function:
-    """Warp function (rows, points, u, H, i) -> c sum_j w e (x) r over the pairs of i, e = u_j - u_i - H r, c the
-    stabilisation: what the misfit pulls at H by, zero where H is the gradient that makes the misfit least."""
+    """Warp function (rows, points, u, H, share, i) -> c sum_j w e (x) r over the pairs of i, e = u_j - u_i - H r, c the
+    stabilisation times `share`: what the misfit pulls at H by, zero where H is the gradient that makes the misfit least."""
     real, vec, mat = space.scalar, space.vec, space.mat
     Rows, Points, at = rows_struct(space), points_struct(space), element(wp.int32, real, vec)
 
     @wp.func
-    def pull(rows: Rows, points: Points, u: wp.array(dtype=vec), H: mat, i: int) -> mat:
+    def pull(rows: Rows, points: Points, u: wp.array(dtype=vec), H: mat, share: real, i: int) -> mat:
         own = u[i]
         place = points.node[i]
         total = mat()
@@ -206,6 +209,6 @@ def misfit_pull(space: Space) -> wp.Function:
             r = at(points.node, j) - place
             total = total + wp.outer(at(rows.weight, k) * (at(u, j) - own - H * r), r)
             k += 1
-        return (points.stabilisation * points.share[i]) * total
+        return (points.stabilisation * share) * total
 
     return pull

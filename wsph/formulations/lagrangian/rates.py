@@ -53,6 +53,7 @@ from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.one_set_setup import RateSetup, pair_warnings
 from wsph.formulations.setup import Setup
 from wsph.parts.body_force import BodyForceKinds
+from wsph.parts.fading import Fading
 from wsph.parts.part import Attached, Neighbourhood
 from wsph.parts.table import PARTS
 from wsph.parts.terms import Points, answers_struct, points_struct
@@ -188,6 +189,7 @@ class LagrangianRates:
             self._weight,
             self._points,
             self._answers.mean,
+            self._answers.gradient,
             self._spread,
             placement.point_volume,
             placement.position,
@@ -210,6 +212,13 @@ class LagrangianRates:
                 for name in ("node", "centre", "moment", "volume", "slope", "back", "stabilisation"):
                     setattr(self._acting, name, getattr(self._points, name))
                 self._acting.share = part.share
+
+    def own_parts(self, state: State) -> dict[str, Attached]:
+        """What the right-hand sides themselves add to a body whose state is `state`, by name."""
+        flow, form = self._constitutive.flow, self.form
+        if flow is None or form.fades < 0:
+            return {}
+        return {"fading": Fading(*flow, self._space, self.seen, state, self._clock, self._arrays.part("fading"))}
 
     @property
     def pairs(self) -> int:
@@ -267,13 +276,18 @@ class LagrangianRates:
         m, law = len(self._placement.point_volume), self._constitutive.params
         if self.form.blocks:
             count, blocks = self._blocks
-            inputs = [*([law] if self.form.total else []), self._rows, self._points, blocks]
-            self._clock.launch(self.kernels.strain, count, inputs, [state.struct, self._answers])
+            inputs, outputs = [self._rows, self._points, blocks], [state.struct, self._answers]
+            if self.form.total:
+                self._clock.launch(self.kernels.strain, count, [law, *inputs], outputs)
+            else:
+                self._clock.launch(
+                    self.kernels.strain, count, [self._coefficients, *inputs], [self._response, *outputs]
+                )
         else:
             inputs = [law, self._coefficients, self._density, self._rows, self._points, others]
             self._clock.launch(self.kernels.strain, m, inputs, [self._response, state.struct, self._answers])
         if self.form.staged:
-            inputs = [self._rows, self._points, getattr(others, "displacement")]  # noqa: B009
+            inputs = [self._rows, self._acting, getattr(others, "displacement")]  # noqa: B009
             self._clock.launch(self.kernels.spread, m, inputs, [self._answers])
         if self._ghosts is not None:
             self._ghosts.answer(self._loads.vectors, self._answers.corrected)

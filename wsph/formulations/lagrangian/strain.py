@@ -10,6 +10,7 @@ from wsph.constitutive.evolution import thickness
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered, misfit_pull, smoothed
+from wsph.parts.fading import faded
 from wsph.parts.terms import answers_struct, points_struct
 from wsph.sph.rows import rows_struct
 
@@ -30,6 +31,7 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
     respond = form.response.make(space, laws, layout) if form.response is not None else laws.respond
     opposes = form.stress_term is not None
     opposed = form.stress_term.make(space, Coefficients) if form.stress_term is not None else laws.respond
+    left = faded(space)
     # Between particles of one set drag is a force of pairs, at points of their own it is a stress.
     drags = form.rate_term is not None
     dragged = form.rate_term.make(space, Coefficients) if form.rate_term is not None else laws.respond
@@ -62,6 +64,9 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
         hold = real(0.0)
         if wp.static(form.stabilised):
             hold = points.share[i]
+        if wp.static(form.fades >= 0):
+            hold = hold * left(c.yields * fields_out.internals[i][wp.static(form.fades)])
+            response_out.share[i] = hold
         if wp.static(not answers_by_law):
             hold, P = respond(p, response_out, rows, fields_out, points.share[i], H, i)
         elif wp.static(form.total):
@@ -92,7 +97,7 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
         if wp.static(not form.paper):
             A = A * points.moment[i]
         if wp.static(form.stabilised and form.vectors):
-            A = A - misfit(rows, points, others.displacement, H, i) * points.moment[i]
+            A = A - misfit(rows, points, others.displacement, H, hold, i) * points.moment[i]
         elif wp.static(form.stabilised):
             A = A - (points.stabilisation * hold) * H
         answers_out.corrected[i] = A

@@ -1,0 +1,85 @@
+"""Energy that holds spurious modes: warned of by name, found in the summary, and silent where it is small or near rest."""
+
+import json
+import warnings
+from pathlib import Path
+
+import pytest
+import tomli_w
+
+import wsph
+from tests import scenes
+from tests.scenes import Data, body, box, held, scene
+from wsph.cli import main
+from wsph.simulation.diagnostics import BodySums
+from wsph.simulation.findings import HELD_FINDING, HELD_FLOOR, Held
+
+SAID = r"step \d+: control of spurious modes .* % of the internal energy of body 'b': .* finer spacing, or another"
+
+
+def bent(rows: int, formulation: str = "stress-points", **keys: Data) -> wsph.Scene:
+    """A cantilever that is thrown upwards at its end. Of one row of cells its points see no bending at all."""
+    beam = body(box(1.0, 0.1), 0.1 / rows, velocity=["0", "1e-3*x*x"], **keys)
+    return scene(beam, run={"formulation": formulation, "end": 3.0}, boundary=[held("-x", 2)])
+
+
+def test_a_bent_row_of_cells_is_warned_of_once_and_found() -> None:
+    with pytest.warns(RuntimeWarning, match=SAID) as seen:
+        result = wsph.run(bent(1))
+    assert len([each for each in seen if "spurious" in str(each.message)]) == 1
+    (finding,) = result.summary["findings"]
+    part = float(finding.partition(" has ")[2].partition(" %")[0]) / 100.0
+    energy = result.summary["energy"]
+    assert part > 0.9 * energy["hourglass"] / (energy["hourglass"] + energy["strain"]) > HELD_FINDING
+
+
+@pytest.mark.parametrize(("formulation", "keys"), [
+    ("stress-points", {}), ("total-lagrangian", {"placement": "nodes"}), ("total-lagrangian", {"residual": False, "hourglass": {"coefficient": 1.0}}),
+], ids=str)  # fmt: skip
+def test_eight_rows_are_not(formulation: str, keys: Data) -> None:
+    assert wsph.run(bent(8, formulation, **keys)).summary["findings"] == []
+
+
+def test_a_body_that_flies_and_turns_undeformed_is_not() -> None:
+    """Its internal energies are roundings of each other."""
+    turning = scenes.block(velocity=["1e-3*(1 - y)", "1e-3*x"], run={"end": 0.5, "precision": "f32"})
+    assert wsph.run(turning).summary["findings"] == []
+    assert wsph.run(scenes.block(run={"end": 0.5})).summary["findings"] == []
+
+
+def test_the_largest_part_is_of_the_largest_energies_so_far() -> None:
+    def sums(kinetic: float, strain: float) -> BodySums:
+        return BodySums(kinetic, strain, 0.0, None, -1, 1.0, 1.0)  # type: ignore[arg-type]
+
+    mine = Held()
+    assert mine.look(21, sums(1.0, 0.5), 0.02, 0.0) == pytest.approx(0.04)
+    # It has sprung back: what is left of the strain energy is no measure.
+    assert mine.look(22, sums(1.5, 0.01), 0.02, 0.0) == pytest.approx(0.04)
+    assert mine.look(23, sums(1.0, 0.5), 0.02, 1.5) == pytest.approx(0.01)
+    assert (mine.worst, mine.step) == (pytest.approx(0.04), 21)
+    assert Held().look(21, sums(1.0, 0.0), 1e-4, 0.0) == pytest.approx(1e-4 / HELD_FLOOR)
+    assert Held().look(21, sums(0.0, 0.0), 0.0, 0.0) == 0.0
+
+
+def test_findings_outlive_a_checkpoint_and_are_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    made = bent(1).with_(checkpoint={"every": 30}, **{"run.cfl": 0.25})
+    with pytest.warns(RuntimeWarning, match=SAID):
+        straight = wsph.run(made, tmp_path / "straight").summary
+    dt = straight["dt"]
+    made = wsph.Scene(
+        **made.data() | {"run": {"formulation": "stress-points", "integrator": "leapfrog", "end": 3.0, "dt": dt}}
+    )
+    with pytest.warns(RuntimeWarning, match=SAID):
+        wsph.run(made.with_(**{"run.end": 60 * dt}), tmp_path / "cut")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # it was warned of before
+        resumed = wsph.run(made, tmp_path / "cut", resume=True).summary
+    assert resumed["findings"] == straight["findings"] != []
+    assert json.loads((tmp_path / "cut" / "summary.json").read_text())["findings"] == straight["findings"]
+    (tmp_path / "bent.toml").write_text(tomli_w.dumps(made.data()))
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        assert main(["run", str(tmp_path / "bent.toml"), "--out", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr()
+    assert f"finding: {straight['findings'][0]}" in said.out
+    assert "warning: step" in said.err

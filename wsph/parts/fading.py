@@ -1,0 +1,110 @@
+"""The residual of points that flow: what holds spurious modes is elastic, and must not hold a plastic hinge.
+
+A point that has flowed by a plastic strain e keeps of its residual zeta = max(0.02, 1/(1 + E e/sigma_y)): the share that the
+secant stiffness has of the elastic one. What a falling zeta sets free of the residual's energy is dissipated, on the ledger.
+A material says by its `flows` which of its internals is e, and which of its numbers sigma_y.
+"""
+
+from functools import cache
+
+import warp as wp
+
+from wsph.backend.arrays import Arrays, host
+from wsph.backend.clock import Clock
+from wsph.backend.kernels import kernel
+from wsph.backend.space import Space
+from wsph.backend.state import Layout, State, fields_struct
+from wsph.parts.part import Attached, Neighbourhood
+from wsph.parts.terms import Points, points_struct
+from wsph.protocols import Entry
+from wsph.sph.misfit import misfit
+from wsph.sph.rows import rows_of, rows_struct
+
+LEAST = 0.02
+"""What is left of a residual at most faded: enough to hold modes that no gradient sees."""
+
+
+@cache
+def faded(space: Space) -> wp.Function:
+    """Warp function E e/sigma_y -> zeta."""
+    real = space.scalar
+
+    @wp.func
+    def zeta(flowed: real) -> real:
+        return wp.max(real(LEAST), real(1.0) / (real(1.0) + flowed))
+
+    return zeta
+
+
+@cache
+def _advance_kernel(space: Space, layout: Layout, apart: bool, internal: int) -> wp.Kernel:
+    """What the residual of each point has set free in a step; `apart`: points have places of their own."""
+    real, vec, mat, left_over, zeta = space.scalar, space.vec, space.mat, misfit(space), faded(space)
+    Rows, Points, Fields = rows_struct(space), points_struct(space), fields_struct(space, layout)
+
+    @kernel(ranged=True)
+    def fade(
+        first: int,
+        yields: real,
+        rows: Rows,
+        points: Points,
+        mean: wp.array(dtype=vec),
+        gradient: wp.array(dtype=mat),
+        fields: Fields,
+        zeta_out: wp.array(dtype=real),
+        freed_out: wp.array(dtype=real),
+    ):
+        i = first + wp.tid()
+        new = zeta(yields * fields.internals[i][wp.static(internal)])
+        old = zeta_out[i]
+        if new < old:
+            u = vec()
+            if wp.static(apart):
+                u = mean[i]
+            else:
+                u = fields.displacement[i]
+            square = left_over(i, u, points.centre[i], gradient[i], rows, points.node, fields.displacement)
+            freed_out[i] = freed_out[i] + real(0.5) * points.stabilisation * points.share[i] * square * (old - new)
+            zeta_out[i] = new
+
+    return fade
+
+
+class Fading(Attached):
+    """The residual of a body that flows. Evaluations write `share`, what is left of every point's. Beside it the device has,
+    of m points and nondimensional,
+
+    _zeta   # what is left of the residual's stiffness at the end of the last step, (m,)
+    _freed  # energy set free so far, (m,)
+    """
+
+    def __init__(
+        self,
+        internal: int,
+        yields: float,
+        space: Space,
+        seen: Neighbourhood,
+        state: State,
+        clock: Clock,
+        arrays: Arrays,
+    ):
+        """`internal`: which of the internals is the plastic strain; `yields`: E/sigma_y."""
+        self._space, self._clock, self._state, self._seen = space, clock, state, seen
+        self._internal, self._yields = internal, space.scalar(yields)
+        self._rows = rows_of(space, seen.pairs, seen.weight)
+        changed: Points = points_struct(space)()
+        for name in ("node", "centre", "moment", "volume", "stabilisation"):
+            setattr(changed, name, getattr(seen.points, name))
+        changed.share = arrays.of("share", host(seen.points.share), space.scalar)
+        self.response, self.share = changed, changed.share
+        m = len(seen.volume)
+        self._zeta = arrays.changes("zeta", wp.ones(m, dtype=space.scalar, device=arrays.device))
+        self._freed = arrays.zeros("freed", m, space.scalar, kept=True)
+        self.ledger = (Entry("dissipated", lambda: float(host(self._freed).sum())),)
+
+    def advance(self) -> None:
+        """Book what the step has set free (a launch)."""
+        seen, state = self._seen, self._state
+        kernel = _advance_kernel(self._space, state.layout, seen.back is not None, self._internal)
+        inputs = [self._yields, self._rows, seen.points, seen.mean, seen.gradient, state.struct]
+        self._clock.launch(kernel, len(self._zeta), inputs, [self._zeta, self._freed])
