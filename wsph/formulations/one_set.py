@@ -114,7 +114,7 @@ class OneSetSystem(System):
         made = RateSetup(setup, host, self.placement, self.layout, self.conditions, self.loads, self.force, self.arrays)
         self.rates = rates(made, self.state)
         self.form, self.stabilisation, self._host = self.rates.form, made.stabilisation, host
-        self.response, self.breaks = self.form.response, self.form.breaks
+        self.response, self.breaks, self.total = self.form.response, self.form.breaks, self.form.total
         self.attached = self._attach(host)
         self.work = self._works = _Works(self, self.rates.holding if self.form.holds else None)
         self.motions = SmallMotions(cast(Moving, self))

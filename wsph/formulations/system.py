@@ -50,6 +50,8 @@ class System:
     """The answer of a point in place of its law, or None."""
     breaks = False
     """Whether the body can break."""
+    total = False
+    """Whether its stress is that which the total law gives of the deformation; otherwise it is integrated from rates."""
     attached: Mapping[str, Attached] = {}
     """The parts of the body on the device, by their keys."""
 

@@ -219,6 +219,7 @@ def _body_run(setting: Setting, bare: BareBody, space: Space, time_step: TimeSte
         system.response,
         system.breaks,
         traits.courant_follows,
+        total=system.total,
     )
     return BodyRun(body, constitutive, system, integrator, diagnostics, limit, time_step, Reading(system))
 
