@@ -150,9 +150,7 @@ class System:
         return self.state.read(name)
 
     def current_density(self) -> np.ndarray:
-        """rho_0/J of every particle, (n,), nondimensional; rho_0 where the formulation evolves no deformation."""
-        if "deformation" not in self.state.layout:
-            return np.full(self.count, self.density)
+        """rho_0/J of every particle, (n,), nondimensional."""
         F = np.eye(self.space.dim) + self.state.read("deformation").reshape(-1, self.space.dim, self.space.dim)
         return self.density / np.linalg.det(F)
 

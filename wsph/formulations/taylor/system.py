@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 import warp as wp
 
+from wsph.backend.arrays import host
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State
 from wsph.boundary.collocated import face_conditions
@@ -308,6 +309,22 @@ class TwoSetSystem(System):
     @cached_property
     def _outwards(self) -> Weights:
         return outward_weights(self.lattice, max(self._support, 1.2))
+
+    def current_density(self) -> np.ndarray:
+        """Density of every particle, (n,), nondimensional: rho_0/J where it evolves a deformation, in small strain rho_0/(1 +
+        tr eps) from the displacements.
+
+        Their gradient is that of the virtual particles, which see whole cells, extrapolated to the faces. Strains along free
+        normals, which a stress state drops, are not in it.
+        """
+        if "deformation" in self.state.layout:
+            return super().current_density()
+        weights, gradient = self.to_virtual
+        row, indices, g = weights.pairs.rows(), host(weights.pairs.indices), host(gradient.values)
+        u = self.state.read("displacement")
+        opened = np.einsum("pk,pk->p", g, u[indices] - average(weights, u)[row])
+        dilation = average(self._outwards, np.bincount(row, opened, weights.pairs.targets)[:, None])[:, 0]
+        return self.density / (1.0 + dilation)
 
     def at_virtual(self, name: str) -> np.ndarray:
         """A field interpolated to the virtual particles, (cells, width), nondimensional."""
