@@ -145,6 +145,11 @@ class System:
             return self.position
         return self.position + self.filtered("displacement") * self.scales.length
 
+    def fault(self) -> str:
+        """The reason, with the way out, for which the state is one that the formulation cannot go on from; empty where it is
+        none. Asked on the host, when energies are."""
+        return ""
+
     def filtered(self, name: str) -> np.ndarray:
         """A field as frames carry it, (n, width), nondimensional."""
         return self.state.read(name)
