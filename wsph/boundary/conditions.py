@@ -2,7 +2,8 @@
 
 The rule at the faces of a two-set body (Herreros & Mabssout 2011, 3.2.4: essential conditions on the boundary particles):
 each face prescribes one of (v_n | sigma_nn) and one of (v_t | sigma_nt) per tangent; a particle on several faces takes the
-union, except that among faces in one plane what holds the velocity wins; a face that nothing is said of is free. The faces
+union, except that among faces in one plane what holds a component of the velocity wins; a face that nothing is said of is
+free. Beside a free face a patch that is held in all components is another face: particles on its rim take the union. The faces
 of a box by name are those of its outside: sides of holes and cracks are free unless `where` selects them. Where sigma_nn is
 prescribed the normal strain rate follows from its rate: also at a corner whose other face holds v_n (without it a
 cantilever's root grows by 2e-4 a step at nu = 0.499, C <= 0.5).
@@ -34,7 +35,8 @@ class Conditions:
     entries: (field, component) -> {particle: value}; free_normals: bit k of (n,) where sigma_kk is prescribed; work_*: rows
     of (particle, axis, signed area [m^(dim-1)]) on faces that move or carry stress. mirrored (n,): how often a particle is
     there with its images across planes of symmetry, 1, 2, 4 or 8: its volume times that is a whole particle's. acting: loads
-    that follow the state, by a name, and where they act.
+    that follow the state, by a name, and where they act. across (n,): bit k where stresses are
+    prescribed in the frame of a face across axis k of the grid, of two-set bodies alone.
     """
 
     entries: dict[tuple[str, int], dict[int, Prescribed]] = field(
@@ -48,11 +50,19 @@ class Conditions:
     acting: list[tuple[str, Load, LoadedFaces]] = field(default_factory=list[tuple[str, Load, LoadedFaces]])
     mirrored: np.ndarray = field(default_factory=lambda: np.ones(0))
     scales: dict[tuple[str, int], dict[int, float]] = field(default_factory=dict[tuple[str, int], dict[int, float]])
+    across: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
 
     @property
     def moved(self) -> bool:
         """Whether a value other than zero is prescribed anywhere."""
         return any(nonzero(value) for values in self.entries.values() for value in values.values())
+
+    def prescribed(self, name: str, components: int, count: int) -> np.ndarray:
+        """Which of the components of a field are prescribed, (count, components) bool."""
+        mask = np.zeros((count, components), bool)
+        for component in range(components):
+            mask[list(self.entries.get((name, component), {})), component] = True
+        return mask
 
     def put(self, name: str, component: int, particles: np.ndarray, value: Prescribed) -> None:
         """Prescribe a component; of two values the later holds."""
@@ -94,6 +104,11 @@ class Conditions:
 def nonzero(value: Prescribed) -> bool:
     """Whether a prescribed value is anything but the constant zero."""
     return not (isinstance(value, Expression) and value.program == constant_program(0.0).program)
+
+
+def varies(value: Prescribed) -> bool:
+    """Whether a prescribed value differs from place to place."""
+    return isinstance(value, Expression) and any(value.uses(axis) for axis in AXES)
 
 
 def face_component(axis: int, tangent: int) -> str:

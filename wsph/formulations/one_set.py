@@ -119,7 +119,7 @@ class OneSetSystem(System):
         made = RateSetup(setup, host, self.placement, self.layout, self.conditions, self.loads, self.force, self.arrays)
         self.rates = rates(made, self.state)
         self.form, self.stabilisation, self._host = self.rates.form, made.stabilisation, host
-        self.response, self.breaks = self.form.response, self.form.breaks
+        self.response, self.breaks, self.total = self.form.response, self.form.breaks, self.form.total
         self.attached = self._attach(host)
         self.warnings = self.rates.warnings
         self.work = self._works = _Works(self, self.rates.holding if self.form.holds else None)
@@ -375,6 +375,10 @@ class OneSetSystem(System):
     @cached_property
     def _outwards(self) -> Weights:
         return outward_weights(self.lattice, 1.2)
+
+    def current_density(self) -> np.ndarray:
+        """rho_0/J of every particle, (n,), nondimensional, J as frames have the deformation."""
+        return self.density / self._volume_ratio(self.filtered)
 
     def sample(self, points: np.ndarray, name: str = "velocity") -> list[tuple[np.ndarray, np.ndarray]]:
         """Places and weights that a field is read with at each of `points` (m, dim) [m], linear-exact."""

@@ -139,13 +139,6 @@ class Reading:
         """Where the particles are, (n, dim) [m]: the reference configuration where nothing follows their displacement."""
         return self._system.current_position()
 
-    @property
-    def steady_density(self) -> float | None:
-        """The density [kg/m3] of every particle, where the formulation evolves no deformation that could change it."""
-        if "deformation" in self._system.state.widths:
-            return None
-        return self._system.density * self._system.scales.density
-
     def si(self, name: str) -> np.ndarray:
         """A primitive field of the particles as frames carry it, (n, width), SI. Raises KeyError for one that the body does
         not have."""

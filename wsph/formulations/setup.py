@@ -30,7 +30,7 @@ class Setup:
     scales: Scales
     clock: Clock
     displacement: bool
-    """Whether a probe or a frame asks for displacements."""
+    """Whether a probe or a frame asks for displacements, or for a density that follows from them."""
 
     @property
     def device(self) -> str:

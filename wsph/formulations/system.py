@@ -3,7 +3,7 @@
 # pyright: strict
 # pyright: reportUnknownArgumentType=false, reportUnknownVariableType=false
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Protocol
 
 import numpy as np
@@ -50,6 +50,8 @@ class System:
     """The answer of a point in place of its law, or None."""
     breaks = False
     """Whether the body can break."""
+    total = False
+    """Whether its stress is that which the total law gives of the deformation; otherwise it is integrated from rates."""
     attached: Mapping[str, Attached] = {}
     """The parts of the body on the device, by their keys."""
     warnings: tuple[str, ...] = ()
@@ -145,19 +147,25 @@ class System:
             return self.position
         return self.position + self.filtered("displacement") * self.scales.length
 
+    def fault(self) -> str:
+        """The reason, with the way out, for which the state is one that the formulation cannot go on from; empty where it is
+        none. Asked on the host, when energies are."""
+        return ""
+
     def filtered(self, name: str) -> np.ndarray:
         """A field as frames carry it, (n, width), nondimensional."""
         return self.state.read(name)
 
     def current_density(self) -> np.ndarray:
-        """rho_0/J of every particle, (n,), nondimensional; rho_0 where the formulation evolves no deformation."""
-        if "deformation" not in self.state.layout:
-            return np.full(self.count, self.density)
-        F = np.eye(self.space.dim) + self.filtered("deformation").reshape(-1, self.space.dim, self.space.dim)
-        ratio = np.linalg.det(F)
-        if (thinning := self.constitutive.laws.kept.thinning) >= 0:
-            ratio *= np.exp(self.filtered("internals")[:, thinning])
-        return self.density / ratio
+        """rho_0/J of every particle, (n,), nondimensional."""
+        return self.density / self._volume_ratio(self.state.read)
+
+    def _volume_ratio(self, read: Callable[[str], np.ndarray]) -> np.ndarray:
+        """J of the particles, (n,), of the deformation and the thinning of free normals that `read` gives there."""
+        F = np.eye(self.space.dim) + read("deformation").reshape(-1, self.space.dim, self.space.dim)
+        ratio: np.ndarray = np.linalg.det(F)
+        thinning = self.constitutive.laws.kept.thinning
+        return ratio * np.exp(read("internals")[:, thinning]) if thinning >= 0 else ratio
 
     def sample(self, points: np.ndarray, name: str = "velocity") -> list[tuple[np.ndarray, np.ndarray]]:
         """How to read a field at `points` (m, dim) [m]: its places and weights per point."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wsph.geometry.faces import Faces
 from wsph.geometry.grid import FIT, Grid
 from wsph.geometry.shapes.combined import Shape
 
@@ -83,6 +84,21 @@ def cut_faces(crack: Crack, cut: np.ndarray, shape: Shape, grid: Grid) -> None:
     ]
     span[axis] = slice(int(line) - 1, int(line))
     cut[(axis, *span)] = True
+
+
+def parted(index: np.ndarray, faces: Faces) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pairs of nodes that a crack parts: the node below, the node above it and the axis of the grid across it, each (pairs,).
+    `index` (n, dim) are the nodes in grid coordinates."""
+    place = np.unique(index, axis=0, return_inverse=True)[1].reshape(-1)
+    pairs: list[np.ndarray] = []
+    for axis in range(index.shape[1]):
+        # The outward normal of the side below points up.
+        below, above = (np.unique(faces.nodes[(faces.axis == axis) & (faces.sign == sign)]) for sign in (1, -1))
+        low, high = np.nonzero(place[below][:, None] == place[above][None]) if len(below) and len(above) else ([], [])
+        found = np.stack([below[low], above[high], np.full(len(low), axis)], 1)
+        pairs.append(found[found[:, 0] != found[:, 1]])
+    both = np.concatenate(pairs)
+    return both[:, 0], both[:, 1], both[:, 2]
 
 
 def part_nodes(corners: np.ndarray, node_index: np.ndarray, inside: np.ndarray, cut: np.ndarray, index: np.ndarray,

@@ -63,11 +63,13 @@ class Checks:
         self.findings = Findings(bodies)
 
     def finite(self, step: int, sums: Sequence[BodySums]) -> None:
-        """Raise Unstable where a body's state is not finite, or a particle is turned inside out."""
+        """Raise Unstable where a body's state is not finite, a particle is turned inside out, or the formulation finds a fault."""
         for run, each in zip(self._bodies, sums, strict=True):
             if each.bad >= 0:
                 name, what = _broken(run, each.bad)
                 raise unstable(self._timeline, step, run, name, what, each.bad, run.system.position[each.bad])
+            if fault := run.system.fault():
+                raise unstable(self._timeline, step, run, "displacement", fault)
 
     def energy(self, step: int, account: Account) -> Unstable | None:
         """The error that stops the run where more energy was created than it allows, or None. Warns earlier, and of a loss

@@ -27,7 +27,7 @@ from wsph.constitutive.stress_state import STRESS_STATES, StressState
 from wsph.contact.table import interactions
 from wsph.errors import Fault, PluginError, Refused, SceneError
 from wsph.expressions import Expression
-from wsph.formulations.reading import Reading
+from wsph.formulations.reading import DENSITY, Reading
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import System
 from wsph.geometry.lattice import Lattice
@@ -93,9 +93,9 @@ def _materials(scene: Scene) -> list[Material]:
 
 
 def wants_displacement(scene: Scene) -> bool:
-    """Whether a probe or a frame asks for the displacement."""
+    """Whether a probe or a frame asks for the displacement, or for the density, which may follow from it."""
     wanted = [*scene.output.fields, *(f for probe in scene.probes for f in probe.fields)]
-    return any(fields.primitive(name) == "displacement" for name in wanted)
+    return any(fields.primitive(name) in ("displacement", DENSITY) for name in wanted)
 
 
 @dataclass(frozen=True)
@@ -235,6 +235,7 @@ def _body_run(setting: Setting, bare: BareBody, space: Space, time_step: TimeSte
         system.response,
         system.breaks,
         traits.courant_follows,
+        total=system.total,
     )
     return BodyRun(body, constitutive, system, integrator, diagnostics, limit, time_step, Reading(system))
 

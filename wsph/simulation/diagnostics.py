@@ -56,10 +56,13 @@ class StoredEnergy:
 
 
 @cache
-def stored_energy(space: Space, laws: Laws, layout: Layout, response: Response | None, breaks: bool) -> StoredEnergy:
-    """The energy stored by a point that obeys `laws`, or its `response` in their place, and of a body that may break."""
+def stored_energy(
+    space: Space, laws: Laws, layout: Layout, response: Response | None, breaks: bool, total: bool
+) -> StoredEnergy:
+    """The energy stored by a point that obeys `laws`, or its `response` in their place, and of a body that may break. `total`:
+    its stress is that of the total law; where it is integrated from rates, the energy is that of the stress."""
     real, Params, Fields = space.scalar, laws.Params, fields_struct(space, layout)
-    of_stress, of_deformation, counted = laws.energy, laws.total_energy, laws.kept.stored
+    of_stress, of_deformation, counted = laws.energy, laws.total_energy if total else None, laws.kept.stored
     per_reference = of_deformation is not None or (response is None and counted >= 0)
     if response is not None:
         of_damaged = response.energy(space, laws)
@@ -76,7 +79,7 @@ def stored_energy(space: Space, laws: Laws, layout: Layout, response: Response |
             return fields.internals[i][counted]
 
         stored = counted_stored
-    elif of_deformation is not None and "deformation" in dict(layout):
+    elif of_deformation is not None:
 
         @wp.func
         def total_stored(p: Params, fields: Fields, i: int) -> real:
@@ -254,10 +257,11 @@ class Diagnostics:
         breaks: bool = False,
         follows: bool = True,
         domain: Domain = WHOLE,
+        total: bool = False,
     ):
         """`response`: how its points answer in place of their law; `follows`: its Courant number follows the deformation, to
-        rounding."""
-        self._answers, self._follows, self._domain = (response, breaks), follows, domain
+        rounding; `total`: its stress is that of the total law."""
+        self._answers, self._follows, self._domain = (response, breaks, total), follows, domain
         self._space, self._constitutive, self._density, self._device = space, constitutive, density, device
         self._volume = wp.array(volume, dtype=space.scalar, device=device)
         self._points = self._volume if points is volume else wp.array(points, dtype=space.scalar, device=device)

@@ -141,10 +141,10 @@ class Recorder:
         else:
             body, places = _selected(probe, probe.where or "", key, able)
         self._reading = reading = body.reading
-        if DENSITY in probe.fields and reading.steady_density is None:
+        if DENSITY in probe.fields:
             text = f"the density cannot be probed in the {body.system.formulation} form; frames carry it"
             raise SceneError("scene", [Fault(0, f"{key}.fields", text)])
-        self._primitives = sorted({fields.primitive(name) for name in probe.fields} - {DENSITY})
+        self._primitives = sorted({fields.primitive(name) for name in probe.fields})
         for name in (name for name in self._primitives if name not in reading.fields):
             raise SceneError("scene", [Fault(0, f"{key}.fields", f"body {body.body.name!r} has no field {name!r}")])
         self.points = len(places("velocity"))
@@ -199,7 +199,6 @@ class Recorder:
             field = reading.fields[name]
             values[name] = rows[:, :, start : start + field.width] * field.scale
             start += field.width
-        values[DENSITY] = np.full((len(rows), self.points, 1), reading.steady_density or 0.0)
         result: dict[str, np.ndarray] = {}
         for name in self.probe.fields:
             for column in fields.columns(name, reading.labels, self._space.dim):

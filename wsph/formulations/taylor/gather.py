@@ -33,7 +33,8 @@ def operator_struct(space: Space) -> type:
 def gather(space: Space, laws: Laws, layout: Layout) -> wp.Function:
     """Warp function (rows, i, fields, sources, v0, s0) -> (v, s, q, S, Q, L, slope, G): sums over the pairs of target i.
 
-    v, s, q: interpolated velocity and stress, less v0 and s0, and internals; S, Q: interpolated source; L (dim x dim) and
+    v, s, q: interpolated velocity and stress, less v0 and s0, and internals; S, Q: interpolated source, that of the internals
+    within the range of its sources: dissipation grows; L (dim x dim) and
     slope (stress components x dim): gradients of velocity and stress less v0 and s0; G: sum of the gradient weights,
     so that a gradient about a value f_I (less v0 or s0) is L - f_I (x) G. Where free normals change the thickness, slope is
     that of the thickness times the stress (`handed_on`).
@@ -57,6 +58,11 @@ def gather(space: Space, laws: Laws, layout: Layout) -> wp.Function:
         L = mat()
         slope = slopes()
         G = vec()
+        least = internal()
+        most = internal()
+        if wp.static(sourced):
+            least = at(sources.internals, at(rows.indices, rows.offsets[i]))
+            most = least
         for k in range(rows.offsets[i], rows.offsets[i + 1]):
             j = at(rows.indices, k)
             w = at(rows.weight, k)
@@ -75,7 +81,13 @@ def gather(space: Space, laws: Laws, layout: Layout) -> wp.Function:
                 q += w * at(fields.internals, j)
             if wp.static(sourced):
                 S += w * at(sources.stress, j)
-                Q += w * at(sources.internals, j)
+                own = at(sources.internals, j)
+                Q += w * own
+                least = wp.min(least, own)
+                most = wp.max(most, own)
+        if wp.static(sourced):
+            # Weights that look past a face are negative in part: what grows everywhere around would shrink there.
+            Q = wp.max(wp.min(Q, most), least)
         return v, s, q, S, Q, L, slope, G
 
     return sums

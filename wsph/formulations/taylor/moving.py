@@ -34,24 +34,18 @@ class MovingTwoSetSystem(TwoSetSystem):
     """A body as updated-Lagrangian Taylor-SPH sees it: the calls of `TwoSetSystem`, in the current configuration. Of f
     particles on faces:
 
-    _axis    # axis of the grid across the face, (f,) int32
+    _across  # axes of the grid across which the faces lie whose frame each takes, (f,) int32, a bit each
     _slopes  # rows with weights of slopes along the axes of the grid
-    _frames  # current axes of each particle's face, in rows, (f,) mat
+    _frames  # current axes of each particle's faces, in rows, (f,) mat
     """
-
-    # Each axis by itself is no gradient under shear and rotation: corners would find strain in a rigid turn.
-    widenings = 2
 
     def __init__(self, setup: Setup):
         super().__init__(setup)
         lattice, space, scales, device = setup.lattice, setup.space, setup.scales, setup.device
-        axis = np.full(self.count, -1, np.int32)
-        for k in reversed(range(space.dim)):
-            axis[np.unique(lattice.faces.nodes[lattice.faces.axis == k])] = k
-        on = np.flatnonzero(axis >= 0)
+        on = np.flatnonzero(lattice.on_face)
         slot = np.full(self.count, -1, np.int32)
         slot[on] = np.arange(len(on))
-        self._axis: Array = wp.array(axis[on], dtype=wp.int32, device=device)
+        self._across: Array = wp.array(self.conditions.across[on], dtype=wp.int32, device=device)
         self._slopes = self._face_slopes(on)
         self._frames: Array = wp.zeros(len(on), dtype=space.mat, device=device)
         faces = turning_faces_struct(space)()
@@ -66,7 +60,7 @@ class MovingTwoSetSystem(TwoSetSystem):
 
     def _turn_faces(self, state: State, share: float) -> None:
         """The frames of the faces at the displacement + share dt velocity of `state` (a launch)."""
-        inputs = [self._axes, self._slopes, state.struct, self.clock.time, self._axis, self.space.scalar(share)]
+        inputs = [self._axes, self._slopes, state.struct, self.clock.time, self._across, self.space.scalar(share)]
         frames = frame_kernel(self.space, state.layout)
         self.clock.launch(frames, self._framed.shape[0], inputs, [self._frames])
 
@@ -84,11 +78,14 @@ class MovingTwoSetSystem(TwoSetSystem):
             before, after = beside[on, k, 0], beside[on, k, 1]
             row = np.concatenate([np.arange(len(on))] * 2)
             node, weight = np.concatenate([after, before]), np.repeat([1.0, -1.0], len(on))
+            # Of a single cell across, the averages at both ends are the same.
+            alone = (before == on) & (beside[after, k, 1] == after) | (after == on) & (beside[before, k, 0] == before)
             for _ in range(PASSES):
                 sides = beside[node, k]
                 there = sides != node[:, None]
                 share = weight[:, None] * there / (2.0 * np.maximum(there.sum(1), 1))[:, None]
-                share = np.where(there.any(1)[:, None], share, 0.5 * weight[:, None])
+                share = np.where((there.any(1) & ~alone[row])[:, None], share, 0.5 * weight[:, None])
+                sides = np.where(alone[row, None], node[:, None], sides)
                 row = np.concatenate([row, row, row])
                 node, weight = (
                     np.concatenate([node, sides[:, 0], sides[:, 1]]),
@@ -107,6 +104,10 @@ class MovingTwoSetSystem(TwoSetSystem):
         rows.indices = wp.array(kept % self.count, dtype=wp.int32, device=self.device)
         rows.weight = wp.array(weights, dtype=self.space.vec, device=self.device)
         return rows
+
+    def _spanning(self, name: str) -> np.ndarray:
+        """All: each axis by itself is no gradient under shear and rotation: corners would find strain in a rigid turn."""
+        return np.ones(len(self.lattice.nodes if name == "real" else self.lattice.cells), bool)
 
     def _layout(self, where: str) -> Layout:
         spins = self.space.dim * (self.space.dim - 1) // 2 * (where == "virtual")

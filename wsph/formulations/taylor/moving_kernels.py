@@ -214,19 +214,19 @@ def _rate_kernel(space: Space, laws: Laws, virtual: Layout, real_layout: Layout,
         held = faces.held[i]
         if held != 0:
             v = replaced(v, imposed.velocity[i] - v0, held)
-            x = replaced(x, vec(), held)
             local = replaced_stress(local, imposed.stress[i], held >> wp.static(dim))
             if faces.slot[i] >= 0:
                 s = pack(turned(unpack(local), wp.transpose(axes))) - s0
         Ldot -= wp.outer(v, G)
         slope -= wp.outer(handed(s, s0, q), G)
         # Less the turning, by the same operator on the positions: a body that only turns strains nowhere, whatever
-        # odd-even part its displacement has, and a face sees no gradient across it of either.
-        placed -= wp.outer(x, G)
+        # odd-even part its displacement has, and a face sees no gradient across it of either. About the velocity at the mean
+        # place where that is f_I, about the particle's own in components that are prescribed.
         W = mat()
         if wp.static(dim > 1):
             W = turn_of(spin)
-        L = W + (Ldot - W * placed) * back
+        about = replaced(W * x, vec(), held)
+        L = W + (Ldot - W * placed + wp.outer(about, G)) * back
         change = stress()
         dq = internal()
         if faces.free[i] == 0:

@@ -14,24 +14,42 @@ from functools import cached_property
 import numpy as np
 import warp as wp
 
+from wsph.backend.arrays import host
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State
 from wsph.boundary.collocated import face_conditions
-from wsph.boundary.conditions import Conditions
+from wsph.boundary.conditions import Conditions, varies
 from wsph.boundary.values import BoundaryValues
 from wsph.boundary.work import ExternalWork
 from wsph.errors import Refused
 from wsph.formulations.layout import displacement_field, matter_fields, velocity_field
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import System
+from wsph.formulations.taylor.carried import CarriedCells
 from wsph.formulations.taylor.faces import faces_struct
 from wsph.formulations.taylor.gather import operator_struct
 from wsph.formulations.taylor.kernels import TaylorKernels, drift_kernel, kernels
+from wsph.geometry.cracks import parted
+from wsph.geometry.lattice import Lattice
 from wsph.parts.body_force import BodyForce
 from wsph.plugins.blame import blame
 from wsph.sph.averages import average, outward_weights, visible
 from wsph.sph.pairs import Pairs, find_pairs
 from wsph.sph.weights import Weights, gradient_weights, interpolation_weights
+
+JITTERED = 1.8
+"""Support by default where nodes have been moved [spacings]: two layers of cells. A particle on a face that sees one layer,
+whose centres are not in one plane, finds 6 to 40 % of wrong stress under a linear velocity."""
+
+
+CLOSED = 0.02
+"""Overlap of a crack's sides, in parts of the range of the displacements, from which it counts as closed: waves along the
+sides of one that opens leave a tenth of that."""
+
+
+def _support(lattice: Lattice, regular: float) -> float:
+    """The support of a body of which the scene gives none [spacings]."""
+    return JITTERED if lattice.irregular and lattice.nodes.shape[1] > 1 else regular
 
 
 class TwoSetSystem(System):
@@ -43,10 +61,9 @@ class TwoSetSystem(System):
     _faces               # what is prescribed at the real particles: `wsph.formulations.taylor.faces`
     """
 
-    widenings = 0
-    """Times that the support of a target may grow by half where it spans too few directions (a corner). None in small
-    strain: each axis by itself holds every mode to rounding up to C = 0.9. A larger support holds most modes to C = 1, but
-    lets a block with symmetric faces grow by 6e-6 a step at nu = 0.499, C = 0.05."""
+    widenings = 2
+    """Times that the support of a target may grow by half where it spans too few directions (a corner) and `_spanning` asks
+    for all."""
 
     def __init__(self, setup: Setup):
         super().__init__(setup)
@@ -54,10 +71,11 @@ class TwoSetSystem(System):
         space, constitutive, scales, device = setup.space, setup.constitutive, setup.scales, setup.device
         self.position = lattice.nodes
         self.volume = lattice.node_volume / scales.length**space.dim
-        self._displacement = setup.displacement or self.traits.courant_follows
+        self._displacement = setup.displacement or self.traits.courant_follows or bool(lattice.cracks)
+        self._parted = parted(lattice.index, lattice.faces) if lattice.cracks else None
         self._sources: dict[int, State] = {}
         """The law's rates at L = 0 at the particles of each state, where the law has any."""
-        self._support = scene.run.support or self.traits.support
+        self._support = scene.run.support or _support(lattice, self.traits.support)
         nodes, cells = lattice.centred
         moved_nodes, moved_cells = lattice.off_cracks if lattice.cracks else (nodes, cells)
         self.conditions: Conditions = face_conditions(scene, body.name, lattice, constitutive.state.labels)
@@ -87,6 +105,7 @@ class TwoSetSystem(System):
         self.work = self._works = ExternalWork(
             space, self.conditions, constitutive.laws, area, axes, self.state.layout, device
         )
+        self._carried = CarriedCells(space, self.conditions, lattice, device)
         self._register()
         with blame(constitutive.who):
             self.kernels = self._make_kernels()
@@ -100,6 +119,7 @@ class TwoSetSystem(System):
                 self.arrays.take(f"{name}.{part}", getattr(weights[0].pairs, part))
         self.arrays.part("body").adopt(self)
         self.arrays.part("boundary").adopt(self.boundary)
+        self.arrays.part("carried").adopt(self._carried)
         for name, works in (("work", self._works), ("force", self.force)):
             self.arrays.part(name).adopt(works, works.kept())
 
@@ -119,10 +139,25 @@ class TwoSetSystem(System):
 
     def _held_components(self) -> np.ndarray:
         """Per real particle, one bit for every prescribed component: velocity first, then stress."""
-        held = np.zeros(self.count, np.int32)
-        for (name, component), values in self.conditions.entries.items():
-            held[list(values)] |= 1 << (component + (self.space.dim if name == "stress" else 0))
-        return held
+        fields = (("velocity", self.space.dim), ("stress", self.constitutive.width))
+        held = np.hstack([self.conditions.prescribed(name, width, self.count) for name, width in fields])
+        return (held << np.arange(held.shape[1])).sum(1).astype(np.int32)
+
+    def _spanning(self, name: str) -> np.ndarray:
+        """Which of the "real" or "virtual" particles have to span all directions, (n,) bool.
+
+        Where all components of the velocity and no stress is prescribed the stress is that of the whole gradient; where a
+        prescribed velocity varies along a face its slope there would be taken for one across it. Other corners take each
+        axis by itself, which holds every mode to rounding up to C = 0.9: a larger support at all of them lets a block with
+        symmetric faces grow by 7e-6 a step at nu = 0.499, C = 0.05.
+        """
+        if name == "virtual":
+            return np.zeros(len(self.lattice.cells), bool)
+        spanning = self._held_components() == (1 << self.space.dim) - 1
+        for (field, _), values in self.conditions.entries.items():
+            if field == "velocity":
+                spanning[[particle for particle, value in values.items() if varies(value)]] = True
+        return spanning
 
     def _operator(
         self,
@@ -143,9 +178,13 @@ class TwoSetSystem(System):
 
         pairs = seen()
         gradient = gradient_weights(self.space, pairs, targets, sources, volume, smoothing)
+        spanning = self._spanning(name)
         for _ in range(self.widenings):
             # A corner sees one particle of the other set.
-            reach[gradient.rank < self.space.dim] *= 1.5
+            narrow = spanning & (gradient.rank < self.space.dim)
+            if not narrow.any():
+                break
+            reach[narrow] *= 1.5
             pairs = seen()
             gradient = gradient_weights(self.space, pairs, targets, sources, volume, smoothing)
         interpolation = interpolation_weights(self.space, pairs, targets, sources, volume, smoothing)
@@ -229,8 +268,10 @@ class TwoSetSystem(System):
     def rate(self, source: State, out: State, *, imposed: State, weight: float) -> None:
         """Real `out` += weight dt times the rate from virtual `source`.
 
-        At the target, f_I is the interpolated `source`, or `imposed` in the components that are prescribed there.
+        At the target, f_I is the interpolated `source`, or `imposed` in the components that are prescribed there. Cells
+        between prescribed particles move as those do: `source` is set so.
         """
+        self._carried.carry(self.clock, imposed, source)
         inputs = [self.constitutive.params, self.force.struct, self._real_rows, *self._at_targets]
         inputs += [source.struct, self._source(source), imposed.struct, self.clock.time, self.space.scalar(weight)]
         self.clock.launch(self.kernels.rate, out.n, inputs, [out.struct])
@@ -274,6 +315,37 @@ class TwoSetSystem(System):
     @cached_property
     def _outwards(self) -> Weights:
         return outward_weights(self.lattice, max(self._support, 1.2))
+
+    def fault(self) -> str:
+        """The word for cracks that have closed: their sides do not see each other, and would pass through each other."""
+        if self._parted is None or not len(self._parted[0]):
+            return ""
+        below, above, axis = self._parted
+        u = self.filtered("displacement") @ self.lattice.frame.axes
+        apart = u[above, axis] - u[below, axis]
+        if apart.min() >= -CLOSED * np.ptp(u, axis=0).max():
+            return ""
+        where = ", ".join(f"{x:g}" for x in self.position[below[apart.argmin()]])
+        return (
+            f"a crack closes at ({where}) m, its sides overlap by {-apart.min() * self.scales.length:.3g} m: cracks of"
+            " two-set bodies can only open; use two bodies with [[contact]] and an integrator of one set"
+        )
+
+    def current_density(self) -> np.ndarray:
+        """Density of every particle, (n,), nondimensional: rho_0/J where it evolves a deformation, in small strain rho_0/(1 +
+        tr eps) from the displacements.
+
+        Their gradient is that of the virtual particles, which see whole cells, extrapolated to the faces. Strains along free
+        normals, which a stress state drops, are not in it.
+        """
+        if "deformation" in self.state.layout:
+            return super().current_density()
+        weights, gradient = self.to_virtual
+        row, indices, g = weights.pairs.rows(), host(weights.pairs.indices), host(gradient.values)
+        u = self.state.read("displacement")
+        opened = np.einsum("pk,pk->p", g, u[indices] - average(weights, u)[row])
+        dilation = average(self._outwards, np.bincount(row, opened, weights.pairs.targets)[:, None])[:, 0]
+        return self.density / (1.0 + dilation)
 
     def at_virtual(self, name: str) -> np.ndarray:
         """A field interpolated to the virtual particles, (cells, width), nondimensional."""
