@@ -112,6 +112,7 @@ class State:
     deformation    # H = F - I, (points,), dim x dim, where the formulation evolves it
     spin           # skew part of the velocity gradient, above the diagonal, where a formulation hands it on
     displacement   # (n,), vec, where a frame, a probe or the formulation asks for it
+    deviation      # of the neighbours from their linear field, back at the start, (n,), vec, where it is remembered
     damage         # (points,), vector(1), 0 intact to 1 broken, where a body can break
     damaged_stress # what acts of an evolved stress where a body can break: what is read as "stress"
     """

@@ -22,8 +22,14 @@ from wsph.boundary.natural import layer_conditions, node_conditions
 from wsph.boundary.values import BoundaryValues
 from wsph.boundary.work import ConstraintWork, LoadWork
 from wsph.formulations.lagrangian.form import Form
-from wsph.formulations.layout import deformation_field, displacement_field, matter_fields, velocity_field
-from wsph.formulations.one_set_setup import Loads, Placement, RateSetup
+from wsph.formulations.layout import (
+    deformation_field,
+    deviation_field,
+    displacement_field,
+    matter_fields,
+    velocity_field,
+)
+from wsph.formulations.one_set_setup import Loads, Placement, RateSetup, remembers
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import System
 from wsph.parts.body_force import BodyForce
@@ -76,6 +82,7 @@ def layout_of(host: Host) -> Layout:
             *matter_fields(host.constitutive, at_points=True, derived=laws.total is not None),
             deformation_field(host.space, at_points=True, derived=reference),
             displacement_field(host.space),
+            deviation_field(host.space, remembers(host)),
             *(field for field in extra if not field.leads),
         )
     )

@@ -26,6 +26,11 @@ from wsph.parts.terms import Coefficients, coefficients_struct
 from wsph.sph.smoothing import SUPPORT
 
 
+def remembers(host: Host) -> bool:
+    """Whether particles remember the motion that their gradients do not see: there is no reference to measure it from."""
+    return not host.traits.reference and stabilisation(host) > 0.0
+
+
 @dataclass(frozen=True)
 class Placement:
     """Where the particles of a body are, and the points that carry the stress: `position` (n, dim) [m], `volume` (n,) and
@@ -155,6 +160,7 @@ class RateSetup:
             host.breaks,
             not host.traits.reference,
             bool(self.loads.acting),
+            remembers(host),
         )
 
     def coefficients(self, form: Form) -> Coefficients:

@@ -31,7 +31,7 @@ def flow_kernel(
     """Rates of stress and internals of a rate law and, in the current configuration, of the deformation.
 
     `ahead_gradient`, for the current configuration: Warp function (c, dt, rows, points, fields, i) -> the velocity gradient
-    dt ahead.
+    dt ahead, and of a form that `remembers` what of the neighbours' velocities is not linear.
     """
     real, mat, dim, Fields = space.scalar, space.mat, space.dim, fields_struct(space, layout)
     Params, respond, internal = laws.Params, laws.respond, laws.internal
@@ -63,7 +63,12 @@ def flow_kernel(
         if wp.static(form.moving):
             # From where the particles are by then, and for the deformation by then, (F + dF)/2 in the middle of a step:
             # second order, and a turn of any angle stays one.
-            L = of_later(c, dt, rows, points, fields, i)
+            if wp.static(form.remembers):
+                L, apart = of_later(c, dt, rows, points, fields, i)
+                to_start = inverse(wp.identity(n=dim, dtype=real) + fields.deformation[i])
+                rate_out.deviation[i] = to_start * (apart - dt * (L * apart))
+            else:
+                L = of_later(c, dt, rows, points, fields, i)
             F = wp.identity(n=dim, dtype=real) + fields.deformation[i]
             rate_out.deformation[i] = inverse(wp.identity(n=dim, dtype=real) - dt * L) * (L * F)
         else:

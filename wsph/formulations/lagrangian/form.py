@@ -44,6 +44,8 @@ class Form:
     """Whether pairs are seen in the current configuration."""
     followed: bool = False
     """Whether there are loads that follow the state."""
+    remembers: bool = False
+    """Whether particles remember the deviation of their neighbours from a linear field, where pairs follow the motion."""
 
     @property
     def numbers(self) -> tuple[str, ...]:

@@ -6,10 +6,10 @@ A particle i sees j with r = x_j - x_i and w = |W'(r)|/r, h as at the start:
     f_i = sum_j w (V_i sigma_i M_i + V_j sigma_j M_j) r,   V = J V_0
 
 The force is the dual of the gradient: linear and angular momentum are kept to rounding, and the forces do the work of the
-stresses. J from F is the equation of continuity. Under tension such a kernel clumps (tensile instability, from a stretch of
-about 1.2), which artificial stress delays; the Lagrangian kernels (`wsph.formulations.lagrangian`) do not. Use it for
-bodies that lose their reference configuration; for solids that hold together the Lagrangian forms are more accurate,
-faster and stable.
+stresses. J from F is the equation of continuity. What the gradient does not see is remembered
+(`wsph.formulations.updated.memory`). Under tension such a kernel clumps (tensile instability, from a stretch of about 1.3),
+which artificial stress delays; the Lagrangian kernels (`wsph.formulations.lagrangian`) do not. Use it for bodies that lose
+their reference configuration; for solids that hold together the Lagrangian forms are more accurate, faster and stable.
 
 Pairs are kept with a skin. They are found again when a particle has moved by half of the skin, or can have by the end of the
 step: on the host before a step, so that steps are captured one by one. Pairs in the skin have the weight zero and rows
@@ -24,17 +24,19 @@ from functools import cache
 import numpy as np
 import warp as wp
 
-from wsph.backend.space import Space
+from wsph.backend.reduce import blocks, total
+from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State
 from wsph.constitutive.laws import Laws
 from wsph.errors import Refused
 from wsph.formulations.lagrangian.flow import drift_kernel, flow_kernel
-from wsph.formulations.lagrangian.forces import force_between_kernel
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.one_set_setup import RateSetup
 from wsph.formulations.setup import Setup
+from wsph.formulations.updated.forces import force_now_kernel
 from wsph.formulations.updated.gradient import velocity_gradient_ahead
+from wsph.formulations.updated.memory import memory_struct, remembered_energy_kernel
 from wsph.formulations.updated.moments import moments_kernel
 from wsph.parts.body_force import BodyForceKinds
 from wsph.parts.part import Attached
@@ -51,13 +53,15 @@ SKIN = 0.3
 
 class UpdatedKernels:
     """The kernels of a composition: `moments` finds what forces take of every particle, `force` the accelerations, `drift`
-    and `flow` the rates of the rest."""
+    and `flow` the rates of the rest, `held` the energy of what is remembered, where that is."""
 
     def __init__(self, space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, form: Form):
         self.moments = moments_kernel(space, laws, layout, form)
-        self.force = force_between_kernel(space, layout, parts, form)
+        self.force = force_now_kernel(space, layout, parts, form)
         self.drift = drift_kernel(space, layout)
         self.flow = flow_kernel(space, laws, layout, form, velocity_gradient_ahead(space, layout, form))
+        if form.remembers:
+            self.held = remembered_energy_kernel(space, layout)
 
 
 @cache
@@ -92,15 +96,16 @@ class UpdatedRates:
         self._place = (placement.position - placement.position.mean(0)) / length
         self._reach = 2.0 * float(self._coefficients.h) + SKIN * host.lattice.spacing / length
         self._thickness = SKIN * host.lattice.spacing / length
-        self._allocate(placement.volume)
+        self._allocate(placement.volume, made.stabilisation * (length / host.lattice.spacing) ** 2)
         self.skin = Skin(space, self._count, self._clock)
         self._arrays.part("skin").adopt(self.skin, {"found": self.skin.found})
         self._find()
         self.refresh(state)
         made.refuse_isolated(self._rank.numpy())
 
-    def _allocate(self, volume: np.ndarray) -> None:
-        """The arrays of the n particles, nondimensional; `volume` (n,) at the start. Moments, shares and corrected stresses
+    def _allocate(self, volume: np.ndarray, spring: float) -> None:
+        """The arrays of the n particles, nondimensional; `volume` (n,) at the start, `spring` the stiffness per volume
+        against deviations from the linear field of the neighbours. Moments, shares and corrected stresses
         are those of the current configuration, `holding` (n,) vec the forces per mass that hold spurious modes, and `_rank`
         (n,) int32 the number of directions that the neighbours span."""
         space, arrays, n, real = self._space, self._arrays, self._count, self._space.scalar
@@ -109,12 +114,15 @@ class UpdatedRates:
         points.moment = arrays.zeros("moment", n, space.mat)
         points.volume = arrays.of("volume", volume, real)
         points.share = arrays.zeros("share", n if self.form.shares else 1, real)
+        points.stabilisation = real(spring)
         self._points = points
         answers = answers_struct(space)()
         answers.mean = arrays.zeros("mean", 1, space.vec)
         answers.corrected = arrays.zeros("corrected", n, space.mat)
         answers.extra = arrays.zeros("extra", n if self.form.stress_term is not None else 1, space.mat)
         self._answers = answers
+        self._memory = memory_struct(space)()
+        self._memory.pull = arrays.zeros("pull", n if self.form.remembers else 1, space.vec)
         self.holding = arrays.zeros("holding", n if self.form.holds else 1, space.vec)
         self._rank = arrays.zeros("rank", n, wp.int32)
 
@@ -161,8 +169,8 @@ class UpdatedRates:
         if part != "rest":
             self.refresh(state)
             self._loads.follow(state)
-            inputs = [self._force.struct, self._coefficients, self._rows, self._points, self._answers]
-            inputs += [self._loads.vectors, self._loads.following, state.struct, state.struct]
+            inputs = [self._force.struct, self._coefficients, self._rows, self._points, self._answers, self._memory]
+            inputs += [self._loads.vectors, self._loads.following, state.struct]
             self._clock.launch(self.kernels.force, self._count, inputs, [self.holding, out.struct])
         if part != "velocity":
             self._clock.launch(self.kernels.drift, self._count, [state.struct], [out.struct])
@@ -173,12 +181,17 @@ class UpdatedRates:
     def refresh(self, state: State) -> None:
         """Moments and, of a total law, stress of a state (a launch)."""
         inputs = [self._constitutive.params, self._coefficients, self._rows]
-        outputs = [state.struct, self._points, self._answers, self._rank]
+        outputs = [state.struct, self._points, self._answers, self._memory, self._rank]
         self._clock.launch(self.kernels.moments, self._count, inputs, outputs)
 
     def held_energy(self, state: State) -> float:
-        """None: whatever holds modes here is a force, whose work is counted."""
-        return 0.0
+        """Energy of what is remembered, of a state, nondimensional (a launch and a copy)."""
+        if not self.form.remembers:
+            return 0.0
+        sums: Array = wp.zeros(blocks(self._count), dtype=wp.float64, device=self._clock.device)
+        inputs = [self._count, self._points, state.struct]
+        wp.launch(self.kernels.held, len(sums), inputs=inputs, outputs=[sums], device=self._clock.device)
+        return total(sums)
 
 
 def build(setup: Setup) -> OneSetSystem:
