@@ -46,6 +46,8 @@ class Form:
     """Whether there are loads that follow the state."""
     remembers: bool = False
     """Whether particles remember the deviation of their neighbours from a linear field, where pairs follow the motion."""
+    imaged: bool = False
+    """Whether particles see mirror images behind the walls of the body."""
 
     @property
     def numbers(self) -> tuple[str, ...]:
@@ -77,7 +79,7 @@ class Form:
 
 def coefficients_of(space: Space, form: Form) -> type:
     """The struct of coefficients that kernels of a form take."""
-    return coefficients_struct(space, form.numbers)
+    return coefficients_struct(space, form.numbers, form.imaged)
 
 
 @cache

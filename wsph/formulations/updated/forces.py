@@ -11,6 +11,7 @@ from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
 from wsph.formulations.lagrangian.forces import loaded_force, summed_terms
 from wsph.formulations.lagrangian.form import Form, coefficients_of, seen_pair
+from wsph.formulations.updated.images import seen_image
 from wsph.formulations.updated.memory import memory_struct
 from wsph.parts.body_force import BodyForceKinds, acceleration, inertia_struct
 from wsph.parts.terms import answers_struct, points_struct
@@ -28,6 +29,7 @@ def force_now_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: 
         memory_struct(space),
     )
     seen, at, loaded = seen_pair(space, layout, form), element(wp.int32, real, vec, mat), loaded_force(space, form)
+    imaged = seen_image(space, layout, form) if form.imaged else None
     dragged, held = (summed_terms(space, layout, form, kind) for kind in ("drag", "hold"))
     drags, holds = form.drags, form.holds
 
@@ -75,6 +77,13 @@ def force_now_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: 
             if wp.static(holds):
                 hold = hold + held(c, body.density, points, answers, fields, fields, i, j, wr, r, r, square, both)
             k += 1
+        if wp.static(form.imaged):
+            for m in range(c.images.offsets[i], c.images.offsets[i + 1]):
+                j, kind, r, w, _dv = imaged(c, real(0.0), points, fields, i, m)
+                flip = c.images.flip[kind]
+                f = f + w * ((A + flip * answers.corrected[j] * c.images.turn[kind]) * r)
+                if wp.static(form.remembers):
+                    f = f + w * (pull - flip * memory.pull[j])
         f = loaded(f, loads, following, i)
         if wp.static(drags):
             rate_out.drag[i] = drag / (points.volume[i] * body.density)

@@ -7,6 +7,7 @@ from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
 from wsph.backend.tensors import generalized_inverse
 from wsph.formulations.lagrangian.form import Form, coefficients_of
+from wsph.formulations.updated.images import seen_image
 from wsph.parts.terms import points_struct
 from wsph.sph.rows import rows_struct
 from wsph.sph.smoothing import SMOOTHING
@@ -18,6 +19,7 @@ def velocity_gradient_ahead(space: Space, layout: Layout, form: Form) -> wp.Func
     neighbours' velocities less the linear field of that gradient."""
     real, vec, mat, Fields = space.scalar, space.vec, space.mat, fields_struct(space, layout)
     Coefficients, Rows, Points = coefficients_of(space, form), rows_struct(space), points_struct(space)
+    imaged = seen_image(space, layout, form) if form.imaged else None
     slope, inverse, at = SMOOTHING[form.smoothing](space)[1], generalized_inverse(space), element(wp.int32, real, vec)
 
     @wp.func
@@ -44,6 +46,14 @@ def velocity_gradient_ahead(space: Space, layout: Layout, form: Form) -> wp.Func
                 middle = middle + wr
                 mean = mean + w * dv
             k += 1
+        if wp.static(form.imaged):
+            for m in range(c.images.offsets[i], c.images.offsets[i + 1]):
+                _j, _kind, r, w, dv = imaged(c, dt, points, fields, i, m)
+                gradient = gradient + wp.outer(dv, w * r)
+                moment = moment + wp.outer(w * r, r)
+                total = total + w
+                middle = middle + w * r
+                mean = mean + w * dv
         b, _rank = inverse(moment, real(0.0))
         L = gradient * b
         if wp.static(form.remembers):

@@ -10,6 +10,7 @@ from wsph.backend.tensors import determinant_and_inverse, generalized_inverse, i
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.formulations.lagrangian.form import Form, coefficients_of, seen_pair
+from wsph.formulations.updated.images import seen_image
 from wsph.formulations.updated.memory import memory_struct, remembered
 from wsph.parts.terms import answers_struct, points_struct
 from wsph.sph.rows import rows_struct
@@ -20,6 +21,7 @@ def moments_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.K
     real, vec, mat, dim, Fields = space.scalar, space.vec, space.mat, space.dim, fields_struct(space, layout)
     Params, Coefficients = laws.Params, coefficients_of(space, form)
     Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
+    imaged = seen_image(space, layout, form) if form.imaged else None
     Memory, recalled = memory_struct(space), remembered(space)
     total, determinant, plane = laws.total or laws.respond, determinant_and_inverse(space)[0], in_plane(space)
     seen, inverse, at = seen_pair(space, layout, form), generalized_inverse(space), element(wp.int32)
@@ -51,6 +53,12 @@ def moments_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.K
                 weight = weight + w
                 middle = middle + w * r
             k += 1
+        if wp.static(form.imaged):
+            for m in range(c.images.offsets[i], c.images.offsets[i + 1]):
+                _j, _kind, r, w, _dv = imaged(c, real(0.0), points_out, fields_out, i, m)
+                moment = moment + wp.outer(w * r, r)
+                weight = weight + w
+                middle = middle + w * r
         b, rank = inverse(moment, real(0.0))
         points_out.moment[i] = b
         rank_out[i] = rank

@@ -31,18 +31,19 @@ from wsph.constitutive.laws import Laws
 from wsph.errors import Refused
 from wsph.formulations.lagrangian.flow import drift_kernel, flow_kernel
 from wsph.formulations.lagrangian.form import Form
-from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.one_set_setup import RateSetup
-from wsph.formulations.setup import Setup
 from wsph.formulations.updated.forces import force_now_kernel
 from wsph.formulations.updated.gradient import velocity_gradient_ahead
+from wsph.formulations.updated.images import Kind, find_images, kinds_of
 from wsph.formulations.updated.memory import memory_struct, remembered_energy_kernel
 from wsph.formulations.updated.moments import moments_kernel
+from wsph.formulations.updated.walls import PLACE, drift_walls_kernel, place_images_kernel, walls_of
 from wsph.parts.body_force import BodyForceKinds
 from wsph.parts.part import Attached
 from wsph.parts.terms import answers_struct, points_struct
 from wsph.plugins.blame import blame
 from wsph.sph.averages import visible
+from wsph.sph.images import images_struct
 from wsph.sph.pairs import Pairs, find_pairs
 from wsph.sph.rows import rows_of
 from wsph.sph.skin import Skin
@@ -72,6 +73,8 @@ def _kernels(space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, fo
 class UpdatedRates:
     """The right-hand sides of one body, every particle its own stress point, seen where it is."""
 
+    _driven = 0
+    """Driven walls."""
     seen = None
     """Parts of the body get no neighbourhood here: its pairs follow the motion."""
 
@@ -92,11 +95,14 @@ class UpdatedRates:
         with blame(host.constitutive.who):
             self.kernels = _kernels(space, host.constitutive.laws, made.layout, made.force.parts, self.form)
         # About an origin of its own: far from the scene's, single precision would lose what lies between particles.
-        length = host.scales.length
+        length = self._scale = host.scales.length
         self._place = (placement.position - placement.position.mean(0)) / length
         self._reach = 2.0 * float(self._coefficients.h) + SKIN * host.lattice.spacing / length
         self._thickness = SKIN * host.lattice.spacing / length
+        self._walls, self._kinds = list(made.walls), kinds_of(list(made.walls))
+        self._shift = np.array([self._image_shift(kind, placement.position.mean(0)) for kind in self._kinds])
         self._allocate(placement.volume, made.stabilisation * (length / host.lattice.spacing) ** 2)
+        self._make_images()
         self.skin = Skin(space, self._count, self._clock)
         self._arrays.part("skin").adopt(self.skin, {"found": self.skin.found})
         self._find()
@@ -126,6 +132,57 @@ class UpdatedRates:
         self.holding = arrays.zeros("holding", n if self.form.holds else 1, space.vec)
         self._rank = arrays.zeros("rank", n, wp.int32)
 
+    def _image_shift(self, kind: Kind, origin: np.ndarray) -> np.ndarray:
+        """Where images of a kind stand at the start, about `origin` [m]: x_g less Q x, (dim,) nondimensional."""
+        walls = [self._walls[k] for k in kind.walls]
+        offsets = [2.0 * float((wall.point - origin) @ wall.normal) * wall.normal for wall in walls]
+        return np.sum(offsets, 0) / self._scale
+
+    def _make_images(self) -> None:
+        """The kinds of images on the device."""
+        if not self._kinds:
+            return
+        space, arrays, kinds, device = self._space, self._arrays.part("images"), self._kinds, self._clock.device
+        images = images_struct(space)()
+        images.turn = arrays.of("turn", np.stack([kind.turn for kind in kinds]), space.mat)
+        images.flip = arrays.of("flip", np.stack([kind.flip for kind in kinds]), space.mat)
+        images.shift = arrays.of("shift", self._shift, space.vec)
+        images.going = arrays.zeros("going", len(kinds), space.vec)
+        images.drive = arrays.zeros("drive", len(kinds), space.vec)
+        self._coefficients.images = images
+        self._driven = sum(wall.driven for wall in self._walls)
+        self._wall_facts = walls_of(space, kinds, self._walls, self._shift, device)
+
+    def _find_images(self, place: np.ndarray) -> None:
+        """Pairs with images of particles at `place` (n, dim), nondimensional. Walls move too, for which there is more
+        skin."""
+        shift, device = self._shift.copy(), self._clock.device
+        if self._driven:
+            driven = [wall for wall in self._walls if wall.driven]
+            moved = dict(zip(map(id, driven), self._state.read(PLACE), strict=True))
+            for row, kind in enumerate(self._kinds):
+                for wall in (self._walls[k] for k in kind.walls if self._walls[k].driven):
+                    shift[row] += 2.0 * (moved[id(wall)] @ wall.normal) * wall.normal
+        pairs, parent, kind = find_images(self._kinds, shift, place, self._reach + self._thickness, device)
+        images = self._coefficients.images
+        images.offsets, images.indices = pairs.offsets, pairs.indices
+        images.parent = wp.array(parent, dtype=wp.int32, device=device)
+        images.kind = wp.array(kind, dtype=wp.int32, device=device)
+        self._coefficients.images = images
+        for name in ("offsets", "indices", "parent", "kind"):
+            self._arrays.take(f"images.{name}", getattr(images, name))
+
+    def _place_images(self, state: State) -> None:
+        """Put the images where the driven walls of a state have them (a launch, where there are any)."""
+        if self._driven:
+            made = place_images_kernel(self._space, state.layout)
+            inputs = [self._wall_facts, state.struct]
+            self._clock.launch(made, len(self._kinds), inputs, [self._coefficients.images])
+
+    def wall_inputs(self) -> list[object]:
+        """What the power of walls is computed from, of the last state that was refreshed."""
+        return [self._coefficients, self._points, self._answers, self._memory]
+
     def _find(self, displacement: np.ndarray | None = None) -> None:
         """Pairs of where the particles are, or were at `displacement`, the skin included."""
         if displacement is None:
@@ -139,6 +196,8 @@ class UpdatedRates:
             off_cracks = nodes if self._at_nodes else cells
             pairs = visible(pairs, lattice, off_cracks, off_cracks)
         self.neighbours: Pairs = pairs
+        if self._kinds:
+            self._find_images(place)
         self._rows = rows_of(self._space, pairs)
         for name in ("offsets", "indices", "reach"):
             self._arrays.take(f"pairs.{name}", getattr(pairs, name))
@@ -173,6 +232,11 @@ class UpdatedRates:
             inputs += [self._loads.vectors, self._loads.following, state.struct]
             self._clock.launch(self.kernels.force, self._count, inputs, [self.holding, out.struct])
         if part != "velocity":
+            self._place_images(state)
+            if self._driven:
+                self._clock.launch(
+                    drift_walls_kernel(self._space, state.layout), self._driven, [state.struct], [out.struct]
+                )
             self._clock.launch(self.kernels.drift, self._count, [state.struct], [out.struct])
             inputs = [self._clock.time, self._space.scalar(ahead), self._constitutive.params, self._coefficients]
             inputs += [self._rows, self._points, state.struct, state.struct]
@@ -180,6 +244,7 @@ class UpdatedRates:
 
     def refresh(self, state: State) -> None:
         """Moments and, of a total law, stress of a state (a launch)."""
+        self._place_images(state)
         inputs = [self._constitutive.params, self._coefficients, self._rows]
         outputs = [state.struct, self._points, self._answers, self._memory, self._rank]
         self._clock.launch(self.kernels.moments, self._count, inputs, outputs)
@@ -192,8 +257,3 @@ class UpdatedRates:
         inputs = [self._count, self._points, state.struct]
         wp.launch(self.kernels.held, len(sums), inputs=inputs, outputs=[sums], device=self._clock.device)
         return total(sums)
-
-
-def build(setup: Setup) -> OneSetSystem:
-    """A body in the current configuration."""
-    return OneSetSystem(setup, UpdatedRates)
