@@ -3,7 +3,7 @@
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import cast, overload
@@ -112,6 +112,7 @@ class State:
     deformation    # H = F - I, (points,), dim x dim, where the formulation evolves it
     spin           # skew part of the velocity gradient, above the diagonal, where a formulation hands it on
     displacement   # (n,), vec, where a frame, a probe or the formulation asks for it
+    deviation      # of the neighbours from their linear field, back at the start, (n,), vec, where it is remembered
     damage         # (points,), vector(1), 0 intact to 1 broken, where a body can break
     damaged_stress # what acts of an evolved stress where a body can break: what is read as "stress"
     """
@@ -124,12 +125,12 @@ class State:
         device: str,
         points: int | None = None,
         derived: Derived | None = None,
-        counts: dict[str, int] | None = None,
+        counts: Mapping[str, int] | None = None,
     ):
         """`counts`: places of each field whose number of places is its own."""
         self.space, self.n, self.device, self.layout, self.derived = space, n, device, layout, derived
         self.widths = dict(layout)
-        self.counts = {f.name: n if points is None or not f.at_points else points for f in layout.fields} | (
+        self.counts = {f.name: n if points is None or not f.at_points else points for f in layout.fields} | dict(
             counts or {}
         )
         shared = derived.arrays if derived is not None else {}

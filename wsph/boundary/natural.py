@@ -2,11 +2,14 @@
 
 # pyright: strict
 
+from collections.abc import Collection
+
 import numpy as np
 
 from wsph.boundary.conditions import Conditions, prescribed_velocities, selected_conditions
 from wsph.boundary.load import LoadedFaces
 from wsph.boundary.tables import Prescribing
+from wsph.boundary.walls import Wall, Walls
 from wsph.errors import Fault, SceneError
 from wsph.geometry.faces import Faces
 from wsph.geometry.lattice import Lattice
@@ -19,19 +22,42 @@ def layer_conditions(scene: Prescribing, body: str, lattice: Lattice) -> Conditi
     return _natural_conditions(scene, body, lattice, lattice.cells, faces.cell[:, None])
 
 
+def wall_conditions(scene: Prescribing, body: str, lattice: Lattice) -> tuple[Conditions, list[Wall]]:
+    """Conditions of a body whose particles are the cells and have images behind its walls, and the walls: their velocities
+    are prescribed to no particle."""
+    walls, on, taken = Walls(lattice, body), lattice.faces.cell[:, None], set[int]()
+    chosen = list(selected_conditions(scene, body, lattice, lattice.cells, on))
+    for k, condition, particles, rows in chosen:
+        velocity = {AXES.index(axis): value for axis, value in prescribed_velocities(scene, condition).items()}
+        if velocity and walls.take(condition, particles, rows, velocity):
+            taken.add(k)
+    for k, condition, particles, rows in chosen:
+        velocity = {AXES.index(axis): value for axis, value in prescribed_velocities(scene, condition).items()}
+        axes = set(lattice.faces.axis[rows].tolist())
+        if velocity and k not in taken and len(axes) == 1 and np.isin(particles, lattice.faces.cell[rows]).all():
+            taken |= {k} if walls.join(axes.pop(), rows, velocity) else set()
+    return _natural_conditions(scene, body, lattice, lattice.cells, on, taken), walls.found()
+
+
 def node_conditions(scene: Prescribing, body: str, lattice: Lattice) -> Conditions:
     """Conditions of a Lagrangian body whose particles are the nodes, those of the faces included."""
     return _natural_conditions(scene, body, lattice, lattice.nodes, lattice.faces.nodes)
 
 
 def _natural_conditions(
-    scene: Prescribing, body: str, lattice: Lattice, position: np.ndarray, on: np.ndarray
+    scene: Prescribing,
+    body: str,
+    lattice: Lattice,
+    position: np.ndarray,
+    on: np.ndarray,
+    walls: Collection[int] = (),
 ) -> Conditions:
     """Velocities of particles, and loads as forces: a free face needs nothing. `on` (faces, k): the particles of each face.
 
     A stress on a face is a nominal one: force per reference area, along the axes of the shape; `traction` is along the
     coordinate axes. Loads keep faces across different axes apart, so that at an edge both act: entry ("load", face's axis *
-    dim + direction), a value per unit of area, and the area in `scale`.
+    dim + direction), a value per unit of area, and the area in `scale`. The velocities of the conditions `walls`, by their
+    numbers, are prescribed to no particle.
     """
     faces, dim = lattice.faces, scene.dim
     result = Conditions()
@@ -44,7 +70,8 @@ def _natural_conditions(
             )
             raise SceneError("scene", [Fault(0, f"boundary.{k}.symmetry", text)])
         for axis, value in velocities.items():
-            result.put("velocity", AXES.index(axis), particles, value)
+            if k not in walls:
+                result.put("velocity", AXES.index(axis), particles, value)
             if axis in condition.traction:
                 text = f"the velocity {axis} is prescribed too: a load there moves nothing"
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.traction.{axis}", text)])

@@ -25,6 +25,12 @@ def displacement_field(space: Space, wanted: bool = True) -> Field:
     return Field("displacement", space.dim * wanted, "m")
 
 
+def deviation_field(space: Space, wanted: bool = True) -> Field:
+    """Deviation of a particle's neighbours from their linear field, turned and stretched back to the start, where it is
+    `wanted`."""
+    return Field("deviation", space.dim * wanted, "m", hidden=True)
+
+
 def deformation_field(space: Space, *, at_points: bool = False, derived: bool = False) -> Field:
     """H = F - I."""
     return Field("deformation", space.dim**2, "", at_points=at_points, derived=derived, square=True, hidden=True)

@@ -18,12 +18,20 @@ from wsph.backend.algebra import combine
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array
 from wsph.backend.state import Derived, Layout, State
+from wsph.boundary.conditions import Conditions
 from wsph.boundary.natural import layer_conditions, node_conditions
 from wsph.boundary.values import BoundaryValues
+from wsph.boundary.walls import Wall
 from wsph.boundary.work import ConstraintWork, LoadWork
 from wsph.formulations.lagrangian.form import Form
-from wsph.formulations.layout import deformation_field, displacement_field, matter_fields, velocity_field
-from wsph.formulations.one_set_setup import Loads, Placement, RateSetup
+from wsph.formulations.layout import (
+    deformation_field,
+    deviation_field,
+    displacement_field,
+    matter_fields,
+    velocity_field,
+)
+from wsph.formulations.one_set_setup import Loads, Placement, RateSetup, remembers
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import System
 from wsph.parts.body_force import BodyForce
@@ -81,6 +89,7 @@ def layout_of(host: Host) -> Layout:
             *matter_fields(host.constitutive, at_points=True, derived=laws.total is not None),
             deformation_field(host.space, at_points=True, derived=reference),
             displacement_field(host.space),
+            deviation_field(host.space, remembers(host)),
             *(field for field in extra if not field.leads),
         )
     )
@@ -93,6 +102,9 @@ def _buffers(terms: list[tuple[float, State]]) -> list[tuple[float, Array]]:
 class OneSetSystem(System):
     """A body as one-set integrators see it."""
 
+    walls: tuple[Wall, ...] = ()
+    """Faces behind which its particles have images."""
+
     def __init__(self, setup: Setup, rates: Callable[[RateSetup, State], Rates]):
         super().__init__(setup)
         host, space = setup.host, setup.space
@@ -100,13 +112,12 @@ class OneSetSystem(System):
             part.refuse(host)
         self.placement = Placement.of(host)
         self.points, self.position, self.volume = self.placement.points, self.placement.position, self.placement.volume
-        self.layout = layout_of(host)
+        self.conditions = self._find_conditions(setup)
+        self.layout = self._find_layout(host)
         self._derived: Derived | None = None
         if any(field.derived for field in self.layout.fields):
             self._derived = Derived(space, self.layout, len(self.point_volume), self.device)
             self.arrays.take("derived", self._derived.buffer)
-        conditions = node_conditions if self.placement.at_nodes else layer_conditions
-        self.conditions = conditions(setup.scene, self.name, self.lattice)
         self.state = self._make(self.count, self.layout, len(self.point_volume), self._derived, own=True)
         units = {"velocity": setup.scales.velocity}
         self.boundary = BoundaryValues(
@@ -116,7 +127,9 @@ class OneSetSystem(System):
         self.force = BodyForce(
             setup.scene.gravity, setup.body.damping, space, setup.scales, self.density, self.volume, self.device
         )
-        made = RateSetup(setup, host, self.placement, self.layout, self.conditions, self.loads, self.force, self.arrays)
+        made = RateSetup(
+            setup, host, self.placement, self.layout, self.conditions, self.loads, self.force, self.arrays, self.walls
+        )
         self.rates = rates(made, self.state)
         self.form, self.stabilisation, self._host = self.rates.form, made.stabilisation, host
         self.response, self.breaks, self.total = self.form.response, self.form.breaks, self.form.total
@@ -132,6 +145,15 @@ class OneSetSystem(System):
             ("force", self.force),
         ):
             self.arrays.part(name).adopt(works, works.kept())
+
+    def _find_conditions(self, setup: Setup) -> Conditions:
+        """What is prescribed to its particles."""
+        conditions = node_conditions if self.placement.at_nodes else layer_conditions
+        return conditions(setup.scene, self.name, self.lattice)
+
+    def _find_layout(self, host: Host) -> Layout:
+        """The fields of its states."""
+        return layout_of(host)
 
     def _attach(self, host: Host) -> dict[str, Attached]:
         """The parts of the body on the device."""
@@ -152,7 +174,8 @@ class OneSetSystem(System):
 
     def temporary(self) -> State:
         """A state that the caller owns: it is freed with the caller, not with the body."""
-        state = State(self.space, self.count, self.layout, self.device, len(self.point_volume), self._derived)
+        points = len(self.point_volume)
+        state = State(self.space, self.count, self.layout, self.device, points, self._derived, self._counts)
         self._initial_internals(state)
         return state
 

@@ -16,15 +16,21 @@ from wsph.backend.state import Field, Layout, State
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.load import ActingLoad
 from wsph.boundary.values import BoundaryValues
+from wsph.boundary.walls import Wall
 from wsph.errors import Refused
-from wsph.formulations.lagrangian.form import Form
+from wsph.formulations.lagrangian.form import Form, coefficients_of
 from wsph.formulations.setup import Setup
 from wsph.geometry.gradients import MIX, NodalGradients, nodal_gradients
 from wsph.parts.body_force import BodyForce
 from wsph.parts.part import LOCKING, Host
 from wsph.parts.residual import stabilisation
-from wsph.parts.terms import Coefficients, coefficients_struct
+from wsph.parts.terms import Coefficients
 from wsph.sph.smoothing import SUPPORT
+
+
+def remembers(host: Host) -> bool:
+    """Whether particles remember the motion that their gradients do not see: there is no reference to measure it from."""
+    return not host.traits.reference and stabilisation(host) > 0.0
 
 
 @dataclass(frozen=True)
@@ -123,6 +129,7 @@ class RateSetup:
     loads: Loads
     force: BodyForce
     arrays: Arrays
+    walls: tuple[Wall, ...] = ()
 
     @property
     def stabilisation(self) -> float:
@@ -171,12 +178,14 @@ class RateSetup:
             host.edges and not stress_terms and (host.locks or host.flows),
             self.placement.gradients is not None,
             flow[0] if flow is not None and stabilised and not responses else -1,
+            remembers(host),
+            bool(self.walls),
         )
 
     def coefficients(self, form: Form) -> Coefficients:
         """The numbers that terms take, as kernels take them."""
         host, real = self.host, self.host.space.scalar
-        numbers: Coefficients = coefficients_struct(host.space, form.numbers)()
+        numbers: Coefficients = coefficients_of(host.space, form)()
         # The paper's own c, not the one of the stress state: sqrt(E/rho).
         numbers.speed = real(np.sqrt(host.youngs_modulus / host.constitutive.material.density) / host.scales.velocity)
         numbers.h = real(host.support / SUPPORT * host.lattice.spacing / host.scales.length)

@@ -56,6 +56,8 @@ class System:
     """The parts of the body on the device, by their keys."""
     warnings: tuple[str, ...] = ()
     """What whoever runs it should know of this form on this body."""
+    _counts: Mapping[str, int] = {}
+    """Places of the fields of a state whose number of places is their own."""
 
     def __init__(self, setup: Setup):
         self.name, self.formulation, self.traits = setup.body.name, setup.formulation.name, setup.traits
@@ -111,7 +113,7 @@ class System:
     ) -> State:
         """A state of `n` places, zero but for the internals' initial values; a trial of steps leaves no trace in it, unless
         it is the body's `own`."""
-        state = State(self.space, n, layout, self.device, points, derived)
+        state = State(self.space, n, layout, self.device, points, derived, self._counts)
         self._initial_internals(state)
 
         def clear() -> None:

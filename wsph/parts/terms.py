@@ -17,6 +17,21 @@ import warp as wp
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout
 from wsph.constitutive.laws import Laws
+from wsph.sph.images import images_struct
+
+
+class Images(Protocol):
+    """Mirror images of particles, as `wsph.sph.images.images_struct` has them."""
+
+    offsets: Array
+    indices: Array
+    parent: Array
+    kind: Array
+    turn: Array
+    flip: Array
+    shift: Array
+    going: Array
+    drive: Array
 
 
 class Coefficients(Protocol):
@@ -24,12 +39,17 @@ class Coefficients(Protocol):
 
     speed: float
     h: float
+    images: Images
+    """Where particles have images."""
 
 
 @cache
-def coefficients_struct(space: Space, names: tuple[str, ...] = ()) -> type:
-    """Struct of nondimensional coefficients: the speed sqrt(E/rho), the smoothing length h, and those that terms name."""
-    annotations = dict.fromkeys(("speed", "h", *names), space.scalar)
+def coefficients_struct(space: Space, names: tuple[str, ...] = (), imaged: bool = False) -> type:
+    """Struct of nondimensional coefficients: the speed sqrt(E/rho), the smoothing length h, and those that terms name; where
+    particles are `imaged`, beside them their images (`wsph.sph.images`)."""
+    annotations: dict[str, object] = dict.fromkeys(("speed", "h", *names), space.scalar)
+    if imaged:
+        annotations["images"] = images_struct(space)
     return cast(type, wp.struct(type("Coefficients", (), {"__annotations__": annotations, "__module__": __name__})))
 
 

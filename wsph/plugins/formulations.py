@@ -64,7 +64,7 @@ FORMULATIONS = [
         "updated-lagrangian",
         1,
         Traits(one_set=True, pairwise=True, pairs_follow=True, measures=True, clumps=True, pushable=True),
-        "wsph.formulations.updated.rates:build",
+        "wsph.formulations.updated.system:build",
     ),
     Formulation(
         "updated-lagrangian",

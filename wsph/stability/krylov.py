@@ -89,7 +89,7 @@ class Products:
         shifted, base = self._start.astype(np.float64), self.system.state
         if self._resting is not None:
             increment = self._changes(w) - self._resting
-            for span in (base.span(name) for name in ("stress", "deformation") if name in base.start):
+            for span in (base.span(name) for name in ("stress", "deformation", "deviation") if name in base.start):
                 shifted[span] += increment[span]
         shifted[self._velocity] = 0.0
         shifted[self._place] += self._eps * w

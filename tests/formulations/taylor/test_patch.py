@@ -1,4 +1,5 @@
-"""Linear velocities in two-set bodies: every stress state and dimension, faces that drive, load or both, turned, jittered."""
+"""Linear velocities in two-set bodies: every stress state and dimension, faces that drive, load or both, turned,
+jittered."""
 
 from typing import Any
 
@@ -63,7 +64,9 @@ def error(integrator: str, dim: int, state: str, seed: int, *, jitter: float = 0
             drives = np.full(dim, random.random() < 0.5) if turned else random.random(dim) < 0.5
             condition: dict[str, Any] = {"body": "b", "face": sign + name}
             moved = {a: velocity[a] for a, d in zip(AXES, drives, strict=False) if d}
-            loads = {"".join(AXES[m] for m in sorted((k, j))): f"{float(rate[k, j])!r}*t" for j in np.flatnonzero(~drives)}
+            loads = {
+                "".join(AXES[m] for m in sorted((k, j))): f"{float(rate[k, j])!r}*t" for j in np.flatnonzero(~drives)
+            }
             boundary.append(condition | ({"velocity": moved} if moved else {}) | ({"stress": loads} if loads else {}))
     keys = {"state": state} if dim < 3 else {}
     body = scenes.body(shape, 1.0 / (4 if dim < 3 else 3), velocity=list(velocity.values()), jitter=jitter, **keys,
@@ -117,6 +120,8 @@ def test_what_yields_under_a_linear_velocity_stays_of_one_stress(integrator: str
 
 def test_jittered_bodies_see_two_layers() -> None:
     """With one, a face that bears a load finds wrong stress."""
-    system = wsph.simulation.compose.compose(scenes.block(2, 4, run={"integrator": "tsph"}, jitter=0.2)).bodies[0].system
+    system = (
+        wsph.simulation.compose.compose(scenes.block(2, 4, run={"integrator": "tsph"}, jitter=0.2)).bodies[0].system
+    )
     regular = wsph.simulation.compose.compose(scenes.block(2, 4, run={"integrator": "tsph"})).bodies[0].system
     assert system.pairs > 2 * regular.pairs

@@ -34,7 +34,7 @@ def flow_kernel(
     `gradients` are those of the velocities, as pairs see them, where the form averages them; `dilation`, where volumes are
     averaged over blocks, what makes the trace of a particle's gradient its block's; else they are not read.
     `ahead_gradient`, for the current configuration: Warp function (c, dt, rows, points, fields, i) -> the velocity gradient
-    dt ahead.
+    dt ahead, and of a form that `remembers` what of the neighbours' velocities is not linear.
     """
     real, mat, dim, Fields = space.scalar, space.mat, space.dim, fields_struct(space, layout)
     Params, internal, evolve = laws.Params, laws.internal, evolution(space, laws)
@@ -65,7 +65,12 @@ def flow_kernel(
         if wp.static(form.moving):
             # From where the particles are by then, and for the deformation by then, (F + dF)/2 in the middle of a step:
             # second order, and a turn of any angle stays one.
-            L = of_later(c, dt, rows, points, fields, i)
+            if wp.static(form.remembers):
+                L, apart = of_later(c, dt, rows, points, fields, i)
+                to_start = inverse(wp.identity(n=dim, dtype=real) + fields.deformation[i])
+                rate_out.deviation[i] = to_start * (apart - dt * (L * apart))
+            else:
+                L = of_later(c, dt, rows, points, fields, i)
             F = wp.identity(n=dim, dtype=real) + fields.deformation[i]
             change = inverse(wp.identity(n=dim, dtype=real) - dt * L) * (L * F)
             later = F + dt * change

@@ -22,7 +22,7 @@ def force_from_points_kernel(space: Space, layout: Layout, parts: BodyForceKinds
     real, vec, mat, Fields = space.scalar, space.vec, space.mat, fields_struct(space, layout)
     accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
     Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
-    at, drags, loaded = element(wp.int32, real, vec, mat), form.drags, _loaded(space, form)
+    at, drags, loaded = element(wp.int32, real, vec, mat), form.drags, loaded_force(space, form)
 
     @kernel(ranged=True, pairs=True)
     def force_from_points(
@@ -67,9 +67,9 @@ def force_between_kernel(space: Space, layout: Layout, parts: BodyForceKinds, fo
     real, vec, mat, Fields = space.scalar, space.vec, space.mat, fields_struct(space, layout)
     accelerated, Inertia, Coefficients = acceleration(space, parts), inertia_struct(space), coefficients_of(space, form)
     Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
-    seen, at, loaded = seen_pair(space, layout, form), element(wp.int32, real, vec, mat), _loaded(space, form)
+    seen, at, loaded = seen_pair(space, layout, form), element(wp.int32, real, vec, mat), loaded_force(space, form)
     pulled = _pulled(space, form)
-    dragged, held = (_summed(space, layout, form, kind) for kind in ("drag", "hold"))
+    dragged, held = (summed_terms(space, layout, form, kind) for kind in ("drag", "hold"))
     drags, holds = form.drags, form.holds
 
     @kernel(ranged=True, pairs=not form.moving)
@@ -162,7 +162,7 @@ def _pulled(space: Space, form: Form) -> wp.Function:
 
 
 @cache
-def _loaded(space: Space, form: Form) -> wp.Function:
+def loaded_force(space: Space, form: Form) -> wp.Function:
     """Warp function (force, loads, following, i) -> the force with the loads on particle i."""
     vec, dim = space.vec, space.dim
 
@@ -179,7 +179,7 @@ def _loaded(space: Space, form: Form) -> wp.Function:
     return loaded
 
 
-def _summed(space: Space, layout: Layout, form: Form, kind: str) -> wp.Function | None:
+def summed_terms(space: Space, layout: Layout, form: Form, kind: str) -> wp.Function | None:
     """The pair terms of one kind as one Warp function, as `wsph.parts.terms.PairTerm` has it; None where there are none."""
     Coefficients, Fields = coefficients_of(space, form), fields_struct(space, layout)
     made = [term.make(space, layout, form.smoothing, Coefficients) for term in form.pair_terms if term.sum == kind]

@@ -55,6 +55,10 @@ class Form:
     """Whether gradients are those of the cells around a particle, a vector a pair, and no weights' times r."""
     fades: int = -1
     """Which of the internals is the plastic strain that the stabilisation fades with (`wsph.parts.fading`), -1: none."""
+    remembers: bool = False
+    """Whether particles remember the deviation of their neighbours from a linear field, where pairs follow the motion."""
+    imaged: bool = False
+    """Whether particles see mirror images behind the walls of the body."""
 
     @property
     def staged(self) -> bool:
@@ -92,7 +96,7 @@ class Form:
 
 def coefficients_of(space: Space, form: Form) -> type:
     """The struct of coefficients that kernels of a form take."""
-    return coefficients_struct(space, form.numbers)
+    return coefficients_struct(space, form.numbers, form.imaged)
 
 
 @cache

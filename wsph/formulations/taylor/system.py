@@ -332,8 +332,8 @@ class TwoSetSystem(System):
         )
 
     def current_density(self) -> np.ndarray:
-        """Density of every particle, (n,), nondimensional: rho_0/J where it evolves a deformation, in small strain rho_0/(1 +
-        tr eps) from the displacements.
+        """Density of every particle, (n,), nondimensional: rho_0/J where it evolves a deformation, in small strain
+        rho_0/(1 + tr eps) from the displacements.
 
         Their gradient is that of the virtual particles, which see whole cells, extrapolated to the faces. Strains along free
         normals, which a stress state drops, are not in it.

@@ -6,10 +6,10 @@ A particle i sees j with r = x_j - x_i and w = |W'(r)|/r, h as at the start:
     f_i = sum_j w (V_i sigma_i M_i + V_j sigma_j M_j) r,   V = J V_0
 
 The force is the dual of the gradient: linear and angular momentum are kept to rounding, and the forces do the work of the
-stresses. J from F is the equation of continuity. Under tension such a kernel clumps (tensile instability, from a stretch of
-about 1.2), which artificial stress delays; the Lagrangian kernels (`wsph.formulations.lagrangian`) do not. Use it for
-bodies that lose their reference configuration; for solids that hold together the Lagrangian forms are more accurate,
-faster and stable.
+stresses. J from F is the equation of continuity. What the gradient does not see is remembered
+(`wsph.formulations.updated.memory`). Under tension such a kernel clumps (tensile instability, from a stretch of about 1.3),
+which artificial stress delays; the Lagrangian kernels (`wsph.formulations.lagrangian`) do not. Use it for bodies that lose
+their reference configuration; for solids that hold together the Lagrangian forms are more accurate, faster and stable.
 
 Pairs are kept with a skin. They are found again when a particle has moved by half of the skin, or can have by the end of the
 step: on the host before a step, so that steps are captured one by one. Pairs in the skin have the weight zero and rows
@@ -24,23 +24,26 @@ from functools import cache
 import numpy as np
 import warp as wp
 
-from wsph.backend.space import Space
+from wsph.backend.reduce import blocks, total
+from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State
 from wsph.constitutive.laws import Laws
 from wsph.errors import Refused
 from wsph.formulations.lagrangian.flow import drift_kernel, flow_kernel
-from wsph.formulations.lagrangian.forces import force_between_kernel
 from wsph.formulations.lagrangian.form import Form
-from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.one_set_setup import RateSetup, locking_warnings
-from wsph.formulations.setup import Setup
+from wsph.formulations.updated.forces import force_now_kernel
 from wsph.formulations.updated.gradient import velocity_gradient_ahead
+from wsph.formulations.updated.images import Kind, find_images, kinds_of
+from wsph.formulations.updated.memory import memory_struct, remembered_energy_kernel
 from wsph.formulations.updated.moments import moments_kernel
+from wsph.formulations.updated.walls import PLACE, drift_walls_kernel, place_images_kernel, walls_of
 from wsph.parts.body_force import BodyForceKinds
 from wsph.parts.part import Attached
 from wsph.parts.terms import answers_struct, points_struct
 from wsph.plugins.blame import blame
 from wsph.sph.averages import visible
+from wsph.sph.images import images_struct
 from wsph.sph.pairs import Pairs, find_pairs
 from wsph.sph.rows import rows_of
 from wsph.sph.skin import Skin
@@ -51,13 +54,15 @@ SKIN = 0.3
 
 class UpdatedKernels:
     """The kernels of a composition: `moments` finds what forces take of every particle, `force` the accelerations, `drift`
-    and `flow` the rates of the rest."""
+    and `flow` the rates of the rest, `held` the energy of what is remembered, where that is."""
 
     def __init__(self, space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, form: Form):
         self.moments = moments_kernel(space, laws, layout, form)
-        self.force = force_between_kernel(space, layout, parts, form)
+        self.force = force_now_kernel(space, layout, parts, form)
         self.drift = drift_kernel(space, layout)
         self.flow = flow_kernel(space, laws, layout, form, velocity_gradient_ahead(space, layout, form))
+        if form.remembers:
+            self.held = remembered_energy_kernel(space, layout)
 
 
 @cache
@@ -68,6 +73,8 @@ def _kernels(space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, fo
 class UpdatedRates:
     """The right-hand sides of one body, every particle its own stress point, seen where it is."""
 
+    _driven = 0
+    """Driven walls."""
     seen = None
     """Parts of the body get no neighbourhood here: its pairs follow the motion."""
 
@@ -89,19 +96,23 @@ class UpdatedRates:
         with blame(host.constitutive.who):
             self.kernels = _kernels(space, host.constitutive.laws, made.layout, made.force.parts, self.form)
         # About an origin of its own: far from the scene's, single precision would lose what lies between particles.
-        length = host.scales.length
+        length = self._scale = host.scales.length
         self._place = (placement.position - placement.position.mean(0)) / length
         self._reach = 2.0 * float(self._coefficients.h) + SKIN * host.lattice.spacing / length
         self._thickness = SKIN * host.lattice.spacing / length
-        self._allocate(placement.volume)
+        self._walls, self._kinds = list(made.walls), kinds_of(list(made.walls))
+        self._shift = np.array([self._image_shift(kind, placement.position.mean(0)) for kind in self._kinds])
+        self._allocate(placement.volume, made.stabilisation * (length / host.lattice.spacing) ** 2)
+        self._make_images()
         self.skin = Skin(space, self._count, self._clock)
         self._arrays.part("skin").adopt(self.skin, {"found": self.skin.found})
         self._find()
         self.refresh(state)
         made.refuse_isolated(self._rank.numpy())
 
-    def _allocate(self, volume: np.ndarray) -> None:
-        """The arrays of the n particles, nondimensional; `volume` (n,) at the start. Moments, shares and corrected stresses
+    def _allocate(self, volume: np.ndarray, spring: float) -> None:
+        """The arrays of the n particles, nondimensional; `volume` (n,) at the start, `spring` the stiffness per volume
+        against deviations from the linear field of the neighbours. Moments, shares and corrected stresses
         are those of the current configuration, `holding` (n,) vec the forces per mass that hold spurious modes, and `_rank`
         (n,) int32 the number of directions that the neighbours span."""
         space, arrays, n, real = self._space, self._arrays, self._count, self._space.scalar
@@ -110,14 +121,68 @@ class UpdatedRates:
         points.moment = arrays.zeros("moment", n, space.mat)
         points.volume = arrays.of("volume", volume, real)
         points.share = arrays.zeros("share", n if self.form.shares else 1, real)
+        points.stabilisation = real(spring)
         self._points = points
         answers = answers_struct(space)()
         answers.mean = arrays.zeros("mean", 1, space.vec)
         answers.corrected = arrays.zeros("corrected", n, space.mat)
         answers.extra = arrays.zeros("extra", n if self.form.stress_term is not None else 1, space.mat)
         self._answers = answers
+        self._memory = memory_struct(space)()
+        self._memory.pull = arrays.zeros("pull", n if self.form.remembers else 1, space.vec)
         self.holding = arrays.zeros("holding", n if self.form.holds else 1, space.vec)
         self._rank = arrays.zeros("rank", n, wp.int32)
+
+    def _image_shift(self, kind: Kind, origin: np.ndarray) -> np.ndarray:
+        """Where images of a kind stand at the start, about `origin` [m]: x_g less Q x, (dim,) nondimensional."""
+        walls = [self._walls[k] for k in kind.walls]
+        offsets = [2.0 * float((wall.point - origin) @ wall.normal) * wall.normal for wall in walls]
+        return np.sum(offsets, 0) / self._scale
+
+    def _make_images(self) -> None:
+        """The kinds of images on the device."""
+        if not self._kinds:
+            return
+        space, arrays, kinds, device = self._space, self._arrays.part("images"), self._kinds, self._clock.device
+        images = images_struct(space)()
+        images.turn = arrays.of("turn", np.stack([kind.turn for kind in kinds]), space.mat)
+        images.flip = arrays.of("flip", np.stack([kind.flip for kind in kinds]), space.mat)
+        images.shift = arrays.of("shift", self._shift, space.vec)
+        images.going = arrays.zeros("going", len(kinds), space.vec)
+        images.drive = arrays.zeros("drive", len(kinds), space.vec)
+        self._coefficients.images = images
+        self._driven = sum(wall.driven for wall in self._walls)
+        self._wall_facts = walls_of(space, kinds, self._walls, self._shift, device)
+
+    def _find_images(self, place: np.ndarray) -> None:
+        """Pairs with images of particles at `place` (n, dim), nondimensional. Walls move too, for which there is more
+        skin."""
+        shift, device = self._shift.copy(), self._clock.device
+        if self._driven:
+            driven = [wall for wall in self._walls if wall.driven]
+            moved = dict(zip(map(id, driven), self._state.read(PLACE), strict=True))
+            for row, kind in enumerate(self._kinds):
+                for wall in (self._walls[k] for k in kind.walls if self._walls[k].driven):
+                    shift[row] += 2.0 * (moved[id(wall)] @ wall.normal) * wall.normal
+        pairs, parent, kind = find_images(self._kinds, shift, place, self._reach + self._thickness, device)
+        images = self._coefficients.images
+        images.offsets, images.indices = pairs.offsets, pairs.indices
+        images.parent = wp.array(parent, dtype=wp.int32, device=device)
+        images.kind = wp.array(kind, dtype=wp.int32, device=device)
+        self._coefficients.images = images
+        for name in ("offsets", "indices", "parent", "kind"):
+            self._arrays.take(f"images.{name}", getattr(images, name))
+
+    def _place_images(self, state: State) -> None:
+        """Put the images where the driven walls of a state have them (a launch, where there are any)."""
+        if self._driven:
+            made = place_images_kernel(self._space, state.layout)
+            inputs = [self._wall_facts, state.struct]
+            self._clock.launch(made, len(self._kinds), inputs, [self._coefficients.images])
+
+    def wall_inputs(self) -> list[object]:
+        """What the power of walls is computed from, of the last state that was refreshed."""
+        return [self._coefficients, self._points, self._answers, self._memory]
 
     def _find(self, displacement: np.ndarray | None = None) -> None:
         """Pairs of where the particles are, or were at `displacement`, the skin included."""
@@ -132,6 +197,8 @@ class UpdatedRates:
             off_cracks = nodes if self._at_nodes else cells
             pairs = visible(pairs, lattice, off_cracks, off_cracks)
         self.neighbours: Pairs = pairs
+        if self._kinds:
+            self._find_images(place)
         self._rows = rows_of(self._space, pairs)
         for name in ("offsets", "indices", "reach"):
             self._arrays.take(f"pairs.{name}", getattr(pairs, name))
@@ -171,10 +238,15 @@ class UpdatedRates:
         if part != "rest":
             self.refresh(state)
             self._loads.follow(state)
-            inputs = [self._force.struct, self._coefficients, self._rows, self._points, self._answers]
-            inputs += [self._loads.vectors, self._loads.following, state.struct, state.struct]
+            inputs = [self._force.struct, self._coefficients, self._rows, self._points, self._answers, self._memory]
+            inputs += [self._loads.vectors, self._loads.following, state.struct]
             self._clock.launch(self.kernels.force, self._count, inputs, [self.holding, out.struct])
         if part != "velocity":
+            self._place_images(state)
+            if self._driven:
+                self._clock.launch(
+                    drift_walls_kernel(self._space, state.layout), self._driven, [state.struct], [out.struct]
+                )
             self._clock.launch(self.kernels.drift, self._count, [state.struct], [out.struct])
             inputs = [self._clock.time, self._space.scalar(ahead), self._constitutive.params, self._coefficients]
             inputs += [self._rows, self._points, self._answers.corrected, self._points.share, state.struct]
@@ -183,15 +255,16 @@ class UpdatedRates:
 
     def refresh(self, state: State) -> None:
         """Moments and, of a total law, stress of a state (a launch)."""
+        self._place_images(state)
         inputs = [self._constitutive.params, self._coefficients, self._rows]
-        outputs = [state.struct, self._points, self._answers, self._rank]
+        outputs = [state.struct, self._points, self._answers, self._memory, self._rank]
         self._clock.launch(self.kernels.moments, self._count, inputs, outputs)
 
     def held_energy(self, state: State) -> float:
-        """None: whatever holds modes here is a force, whose work is counted."""
-        return 0.0
-
-
-def build(setup: Setup) -> OneSetSystem:
-    """A body in the current configuration."""
-    return OneSetSystem(setup, UpdatedRates)
+        """Energy of what is remembered, of a state, nondimensional (a launch and a copy)."""
+        if not self.form.remembers:
+            return 0.0
+        sums: Array = wp.zeros(blocks(self._count), dtype=wp.float64, device=self._clock.device)
+        inputs = [self._count, self._points, state.struct]
+        wp.launch(self.kernels.held, len(sums), inputs=inputs, outputs=[sums], device=self._clock.device)
+        return total(sums)

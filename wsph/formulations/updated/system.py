@@ -1,0 +1,71 @@
+"""A body in the current configuration: with walls in place of held faces, and images of its particles behind them."""
+
+# pyright: strict
+
+from wsph.backend.clock import Clock
+from wsph.backend.state import Layout, State
+from wsph.boundary.conditions import Conditions
+from wsph.boundary.natural import wall_conditions
+from wsph.formulations.one_set import OneSetSystem
+from wsph.formulations.setup import Setup
+from wsph.formulations.updated.loads import spread_loads
+from wsph.formulations.updated.rates import UpdatedRates
+from wsph.formulations.updated.walls import PLACE, SPEED, WallWork, wall_fields, wall_values
+from wsph.parts.part import Host
+from wsph.protocols import Entry
+
+
+class UpdatedSystem(OneSetSystem):
+    """A body in the current configuration, as integrators see it. Walls that are driven have their places in its state."""
+
+    def __init__(self, setup: Setup):
+        super().__init__(setup, UpdatedRates)
+        driven = [wall for wall in self.walls if wall.driven]
+        self._driven = wall_values(self.space, driven, self.state, self.position, self.scales, self.device)
+        self._wall_work = WallWork(self.count, bool(driven), self.rates, self.device)
+        self.arrays.part("walls").adopt(self._driven)
+        self.arrays.part("walls.work").adopt(self._wall_work, self._wall_work.kept())
+
+    def _find_conditions(self, setup: Setup) -> Conditions:
+        if self.placement.at_nodes:
+            return super()._find_conditions(setup)
+        conditions, walls = wall_conditions(setup.scene, self.name, self.lattice)
+        self.walls = tuple(walls)
+        spread_loads(conditions, setup.host, walls, self.device)
+        return conditions
+
+    def _find_layout(self, host: Host) -> Layout:
+        layout, driven = super()._find_layout(host), sum(wall.driven for wall in self.walls)
+        if not driven:
+            return layout
+        self._counts = {PLACE: driven, SPEED: driven}
+        speed, place = wall_fields(host.space)
+        leading = sum(field.leads for field in layout.fields)
+        return Layout((*layout.fields[:leading], speed, *layout.fields[leading:], place))
+
+    def impose(self, state: State, c: float | tuple[float, float]) -> None:
+        super().impose(state, c)
+        self._driven.impose(state, self.clock, c)
+
+    def start_works(self) -> None:
+        super().start_works()
+        self._walls_done(self.clock, start=True)
+
+    def accept(self, state: State) -> None:
+        super().accept(state)
+        self._walls_done(self.clock)
+
+    def _walls_done(self, clock: Clock, start: bool = False) -> None:
+        """Add the work of the walls up to the state as it is."""
+        if self._counts:
+            self.refresh(self.state)
+            (self._wall_work.start if start else self._wall_work.add)(self.state, clock)
+
+    @property
+    def ledger(self) -> tuple[Entry, ...]:
+        return (Entry("external_work", lambda: self._wall_work.total), *super().ledger)
+
+
+def build(setup: Setup) -> OneSetSystem:
+    """A body in the current configuration."""
+    return UpdatedSystem(setup)

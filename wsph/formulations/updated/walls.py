@@ -1,0 +1,170 @@
+"""Driven walls: where they are, in the state of a body, and the work that they do."""
+
+from functools import cache
+
+import numpy as np
+import warp as wp
+
+from wsph.backend.clock import Clock, dt_of
+from wsph.backend.kernels import kernel
+from wsph.backend.reduce import BLOCK
+from wsph.backend.space import Space
+from wsph.backend.state import Field, Layout, State, fields_struct
+from wsph.boundary.conditions import Conditions
+from wsph.boundary.values import BoundaryValues
+from wsph.boundary.walls import Wall
+from wsph.formulations.lagrangian.form import Form, coefficients_of
+from wsph.formulations.updated.images import Kind, flip_of, seen_image
+from wsph.formulations.updated.memory import memory_struct
+from wsph.parts.terms import answers_struct, points_struct
+from wsph.parts.works import Works
+from wsph.sph.images import images_struct
+from wsph.units import Scales
+
+PLACE, SPEED = "wall", "wall_velocity"
+"""Fields of the state: displacements and velocities of the driven walls."""
+
+
+def wall_fields(space: Space) -> tuple[Field, Field]:
+    """The fields of driven walls, the velocity first."""
+    return Field(SPEED, space.dim, "m/s", leads=True, hidden=True), Field(PLACE, space.dim, "m", hidden=True)
+
+
+def wall_values(
+    space: Space, walls: list[Wall], state: State, position: np.ndarray, scales: Scales, device: str
+) -> BoundaryValues:
+    """The prescribed velocities of driven walls; `position` of the particles [m]."""
+    conditions = Conditions()
+    for k, wall in enumerate(walls):
+        for component, value in wall.velocity.items():
+            conditions.entries.setdefault((SPEED, component), {})[k] = value
+    return BoundaryValues(space, conditions, state, position, {SPEED: scales.velocity}, scales.time, device)
+
+
+@cache
+def walls_struct(space: Space) -> type:
+    """Struct of the walls that make every kind of image, dim slots a kind: the number of the driven wall or -1, its normal
+    and its S (the identity in an empty slot); and where the images stand while no wall has moved."""
+    annotations = {
+        "number": wp.array(dtype=wp.int32),
+        "normal": wp.array(dtype=space.vec),
+        "flip": wp.array(dtype=space.mat),
+        "rest": wp.array(dtype=space.vec),
+    }
+    return wp.struct(type("Walls", (), {"__annotations__": annotations, "__module__": __name__}))
+
+
+def walls_of(space: Space, kinds: list[Kind], walls: list[Wall], rest: np.ndarray, device: str) -> object:
+    """The walls of kinds of images on the device; `rest` (kinds, dim) as in the struct."""
+    dim = space.dim
+    driven = [wall for wall in walls if wall.driven]
+    number, normal = np.full((len(kinds), dim), -1, np.int32), np.zeros((len(kinds), dim, dim))
+    flip = np.tile(np.eye(dim), (len(kinds), dim, 1, 1))
+    for row, kind in enumerate(kinds):
+        for slot, k in enumerate(kind.walls):
+            flip[row, slot] = flip_of(walls[k])
+            if walls[k].driven:
+                number[row, slot] = next(n for n, wall in enumerate(driven) if wall is walls[k])
+                normal[row, slot] = walls[k].normal
+    made = walls_struct(space)()
+    made.number = wp.array(number.ravel(), dtype=wp.int32, device=device)
+    made.normal = wp.array(normal.reshape(-1, dim), dtype=space.vec, device=device)
+    made.flip = wp.array(flip.reshape(-1, dim, dim), dtype=space.mat, device=device)
+    made.rest = wp.array(rest, dtype=space.vec, device=device)
+    return made
+
+
+@cache
+def place_images_kernel(space: Space, layout: Layout) -> wp.Kernel:
+    """Where every kind of image stands and goes, and the part of its velocity that is the walls', from a state."""
+    real, vec, dim, Fields = space.scalar, space.vec, space.dim, fields_struct(space, layout)
+    Walls, Images = walls_struct(space), images_struct(space)
+
+    @kernel()
+    def place_images(walls: Walls, fields: Fields, images_out: Images):
+        kind = wp.tid()
+        shift = walls.rest[kind]
+        going = vec()
+        drive = vec()
+        for slot in range(wp.static(dim)):
+            row = kind * dim + slot
+            k = walls.number[row]
+            drive = walls.flip[row] * drive
+            if k >= 0:
+                n = walls.normal[row]
+                v = fields.wall_velocity[k]
+                shift += real(2.0) * wp.dot(fields.wall[k], n) * n
+                going += real(2.0) * wp.dot(v, n) * n
+                drive += v - walls.flip[row] * v
+        images_out.shift[kind] = shift
+        images_out.going[kind] = going
+        images_out.drive[kind] = drive
+
+    return place_images
+
+
+@cache
+def drift_walls_kernel(space: Space, layout: Layout) -> wp.Kernel:
+    """Rates of the places of driven walls."""
+    Fields = fields_struct(space, layout)
+
+    @kernel()
+    def drift_walls(fields: Fields, rate_out: Fields):
+        k = wp.tid()
+        rate_out.wall[k] = fields.wall_velocity[k]
+
+    return drift_walls
+
+
+@cache
+def _work_kernel(space: Space, layout: Layout, form: Form) -> wp.Kernel:
+    real, vec, Fields = space.scalar, space.vec, fields_struct(space, layout)
+    Coefficients, Points = coefficients_of(space, form), points_struct(space)
+    Answers, Memory, imaged = answers_struct(space), memory_struct(space), seen_image(space, layout, form)
+
+    @kernel(ranged=True)
+    def wall_work(
+        first: int,
+        c: Coefficients,
+        points: Points,
+        answers: Answers,
+        memory: Memory,
+        fields: Fields,
+        clock: wp.array(dtype=wp.float64),
+        count: int,
+        power_out: wp.array2d(dtype=wp.float64),
+        work_out: wp.array2d(dtype=wp.float64),
+    ):
+        block = first + wp.tid()
+        power = wp.float64(0.0)
+        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+            pull = vec()
+            if wp.static(form.remembers):
+                pull = memory.pull[i]
+            for m in range(c.images.offsets[i], c.images.offsets[i + 1]):
+                _j, kind, r, w, _dv = imaged(c, real(0.0), points, fields, i, m)
+                power += wp.float64(w * wp.dot(answers.corrected[i] * r + pull, c.images.drive[kind]))
+        work_out[block, 0] = work_out[block, 0] + wp.float64(0.5) * dt_of(clock) * (power + power_out[block, 0])
+        power_out[block, 0] = power
+
+    return wall_work
+
+
+class WallWork(Works):
+    """Work of the driven walls of a body of n particles, from what forces were last computed from: `rates` has that."""
+
+    columns = 1
+
+    def __init__(self, n: int, acts: bool, rates: object, device: str):
+        super().__init__(n, acts, device)
+        self._rates = rates
+
+    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object]]:
+        rates = self._rates
+        made = _work_kernel(state.space, state.layout, rates.form)
+        return made, [*rates.wall_inputs(), state.struct, clock.time, self._n]
+
+    @property
+    def total(self) -> float:
+        """Work so far, nondimensional."""
+        return self._total(0)
