@@ -136,10 +136,6 @@ class UpdatedRates:
             self._arrays.take(f"pairs.{name}", getattr(pairs, name))
         self.skin.found.assign(displacement.astype(self._space.numpy))
 
-    def own_parts(self, state: State) -> dict[str, Attached]:
-        """None."""
-        return {}
-
     def attach(self, parts: list[Attached]) -> None:
         """No part has anything on the device here."""
 
