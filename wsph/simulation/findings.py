@@ -3,7 +3,7 @@
 The energy of whatever holds a body's spurious modes (a column of the ledger) is that of a stiffness which the material does
 not have. It is measured by the largest internal energy that the body has had so far, what it stores and what it has
 dissipated: 5 % is warned of, 10 % is a finding. Near rest, and where a body flies or turns almost undeformed, that is no
-measure: two hundredths of the largest energy of the body stand in its place.
+measure: a twentieth of the largest energy of the body stands in its place.
 """
 
 # pyright: strict
@@ -16,7 +16,7 @@ from wsph.simulation.composition import BodyRun
 from wsph.simulation.diagnostics import BodySums
 from wsph.simulation.ledger import HELD, Account
 
-HELD_WARNING, HELD_FINDING, HELD_FLOOR, HELD_AFTER = 0.05, 0.10, 0.02, 20
+HELD_WARNING, HELD_FINDING, HELD_FLOOR, HELD_AFTER = 0.05, 0.10, 0.05, 20
 """Parts of the internal energy that are warned of and that are a finding; part of the whole energy that is the least
 measure; steps before the first look."""
 
