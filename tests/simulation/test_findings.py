@@ -11,8 +11,8 @@ import wsph
 from tests import scenes
 from tests.scenes import Data, body, box, held, scene
 from wsph.cli import main
+from wsph.simulation.checks import HELD_FINDING, HELD_FLOOR, Held
 from wsph.simulation.diagnostics import BodySums
-from wsph.simulation.findings import HELD_FINDING, HELD_FLOOR, Held
 
 SAID = r"step \d+: control of spurious modes .* % of the internal energy of body 'b': .* finer spacing, or another"
 

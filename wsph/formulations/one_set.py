@@ -35,6 +35,7 @@ from wsph.formulations.one_set_setup import Loads, Placement, RateSetup, remembe
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import System
 from wsph.parts.body_force import BodyForce
+from wsph.parts.fading import Fading
 from wsph.parts.part import Attached, Host, Neighbourhood
 from wsph.protocols import Entry
 from wsph.sph.averages import average, outward_weights, spanning_weights
@@ -62,8 +63,6 @@ class Rates(Protocol):
 
     @property
     def seen(self) -> Neighbourhood | None: ...
-
-    def own_parts(self, state: State) -> dict[str, Attached]: ...
 
     def attach(self, parts: list[Attached]) -> None: ...
 
@@ -164,7 +163,10 @@ class OneSetSystem(System):
                 made = part.attach(host, seen, self.state, self.clock, self.arrays.part(key)) if part.acts else None
                 if made is not None:
                     found[key] = made
-        found |= self.rates.own_parts(self.state)
+            flow = host.constitutive.flow
+            if flow is not None and self.form.fades >= 0:
+                fading = Fading(*flow, self.space, seen, self.state, self.clock, self.arrays.part("fading"))
+                found["fading"] = fading
         self.rates.attach(list(found.values()))
         return found
 

@@ -53,7 +53,6 @@ from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.one_set_setup import RateSetup, pair_warnings
 from wsph.formulations.setup import Setup
 from wsph.parts.body_force import BodyForceKinds
-from wsph.parts.fading import Fading
 from wsph.parts.part import Attached, Neighbourhood
 from wsph.parts.table import PARTS
 from wsph.parts.terms import Points, answers_struct, points_struct
@@ -212,13 +211,6 @@ class LagrangianRates:
                 for name in ("node", "centre", "moment", "volume", "slope", "back", "stabilisation"):
                     setattr(self._acting, name, getattr(self._points, name))
                 self._acting.share = part.share
-
-    def own_parts(self, state: State) -> dict[str, Attached]:
-        """What the right-hand sides themselves add to a body whose state is `state`, by name."""
-        flow, form = self._constitutive.flow, self.form
-        if flow is None or form.fades < 0:
-            return {}
-        return {"fading": Fading(*flow, self._space, self.seen, state, self._clock, self._arrays.part("fading"))}
 
     @property
     def pairs(self) -> int:

@@ -209,10 +209,6 @@ class UpdatedRates:
         """What is wrong with volume constraints at every particle."""
         return self._warnings
 
-    def own_parts(self, state: State) -> dict[str, Attached]:
-        """None."""
-        return {}
-
     def attach(self, parts: list[Attached]) -> None:
         """No part has anything on the device here."""
 
