@@ -95,8 +95,8 @@ def check_material(
 
     `stress_level` [Pa] is the size of the stresses tried (default: 1 % of the shear modulus). Checks: a symmetric rate; no
     rate at rest without stress; the same answer in every frame (isotropy); affine in L; moduli() are its elastic response;
-    `depends_on_stress`, `relaxes` and `turns_itself` told truly; dissipation not below zero; the same bits again; no particles; both
-    precisions agree.
+    `depends_on_stress`, `relaxes` and `turns_itself` told truly; dissipation not below zero; the same bits again; no
+    particles; both precisions agree.
     """
     name = type(material).__name__
     results = {}
