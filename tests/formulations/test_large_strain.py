@@ -169,8 +169,11 @@ def test_simple_shear_to_three(law: str, form: str, dim: int, state: str | None)
     """Jaumann's rate in its own closed form, where the law turns itself; else that of axes that turn with the material."""
     if dim == 1 or state == "stress":
         pytest.skip("no shear, or the same as in plane strain")
-    result = driven(STIFF[law], form, dim, state, ["0.02*y", "0", "0"][:dim], 150.0)
-    normal, shear = sheared("jaumann" if law in ("jaumann", "mises") else law, 0.02 * result.time)
+    swings = law in ("jaumann", "mises")
+    # Beyond a quarter of its swing Jaumann's shear softens, and the cells of two sets, which nothing drives, run away.
+    end = 70.0 if swings and form == "ul-tsph" else 150.0
+    result = driven(STIFF[law], form, dim, state, ["0.02*y", "0", "0"][:dim], end)
+    normal, shear = sheared("jaumann" if swings else law, 0.02 * result.time)
     # Corners of the form whose pairs follow lose their neighbours on the way.
     middle = np.abs(result.particles["position"]).sum(1).argmin()
     found, size = result.particles["stress"][middle], np.hypot(normal, shear)
@@ -199,3 +202,23 @@ def test_a_stretched_body_turns_with_its_stress(law: str, form: str, dim: int, s
     found = result.particles["stress"]
     for column, exact in ((0, low), (1, high), (2, out), (3, 0.0)):
         assert found[:, column] == pytest.approx(exact, abs=(2e-2 if form == "ul-tsph" else 5e-3) * high)
+
+
+@pytest.mark.parametrize(("dim", "state"), [(1, "stress"), pytest.param(2, "stress", marks=pytest.mark.slow)])
+def test_a_ductile_bar_under_a_load_thins(dim: int, state: str) -> None:
+    """A nominal traction P, slowly: s = P L where plastic flow keeps the volume, and s = sigma_y + H (ln L - s/E)."""
+    yields, load, nodes = 1.25e-3, 1.5e-3, 4
+    keys = {"material": LAWS["mises"] | {"yield_stress": yields}, "state": state, "damping": {"rate": 0.15}}
+    body = scenes.body(scenes.box(*[1.0, 0.25][:dim]), 1.0 / nodes, **keys)
+    ends = [{"body": "b", "face": "-x", "fixed": ["x"]}, {"body": "b", "face": "+x", "traction": {"x": "load"}}]
+    ramp = {"load": {"t": [0.0, 200.0], "value": [0.0, load]}}
+    tables = {"boundary": ends, "functions": ramp, "output": {"fields": ["displacement"]}}
+    result = wsph.run(scenes.scene(body, run={"end": 400.0, "cfl": 0.5}, **tables))
+    energy, stretch = result.summary["energy"], 1.0 + result.particles["displacement"][:, 0].max()
+    exact, s = 1.0, load
+    for _ in range(100):
+        # The volume grows by exp((1 - 2 nu) s/E) alone.
+        s = load * exact * np.exp(-0.4 * s)
+        exact = np.exp((s - yields) / HARDENING + s)
+    assert stretch - 1.0 == pytest.approx(exact - 1.0, rel=3e-3)
+    assert abs(energy["residual"]) < 2e-3 * energy["external_work"]

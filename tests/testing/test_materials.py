@@ -75,3 +75,26 @@ class Liar(Bad):
 def test_the_kit_finds_a_material_that_lies_about_stress() -> None:
     with pytest.raises(AssertionError, match="depends_on_stress is False"):
         check_material(Liar(), stress_level=1.0, precisions=("f64",))
+
+
+@dataclass(frozen=True)
+class Still(Bad):
+    """Says that it turns itself, and has no spin."""
+
+    turns_itself = True
+    relaxes = False
+
+    def rate(self, space, Params):
+        """Elasticity, without a spin."""
+        tensor = space.tensor
+
+        @wp.func
+        def law(p: Params, stress: tensor, L: tensor) -> tensor:
+            return p.elastic_shear * (L + wp.transpose(L))
+
+        return law
+
+
+def test_the_kit_finds_a_material_that_does_not_turn_itself() -> None:
+    with pytest.raises(AssertionError, match="turns_itself is True, but a spin does not turn"):
+        check_material(Still(), stress_level=1.0, precisions=("f64",))
