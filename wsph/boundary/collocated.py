@@ -100,4 +100,5 @@ def _across(faces: Faces, moved: np.ndarray, count: int) -> np.ndarray:
         rows, held = faces.axis == axis, moved[:, axis]
         for kind, faces_of_it in enumerate((~held, held & ~moved.all(1))):
             bits[kind, np.unique(faces.nodes[rows & faces_of_it])] |= 1 << axis
-    return np.where(bits[1] != 0, bits[1], bits[0])
+    chosen: np.ndarray = np.where(bits[1] != 0, bits[1], bits[0])
+    return chosen

@@ -87,14 +87,14 @@ def cut_faces(crack: Crack, cut: np.ndarray, shape: Shape, grid: Grid) -> None:
 
 
 def parted(index: np.ndarray, faces: Faces) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pairs of nodes that a crack parts: the node below, the node above it and the axis of the grid across it, each (pairs,).
-    `index` (n, dim) are the nodes in grid coordinates."""
+    """Pairs of nodes that a crack parts: the node below, the node above it and the axis of the grid across it, each
+    (pairs,). `index` (n, dim) are the nodes in grid coordinates."""
     place = np.unique(index, axis=0, return_inverse=True)[1].reshape(-1)
     pairs: list[np.ndarray] = []
     for axis in range(index.shape[1]):
         # The outward normal of the side below points up.
         below, above = (np.unique(faces.nodes[(faces.axis == axis) & (faces.sign == sign)]) for sign in (1, -1))
-        low, high = np.nonzero(place[below][:, None] == place[above][None]) if len(below) and len(above) else ([], [])
+        low, high = np.nonzero(place[below][:, None] == place[above][None])
         found = np.stack([below[low], above[high], np.full(len(low), axis)], 1)
         pairs.append(found[found[:, 0] != found[:, 1]])
     both = np.concatenate(pairs)

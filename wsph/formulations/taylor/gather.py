@@ -32,10 +32,10 @@ def operator_struct(space: Space) -> type:
 def gather(space: Space, laws: Laws, layout: Layout) -> wp.Function:
     """Warp function (rows, i, fields, sources, v0, s0) -> (v, s, q, S, Q, L, slope, G): sums over the pairs of target i.
 
-    v, s, q: interpolated velocity and stress, less v0 and s0, and internals; S, Q: interpolated source, that of the internals
-    within the range of its sources: dissipation grows; L (dim x dim) and
-    slope (stress components x dim): gradients of velocity and stress less v0 and s0; G: sum of the gradient weights,
-    so that a gradient about a value f_I (less v0 or s0) is L - f_I (x) G.
+    v, s, q: interpolated velocity and stress, less v0 and s0, and internals; S, Q: interpolated source, Q within the range
+    of what it is interpolated from, so that dissipation grows; L (dim x dim) and slope (stress components x dim): gradients
+    of velocity and stress less v0 and s0; G: sum of the gradient weights, so that a gradient about a value f_I (less v0 or
+    s0) is L - f_I (x) G.
 
     v0 and s0 are values nearby: sums of differences lose no digits to a velocity that all particles have in common.
     """

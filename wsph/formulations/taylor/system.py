@@ -38,15 +38,14 @@ from wsph.sph.averages import average, outward_weights, visible
 from wsph.sph.pairs import Pairs, find_pairs
 from wsph.sph.weights import Weights, gradient_weights, interpolation_weights
 
-
 JITTERED = 1.8
 """Support by default where nodes have been moved [spacings]: two layers of cells. A particle on a face that sees one layer,
 whose centres are not in one plane, finds 6 to 40 % of wrong stress under a linear velocity."""
 
 
-CLOSED = 0.02
-"""Overlap of a crack's sides, in parts of the range of the displacements, from which it counts as closed: waves along the
-sides of one that opens leave a tenth of that."""
+CLOSED = 0.1
+"""Overlap of a crack's sides, in parts of the range of the displacements, from which it counts as closed: that of one that
+is pressed comes to several tenths, what the front of a sudden pull leaves in extrapolated displacements to .05."""
 
 
 def _support(lattice: Lattice, regular: float) -> float:
@@ -322,8 +321,13 @@ class TwoSetSystem(System):
         if self._parted is None or not len(self._parted[0]):
             return ""
         below, above, axis = self._parted
-        u = self.filtered("displacement") @ self.lattice.frame.axes
-        apart = u[above, axis] - u[below, axis]
+        u, normal = self.filtered("displacement"), self.lattice.frame.axes.T[axis]
+        if "deformation" in self.state.layout:
+            dim = self.space.dim
+            F = np.eye(dim) + self.state.read("deformation").reshape(-1, dim, dim)[below]
+            normal = np.linalg.solve(F.transpose(0, 2, 1), normal[:, :, None])[:, :, 0]
+            normal /= np.linalg.norm(normal, axis=1)[:, None]
+        apart = ((u[above] - u[below]) * normal).sum(1)
         if apart.min() >= -CLOSED * np.ptp(u, axis=0).max():
             return ""
         where = ", ".join(f"{x:g}" for x in self.position[below[apart.argmin()]])
@@ -333,8 +337,8 @@ class TwoSetSystem(System):
         )
 
     def current_density(self) -> np.ndarray:
-        """Density of every particle, (n,), nondimensional: rho_0/J where it evolves a deformation, in small strain rho_0/(1 +
-        tr eps) from the displacements.
+        """Density of every particle, (n,), nondimensional: rho_0/J where it evolves a deformation, in small strain
+        rho_0/(1 + tr eps) from the displacements.
 
         Their gradient is that of the virtual particles, which see whole cells, extrapolated to the faces. Strains along free
         normals, which a stress state drops, are not in it.
