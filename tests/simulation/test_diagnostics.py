@@ -45,8 +45,8 @@ FORMS = [
 @pytest.mark.parametrize("model", ["elastic", "jaumann", "neo-hookean"])
 @pytest.mark.parametrize("form", FORMS, ids="-".join)
 def test_the_strain_energy_is_that_of_the_stress_that_a_form_carries(form: tuple[str, str], model: str) -> None:
-    """A square that is driven to a uniform F: of a rate law sigma : C^-1 : sigma/2 in the volume that the form gives it, of a
-    total law its own energy."""
+    """A square that is driven to a uniform F: of a rate law sigma : C^-1 : sigma/2 in the volume that the form gives it, of
+    a total law its own energy."""
     if form[0] != "leapfrog" and model == "neo-hookean":
         pytest.skip("a total law alone, which forms of two sets refuse")
     gradient = np.array([[0.1, 0.04], [0.0, -0.05]])
