@@ -95,9 +95,10 @@ def _across(faces: Faces, moved: np.ndarray, count: int) -> np.ndarray:
     two of them modes would grow by 4e-2 a step, in place of 9e-4, were their edges shared with the free faces. Elsewhere
     those whose normal stress is prescribed.
     """
-    bits = np.zeros((2, count), np.int32)
+    turning, sliding = np.zeros(count, np.int32), np.zeros(count, np.int32)
     for axis in range(moved.shape[1]):
         rows, held = faces.axis == axis, moved[:, axis]
-        for kind, faces_of_it in enumerate((~held, held & ~moved.all(1))):
-            bits[kind, np.unique(faces.nodes[rows & faces_of_it])] |= 1 << axis
-    return np.where(bits[1] != 0, bits[1], bits[0])
+        for bits, which in ((turning, ~held), (sliding, held & ~moved.all(1))):
+            bits[np.unique(faces.nodes[rows & which])] |= 1 << axis
+    sliding[sliding == 0] = turning[sliding == 0]
+    return sliding

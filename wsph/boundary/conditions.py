@@ -4,9 +4,9 @@ The rule at the faces of a two-set body (Herreros & Mabssout 2011, 3.2.4: essent
 each face prescribes one of (v_n | sigma_nn) and one of (v_t | sigma_nt) per tangent; a particle on several faces takes the
 union, except that among faces in one plane what holds a component of the velocity wins; a face that nothing is said of is
 free. Beside a free face a patch that is held in all components is another face: particles on its rim take the union.
-The faces of a box by name are those of its outside: sides of holes and cracks are free unless `where` selects them.
-Where sigma_nn is prescribed the normal strain rate follows from its rate: also at a corner whose other face holds v_n
-(without it a cantilever's root grows by 2e-4 a step at nu = 0.499, C <= 0.5).
+The faces of a box by name are those of its outside: sides of holes and cracks are free unless `where` selects them. Where
+sigma_nn is prescribed the normal strain rate follows from its rate: also at a corner whose other face holds v_n (without
+it a cantilever's root grows by 2e-4 a step at nu = 0.499, C <= 0.5).
 """
 
 # pyright: strict

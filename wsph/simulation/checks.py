@@ -139,8 +139,7 @@ class Checks:
         self.findings = Findings(bodies)
 
     def finite(self, step: int, sums: Sequence[BodySums]) -> None:
-        """Raise Unstable where a body's state is not finite, a particle is turned inside out, or the formulation finds
-        a fault."""
+        """Raise Unstable where a state is not finite, a particle is turned inside out, or the formulation finds a fault."""
         for run, each in zip(self._bodies, sums, strict=True):
             if each.bad >= 0:
                 name, what = _broken(run, each.bad)

@@ -60,8 +60,7 @@ def stored_energy(
     space: Space, laws: Laws, layout: Layout, response: Response | None, breaks: bool, total: bool
 ) -> StoredEnergy:
     """The energy stored by a point that obeys `laws`, or its `response` in their place, and of a body that may break.
-    `total`: its stress is that of the total law; where it is integrated from rates, the energy is that of the
-    stress."""
+    `total`: its stress is that of the total law; where it is integrated from rates, the energy is that of the stress."""
     real, Params, Fields = space.scalar, laws.Params, fields_struct(space, layout)
     of_stress, of_deformation, counted = laws.energy, laws.total_energy if total else None, laws.kept.stored
     per_reference = of_deformation is not None or (response is None and counted >= 0)

@@ -1,5 +1,4 @@
-"""Linear velocities in two-set bodies: every stress state and dimension, faces that drive, load or both, turned,
-jittered."""
+"""Linear velocities in two-set bodies: every stress state and dimension, driven and loaded faces, turned, jittered."""
 
 from typing import Any
 
@@ -125,3 +124,22 @@ def test_jittered_bodies_see_two_layers() -> None:
     )
     regular = wsph.simulation.compose.compose(scenes.block(2, 4, run={"integrator": "tsph"})).bodies[0].system
     assert system.pairs > 2 * regular.pairs
+
+
+@pytest.mark.parametrize("integrator", FORMS)
+@pytest.mark.parametrize("exponent", [0.0, 1.0])
+@pytest.mark.parametrize("jitter", [0.0, 0.2])
+def test_dissipation_grows_at_every_particle(integrator: str, exponent: float, jitter: float) -> None:
+    """Waves across a block that flows and softens: nowhere does plastic strain, or what it dissipates, shrink in a step."""
+    material = scenes.material("perzyna", yield_stress=0.01, hardening_modulus=0.1, fluidity=0.5, exponent=exponent)
+    boundary = [scenes.held("-x", 2), {"body": "b", "face": "+x", "stress": {"xx": "-.03*(t<1)"}}]
+    scene = scenes.block(2, 8, run={"integrator": integrator, "cfl": 0.2, "guard": "off"}, material=material, jitter=jitter,
+                         tables={"boundary": boundary}, velocity=[".05*sin(6*x)*(1 + y)", "0.04*cos(5*y)*x"])  # fmt: skip
+    composition = wsph.simulation.compose.compose(scene)
+    state, before = composition.bodies[0].system.state, 0.0
+    for _ in range(40):
+        composition.program.run(1)
+        now = state.read("internals").copy()
+        assert (now >= before).all()
+        before = now
+    assert now.max() > 1e-3

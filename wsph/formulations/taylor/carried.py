@@ -1,9 +1,8 @@
 """Cells between prescribed particles: they move as their corners do.
 
 A virtual particle all of whose corners have a component of the velocity prescribed cannot move otherwise. Were it
-accelerated in the half step, by gravity or by stresses that the corners do not answer, the one-sided gradients at the
-faces of the patch would take dt/2 times that acceleration for a strain rate, and stress would build up that nobody
-does work on.
+accelerated in the half step, by gravity or by stresses that the corners do not answer, the one-sided gradients at the faces
+of the patch would take dt/2 times that acceleration for a strain rate, and stress would build up that nobody does work on.
 """
 
 from functools import cache
@@ -65,8 +64,7 @@ class CarriedCells:
             self._corner: Array = wp.array(lattice.corners[cells], dtype=wp.int32, device=device)
 
     def carry(self, clock: Clock, imposed: State, virtual: State) -> None:
-        """Give them the prescribed velocities of `imposed`, means of both ends of the step (a launch, where there are
-        any)."""
+        """Give them the prescribed velocities of `imposed`, means of both ends of the step (a launch, if there are any)."""
         if self.count:
             kernel = _carry_kernel(self._space, virtual.layout, imposed.layout)
             clock.launch(kernel, self.count, [self._cells, self._held, self._corner, imposed.struct], [virtual.struct])

@@ -14,8 +14,8 @@ from wsph.sph.rows import rows_struct
 
 @cache
 def _normal(space: Space) -> wp.Function:
-    """Warp function (tangents, k) -> the axis that completes the others to a right-handed frame, not normalised: the
-    normal of a face across axis k of the grid, of the tangents along the grid's axes, in rows."""
+    """Warp function (tangents, k) -> the axis that completes the others to a right-handed frame, not normalised: the normal
+    of a face across axis k of the grid, of the tangents along the grid's axes, in rows."""
     dim, real, vec, mat = space.dim, space.scalar, space.vec, space.mat
     if dim == 1:
 
@@ -72,9 +72,9 @@ passes calm a compressed face (growth at 1 % strain 4e-3 a step with one, 1e-3 w
 def frame_kernel(space: Space, layout: Layout) -> wp.Kernel:
     """Orthonormal frames of the faces, rows at the index of their axis of the grid, from where the faces' particles are.
 
-    `across` has a bit for every axis of the grid across which a face lies whose frame the particle takes. It is the
-    nearest to those faces' normals and the tangents along the other axes: the normal itself on a face, and at an edge
-    or a corner no face comes before another for the number of its axis.
+    `across` has a bit for every axis of the grid across which a face lies whose frame the particle takes. It is the nearest
+    to those faces' normals and the tangents along the other axes: the normal itself on a face, and at an edge or a corner no
+    face comes before another for the number of its axis.
     """
     dim, real, vec, mat = space.dim, space.scalar, space.vec, space.mat
     Fields, Rows = fields_struct(space, layout), rows_struct(space, vectors=True)
