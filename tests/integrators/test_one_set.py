@@ -231,7 +231,7 @@ def test_the_work_of_a_moving_boundary_is_the_energy_it_gives(name: str, velocit
     assert abs(energy["residual"]) < 0.02 * energy["external_work"]
 
 
-@pytest.mark.filterwarnings("ignore:.*clump together")
+@pytest.mark.filterwarnings("ignore:.*clump together", "ignore:.*energy was created")
 @pytest.mark.parametrize(("model", "formulation"), [("elastic", "total-lagrangian"), ("elastic", "stress-points"),
                                                     ("neo-hookean", "updated-lagrangian")])  # fmt: skip
 def test_the_limit_follows_the_deformation(model: str, formulation: str) -> None:

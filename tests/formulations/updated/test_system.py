@@ -49,8 +49,13 @@ def test_a_rigid_turn_is_free_of_stress(model: str) -> None:
     assert len(set(found)) > 1
 
 
-def test_when_pairs_are_found_changes_no_bit(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = block(velocity=("-0.3*y", "0.3*x"), run={"end": 1.0})
+WALLS = [scenes.held("-x", 2), scenes.driven("+x", x="0.1*t"), {"body": "b", "face": "-y", "symmetry": "y"}]
+"""Held, driven and sliding, with images of images where they meet."""
+
+
+@pytest.mark.parametrize("boundary", [[], WALLS], ids=["free", "walls"])
+def test_when_pairs_are_found_changes_no_bit(boundary: list, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = block(velocity=("-0.3*y", "0.3*x") if not boundary else ("0", "0.1*y"), run={"end": 1.0}, boundary=boundary)
     results = []
     for skin in (0.3, 1.1):
         monkeypatch.setattr(rates, "SKIN", skin)
