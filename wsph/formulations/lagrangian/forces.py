@@ -72,7 +72,7 @@ def force_between_kernel(space: Space, layout: Layout, parts: BodyForceKinds, fo
     dragged, held = (summed_terms(space, layout, form, kind) for kind in ("drag", "hold"))
     drags, holds = form.drags, form.holds
 
-    @kernel(ranged=True, pairs=not form.moving)
+    @kernel(ranged=True, pairs=True)
     def force_between(
         first: int,
         body: Inertia,
@@ -92,9 +92,6 @@ def force_between_kernel(space: Space, layout: Layout, parts: BodyForceKinds, fo
         A = answers.corrected[i]
         own = real(0.0)
         M = points.moment[i]
-        H = mat()
-        if wp.static(form.stabilised and form.vectors):
-            H = answers.gradient[i]
         if wp.static(form.shares):
             own = points.share[i]
         f = vec()
@@ -111,12 +108,13 @@ def force_between_kernel(space: Space, layout: Layout, parts: BodyForceKinds, fo
             if wp.static(form.shares):
                 both = w * (own + at(points.share, j))
             if wp.static(form.stabilised and form.vectors):
-                f = f - points.stabilisation * ((own * H + at(points.share, j) * at(answers.gradient, j)) * wr)
+                H = own * at(answers.gradient, i) + at(points.share, j) * at(answers.gradient, j)
+                f = f - points.stabilisation * (H * wr)
             if wp.static(form.stabilised):
                 # What is left of du beside H r: that part stands in the corrected stress, but of vectors.
                 f = f + (points.stabilisation * both) * (at(others.displacement, j) - u)
             apart = r
-            if wp.static((drags or holds) and not form.moving):
+            if wp.static(drags or holds):
                 apart = r + (at(others.displacement, j) - u)
             square = wp.dot(apart, apart)
             if wp.static(drags):

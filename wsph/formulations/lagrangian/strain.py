@@ -1,5 +1,10 @@
 """Deformation at the points from the displacements, and the stress that forces take, with what folds into it."""
 
+# What `wp.static` leaves out is not compiled: a function that is not there is not called.
+# pyright: reportOptionalCall=false
+
+from functools import cache
+
 import warp as wp
 
 from wsph.backend.kernels import kernel
@@ -17,14 +22,13 @@ from wsph.sph.rows import rows_struct
 
 def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Kernel:
     """Kernel of the points' answers and of the derived fields of the state."""
-    real, vec, mat, dim, Fields = space.scalar, space.vec, space.mat, space.dim, fields_struct(space, layout)
+    real, vec, mat, Fields = space.scalar, space.vec, space.mat, fields_struct(space, layout)
     Params, Coefficients = laws.Params, coefficients_of(space, form)
     Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
     meant, average = form.points and form.stabilised, smoothed(space, form.averaged)
-    of_displacement, of_velocity = gathered(space, layout, form, meant), gathered(space, layout, form, False)
+    of_displacement = gathered(space, layout, form, meant)
     misfit = misfit_pull(space)
-    determinant, inverse = determinant_and_inverse(space)
-    unpack, plane = packing(space, laws.state)[0], in_plane(space)
+    cofactor, (unpack, _), plane = _cofactor(space), packing(space, laws.state), in_plane(space)
     thick, thins = thickness(space, laws), laws.kept.thinning >= 0
     total, answers_by_law = laws.total or laws.respond, form.response is None
     Response = form.response.struct(space) if form.response is not None else Points
@@ -33,8 +37,7 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
     opposed = form.stress_term.make(space, Coefficients) if form.stress_term is not None else laws.respond
     left = faded(space)
     # Between particles of one set drag is a force of pairs, at points of their own it is a stress.
-    drags = form.rate_term is not None
-    dragged = form.rate_term.make(space, Coefficients) if form.rate_term is not None else laws.respond
+    drags, dragged = form.rate_term is not None, _dragged(space, layout, form)
 
     @kernel(ranged=True, pairs=True)
     def strain(
@@ -73,9 +76,8 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
             s, P = total(p, H)
             fields_out.stress[i] = s
         if wp.static(answers_by_law and (opposes or not form.total)):
-            F = wp.identity(n=dim, dtype=real) + H
             cauchy = plane(unpack(fields_out.stress[i]))
-            back = determinant(F) * wp.transpose(inverse(F))
+            back = cofactor(H)
             if wp.static(not form.total):
                 if wp.static(thins):
                     back = thick(fields_out.internals[i]) * back
@@ -83,13 +85,7 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
             if wp.static(opposes):
                 answers_out.extra[i] = points.volume[i] * (opposed(c, cauchy) * back) * points.moment[i]
         if wp.static(drags):
-            rate, _v = of_velocity(c, rows, points, others, others.velocity, i)
-            drag = mat()
-            # Across a crack, or turned inside out, F says nothing.
-            if determinant(wp.identity(n=dim, dtype=real) + H) > real(0.1):
-                to_start = inverse(wp.identity(n=dim, dtype=real) + H)
-                drag = dragged(c, density, rate * points.moment[i] * to_start) * wp.transpose(to_start)
-            answers_out.extra[i] = points.volume[i] * drag * points.moment[i]
+            answers_out.extra[i] = dragged(c, density, rows, points, others, H, i)
         if wp.static(form.staged):
             answers_out.nominal[i] = P
             return
@@ -103,3 +99,42 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
         answers_out.corrected[i] = A
 
     return strain
+
+
+@cache
+def _dragged(space: Space, layout: Layout, form: Form) -> wp.Function | None:
+    """Warp function (c, density, rows, points, others, H, i) -> the stress of the rate term at point i as forces take it,
+    volume times first Piola stress times moment; None without one."""
+    real, mat, dim, Fields, term = space.scalar, space.mat, space.dim, fields_struct(space, layout), form.rate_term
+    if term is None:
+        return None
+    Coefficients, Rows, Points = coefficients_of(space, form), rows_struct(space), points_struct(space)
+    of_velocity, stress_of = gathered(space, layout, form, False), term.make(space, Coefficients)
+    determinant, inverse = determinant_and_inverse(space)
+
+    @wp.func
+    def dragged(c: Coefficients, density: real, rows: Rows, points: Points, others: Fields, H: mat, i: int) -> mat:
+        rate, _v = of_velocity(c, rows, points, others, others.velocity, i)
+        drag = mat()
+        F = wp.identity(n=dim, dtype=real) + H
+        # Across a crack, or turned inside out, F says nothing.
+        if determinant(F) > real(0.1):
+            to_start = inverse(F)
+            drag = stress_of(c, density, rate * points.moment[i] * to_start) * wp.transpose(to_start)
+        return points.volume[i] * drag * points.moment[i]
+
+    return dragged
+
+
+@cache
+def _cofactor(space: Space) -> wp.Function:
+    """Warp function H -> J F^-T of F = I + H."""
+    real, mat, dim = space.scalar, space.mat, space.dim
+    determinant, inverse = determinant_and_inverse(space)
+
+    @wp.func
+    def cofactor(H: mat) -> mat:
+        F = wp.identity(n=dim, dtype=real) + H
+        return determinant(F) * wp.transpose(inverse(F))
+
+    return cofactor
