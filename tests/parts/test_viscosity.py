@@ -67,7 +67,7 @@ def test_what_viscosity_takes_is_exact_however_long_the_step(integrator: object,
     assert energy["dissipated"][-1] == pytest.approx(lost, rel=1e-6)
 
 
-@pytest.mark.filterwarnings("ignore:.*energy was")
+@pytest.mark.filterwarnings("ignore:.*energy was", "ignore:.*spurious modes")
 @pytest.mark.parametrize("name", ["leapfrog", "rk4"])
 @pytest.mark.parametrize("kind", ["pair", "approach"])
 def test_the_limit_with_viscosity_at_points_holds(name: str, kind: str) -> None:
