@@ -50,9 +50,9 @@ def unstable(
     return Unstable(message, step=step, time=t, dt=dt, field=name, particle=particle, position=position, limit=limit)
 
 
-HELD_WARNING, HELD_FINDING, HELD_FLOOR, HELD_AFTER = 0.05, 0.10, 0.05, 20
+HELD_WARNING, HELD_FINDING, HELD_FLOOR = 0.05, 0.10, 0.05
 """Parts of the internal energy that are warned of and that are a finding; part of the whole energy that is the least
-measure; steps before the first look."""
+measure. Before a wave has crossed a body a front of few cells can be all of its energy: that is no measure of it."""
 
 
 @dataclass
@@ -88,11 +88,11 @@ class Findings:
     def __post_init__(self) -> None:
         self.held = self.held or [Held() for _ in self.bodies]
 
-    def look(self, step: int, sums: Sequence[BodySums], account: Account) -> None:
-        """Look at a state; warn of a body that needs it, once."""
-        if step <= HELD_AFTER:
-            return
+    def look(self, step: int, time: float, sums: Sequence[BodySums], account: Account) -> None:
+        """Look at a state, of `time` [s]; warn of a body that needs it, once."""
         for run, mine, each, held, lost in zip(self.bodies, self.held, sums, account.held, account.lost, strict=True):
+            if time < _crossing(run):
+                continue
             part = mine.look(step, each, held, lost)
             if part > HELD_WARNING and not mine.warned:
                 mine.warned = True
@@ -111,6 +111,11 @@ class Findings:
     def restore(self, kept: Sequence[Sequence[float]]) -> None:
         """Put back what `kept` gave."""
         self.held = [Held(a, b, c, int(step), bool(warned)) for a, b, c, step, warned in kept]
+
+
+def _crossing(run: BodyRun) -> float:
+    """The time that a wave takes to cross a body along its longest side [s]."""
+    return float(np.ptp(run.system.position, axis=0).max()) / run.constitutive.wave_speed
 
 
 def _words(run: BodyRun, step: int, part: float) -> str:

@@ -164,7 +164,7 @@ class Simulation:
         if stop is not None:
             self._records.row(step, account)
             raise stop
-        self._checks.findings.look(step, sums, account)
+        self._checks.findings.look(step, self._timeline.time(step), sums, account)
         if self._control.follow(step, sums):
             self._records.retimed()
         self._control.clump(step)
