@@ -38,14 +38,14 @@ def mode(times: np.ndarray, k: float) -> np.ndarray:
 
 
 def test_the_scene_runs_against_its_closed_form() -> None:
-    """First order in the spacing: the first layer of cells is held, half a spacing inside either end."""
+    """Second order in the spacing: particles stand on the ends."""
     errors = []
     for spacing in (0.01, 0.005):
         result = wsph.run(wsph.load(SCENE).with_(**{"bodies.0.spacing": spacing}))
         probe = result.probes["middle"]
         errors.append(np.abs(probe["velocity_x"] / 1e-3 - mode(probe["time"], np.pi)).max())
     assert errors[0] < 0.05
-    assert errors[0] / errors[1] == pytest.approx(2.0, abs=0.15)
+    assert errors[0] / errors[1] > 3.5
     energy = result.summary["energy"]
     assert energy["dissipated"] > 0.9 * energy["external_work"]
     assert abs(energy["residual"]) < 1e-3 * energy["external_work"]

@@ -42,13 +42,49 @@ FORMS = [
 ]
 
 
-@pytest.mark.parametrize("model", ["elastic", "jaumann", "neo-hookean"])
-@pytest.mark.parametrize("form", FORMS, ids="-".join)
-def test_the_strain_energy_is_that_of_the_stress_that_a_form_carries(form: tuple[str, str], model: str) -> None:
-    """A square that is driven to a uniform F: of a rate law sigma : C^-1 : sigma/2 in the volume that the form gives it, of
-    a total law its own energy."""
-    if form[0] != "leapfrog" and model == "neo-hookean":
-        pytest.skip("a total law alone, which forms of two sets refuse")
+def worked(gradient: np.ndarray, time: float, model: str, tsph: bool) -> float:
+    """The work of a rate law's stress per volume at the start, for F = I + t `gradient`, by the classical Runge-Kutta method
+    in 400 steps: int J sigma:D dt, the stress turning with W (jaumann) or with R of F = R U; in small strain int sigma:D dt
+    of what turns with nothing, where the form does not turn it."""
+    shear, first, whole = 0.5 / 1.3, 0.3 / 1.3 / 0.4, np.zeros((3, 3))
+    whole[:2, :2] = gradient
+
+    def rotation(t: float) -> np.ndarray:
+        left, _, right = np.linalg.svd(np.eye(3) + t * whole)
+        return left @ right
+
+    def rate(t: float, state: np.ndarray) -> np.ndarray:
+        s, F = state[:9].reshape(3, 3), np.eye(3) if tsph else np.eye(3) + t * whole
+        L = whole @ np.linalg.inv(F)
+        D, W = 0.5 * (L + L.T), 0.5 * (L - L.T)
+        if model == "elastic":
+            h = 1e-5
+            W = np.zeros((3, 3)) if tsph else (rotation(t + h) - rotation(t - h)) / (2.0 * h) @ rotation(t).T
+        change = first * np.trace(D) * np.eye(3) + 2.0 * shear * D + W @ s - s @ W
+        return np.append(change.ravel(), np.linalg.det(F) * (s * D).sum())
+
+    state, dt = np.zeros(10), time / 400
+    for n in range(400):
+        a = rate(n * dt, state)
+        b = rate((n + 0.5) * dt, state + 0.5 * dt * a)
+        c = rate((n + 0.5) * dt, state + 0.5 * dt * b)
+        d = rate((n + 1) * dt, state + dt * c)
+        state = state + dt / 6.0 * (a + 2.0 * b + 2.0 * c + d)
+    return float(state[9])
+
+
+LAWS = [
+    (form, model)
+    for form in FORMS
+    for model in ("elastic", "jaumann", "neo-hookean")
+    # Forms of two sets refuse a total law alone.
+    if form[0] == "leapfrog" or model != "neo-hookean"
+]
+
+
+@pytest.mark.parametrize(("form", "model"), LAWS, ids=str)
+def test_the_strain_energy_is_the_work_of_the_stress_that_a_form_carries(form: tuple[str, str], model: str) -> None:
+    """A square that is driven to a uniform F: of a rate law the work of its stress, of a total law its own energy."""
     gradient = np.array([[0.1, 0.04], [0.0, -0.05]])
     velocity = [f"({a})*x + ({b})*y" for a, b in gradient]
     motion = {"body": "b", "where": "x > -9", "velocity": dict(zip("xy", velocity, strict=True))}
@@ -59,14 +95,11 @@ def test_the_strain_energy_is_that_of_the_stress_that_a_form_carries(form: tuple
     F[:2, :2] += gradient * result.time
     J, shear, first = np.linalg.det(F), 0.5 / 1.3, 0.3 / 1.3 / 0.4
     if form[0] != "leapfrog" or model == "jaumann":
-        xx, yy, zz, xy, yz, xz = result.particles["stress"].mean(0)
-        stress = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        mean = np.trace(stress) / 3.0
-        right = 0.5 * mean**2 / (first + 2.0 * shear / 3.0) + 0.25 * ((stress - mean * np.eye(3)) ** 2).sum() / shear
-        right *= 1.0 if form[0] == "tsph" else J
+        right = worked(gradient, result.time, model, form[0] == "tsph")
     elif model == "elastic":
         E = 0.5 * (F.T @ F - np.eye(3))
         right = 0.5 * first * np.trace(E) ** 2 + shear * (E**2).sum()
     else:
         right = 0.5 * shear * (np.trace(F.T @ F) - 3.0) - shear * np.log(J) + 0.5 * first * np.log(J) ** 2
-    assert result.summary["energy"]["strain"] == pytest.approx(right, rel=1e-9)
+    rate_law = form[0] != "leapfrog" or model == "jaumann"
+    assert result.summary["energy"]["strain"] == pytest.approx(right, rel=2e-4 if rate_law else 1e-9)

@@ -279,14 +279,14 @@ class LagrangianRates:
             inputs = [law, self._coefficients, self._density, self._rows, self._points, others]
             self._clock.launch(self.kernels.strain, m, inputs, [self._response, state.struct, self._answers])
         if self.form.staged:
-            inputs = [self._rows, self._acting, getattr(others, "displacement")]  # noqa: B009
+            inputs = [self._rows, self._acting, _field(others, "displacement")]
             self._clock.launch(self.kernels.spread, m, inputs, [self._answers])
         if self._ghosts is not None:
             self._ghosts.answer(self._loads.vectors, self._answers.corrected)
 
     def _find_gradient(self, others: Struct, name: str, out: Array) -> None:
         """Gradients of a field of the particles as pairs see them (a launch)."""
-        inputs = [self._coefficients, self._rows, self._points, others, getattr(others, name)]
+        inputs = [self._coefficients, self._rows, self._points, others, _field(others, name)]
         self._clock.launch(self.kernels.gradient, len(out), inputs, [out])
 
     def _others(self, state: State) -> Struct:
@@ -314,6 +314,11 @@ class LagrangianRates:
         inputs = [m, self._rows, self._acting, self._answers, state.struct]
         wp.launch(self.kernels.held, len(sums), inputs=inputs, outputs=[sums], device=device)
         return total(sums)
+
+
+def _field(fields: Struct, name: str) -> Array:
+    """A field of a state by its name."""
+    return getattr(fields, name)
 
 
 def joined(pairs: Pairs, back: Pairs) -> Pairs:
