@@ -26,6 +26,7 @@ def test_it_twists_and_springs_back_and_keeps_its_energy() -> None:
     assert twist(result) == pytest.approx((338.4, -116.5), abs=1.0)
 
 
+@pytest.mark.filterwarnings("ignore:.*at a Poisson's ratio")
 @pytest.mark.parametrize("formulation", ["total-lagrangian", "updated-lagrangian"])
 def test_the_other_forms_run_it_too(formulation: str) -> None:
     changes = {"bodies.0.spacing": 0.25, "run.formulation": formulation}

@@ -151,7 +151,7 @@ def _() -> float:
     return loaded(law, 1.0, 0.05, 2e5, 0.5, 60.0)
 
 
-@case("total-Lagrangian cantilever, nu = 0.4999, six rows: frequency over the slender beam's", 0.985, 0.03)
+@case("total-Lagrangian cantilever, nu = 0.4999, six rows: frequency over the slender beam's", 1.0, 0.02)
 def _() -> float:
     law = {"model": "elastic", "density": 1e3, "youngs_modulus": 2e6, "poisson_ratio": 0.4999}
     k = 1.8751040687 / 0.2

@@ -181,6 +181,7 @@ def test_simple_shear_to_three(law: str, form: str, dim: int, state: str | None)
         assert found[column] == pytest.approx(exact, abs=2e-3 * size)
 
 
+@pytest.mark.filterwarnings("ignore:.*energy was created")  # by 2.1 % in `ul-tsph`, which turns by two degrees a step
 @covering([("perzyna", "strain", 2), ("perzyna", None, 3)])
 def test_a_stretched_body_turns_with_its_stress(law: str, form: str, dim: int, state: str | None) -> None:
     """Stretched along x by 5 % and turned by a right angle: what was sigma_xx is sigma_yy."""

@@ -107,7 +107,7 @@ class TestBeam:
             return np.sqrt(np.maximum(squares, 0.0)) / system.scales.time / reference["modes"]
 
         np.testing.assert_allclose(ratios(), 1.0, atol=0.01)
-        np.testing.assert_allclose(ratios(formulation="total-lagrangian"), 1.0, atol=0.08)
+        np.testing.assert_allclose(ratios(formulation="total-lagrangian"), 1.0, atol=0.1)
         assert ratios(formulation="total-lagrangian", residual=False)[2] < 0.7
 
     @pytest.mark.slow

@@ -71,7 +71,9 @@ def slope(states: list[np.ndarray]) -> float:
 
 def measured(*keys: Any, dim: int = 1) -> float:
     """Order in time of displacements and velocities."""
-    runs = [wsph.run(one_set(*keys, dt=dt, dim=dim)).particles for dt in STEPS]
+    # Eight evaluations leave so little that the third order shows in steps half as long.
+    steps = [0.5 * dt for dt in STEPS] if keys[0] == "kg4-8" else STEPS
+    runs = [wsph.run(one_set(*keys, dt=dt, dim=dim)).particles for dt in steps]
     return slope([np.concatenate([run["displacement"].ravel(), run["velocity"].ravel()]) for run in runs])
 
 

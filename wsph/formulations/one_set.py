@@ -31,7 +31,7 @@ from wsph.formulations.layout import (
     matter_fields,
     velocity_field,
 )
-from wsph.formulations.one_set_setup import Loads, Placement, RateSetup, remembers
+from wsph.formulations.one_set_setup import Loads, Placement, RateSetup, pair_warnings, remembers
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import System
 from wsph.parts.body_force import BodyForce
@@ -51,9 +51,6 @@ class Rates(Protocol):
     form: Form
     holding: Array
     """Forces per mass that hold spurious modes, of the last evaluation, (n,) vec, where there are any."""
-
-    @property
-    def warnings(self) -> tuple[str, ...]: ...
 
     @property
     def pairs(self) -> int: ...
@@ -133,7 +130,7 @@ class OneSetSystem(System):
         self.form, self.stabilisation, self._host = self.rates.form, made.stabilisation, host
         self.response, self.breaks, self.total = self.form.response, self.form.breaks, self.form.total
         self.attached = self._attach(host)
-        self.warnings = self.rates.warnings
+        self.warnings = pair_warnings(made, self.form.blocks)
         self.work = self._works = _Works(self, self.rates.holding if self.form.holds else None)
         self.motions = SmallMotions(cast(Moving, self))
         for name, holder in (("boundary", self.boundary), ("loads", self.loads.values)):

@@ -212,16 +212,17 @@ def pair_warnings(made: RateSetup, blocks: bool) -> tuple[str, ...]:
     host, conditions = made.host, made.conditions
     found: list[str] = []
     faces = bool(conditions.entries) or made.loads.count > 0 or bool(made.loads.acting)
-    if faces and not host.edges and not host.breaks and host.correction != "paper":
+    if host.traits.edges and faces and not host.edges and not host.breaks and host.correction != "paper":
         found.append(
             f"body {host.name!r}: with pairs of a kernel stress is 20 to 45 % off beside held and loaded faces, however fine the"
             " lattice. Pairs along the edges of the cells are exact there: leave out run.support, run.kernel, placement, and what"
             ' else asks for a kernel\'s pairs (contact, cracks, damping of all pairs), or use "stress-points"'
         )
-    return (*found, *(() if blocks else locking_warnings(host)))
+    constrained = host.traits.edges or host.traits.pairs_follow
+    return (*found, *(_locking_warnings(host) if constrained and not blocks else ()))
 
 
-def locking_warnings(host: Host) -> tuple[str, ...]:
+def _locking_warnings(host: Host) -> tuple[str, ...]:
     """The warning of a body whose particles each hold their volume, where that locks it; none where it does not."""
     if not host.locks:
         return ()

@@ -70,7 +70,8 @@ def _usual(host: Host) -> float:
     usual = host.traits.stabilisation
     if host.traits.reference:
         usual = AT_NODES if host.traits.pairwise and host.at_nodes else usual
-        usual = ALONG_EDGES if host.edges else usual
         usual = BREAKING if host.breaks else usual
         usual = FLOWING if flows else usual
+        # What flows by edges has volumes of blocks, and with less a Taylor bar turns inside out.
+        usual = ALONG_EDGES if host.edges and (host.flows or not flows) else usual
     return usual

@@ -136,10 +136,12 @@ def test_dissipation_grows_at_every_particle(integrator: str, exponent: float, j
     scene = scenes.block(2, 8, run={"integrator": integrator, "cfl": 0.2, "guard": "off"}, material=material, jitter=jitter,
                          tables={"boundary": boundary}, velocity=[".05*sin(6*x)*(1 + y)", "0.04*cos(5*y)*x"])  # fmt: skip
     composition = wsph.simulation.compose.compose(scene)
-    state, before = composition.bodies[0].system.state, 0.0
+    run, before = composition.bodies[0], 0.0
+    # The stored energy, an internal of what moves, may fall.
+    grows = [list(run.constitutive.internals).index(name) for name in ("plastic_strain", "dissipation")]
     for _ in range(40):
         composition.program.run(1)
-        now = state.read("internals").copy()
+        now = run.system.state.read("internals")[:, grows].copy()
         assert (now >= before).all()
         before = now
     assert now.max() > 1e-3

@@ -50,7 +50,7 @@ from wsph.formulations.lagrangian.held_energy import held_energy_kernel
 from wsph.formulations.lagrangian.set_up import Reference, find_reference
 from wsph.formulations.lagrangian.strain import strain_kernel
 from wsph.formulations.one_set import OneSetSystem
-from wsph.formulations.one_set_setup import RateSetup, pair_warnings
+from wsph.formulations.one_set_setup import RateSetup
 from wsph.formulations.setup import Setup
 from wsph.parts.body_force import BodyForceKinds
 from wsph.parts.part import Attached, Neighbourhood
@@ -123,7 +123,6 @@ class LagrangianRates:
         with blame(host.constitutive.who):
             self.kernels = _kernels(host.space, host.constitutive.laws, made.layout, made.force.parts, self.form)
         self._allocate(reference, made.stabilisation, state)
-        self._warnings = () if placement.points else pair_warnings(made, self.form.blocks)
         self._acting, self._response = self._points, self._points
         self._blocks = blocks_of(host.lattice, host.space, self._arrays) if self.form.blocks else (0, None)
 
@@ -195,11 +194,6 @@ class LagrangianRates:
             self._back,
             self._back_weight,
         )
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What is wrong with a kernel's pairs beside faces, and with volume constraints at every particle."""
-        return self._warnings
 
     def attach(self, parts: Iterable[Attached]) -> None:
         """Use the shares and weights that parts of the body change."""

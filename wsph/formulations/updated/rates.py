@@ -31,7 +31,7 @@ from wsph.constitutive.laws import Laws
 from wsph.errors import Refused
 from wsph.formulations.lagrangian.flow import drift_kernel, flow_kernel
 from wsph.formulations.lagrangian.form import Form
-from wsph.formulations.one_set_setup import RateSetup, locking_warnings
+from wsph.formulations.one_set_setup import RateSetup
 from wsph.formulations.updated.forces import force_now_kernel
 from wsph.formulations.updated.gradient import velocity_gradient_ahead
 from wsph.formulations.updated.images import Kind, find_images, kinds_of
@@ -91,7 +91,6 @@ class UpdatedRates:
         self._count, self._at_nodes = placement.count, placement.at_nodes
         self._arrays = made.arrays.part("rates")
         self.form = made.form(loaded=made.loads.count > 0)
-        self._warnings = locking_warnings(host)
         self._coefficients = made.coefficients(self.form)
         with blame(host.constitutive.who):
             self.kernels = _kernels(space, host.constitutive.laws, made.layout, made.force.parts, self.form)
@@ -203,11 +202,6 @@ class UpdatedRates:
         for name in ("offsets", "indices", "reach"):
             self._arrays.take(f"pairs.{name}", getattr(pairs, name))
         self.skin.found.assign(displacement.astype(self._space.numpy))
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What is wrong with volume constraints at every particle."""
-        return self._warnings
 
     def attach(self, parts: list[Attached]) -> None:
         """No part has anything on the device here."""
