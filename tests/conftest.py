@@ -1,5 +1,6 @@
 """Shared by all tests: the scenes of the examples and short bars."""
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -9,6 +10,10 @@ import wsph
 from wsph.backend import graph, threads
 
 ROOT = Path(__file__).resolve().parents[1]
+
+if "PYTEST_XDIST_WORKER" in os.environ:
+    # A worker for every core: a scene that leaves its threads open has one of them.
+    graph.cores = lambda: threads.cores()[:1]
 
 
 @pytest.fixture(scope="session")
