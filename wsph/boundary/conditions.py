@@ -11,7 +11,7 @@ it a cantilever's root grows by 2e-4 a step at nu = 0.499, C <= 0.5).
 
 # pyright: strict
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -35,8 +35,8 @@ class Conditions:
     entries: (field, component) -> {particle: value}; free_normals: bit k of (n,) where sigma_kk is prescribed; work_*: rows
     of (particle, axis, signed area [m^(dim-1)]) on faces that move or carry stress. mirrored (n,): how often a particle is
     there with its images across planes of symmetry, 1, 2, 4 or 8: its volume times that is a whole particle's. acting: loads
-    that follow the state, by a name, and where they act. across (n,): bit k where stresses are
-    prescribed in the frame of a face across axis k of the grid, of two-set bodies alone.
+    that follow the state, by a name, and where they act. across (n,): bit k where stresses are prescribed in the frame of a
+    face across axis k of the grid, of two-set bodies alone.
     """
 
     entries: dict[tuple[str, int], dict[int, Prescribed]] = field(
@@ -106,9 +106,9 @@ def nonzero(value: Prescribed) -> bool:
     return not (isinstance(value, Expression) and value.program == constant_program(0.0).program)
 
 
-def varies(value: Prescribed) -> bool:
-    """Whether a prescribed value differs from place to place."""
-    return isinstance(value, Expression) and any(value.uses(axis) for axis in AXES)
+def varies(value: Prescribed, along: Iterable[str] = AXES) -> bool:
+    """Whether a prescribed value differs from place to place, `along` some axes."""
+    return isinstance(value, Expression) and any(value.uses(axis) for axis in along)
 
 
 def face_component(axis: int, tangent: int) -> str:

@@ -13,9 +13,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from wsph.boundary.conditions import Prescribed, nonzero
+from wsph.boundary.conditions import Prescribed, nonzero, varies
 from wsph.boundary.tables import Boundary
-from wsph.expressions import Expression
 from wsph.geometry.lattice import Lattice
 
 
@@ -108,7 +107,7 @@ class Walls:
             return "the body is cracked"
         if len(velocity) < len(self._lattice.frame.step) and not self._lattice.frame.upright:
             return "it is turned and some components of its velocity are free"
-        if any(isinstance(value, Expression) and any(value.uses(x) for x in "xyz") for value in velocity.values()):
+        if any(varies(value) for value in velocity.values()):
             return "its velocity is not the same all over the face"
         lines = sorted((sign, at) for _, sign, at in chosen)
         if any(one[0] == other[0] and other[1] - one[1] < NEAR for one, other in pairwise(lines)):

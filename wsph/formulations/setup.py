@@ -45,7 +45,7 @@ class Setup:
     @property
     def host(self) -> Host:
         """The body as its parts see it."""
-        run, parts = self.scene.run, self.body.parts
+        run, parts, edges = self.scene.run, self.body.parts, self.along_edges
         own = [part.support for part in parts.values() if part.support is not None]
         return Host(
             self.body.name,
@@ -57,8 +57,8 @@ class Setup:
             run.correction,
             run.kernel,
             run.support or (own[0] if own else self.traits.support),
-            not self.traits.pairwise or self.body.placement == "nodes" or self.along_edges,
-            self.along_edges,
+            not self.traits.pairwise or self.body.placement == "nodes" or edges,
+            edges,
             parts,
         )
 

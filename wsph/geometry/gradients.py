@@ -49,8 +49,8 @@ def nodal_gradients(places: np.ndarray, corners: np.ndarray, mix: float = MIX) -
     if not (volume > 0.0).all():
         raise ValueError(f"the cells about {places[int(volume.argmin())].tolist()} are too distorted to have gradients")
     pairs, where = np.unique(np.concatenate(keys), return_inverse=True)
-    whole = np.zeros((len(pairs), dim))
-    np.add.at(whole, where.ravel(), np.concatenate(values))
+    parts = np.concatenate(values)
+    whole = np.stack([np.bincount(where.ravel(), parts[:, k]) for k in range(dim)], 1)
     start, end = pairs // n, pairs % n
     back = whole[np.searchsorted(pairs, end * n + start)]
     apart = start != end

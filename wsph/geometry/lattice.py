@@ -77,8 +77,12 @@ class Lattice:
         """Nodes (n, dim) in units of `length` [m] about the middle of the body, along the coordinate axes."""
         if self.mapped:
             return (self.nodes - self.nodes.mean(0)) / length
-        factor = np.where(np.abs(self.frame.step / length - 1.0) < 1e-6, 1.0, self.frame.step / length)
-        return self.centred[0] * factor @ self.frame.axes.T
+        return self.centred[0] * self.steps(length) @ self.frame.axes.T
+
+    def steps(self, length: float) -> np.ndarray:
+        """The grid's steps (dim,) in units of `length` [m], exactly one where they are that."""
+        steps = self.frame.step / length
+        return np.where(np.abs(steps - 1.0) < 1e-6, 1.0, steps)
 
     @property
     def neighbours(self) -> np.ndarray:

@@ -87,11 +87,13 @@ class Findings:
 
     def __post_init__(self) -> None:
         self.held = self.held or [Held() for _ in self.bodies]
+        self._crossings = [_crossing(run) for run in self.bodies]
 
     def look(self, step: int, time: float, sums: Sequence[BodySums], account: Account) -> None:
         """Look at a state, of `time` [s]; warn of a body that needs it, once."""
-        for run, mine, each, held, lost in zip(self.bodies, self.held, sums, account.held, account.lost, strict=True):
-            if time < _crossing(run):
+        bodies = zip(self.bodies, self._crossings, self.held, sums, account.held, account.lost, strict=True)
+        for run, crossing, mine, each, held, lost in bodies:
+            if time < crossing:
                 continue
             part = mine.look(step, each, held, lost)
             if part > HELD_WARNING and not mine.warned:

@@ -65,7 +65,11 @@ def force_from_points_kernel(space: Space, layout: Layout, parts: BodyForceKinds
 def force_between_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: Form) -> wp.Kernel:
     """Accelerations of particles that are their own points, with what else acts between them."""
     real, vec, mat, Fields = space.scalar, space.vec, space.mat, fields_struct(space, layout)
-    accelerated, Inertia, Coefficients = acceleration(space, parts), inertia_struct(space), coefficients_of(space, form)
+    Inertia, Coefficients, close = (
+        inertia_struct(space),
+        coefficients_of(space, form),
+        closed_sum(space, layout, parts, form),
+    )
     Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
     seen, at, loaded = seen_pair(space, layout, form), element(wp.int32, real, vec, mat), loaded_force(space, form)
     pulled = _pulled(space, form)
@@ -125,13 +129,7 @@ def force_between_kernel(space: Space, layout: Layout, parts: BodyForceKinds, fo
                 hold = hold + held(c, body.density, points, answers, fields, others, i, j, wr, r, apart, square, both)
             k += 1
         f = loaded(f, loads, following, i)
-        if wp.static(drags):
-            rate_out.drag[i] = drag / (points.volume[i] * body.density)
-            f += drag
-        if wp.static(holds):
-            holding_out[i] = hold / (points.volume[i] * body.density)
-            f += hold
-        rate_out.velocity[i] = accelerated(body, f / points.volume[i], fields.velocity[i])
+        close(body, points.volume[i], fields.velocity[i], f, drag, hold, i, holding_out, rate_out)
 
     return force_between
 
@@ -175,6 +173,36 @@ def loaded_force(space: Space, form: Form) -> wp.Function:
         return f
 
     return loaded
+
+
+def closed_sum(space: Space, layout: Layout, parts: BodyForceKinds, form: Form) -> wp.Function:
+    """Warp function (body, volume, velocity, force, drag, hold, i, holding_out, rate_out) that writes what the sums over the
+    pairs of particle i come to: its acceleration, and what of it drag and the forces that hold spurious modes are."""
+    real, vec, Fields = space.scalar, space.vec, fields_struct(space, layout)
+    accelerated, Inertia, drags, holds = acceleration(space, parts), inertia_struct(space), form.drags, form.holds
+
+    @wp.func
+    def close(
+        body: Inertia,
+        volume: real,
+        velocity: vec,
+        force: vec,
+        drag: vec,
+        hold: vec,
+        i: int,
+        holding_out: wp.array(dtype=vec),
+        rate_out: Fields,
+    ):
+        f = force
+        if wp.static(drags):
+            rate_out.drag[i] = drag / (volume * body.density)
+            f += drag
+        if wp.static(holds):
+            holding_out[i] = hold / (volume * body.density)
+            f += hold
+        rate_out.velocity[i] = accelerated(body, f / volume, velocity)
+
+    return close
 
 
 def summed_terms(space: Space, layout: Layout, form: Form, kind: str) -> wp.Function | None:

@@ -44,7 +44,7 @@ def find_reference(
     of the particles [m]; `quantum` is the precision whose quanta weights are multiples of."""
     lattice, space, separate = host.lattice, Space(host.space.dim), not host.traits.pairwise
     frame, length = lattice.frame, host.scales.length
-    factor = np.where(np.abs(frame.step / length - 1.0) < 1e-6, 1.0, frame.step / length)
+    factor = lattice.steps(length)
     place = particles * factor @ frame.axes.T
     if lattice.mapped:
         place = (position - position.mean(0)) / length

@@ -9,11 +9,11 @@ from wsph.backend.kernels import kernel
 from wsph.backend.pair_loops import element
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
-from wsph.formulations.lagrangian.forces import loaded_force, summed_terms
+from wsph.formulations.lagrangian.forces import closed_sum, loaded_force, summed_terms
 from wsph.formulations.lagrangian.form import Form, coefficients_of, seen_pair
 from wsph.formulations.updated.images import seen_image
 from wsph.formulations.updated.memory import memory_struct
-from wsph.parts.body_force import BodyForceKinds, acceleration, inertia_struct
+from wsph.parts.body_force import BodyForceKinds, inertia_struct
 from wsph.parts.terms import answers_struct, points_struct
 from wsph.sph.rows import rows_struct
 
@@ -21,7 +21,11 @@ from wsph.sph.rows import rows_struct
 def force_now_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: Form) -> wp.Kernel:
     """Accelerations of particles by the pairs of where they are."""
     real, vec, mat, Fields = space.scalar, space.vec, space.mat, fields_struct(space, layout)
-    accelerated, Inertia, Coefficients = acceleration(space, parts), inertia_struct(space), coefficients_of(space, form)
+    Inertia, Coefficients, close = (
+        inertia_struct(space),
+        coefficients_of(space, form),
+        closed_sum(space, layout, parts, form),
+    )
     Rows, Points, Answers, Memory = (
         rows_struct(space),
         points_struct(space),
@@ -85,12 +89,6 @@ def force_now_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: 
                 if wp.static(form.remembers):
                     f = f + w * (pull - flip * memory.pull[j])
         f = loaded(f, loads, following, i)
-        if wp.static(drags):
-            rate_out.drag[i] = drag / (points.volume[i] * body.density)
-            f += drag
-        if wp.static(holds):
-            holding_out[i] = hold / (points.volume[i] * body.density)
-            f += hold
-        rate_out.velocity[i] = accelerated(body, f / points.volume[i], fields.velocity[i])
+        close(body, points.volume[i], fields.velocity[i], f, drag, hold, i, holding_out, rate_out)
 
     return force_now

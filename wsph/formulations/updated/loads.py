@@ -15,10 +15,10 @@ import warp as wp
 
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
-from wsph.boundary.conditions import Conditions, Prescribed
+from wsph.boundary.conditions import Conditions, Prescribed, varies
 from wsph.boundary.walls import Wall
-from wsph.expressions import Expression
-from wsph.formulations.updated.images import find_images, kinds_of
+from wsph.formulations.updated.images import find_images, kinds_of, shifts_of
+from wsph.output.fields import AXES
 from wsph.parts.part import Host
 from wsph.sph.pairs import find_pairs
 from wsph.sph.rows import rows_of, rows_struct
@@ -77,11 +77,7 @@ def face_sums(host: Host, walls: list[Wall], device: str) -> np.ndarray:
     )
     pairs = find_pairs(place, place, host.support, device, same=True)
     if kinds:
-        shift = [
-            sum(2.0 * ((walls[k].point - origin) @ walls[k].normal) * walls[k].normal for k in kind.walls)
-            for kind in kinds
-        ]
-        shifts = np.array(shift) / unit
+        shifts = shifts_of(kinds, walls, origin) / unit
         beyond, of, number = find_images(kinds, shifts, place, host.support, device)
         turn = np.stack([kind.turn for kind in kinds])[number]
         there = np.einsum("nab,nb->na", turn, place[of]) + shifts[number]
@@ -158,9 +154,8 @@ class _Columns:
     def shares(self, particle: int, axis: int, value: Prescribed) -> list[tuple[int, float]]:
         """The cells that share a load on a face of a cell, and their shares."""
         signs = self._signs[particle, axis]
-        others = "xyz" if not self._frame.upright else "xyz"[axis]
-        varies = isinstance(value, Expression) and any(value.uses(x) for x in others)
-        if len(signs) > 1 or varies or (axis, particle) in self._walled:
+        inward = AXES if not self._frame.upright else AXES[axis]
+        if len(signs) > 1 or varies(value, inward) or (axis, particle) in self._walled:
             return [(particle, 1.0)]
         normal = signs[0] * self._frame.axes[:, axis]
         step, column = -signs[0] * np.eye(len(normal), dtype=int)[axis], [particle]

@@ -34,7 +34,7 @@ from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.one_set_setup import RateSetup
 from wsph.formulations.updated.forces import force_now_kernel
 from wsph.formulations.updated.gradient import velocity_gradient_ahead
-from wsph.formulations.updated.images import Kind, find_images, kinds_of
+from wsph.formulations.updated.images import find_images, kinds_of, shifts_of
 from wsph.formulations.updated.memory import memory_struct, remembered_energy_kernel
 from wsph.formulations.updated.moments import moments_kernel
 from wsph.formulations.updated.walls import PLACE, drift_walls_kernel, place_images_kernel, walls_of
@@ -95,12 +95,12 @@ class UpdatedRates:
         with blame(host.constitutive.who):
             self.kernels = _kernels(space, host.constitutive.laws, made.layout, made.force.parts, self.form)
         # About an origin of its own: far from the scene's, single precision would lose what lies between particles.
-        length = self._scale = host.scales.length
+        length = host.scales.length
         self._place = (placement.position - placement.position.mean(0)) / length
         self._reach = 2.0 * float(self._coefficients.h) + SKIN * host.lattice.spacing / length
         self._thickness = SKIN * host.lattice.spacing / length
         self._walls, self._kinds = list(made.walls), kinds_of(list(made.walls))
-        self._shift = np.array([self._image_shift(kind, placement.position.mean(0)) for kind in self._kinds])
+        self._shift = shifts_of(self._kinds, self._walls, placement.position.mean(0)) / length
         self._allocate(placement.volume, made.stabilisation * (length / host.lattice.spacing) ** 2)
         self._make_images()
         self.skin = Skin(space, self._count, self._clock)
@@ -132,17 +132,11 @@ class UpdatedRates:
         self.holding = arrays.zeros("holding", n if self.form.holds else 1, space.vec)
         self._rank = arrays.zeros("rank", n, wp.int32)
 
-    def _image_shift(self, kind: Kind, origin: np.ndarray) -> np.ndarray:
-        """Where images of a kind stand at the start, about `origin` [m]: x_g less Q x, (dim,) nondimensional."""
-        walls = [self._walls[k] for k in kind.walls]
-        offsets = [2.0 * float((wall.point - origin) @ wall.normal) * wall.normal for wall in walls]
-        return np.sum(offsets, 0) / self._scale
-
     def _make_images(self) -> None:
         """The kinds of images on the device."""
         if not self._kinds:
             return
-        space, arrays, kinds, device = self._space, self._arrays.part("images"), self._kinds, self._clock.device
+        space, arrays, kinds = self._space, self._arrays.part("images"), self._kinds
         images = images_struct(space)()
         images.turn = arrays.of("turn", np.stack([kind.turn for kind in kinds]), space.mat)
         images.flip = arrays.of("flip", np.stack([kind.flip for kind in kinds]), space.mat)
@@ -151,7 +145,7 @@ class UpdatedRates:
         images.drive = arrays.zeros("drive", len(kinds), space.vec)
         self._coefficients.images = images
         self._driven = sum(wall.driven for wall in self._walls)
-        self._wall_facts = walls_of(space, kinds, self._walls, self._shift, device)
+        self._wall_facts = walls_of(space, kinds, self._walls, self._shift, self._arrays.part("walls"))
 
     def _find_images(self, place: np.ndarray) -> None:
         """Pairs with images of particles at `place` (n, dim), nondimensional. Walls move too, for which there is more

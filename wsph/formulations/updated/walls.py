@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 import warp as wp
 
+from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock, dt_of
 from wsph.backend.kernels import kernel
 from wsph.backend.reduce import BLOCK
@@ -54,7 +55,7 @@ def walls_struct(space: Space) -> type:
     return wp.struct(type("Walls", (), {"__annotations__": annotations, "__module__": __name__}))
 
 
-def walls_of(space: Space, kinds: list[Kind], walls: list[Wall], rest: np.ndarray, device: str) -> object:
+def walls_of(space: Space, kinds: list[Kind], walls: list[Wall], rest: np.ndarray, arrays: Arrays) -> object:
     """The walls of kinds of images on the device; `rest` (kinds, dim) as in the struct."""
     dim = space.dim
     driven = [wall for wall in walls if wall.driven]
@@ -67,10 +68,10 @@ def walls_of(space: Space, kinds: list[Kind], walls: list[Wall], rest: np.ndarra
                 number[row, slot] = next(n for n, wall in enumerate(driven) if wall is walls[k])
                 normal[row, slot] = walls[k].normal
     made = walls_struct(space)()
-    made.number = wp.array(number.ravel(), dtype=wp.int32, device=device)
-    made.normal = wp.array(normal.reshape(-1, dim), dtype=space.vec, device=device)
-    made.flip = wp.array(flip.reshape(-1, dim, dim), dtype=space.mat, device=device)
-    made.rest = wp.array(rest, dtype=space.vec, device=device)
+    made.number = arrays.of("number", number.ravel(), wp.int32)
+    made.normal = arrays.of("normal", normal.reshape(-1, dim), space.vec)
+    made.flip = arrays.of("flip", flip.reshape(-1, dim, dim), space.mat)
+    made.rest = arrays.of("rest", rest, space.vec)
     return made
 
 
