@@ -190,3 +190,16 @@ def test_a_wall_that_is_not_one_is_named() -> None:
         system = compose(scenes.block(2, 6, run=FORM, tables=speed)).bodies[0].system
     assert not system.walls
     assert (system.free_components == 0.0).sum() == 6
+
+
+@pytest.mark.parametrize("turn", [0.0, 30.0])
+def test_loads_on_opposite_faces_have_one_stress_between_them(turn: float) -> None:
+    """A free plate that is pulled at both ends: the loads have no resultant, and each is its face's."""
+    plate = scenes.body({**scenes.box(1.0, 0.5), "rotate": turn}, 0.125, damping={"rate": 1.0})
+    pull = {"xx": "1e-4*min(t/10, 1)"}
+    ends = [{"body": "b", "face": face, "stress": pull} for face in ("-x", "+x")]
+    run = {"formulation": "updated-lagrangian", "end": 40.0, "cfl": 0.4}
+    stress = wsph.run(scenes.scene(plate, run=run, boundary=ends)).particles["stress"]
+    c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+    for column, exact in ((0, c * c), (1, s * s), (3, c * s)):
+        assert stress[:, column] == pytest.approx(np.full(len(stress), 1e-4 * exact), abs=3e-7)

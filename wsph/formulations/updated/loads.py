@@ -116,20 +116,21 @@ def spread_loads(conditions: Conditions, host: Host, walls: list[Wall], device: 
     dim = host.space.dim
     columns = _Columns(host, walls, face_sums(host, walls, device))
     for key, values in loads.entries.items():
-        scales, spread, areas = loads.scales[key], dict[int, Prescribed](), dict[int, float]()
-        whole, shared = 0.0, 0.0
-        for particle, value in values.items():
-            shares = columns.shares(particle, key[1] // dim, value)
-            for cell, share in shares:
-                spread[cell] = value
-                areas[cell] = scales[particle] * share
-            if len(shares) > 1:
-                whole += scales[particle]
-                shared += sum(scales[particle] * share for _, share in shares)
-        loads.entries[key] = spread
-        # What corners leave: the resultant is the face's to the last digit.
-        factor = whole / shared if shared else 1.0
-        loads.scales[key] = {cell: area if area == scales.get(cell) else factor * area for cell, area in areas.items()}
+        scales, axis, spread, areas = loads.scales[key], key[1] // dim, dict[int, Prescribed](), dict[int, float]()
+        found = {particle: columns.shares(particle, axis, value) for particle, value in values.items()}
+        for sign in (-1, 1):
+            # Each of two opposite faces by itself: both together have no resultant.
+            face = [particle for particle in values if columns.sign(particle, axis) == sign]
+            shared = [particle for particle in face if len(found[particle]) > 1]
+            resultant = sum(scales[particle] * share for particle in shared for _, share in found[particle])
+            # What corners leave: the resultant is the face's to the last digit.
+            factor = sum(scales[particle] for particle in shared) / resultant if shared else 1.0
+            for particle in face:
+                whole = 1.0 if len(found[particle]) == 1 else factor
+                for cell, share in found[particle]:
+                    spread[cell] = values[particle]
+                    areas[cell] = whole * scales[particle] * share
+        loads.entries[key], loads.scales[key] = spread, areas
 
 
 class _Columns:
@@ -150,6 +151,10 @@ class _Columns:
             if (wall.point - lattice.cells[cell]) @ wall.normal < lattice.spacing
         }
         self._walled = set(near)
+
+    def sign(self, particle: int, axis: int) -> int:
+        """Of the outward normal of a cell's face across an axis; where it has two, of the first."""
+        return self._signs[particle, axis][0]
 
     def shares(self, particle: int, axis: int, value: Prescribed) -> list[tuple[int, float]]:
         """The cells that share a load on a face of a cell, and their shares."""
