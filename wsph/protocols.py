@@ -35,6 +35,8 @@ class Traits:
     """Whether cells may differ in size and direction."""
     edges: bool = False
     """Whether its particles can stand on the faces, with pairs along the edges of the cells."""
+    corners: bool = False
+    """Whether its points see the corners of their own cells alone, unless a scene asks for a kernel's pairs."""
     splits_cracks: bool = False
     """Whether cracks part the particles on them, and so have to run along lines of the grid."""
     pairs_follow: bool = False

@@ -32,7 +32,7 @@ def face_conditions(scene: Prescribing, body: str, lattice: Lattice, labels: tup
         velocities = prescribed_velocities(scene, condition)
         if condition.symmetry:
             result.mirrored[nodes] *= 2.0
-        if velocities and len(velocities) < dim and not lattice.frame.upright:
+        if velocities and len(velocities) < dim and not lattice.upright:
             text = f"a turned body prescribes all {dim} components of the velocity, or stresses along the axes of its shape"
             raise SceneError("scene", [Fault(0, f"boundary.{k}", text)])
         for axis, value in velocities.items():

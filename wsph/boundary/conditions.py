@@ -79,7 +79,7 @@ class Conditions:
         lattice: Lattice,
     ) -> None:
         """A stress component, or a traction along a coordinate axis, on the faces `acting`, as forces on their particles."""
-        dim, axes = lattice.frame.axes.shape[0], lattice.frame.axes
+        dim, axes = lattice.axes.shape[0], lattice.frame.axes
         for axis in range(dim):
             rows = acting & (faces.axis == axis)
             if not rows.any():

@@ -64,7 +64,7 @@ def _natural_conditions(
     result.loads = Conditions()
     for k, condition, particles, rows in selected_conditions(scene, body, lattice, position, on):
         velocities = prescribed_velocities(scene, condition)
-        if velocities and len(velocities) < dim and condition.symmetry and not lattice.frame.upright:
+        if velocities and len(velocities) < dim and condition.symmetry and not lattice.upright:
             text = (
                 f"a turned body prescribes velocities along the coordinate axes; symmetry holds none of its {dim} alone"
             )
@@ -102,9 +102,9 @@ def _natural_conditions(
 
 def _loaded(faces: Faces, on: np.ndarray, rows: np.ndarray, lattice: Lattice) -> LoadedFaces:
     """The particles of some faces, the areas that they stand for [m^(dim-1)] and their mean normals."""
-    n, corners, dim = len(lattice.nodes), on.shape[1], lattice.frame.axes.shape[0]
+    n, corners, dim = len(lattice.nodes), on.shape[1], lattice.axes.shape[0]
     share = faces.shares(on)[rows].ravel()
-    outward = (faces.sign[rows, None] * lattice.frame.axes.T[faces.axis[rows]]).repeat(corners, 0)
+    outward = (faces.sign[rows, None] * lattice.axes.T[faces.axis[rows]]).repeat(corners, 0)
     area = np.bincount(on[rows].ravel(), share, n)
     particle = np.flatnonzero(area)
     mean = np.stack([np.bincount(on[rows].ravel(), share * outward[:, k], n) for k in range(dim)], 1)[particle]

@@ -145,7 +145,7 @@ class OneSetSystem(System):
     def _find_conditions(self, setup: Setup) -> Conditions:
         """What is prescribed to its particles."""
         conditions = node_conditions if self.placement.at_nodes else layer_conditions
-        return conditions(setup.scene, self.name, self.lattice)
+        return conditions(setup.scene, self.name, self.geometry)
 
     def _find_layout(self, host: Host) -> Layout:
         """The fields of its states."""
@@ -346,8 +346,8 @@ class OneSetSystem(System):
 
     @property
     def irregular(self) -> bool:
-        """Whether its cells differ in size: by jitter or a map."""
-        return self.lattice.irregular
+        """Whether its cells differ."""
+        return self.geometry.irregular
 
     @property
     def bar_time(self) -> float:
@@ -396,7 +396,7 @@ class OneSetSystem(System):
 
     @cached_property
     def _outwards(self) -> Weights:
-        return outward_weights(self.lattice, 1.2)
+        return outward_weights(self.geometry, 1.2)
 
     def current_density(self) -> np.ndarray:
         """rho_0/J of every particle, (n,), nondimensional, J as frames have the deformation."""
@@ -405,9 +405,9 @@ class OneSetSystem(System):
     def sample(self, points: np.ndarray, name: str = "velocity") -> list[tuple[np.ndarray, np.ndarray]]:
         """Places and weights that a field is read with at each of `points` (m, dim) [m], linear-exact."""
         at_nodes = self.placement.at_nodes and self.state.counts.get(name, self.count) == self.count
-        lattice = self.lattice
-        grid, sources = lattice.comparable(points, lattice.nodes if at_nodes else lattice.cells)
-        weights = spanning_weights(self.lattice, 1.6, (grid, sources), (grid, sources), np.ones(len(sources)))
+        geometry = self.geometry
+        grid, sources = geometry.comparable(points, geometry.nodes if at_nodes else geometry.cells)
+        weights = spanning_weights(self.geometry, 1.6, (grid, sources), (grid, sources), np.ones(len(sources)))
         offsets, indices, values = (a.numpy() for a in (weights.pairs.offsets, weights.pairs.indices, weights.values))
         rows: list[tuple[np.ndarray, np.ndarray]] = [(indices[a:b], values[a:b]) for a, b in pairwise(offsets)]
         # A point that is a particle reads that particle.

@@ -25,7 +25,6 @@ from wsph.parts.body_force import BodyForce
 from wsph.parts.part import LOCKING, Host
 from wsph.parts.residual import stabilisation
 from wsph.parts.terms import Coefficients
-from wsph.sph.smoothing import SUPPORT
 
 
 def remembers(host: Host) -> bool:
@@ -49,18 +48,18 @@ class Placement:
     @classmethod
     def of(cls, host: Host) -> "Placement":
         """The places of a body's particles and points."""
-        lattice, unit, points = host.lattice, host.scales.length**host.space.dim, not host.traits.pairwise
-        position = lattice.nodes if host.at_nodes else lattice.cells
-        volume = (lattice.node_volume if host.at_nodes else lattice.cell_volume) / unit
-        if host.edges and lattice.irregular:
+        body, unit, points = host.geometry, host.scales.length**host.space.dim, not host.traits.pairwise
+        position = body.nodes if host.at_nodes else body.cells
+        volume = (body.node_volume if host.at_nodes else body.cell_volume) / unit
+        if host.edges and body.irregular:
             # Volumes averaged over blocks want the gradients of whole cells.
             mix = 1.0 if host.locks or host.flows else MIX
             try:
-                found = nodal_gradients(lattice.places(host.scales.length), lattice.corners, mix)
+                found = nodal_gradients(body.places(host.scales.length), host.lattice.corners, mix)
             except ValueError as error:
                 raise Refused(f"body {host.name!r}: {error}") from error
             return cls(points, host.at_nodes, position, found.volume, found.volume, found)
-        return cls(points, host.at_nodes, position, volume, lattice.cell_volume / unit if points else volume)
+        return cls(points, host.at_nodes, position, volume, body.cell_volume / unit if points else volume)
 
     @property
     def count(self) -> int:
@@ -174,9 +173,9 @@ class RateSetup:
             host.breaks,
             not host.traits.reference,
             bool(self.loads.acting),
-            host.edges and not host.lattice.irregular,
+            host.edges and not host.geometry.irregular,
             host.edges and not stress_terms and (host.locks or host.flows),
-            self.placement.gradients is not None,
+            host.geometry.irregular and (host.edges or host.corners),
             flow[0] if flow is not None and stabilised and not responses else -1,
             remembers(host),
             bool(self.walls),
@@ -188,7 +187,7 @@ class RateSetup:
         numbers: Coefficients = coefficients_of(host.space, form)()
         # The paper's own c, not the one of the stress state: sqrt(E/rho).
         numbers.speed = real(np.sqrt(host.youngs_modulus / host.constitutive.material.density) / host.scales.velocity)
-        numbers.h = real(host.support / SUPPORT * host.lattice.spacing / host.scales.length)
+        numbers.h = real(host.smoothing_length / host.scales.length)
         flow = host.constitutive.flow
         given = {"yields": flow[1]} if flow is not None else {}
         given |= {name: value for part in host.parts.values() for name, value in part.coefficients(host).items()}

@@ -11,7 +11,7 @@ import numpy as np
 from wsph.backend.space import Array
 from wsph.backend.state import State
 from wsph.constitutive.constitutive import Constitutive
-from wsph.geometry.lattice import Lattice
+from wsph.geometry.geometry import Geometry
 from wsph.plugins.traits import internal_units
 from wsph.units import Scales
 
@@ -40,7 +40,7 @@ class Readable(Protocol):
     def density(self) -> float: ...
 
     @property
-    def lattice(self) -> Lattice: ...
+    def geometry(self) -> Geometry: ...
 
     @property
     def scales(self) -> Scales: ...
@@ -154,7 +154,7 @@ class Reading:
         where stresses have places of their own."""
         system = self._system
         separate = system.state.counts.get(self.fields[name].stored, system.count) != system.count
-        return system.lattice.cells if separate else system.position
+        return system.geometry.cells if separate else system.position
 
     def sample(self, points: np.ndarray, name: str) -> Places:
         """How to read a field of the state at `points` (m, dim) [m]."""

@@ -14,6 +14,7 @@ from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.values import BoundaryValues
 from wsph.constitutive.constitutive import project_kernel
 from wsph.formulations.setup import Setup
+from wsph.geometry.lattice import Lattice, on_grid
 from wsph.parts.body_force import BodyForce
 from wsph.parts.part import Attached
 from wsph.parts.terms import Response
@@ -61,11 +62,16 @@ class System:
 
     def __init__(self, setup: Setup):
         self.name, self.formulation, self.traits = setup.body.name, setup.formulation.name, setup.traits
-        self.space, self.lattice, self.constitutive = setup.space, setup.lattice, setup.constitutive
+        self.space, self.geometry, self.constitutive = setup.space, setup.geometry, setup.constitutive
         self.scales, self.clock, self.device = setup.scales, setup.clock, setup.device
-        self.spacing, self.density = setup.lattice.spacing, setup.constitutive.density
+        self.spacing, self.density = setup.geometry.spacing, setup.constitutive.density
         self.arrays = Arrays(setup.device)
         self._made = 0
+
+    @property
+    def lattice(self) -> Lattice:
+        """Its geometry, of a body that the lines of a grid cut."""
+        return on_grid(self.geometry)
 
     def follow(self) -> bool:
         """Before a step: update pairs that follow the motion; returns whether the inputs of launches changed."""
@@ -201,7 +207,7 @@ class System:
     def host_bytes(self) -> int:
         """Memory of the lattice and of all other arrays on the host [bytes], shared ones counted once."""
         owners: dict[int, int] = {}
-        for holder in (self, self.lattice, self.lattice.faces):
+        for holder in (self, self.geometry, self.geometry.faces):
             for array in (value for value in vars(holder).values() if isinstance(value, np.ndarray)):
                 owner = array.base if isinstance(array.base, np.ndarray) else array
                 owners[id(owner)] = owner.nbytes

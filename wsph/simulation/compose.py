@@ -30,7 +30,7 @@ from wsph.expressions import Expression
 from wsph.formulations.reading import DENSITY, Reading
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import System
-from wsph.geometry.lattice import Lattice
+from wsph.geometry.geometry import Geometry
 from wsph.output import fields
 from wsph.plugins import integrators, registry
 from wsph.plugins.blame import blame
@@ -146,19 +146,19 @@ def _refuse_support(scene: Scene, formulation: Formulation) -> None:
 @dataclass(frozen=True)
 class BareBody:
     """A body of a scene before it has a system: its material and what messages call that (`who`), its stress state, its
-    lattice and its wave speed [m/s]."""
+    geometry and its wave speed [m/s]."""
 
     body: Body
     material: Material
     who: str
     state: StressState
-    lattice: Lattice
+    geometry: Geometry
     speed: float
 
     @property
     def crossing(self) -> float:
         """The time that a wave takes over a spacing [s]."""
-        return self.lattice.spacing / self.speed
+        return self.geometry.spacing / self.speed
 
 
 def _bare_bodies(scene: Scene, materials: Sequence[Material], split: bool) -> list[BareBody]:
@@ -175,7 +175,7 @@ def _bare_bodies(scene: Scene, materials: Sequence[Material], split: bool) -> li
 def _scales(bodies: Sequence[BareBody]) -> Scales:
     """Scales of the body that a wave crosses a spacing of in the shortest time."""
     fastest = bodies[int(np.argmin([each.crossing for each in bodies]))]
-    scales = Scales(fastest.lattice.spacing, fastest.crossing, fastest.material.density)
+    scales = Scales(fastest.geometry.spacing, fastest.crossing, fastest.material.density)
     _refuse_extremes(scales, fastest.body)
     return scales
 
@@ -206,7 +206,7 @@ class Setting:
 def _body_run(setting: Setting, bare: BareBody, space: Space, time_step: TimeStep) -> BodyRun:
     """A body with its system, its integrator and its limit."""
     scene, method, scales, clock = setting.scene, setting.method, setting.scales, time_step.clock
-    body, cells = bare.body, bare.lattice
+    body, cells = bare.body, bare.geometry
     traits = method.formulation.traits
     evolves = not traits.small_strain and (traits.needs_rate or turns(bare.material))
     constitutive = Constitutive(space, bare.material, bare.state, scales, bare.who, evolves=evolves)

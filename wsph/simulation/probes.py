@@ -81,13 +81,9 @@ def _several(bodies: Sequence[Probed], key: str) -> SceneError:
 
 def _holds(run: Probed, points: np.ndarray) -> bool:
     """Whether all of the points (n, dim) [m] lie in a body."""
-    lattice = run.system.lattice
-    if not lattice.mapped:
-        return bool(run.body.shape.contains(points).all())
-    # In a mapped body: as near to the centre of a cell as its corners are.
-    reach = np.linalg.norm(lattice.nodes[lattice.corners] - lattice.cells[:, None], axis=2).max(1)
-    gaps = np.linalg.norm(points[:, None] - lattice.cells, axis=2)
-    return bool((gaps <= 1.001 * reach).any(1).all())
+    geometry = run.system.geometry
+    inside = geometry.holds(points) if geometry.mapped else run.body.shape.contains(points)
+    return bool(inside.all())
 
 
 def _at(probe: Probe, points: np.ndarray, key: str, bodies: Sequence[Probed]) -> tuple[Probed, Callable[[str], Places]]:
