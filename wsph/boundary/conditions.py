@@ -21,7 +21,7 @@ from wsph.boundary.tables import Boundary, Function, Prescribing
 from wsph.errors import Fault, SceneError
 from wsph.expressions import Expression, constant_program
 from wsph.geometry.faces import Faces
-from wsph.geometry.lattice import Lattice
+from wsph.geometry.geometry import Geometry
 from wsph.geometry.selection import select
 from wsph.output.fields import AXES
 
@@ -76,7 +76,7 @@ class Conditions:
         label: str,
         traction: bool,
         value: Prescribed,
-        lattice: Lattice,
+        lattice: Geometry,
     ) -> None:
         """A stress component, or a traction along a coordinate axis, on the faces `acting`, as forces on their particles."""
         dim, axes = lattice.axes.shape[0], lattice.frame.axes
@@ -129,7 +129,7 @@ def _nothing_selected(k: int, condition: Boundary) -> SceneError:
 
 
 def selected_conditions(
-    scene: Prescribing, body: str, lattice: Lattice, position: np.ndarray, on: np.ndarray
+    scene: Prescribing, body: str, lattice: Geometry, position: np.ndarray, on: np.ndarray
 ) -> Iterator[tuple[int, Boundary, np.ndarray, np.ndarray]]:
     """The conditions of a body: number, condition, the particles that it selects and the rows of the faces (m,) bool. `on`
     (m, k) are the particles of each face. Raises SceneError where one selects nothing."""

@@ -12,6 +12,7 @@ from wsph.boundary.tables import Prescribing
 from wsph.boundary.walls import Wall, Walls
 from wsph.errors import Fault, SceneError
 from wsph.geometry.faces import Faces
+from wsph.geometry.geometry import Geometry
 from wsph.geometry.lattice import Lattice
 from wsph.output.fields import AXES
 
@@ -39,7 +40,7 @@ def wall_conditions(scene: Prescribing, body: str, lattice: Lattice) -> tuple[Co
     return _natural_conditions(scene, body, lattice, lattice.cells, on, taken), walls.found()
 
 
-def node_conditions(scene: Prescribing, body: str, lattice: Lattice) -> Conditions:
+def node_conditions(scene: Prescribing, body: str, lattice: Geometry) -> Conditions:
     """Conditions of a Lagrangian body whose particles are the nodes, those of the faces included."""
     return _natural_conditions(scene, body, lattice, lattice.nodes, lattice.faces.nodes)
 
@@ -47,7 +48,7 @@ def node_conditions(scene: Prescribing, body: str, lattice: Lattice) -> Conditio
 def _natural_conditions(
     scene: Prescribing,
     body: str,
-    lattice: Lattice,
+    lattice: Geometry,
     position: np.ndarray,
     on: np.ndarray,
     walls: Collection[int] = (),
@@ -100,7 +101,7 @@ def _natural_conditions(
     return result
 
 
-def _loaded(faces: Faces, on: np.ndarray, rows: np.ndarray, lattice: Lattice) -> LoadedFaces:
+def _loaded(faces: Faces, on: np.ndarray, rows: np.ndarray, lattice: Geometry) -> LoadedFaces:
     """The particles of some faces, the areas that they stand for [m^(dim-1)] and their mean normals."""
     n, corners, dim = len(lattice.nodes), on.shape[1], lattice.axes.shape[0]
     share = faces.shares(on)[rows].ravel()

@@ -144,8 +144,9 @@ class OneSetSystem(System):
 
     def _find_conditions(self, setup: Setup) -> Conditions:
         """What is prescribed to its particles."""
-        conditions = node_conditions if self.placement.at_nodes else layer_conditions
-        return conditions(setup.scene, self.name, self.geometry)
+        if self.placement.at_nodes:
+            return node_conditions(setup.scene, self.name, self.geometry)
+        return layer_conditions(setup.scene, self.name, self.lattice)
 
     def _find_layout(self, host: Host) -> Layout:
         """The fields of its states."""

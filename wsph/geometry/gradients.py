@@ -98,9 +98,12 @@ def _simplices(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The same of simplices (c, dim + 1, dim)."""
     dim = cells.shape[2]
     tangents = cells[:, 1:] - cells[:, :1]
-    volume = np.linalg.det(tangents) / (1.0, 1.0, 2.0, 6.0)[dim]
-    slope = _normals(tangents) / (1.0, 1.0, 2.0, 6.0)[dim]
-    return np.concatenate([-slope.sum(1, keepdims=True), slope], 1), volume
+    volume, slope = np.zeros(len(cells)), np.zeros(cells.shape)
+    volume += np.linalg.det(tangents)
+    slope[:, 1:] = _normals(tangents)
+    slope[:, 0] -= slope[:, 1:].sum(1)
+    whole = 2.0 if dim == 2 else 6.0
+    return slope / whole, volume / whole
 
 
 def _multilinear(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

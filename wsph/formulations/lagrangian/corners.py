@@ -16,7 +16,7 @@ exactly, and its forces keep momentum in single precision too.
 """
 
 # pyright: strict
-# pyright: reportUnknownMemberType=false
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 import numpy as np
 import warp as wp

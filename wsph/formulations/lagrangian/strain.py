@@ -93,8 +93,6 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
         if wp.static(not form.paper):
             A = A * points.moment[i]
         if wp.static(form.stabilised and form.vectors):
-            if wp.static(not form.points):
-                mean = others.displacement[i]
             A = A - misfit(rows, points, others.displacement, mean, H, hold, i) * points.moment[i]
         elif wp.static(form.stabilised):
             A = A - (points.stabilisation * hold) * H
