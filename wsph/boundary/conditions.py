@@ -79,7 +79,7 @@ class Conditions:
         lattice: Geometry,
     ) -> None:
         """A stress component, or a traction along a coordinate axis, on the faces `acting`, as forces on their particles."""
-        dim, axes = lattice.axes.shape[0], lattice.frame.axes
+        dim, axes = lattice.axes.shape[0], lattice.axes
         for axis in range(dim):
             rows = acting & (faces.axis == axis)
             if not rows.any():
@@ -128,6 +128,14 @@ def _nothing_selected(k: int, condition: Boundary) -> SceneError:
     return SceneError("scene", [Fault(0, f"boundary.{k}.{key}", f"{text!r} selects no particle of {condition.body!r}")])
 
 
+def _of_patch(k: int, name: str, body: str, faces: Faces) -> np.ndarray:
+    """Rows of the faces of a patch."""
+    if name not in faces.patches:
+        there = ", ".join(faces.patches) or "none"
+        raise SceneError("scene", [Fault(0, f"boundary.{k}.patch", f"{body!r} has no patch {name!r}: it has {there}")])
+    return faces.of_patch(name)
+
+
 def selected_conditions(
     scene: Prescribing, body: str, lattice: Geometry, position: np.ndarray, on: np.ndarray
 ) -> Iterator[tuple[int, Boundary, np.ndarray, np.ndarray]]:
@@ -138,6 +146,9 @@ def selected_conditions(
             continue
         if condition.face:
             rows = lattice.faces.named(condition.face)
+            particles = np.unique(on[rows])
+        elif condition.patch:
+            rows = _of_patch(k, condition.patch, body, lattice.faces)
             particles = np.unique(on[rows])
         else:
             chosen = select(condition.where or "", position, lattice.spacing)

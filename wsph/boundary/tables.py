@@ -4,7 +4,7 @@
 
 from typing import TYPE_CHECKING, Annotated, Literal, Protocol, cast
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, create_model, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, create_model, model_validator
 from pydantic.fields import FieldInfo
 
 from wsph.boundary.load import LOADS, Load
@@ -44,6 +44,7 @@ class _Selection(Model):
     body: str
     where: str | None = None
     face: Annotated[str, AfterValidator(_face)] | None = None
+    patch: Annotated[str, Field(min_length=1)] | None = None
     velocity: dict[str, Value] = {}
     fixed: Strings = ()
     symmetry: Literal["x", "y", "z"] | None = None
@@ -60,12 +61,12 @@ else:
 
 
 class Boundary(_WithLoads):
-    """Prescribed values on a face or on the particles that `where` selects."""
+    """Prescribed values on a face, a patch with a name, or on the particles that `where` selects."""
 
     @model_validator(mode="after")
     def _complete(self) -> "Boundary":
-        if (self.where is None) == (self.face is None):
-            raise ValueError("exactly one of where and face is needed")
+        if [self.where, self.face, self.patch].count(None) != 2:
+            raise ValueError("exactly one of where, face and patch is needed")
         if not (self.velocity or self.fixed or self.symmetry or self.stress or self.traction or self.acting):
             kinds = ["velocity", "fixed", "symmetry", "stress", "traction", *LOADS]
             raise ValueError(f"nothing is prescribed: give {', '.join(kinds[:-1])} or {kinds[-1]}")

@@ -2,6 +2,7 @@
 
 # pyright: strict
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ class Faces:
     normal along it (m,), `share` (m, 2^(dim-1)), the part of its area that each of its nodes stands for [m^(dim-1)], the
     integral of N_j, and `vector` (m, 2^(dim-1), dim), that of N_j n, n outward, which a pressure acts by; `name` (m,) int:
     2k for the shape's -x, -y, -z and 2k + 1 for +x, +y, +z, before its rotation; `outer` (m,) bool: not a side of a hole or
-    of a crack.
+    of a crack; `patches` by their names, rows.
     """
 
     nodes: np.ndarray
@@ -26,6 +27,7 @@ class Faces:
     vector: np.ndarray
     name: np.ndarray
     outer: np.ndarray
+    patches: Mapping[str, np.ndarray]
 
     @property
     def area(self) -> np.ndarray:
@@ -41,6 +43,12 @@ class Faces:
     def shares(self, on: np.ndarray) -> np.ndarray:
         """The parts of the areas that the particles `on` the faces (m, k) stand for: the nodes, or one for a whole face."""
         return self.share if on.shape[1] == self.share.shape[1] else self.area[:, None]
+
+    def of_patch(self, name: str) -> np.ndarray:
+        """Rows of the faces of a patch, (m,) bool. Raises KeyError for one that there is not."""
+        mask = np.zeros(len(self.cell), bool)
+        mask[self.patches[name]] = True
+        return mask
 
     def named(self, name: str) -> np.ndarray:
         """Rows of the outer faces whose normal is nearest to "+x", "-x", ... before the shape's rotation, (m,) bool."""

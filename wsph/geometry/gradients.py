@@ -22,11 +22,12 @@ CELLS = 20_000
 class PointRows:
     """The nodes that points see, rows (c + 1,) `offsets` into `indices` (pairs,), and where cells differ `slope` (pairs,
     dim), their volume times the weights of the gradient, sum_j f_j slope_j/V [m^(dim-1)]; None on a regular lattice, where
-    those follow from the places."""
+    those follow from the places. `held` (c,) bool: whether a point needs the residual; None: all do."""
 
     offsets: np.ndarray
     indices: np.ndarray
     slope: np.ndarray | None
+    held: np.ndarray | None = None
 
     @classmethod
     def of_corners(cls, corners: np.ndarray, slope: np.ndarray | None = None) -> "PointRows":
@@ -92,6 +93,17 @@ def mean_gradients(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray,
         cells = places[corners[rows]]
         slope[rows], volume[rows] = _simplices(cells) if corners.shape[1] == dim + 1 != 2 else _multilinear(cells)
     return slope, volume
+
+
+def node_shares(places: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Integrals of the shape functions over cells with `corners` (c, k) at `places` (n, dim): (c, k)."""
+    dim = places.shape[1]
+    if corners.shape[1] == dim + 1 != 2:
+        return np.repeat(_simplices(places[corners])[1][:, None] / (dim + 1), dim + 1, 1)
+    shares, cells = np.zeros(corners.shape), places[corners]
+    for shape, slopes in _shapes(product(GAUSS, repeat=dim), dim):
+        shares += _scaled(cells, slopes)[1][:, None] * shape / corners.shape[1]
+    return shares
 
 
 def _simplices(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

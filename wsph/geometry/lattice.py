@@ -180,7 +180,7 @@ def lattice(
     on = face_nodes(corners[cell], offsets, axis, sign)
     share = np.repeat((np.prod(grid.step) / grid.step[axis] / on.shape[1])[:, None], on.shape[1], 1)
     vector = share[:, :, None] * (sign[:, None] * grid.axes.T[axis])[:, None]
-    faces = Faces(on, cell, axis, sign, share, vector, name, whole & ~shape.covers(beside))
+    faces = Faces(on, cell, axis, sign, share, vector, name, whole & ~shape.covers(beside), {})
     nodes = grid.points(node_index)
     cell_volume = np.full(len(index), float(np.prod(grid.step)))
     if jitter:

@@ -70,9 +70,11 @@ def _body_name_fault(name: str, names: list[str], key: str) -> Iterator[Fault]:
 
 
 def _body_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
-    if body.shape.dim != scene.dim:
+    if body.mesh is not None and scene.dim == 1:
+        yield Fault(0, f"{key}.mesh", "is for 2D and 3D; a bar has a shape and a spacing")
+    if body.shape is not None and body.shape.dim != scene.dim:
         yield Fault(0, f"{key}.shape", f"has {body.shape.dim} coordinates in a scene of dim = {scene.dim}")
-    else:
+    elif body.shape is not None and body.spacing is not None:
         try:
             count = math.prod(int(n) for n in plan(body.shape, body.spacing, body.lattice_rotate).count)
         except ValueError as error:

@@ -145,12 +145,22 @@ def _spacing(value: object) -> object:
     return lengths
 
 
+class MeshFile(Model):
+    """Cells from a `file`, beside the scene's unless the path is absolute, whose lengths are in units of `scale`; `part`: of
+    its groups of cells this one alone."""
+
+    file: Annotated[str, Field(min_length=1)]
+    scale: Annotated[float, Unit("m", gt=0)] = 1.0
+    part: str | None = None
+
+
 class _Matter(Model):
     """The keys of a body, without those of its parts."""
 
     name: Annotated[str, Field(min_length=1)]
-    shape: Shape
-    spacing: Annotated[float | tuple[float, ...], BeforeValidator(_spacing)]
+    shape: Shape | None = None
+    spacing: Annotated[float | tuple[float, ...], BeforeValidator(_spacing)] | None = None
+    mesh: MeshFile | None = None
     lattice_rotate: Rotation = 0.0
     map: Annotated[tuple[str, ...], BeforeValidator(as_tuple)] | None = None
     state: Literal["stress", "strain"] | None = None
@@ -178,6 +188,17 @@ class Body(_WithParts):
     placement: Literal["cells", "nodes"] | None = None
     velocity: Annotated[tuple[Value, ...], BeforeValidator(as_tuple)] | None = None
     material: MaterialSpec
+
+    @model_validator(mode="after")
+    def _of_shape_or_mesh(self) -> "Body":
+        if (self.shape is None) == (self.mesh is None):
+            raise ValueError("exactly one of shape and mesh is needed")
+        if (self.shape is None) != (self.spacing is None):
+            raise ValueError("spacing goes with shape: " + ("a mesh has its own" if self.mesh else "it is missing"))
+        given = [key for key in ("lattice_rotate", "map", "jitter", "cracks", "placement") if getattr(self, key)]
+        if self.mesh is not None and given:
+            raise ValueError(f"{', '.join(given)} is of bodies with a shape; a mesh has its own cells")
+        return self
 
     @property
     def parts(self) -> dict[str, Part]:

@@ -82,7 +82,8 @@ def _several(bodies: Sequence[Probed], key: str) -> SceneError:
 def _holds(run: Probed, points: np.ndarray) -> bool:
     """Whether all of the points (n, dim) [m] lie in a body."""
     geometry = run.system.geometry
-    inside = geometry.holds(points) if geometry.mapped else run.body.shape.contains(points)
+    shape = run.body.shape
+    inside = geometry.holds(points) if geometry.mapped or shape is None else shape.contains(points)
     return bool(inside.all())
 
 

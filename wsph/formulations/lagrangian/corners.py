@@ -46,6 +46,9 @@ def corner_reference(host: Host, device: str) -> Reference:
         centre = np.add.reduceat(weight[:, None] * place[rows.indices], rows.offsets[:-1])
         apart = place[rows.indices] - np.repeat(centre, many, axis=0)
         spread = np.add.reduceat(weight * np.einsum("ea,ea->e", apart, apart), rows.offsets[:-1])
+        if rows.held is not None:
+            # Without a spread a point has no share in the residual.
+            spread = np.where(rows.held, spread, np.inf)
         volume = body.cell_volume / length**dim
         moment = np.eye(dim) / volume[:, None, None]
         slope = _in_quanta(rows, length ** (1 - dim), QUANTA[host.space.precision])
