@@ -59,6 +59,11 @@ spacing = 0.1
 state = "stress"
 map = ["x + 0.1*y", "y"]
 material = { model = "elastic", density = 7800.0, youngs_modulus = "200 GPa", poisson_ratio = 0.3 }
+[[bodies]]
+name = "d"
+mesh = { file = "part.msh", scale = "1 mm", part = "steel" }
+state = "stress"
+material = { model = "elastic", density = 7800.0, youngs_modulus = "200 GPa", poisson_ratio = 0.3 }
 [functions.ramp]
 t = [0.0, 1e-3]
 value = [0.0, 1.0]
@@ -69,6 +74,10 @@ velocity = { x = "ramp" }
 [[boundary]]
 body = "b"
 where = "x > 2.9"
+traction = { x = "1 MPa" }
+[[boundary]]
+body = "d"
+patch = "hole"
 traction = { x = "1 MPa" }
 [[contact]]
 between = ["a", "b"]

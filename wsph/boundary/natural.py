@@ -6,7 +6,9 @@ from collections.abc import Collection
 
 import numpy as np
 
-from wsph.boundary.conditions import Conditions, prescribed_velocities, selected_conditions
+from wsph.boundary.clashes import Claims
+from wsph.boundary.conditions import Conditions, prescribed_velocities, selected_conditions, velocity_key
+from wsph.boundary.face_loads import stress_load, traction_load
 from wsph.boundary.load import LoadedFaces
 from wsph.boundary.tables import Prescribing
 from wsph.boundary.walls import Wall, Walls
@@ -56,13 +58,11 @@ def _natural_conditions(
     """Velocities of particles, and loads as forces: a free face needs nothing. `on` (faces, k): the particles of each face.
 
     A stress on a face is a nominal one: force per reference area, along the axes of the shape; `traction` is along the
-    coordinate axes. Loads keep faces across different axes apart, so that at an edge both act: entry ("load", face's axis *
-    dim + direction), a value per unit of area, and the area in `scale`. The velocities of the conditions `walls`, by their
-    numbers, are prescribed to no particle.
+    coordinate axes. All loads add. The velocities of the conditions `walls`, by their numbers, are prescribed to no
+    particle.
     """
     faces, dim = lattice.faces, scene.dim
-    result = Conditions()
-    result.loads = Conditions()
+    result, claims = Conditions(), Claims(lattice, at_nodes=position is lattice.nodes)
     for k, condition, particles, rows in selected_conditions(scene, body, lattice, position, on):
         velocities = prescribed_velocities(scene, condition)
         if velocities and len(velocities) < dim and condition.symmetry and not lattice.upright:
@@ -71,6 +71,7 @@ def _natural_conditions(
             )
             raise SceneError("scene", [Fault(0, f"boundary.{k}.symmetry", text)])
         for axis, value in velocities.items():
+            claims.take("velocity", AXES.index(axis), particles, value, velocity_key(k, condition, axis))
             if k not in walls:
                 result.put("velocity", AXES.index(axis), particles, value)
             if axis in condition.traction:
@@ -91,13 +92,16 @@ def _natural_conditions(
             result.acting.append((f"{k}.{key}", load, _loaded(faces, on, rows, lattice)))
         for key, given in (("stress", condition.stress), ("traction", condition.traction)):
             for label, value in given.items():
-                acting = rows & (np.isin(faces.axis, [AXES.index(a) for a in label]) if key == "stress" else True)
-                if not acting.any():
+                if key == "stress":
+                    load = stress_load(faces, on, rows, label, scene.value(value, "Pa"), lattice)
+                else:
+                    load = traction_load(faces, on, rows, label, scene.value(value, "Pa"), dim)
+                if not len(load.particle):
                     text = "acts on no face selected here" + (
                         "; it is a stress on a face across one of its axes" * (key == "stress")
                     )
                     raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}.{label}", text)])
-                result.loads.load(faces, on, acting, label, key == "traction", scene.value(value, "Pa"), lattice)
+                result.loads.append(load)
     return result
 
 

@@ -11,7 +11,8 @@ from wsph.backend.clock import Clock, dt_of, time_of
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import State
-from wsph.boundary.conditions import Conditions, Prescribed
+from wsph.boundary.conditions import Conditions
+from wsph.boundary.prescribed import Prescribed, constant
 from wsph.boundary.stack_machine import Bank, evaluate
 from wsph.expressions import OPERATIONS, Expression
 
@@ -80,8 +81,8 @@ class BoundaryValues:
         kept: list[Prescribed] = []
         for (name, component), values in sorted(conditions.entries.items(), key=lambda item: item[0]):
             for particle, value in sorted(values.items()):
-                factor = conditions.scales.get((name, component), {}).get(particle, 1.0) / units[name]
-                number = _constant(value)
+                factor = 1.0 / units[name]
+                number = constant(value)
                 if number is None and id(value) not in programs:
                     programs[id(value)] = len(kept)
                     kept.append(value)
@@ -93,7 +94,7 @@ class BoundaryValues:
         self.count = len(place)
         if self.count == 0:
             return
-        self._bank = _bank(kept, device)
+        self._bank = bank_of(kept, device)
         padded = np.zeros((self.count, 3))
         padded[:, : position.shape[1]] = points
         self.particle = np.array(owners, np.int32)
@@ -112,15 +113,8 @@ class BoundaryValues:
         clock.launch(_impose_kernel(self.space), self.count, inputs, [state.buffer])
 
 
-def _constant(value: Prescribed) -> float | None:
-    """The number that a value always is, if its program says no more."""
-    if isinstance(value, Expression) and len(value.program) == 1:
-        code, number = value.program[0]
-        return number if code == OPERATIONS["constant"] else None
-    return None
-
-
-def _bank(values: list[Prescribed], device: str) -> Bank:
+def bank_of(values: list[Prescribed], device: str) -> Bank:
+    """Values as programs on the device, in their order."""
     start, code, number = [0], [], []
     table_start, table_step, table_t, table_value = [0], [], [], []
     for value in values:

@@ -180,7 +180,7 @@ class ConstraintWork:
 
 @cache
 def _load_kernel(space: Space, layout: Layout, loading: bool, holding: bool) -> wp.Kernel:
-    dim, vec, Fields, drags = space.dim, space.vec, fields_struct(space, layout), "drag" in dict(layout)
+    vec, Fields, drags = space.vec, fields_struct(space, layout), "drag" in dict(layout)
 
     @kernel(ranged=True)
     def work(
@@ -203,8 +203,7 @@ def _load_kernel(space: Space, layout: Layout, loading: bool, holding: bool) -> 
         for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
             v = fields.velocity[i]
             if wp.static(loading):
-                for a in range(wp.static(dim)):
-                    loaded += wp.float64(wp.dot(loads[i * dim + a], v))
+                loaded += wp.float64(wp.dot(loads[i], v))
             if wp.static(drags):
                 # What it has changed times the mean velocity of the step: exact where the velocity is free, however long the
                 # step is beside the time in which it acts.
@@ -233,22 +232,21 @@ class LoadWork(Works):
     def __init__(
         self,
         space: Space,
-        loads: BoundaryValues,
         state: State,
-        values: State,
+        loads: wp.array | None,
         hold: wp.array | None,
         mass: np.ndarray,
         device: str,
         domain: Domain = WHOLE,
     ):
         self._drags = "drag" in state.widths
-        super().__init__(state.n, loads.count > 0 or self._drags or hold is not None, device, domain)
-        self._kernel = _load_kernel(space, state.layout, loads.count > 0, hold is not None)
+        super().__init__(state.n, loads is not None or self._drags or hold is not None, device, domain)
+        self._kernel = _load_kernel(space, state.layout, loads is not None, hold is not None)
         self.before = wp.zeros(state.n if self._drags else 1, dtype=space.vec, device=device)
         if self._acts:
-            forces, count = values.buffer.ptr, values.n * space.dim
-            self._loads = wp.array(ptr=forces, dtype=space.vec, shape=count, device=device, copy=False)
-            self._hold = hold if hold is not None else self._loads
+            # What the kernel leaves out it is given all the same.
+            self._loads = loads if loads is not None else self.before
+            self._hold = hold if hold is not None else self.before
             self._mass = wp.array(mass, dtype=space.scalar, device=device)
 
     def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object]]:

@@ -133,7 +133,7 @@ class OneSetSystem(System):
         self.warnings = pair_warnings(made, self.form.blocks)
         self.work = self._works = _Works(self, self.rates.holding if self.form.holds else None)
         self.motions = SmallMotions(cast(Moving, self))
-        for name, holder in (("boundary", self.boundary), ("loads", self.loads.values)):
+        for name, holder in (("boundary", self.boundary), ("loads", self.loads.forces)):
             self.arrays.part(name).adopt(holder)
         for name, works in (
             ("work", self._works.constraints),
@@ -425,7 +425,8 @@ class _Works:
     def __init__(self, system: OneSetSystem, holding: Array | None):
         space, mass, device = system.space, system.density * system.volume, system.device
         self.constraints = ConstraintWork(space, system.boundary, mass, device)
-        self.loads = LoadWork(space, system.loads.values, system.state, system.loads.state, holding, mass, device)
+        loads = system.loads.vectors if system.loads.count else None
+        self.loads = LoadWork(space, system.state, loads, holding, mass, device)
 
     def start(self, state: State, clock: Clock) -> None:
         """Take the powers and impulses at the start of the run."""

@@ -12,10 +12,10 @@ from wsph.backend.algebra import clear_kernel
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array
-from wsph.backend.state import Field, Layout, State
+from wsph.backend.state import Layout, State
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.load import ActingLoad
-from wsph.boundary.values import BoundaryValues
+from wsph.boundary.load_forces import LoadForces
 from wsph.boundary.walls import Wall
 from wsph.errors import Refused
 from wsph.formulations.lagrangian.form import Form, coefficients_of
@@ -68,29 +68,20 @@ class Placement:
 
 
 class Loads:
-    """Loads on a body as forces on its particles, nondimensional: prescribed ones on each face by itself, `vectors` (n dim,)
-    vec, and the sum of those that follow the state, `following` (n,) vec."""
+    """Loads on a body as forces on its particles, nondimensional: the sum of the prescribed ones, `vectors` (n,) vec, and of
+    those that follow the state, `following` (n,) vec."""
 
     def __init__(self, setup: Setup, conditions: Conditions, placement: Placement, arrays: Arrays):
         space, scales, clock = setup.space, setup.scales, setup.clock
-        prescribed = conditions.loads or Conditions()
-        given = bool(prescribed.entries)
+        self.count = len(np.unique(np.concatenate([load.particle for load in conditions.loads] or [[]])))
+        """How many particles carry prescribed ones."""
         # Ghosts ask every face for its load.
-        n = placement.count if given or setup.scene.run.correction == "paper" else 1
-        self.state = State(space, n, Layout((Field("load", space.dim**2, "N"),)), setup.device)
-        arrays.take("imposed", self.state.buffer, kept=True)
+        everywhere = self.count > 0 or setup.scene.run.correction == "paper"
+        self.vectors: Array = wp.zeros(placement.count if everywhere else 1, dtype=space.vec, device=setup.device)
+        arrays.take("imposed", self.vectors, kept=True)
         area = scales.length ** (space.dim - 1)
-        self.values = BoundaryValues(
-            space,
-            prescribed,
-            self.state,
-            placement.position,
-            {"load": scales.stress * area},
-            scales.time,
-            setup.device,
-        )
-        self.vectors: Array = wp.array(
-            ptr=self.state.buffer.ptr, dtype=space.vec, shape=n * space.dim, device=setup.device, copy=False
+        self.forces = LoadForces(
+            space, conditions.loads, self.vectors, placement.position, scales.stress * area, scales.time, setup.device
         )
         self._clock = clock
         self.acting: list[ActingLoad] = []
@@ -99,14 +90,9 @@ class Loads:
             self.acting.append(load.attach(scaled, space, scales, clock, arrays.part(name)))
         self.following = arrays.zeros("following", placement.count if self.acting else 1, space.vec)
 
-    @property
-    def count(self) -> int:
-        """How many prescribed entries there are."""
-        return self.values.count
-
     def impose(self, clock: Clock, c: float | tuple[float, float]) -> None:
-        """Set the prescribed loads of t + c dt (a launch)."""
-        self.values.impose(self.state, clock, c)
+        """Set the prescribed loads of t + c dt (a launch, where they change in time)."""
+        self.forces.impose(clock, c)
 
     def follow(self, state: State) -> None:
         """Find the forces of the loads that follow a state (launches, where there are any)."""

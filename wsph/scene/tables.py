@@ -11,6 +11,7 @@ from pydantic import (
     ConfigDict,
     Field,
     PlainSerializer,
+    ValidationInfo,
     WrapValidator,
     create_model,
     model_validator,
@@ -145,6 +146,12 @@ def _spacing(value: object) -> object:
     return lengths
 
 
+def _spaced(value: float | tuple[float, ...] | None, info: ValidationInfo) -> float | tuple[float, ...] | None:
+    if value is None and info.data.get("mesh") is None:
+        raise ValueError("is missing")
+    return value
+
+
 class MeshFile(Model):
     """Cells from a `file`, beside the scene's unless the path is absolute, whose lengths are in units of `scale`; `part`: of
     its groups of cells this one alone."""
@@ -158,9 +165,13 @@ class _Matter(Model):
     """The keys of a body, without those of its parts."""
 
     name: Annotated[str, Field(min_length=1)]
-    shape: Shape | None = None
-    spacing: Annotated[float | tuple[float, ...], BeforeValidator(_spacing)] | None = None
     mesh: MeshFile | None = None
+    shape: Shape | None = None
+    spacing: Annotated[
+        Annotated[float | tuple[float, ...], BeforeValidator(_spacing)] | None,
+        AfterValidator(_spaced),
+        Field(validate_default=True),
+    ] = None
     lattice_rotate: Rotation = 0.0
     map: Annotated[tuple[str, ...], BeforeValidator(as_tuple)] | None = None
     state: Literal["stress", "strain"] | None = None
@@ -193,9 +204,9 @@ class Body(_WithParts):
     def _of_shape_or_mesh(self) -> "Body":
         if (self.shape is None) == (self.mesh is None):
             raise ValueError("exactly one of shape and mesh is needed")
-        if (self.shape is None) != (self.spacing is None):
-            raise ValueError("spacing goes with shape: " + ("a mesh has its own" if self.mesh else "it is missing"))
-        given = [key for key in ("lattice_rotate", "map", "jitter", "cracks", "placement") if getattr(self, key)]
+        given = [
+            key for key in ("spacing", "lattice_rotate", "map", "jitter", "cracks", "placement") if getattr(self, key)
+        ]
         if self.mesh is not None and given:
             raise ValueError(f"{', '.join(given)} is of bodies with a shape; a mesh has its own cells")
         return self

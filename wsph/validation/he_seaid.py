@@ -103,7 +103,7 @@ def at_courant(scene: Scene, integrator: str, courant: float) -> Scene:
     """A magnesium scene with a method of the table, such as "rkc 5", at a Courant number of c = sqrt(E/rho)."""
     name, _, stages = integrator.partition(" ")
     options = {"stages": int(stages)} if stages else {"lagged": True} if name == "leapfrog" else {}
-    dt = courant * float(np.max(scene.bodies[0].spacing)) / oracles.MAGNESIUM_SPEED
+    dt = courant * float(np.max(scene.bodies[0].spacing or 0.0)) / oracles.MAGNESIUM_SPEED
     return scene.with_(integrator={"name": name, **options}, dt=dt)
 
 

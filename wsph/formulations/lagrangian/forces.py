@@ -170,14 +170,13 @@ def _pulled(space: Space, form: Form) -> wp.Function:
 @cache
 def loaded_force(space: Space, form: Form) -> wp.Function:
     """Warp function (force, loads, following, i) -> the force with the loads on particle i."""
-    vec, dim = space.vec, space.dim
+    vec = space.vec
 
     @wp.func
     def loaded(force: vec, loads: wp.array(dtype=vec), following: wp.array(dtype=vec), i: int) -> vec:
         f = force
         if wp.static(form.loaded):
-            for a in range(wp.static(dim)):
-                f += loads[i * dim + a]
+            f += loads[i]
         if wp.static(form.followed):
             f += following[i]
         return f

@@ -18,7 +18,8 @@ from wsph.backend.arrays import host
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State
 from wsph.boundary.collocated import face_conditions
-from wsph.boundary.conditions import Conditions, varies
+from wsph.boundary.conditions import Conditions
+from wsph.boundary.prescribed import varies
 from wsph.boundary.values import BoundaryValues
 from wsph.boundary.work import ExternalWork
 from wsph.errors import Refused

@@ -5,7 +5,8 @@ and 4.1) and from Abaqus' sets; an unnamed side belongs to the patch "unnamed".
 """
 
 # pyright: strict
-# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+# pyright: reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 import contextlib
 import io

@@ -153,12 +153,13 @@ def _faces(mesh: Mesh, middles: np.ndarray, frame: np.ndarray, near: float) -> F
     if dim == 3 and nodes.shape[1] == 3:
         nodes = np.concatenate([nodes, nodes[:, 2:]], 1)
     share, vector = face_shares(mesh.nodes[nodes], middles[mesh.side_cell])
-    whole = vector.sum(1)
+    whole: np.ndarray = vector.sum(1)
     along = whole / np.linalg.norm(whole, axis=1, keepdims=True) @ frame
     nearest = np.abs(np.round(along, 9)).argmax(1)
     rows = np.arange(len(nearest))
-    sign = np.where(along[rows, nearest] > 0.0, 1, -1)
-    flat = np.abs(along[rows, nearest]) > 1.0 - PARALLEL
+    steepest: np.ndarray = along[rows, nearest]
+    sign: np.ndarray = np.where(steepest > 0.0, 1, -1)
+    flat = np.abs(steepest) > 1.0 - PARALLEL
     local = mesh.nodes @ frame
     height = local[nodes].mean(1)[rows, nearest] * sign
     ends = np.stack([-local.min(0), local.max(0)])
