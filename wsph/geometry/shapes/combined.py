@@ -13,6 +13,7 @@ from wsph.geometry.shapes.cylinder import Cylinder
 from wsph.geometry.shapes.polygon import Polygon
 from wsph.geometry.shapes.ring import Ring
 from wsph.geometry.shapes.shape import BaseShape, Edges
+from wsph.geometry.shapes.stl import Stl
 from wsph.geometry.shapes.surfaces.surface import Patch, placed
 from wsph.quantities import as_tuple
 
@@ -64,6 +65,6 @@ class Combined(BaseShape):
         return self.shapes[0].covers(back) if self.type == "difference" else self.holds(back)
 
 
-Shape = Annotated[Box | Ball | Ring | Cylinder | Polygon | Combined, Field(discriminator="type")]
+Shape = Annotated[Box | Ball | Ring | Cylinder | Polygon | Stl | Combined, Field(discriminator="type")]
 """Every shape that a body can have."""
 Combined.model_rebuild()
