@@ -18,7 +18,7 @@ from wsph.geometry.fitted.layer import Cells, grid_cells, with_layer
 from wsph.geometry.fitted.outline import outline
 from wsph.geometry.fitted.planning import plan_layers
 from wsph.geometry.fitted.projection import Projection
-from wsph.geometry.fitted.smoothing import smoothed
+from wsph.geometry.fitted.relax.smoothing import smoothed
 from wsph.geometry.fitted.walls import check_walls
 from wsph.geometry.mesh import Mesh
 from wsph.geometry.shapes.combined import Shape
@@ -28,9 +28,9 @@ def fit(shape: Shape, spacing: float | tuple[float, ...], seed: int = 0) -> Mesh
     """Quadrilaterals or hexahedra that fill `shape`, some `spacing` [m] large, with nodes on its surface, edges and corners.
 
     Where the surface lies on the grid the cells are those of a lattice; elsewhere a layer of cells goes to it. `seed` is
-    that of the halves that the smoothing of labels waits with. Raises ValueError, with the place, for a wall too thin for its
-    layers and wherever cells, corners, areas or the volume are not those of a body; for a shape in 1D, and for a spacing
-    that is not one for all axes.
+    that of the halves that the smoothing of labels waits with. Raises ValueError, with the place, for a wall too thin for
+    its layers and wherever cells, corners, areas or the volume are not those of a body; for a shape in 1D, and for a
+    spacing that is not one for all axes.
     """
     steps = np.ravel(spacing)
     if shape.dim == 1 or (steps != steps[0]).any():
@@ -55,7 +55,7 @@ def fit(shape: Shape, spacing: float | tuple[float, ...], seed: int = 0) -> Mesh
     nodes = cells.nodes.copy()
     onto.onto(nodes)
     if plan.layered.any():
-        nodes = smoothed(nodes, cells, labels, first, onto)
+        nodes = smoothed(nodes, cells, labels, first, onto, body.spacing)
         onto.onto(nodes)
     check(body, edges, cells, nodes, onto.missed(nodes))
     if shape.rotate != 0.0:

@@ -73,6 +73,14 @@ class Projection:
             far[rows] = np.abs(self._state(points[rows], parts)[0]).max(1)
         return far
 
+    def along(self, points: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+        """`vectors` (n, dim) without their parts across the patches at `points` (n, dim)."""
+        vectors = vectors.copy()
+        for rows, parts in self._groups:
+            _, gradients = self._state(points[rows], parts)
+            vectors[rows] += least_motion(np.einsum("nkd,nd->nk", gradients, vectors[rows]), gradients)
+        return vectors
+
     def _state(
         self, points: np.ndarray, parts: list[tuple[int, np.ndarray, np.ndarray]]
     ) -> tuple[np.ndarray, np.ndarray]:

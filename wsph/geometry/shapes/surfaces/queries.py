@@ -3,6 +3,7 @@
 import numpy as np
 import warp as wp
 
+from wsph.backend.device import start_warp
 from wsph.backend.kernels import kernel
 
 FAR = wp.constant(wp.float32(1.0e6))
@@ -16,6 +17,7 @@ class Queries:
     and of unit size, so that neither place nor size costs digits."""
 
     def __init__(self, vertices: np.ndarray, faces: np.ndarray, winding: bool) -> None:
+        start_warp()
         low, high = vertices.min(0), vertices.max(0)
         self._middle, self._size = 0.5 * (low + high), float((high - low).max())
         points = wp.array(self._local(vertices), dtype=wp.vec3, device="cpu")

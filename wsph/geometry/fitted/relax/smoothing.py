@@ -1,4 +1,4 @@
-"""Nodes near the surface moved towards the mean of their neighbours, those on it along it."""
+"""Nodes near the surface smoothed, those on it along it."""
 
 # pyright: strict
 
@@ -9,28 +9,42 @@ import numpy as np
 from wsph.geometry.cells import edge_ends
 from wsph.geometry.fitted.layer import Cells
 from wsph.geometry.fitted.projection import Projection
+from wsph.geometry.fitted.relax.descent import descend
+from wsph.geometry.fitted.relax.distortion import Measure
 
 SWEEPS = 40
+"""Sweeps towards the mean of the neighbours: they bring order, descent brings quality."""
+
 INNER = 0.7
 """Part of the way to the mean that inner nodes go in a sweep."""
 
 OUTER = 0.5
 """The same of nodes on the surface."""
 
-DEEP = 8
-"""Cells below the surface within which nodes move: the others stay where the grid has them."""
+DEEP = 3
+"""Cells below the layer within which nodes move: the others stay where the grid has them."""
 
 AGAIN = 2
 """Gauss-Newton steps back onto the surface after a move along it."""
 
+STAGES = (
+    (Measure(reach=0.8, power=1.0, least=0.3), 15),
+    (Measure(reach=0.8, power=1.0, least=0.1), 12),
+    (Measure(reach=0.65, power=4.0, least=0.02), 18),
+)
+"""How distortion is measured in one descent after the other, and the steps of each: first cells that are inside out turn back,
+measured near their corners; then the worst of them count, near the points that integrate their volumes."""
 
-def smoothed(nodes: np.ndarray, cells: Cells, labels: np.ndarray, first: int, onto: Projection) -> np.ndarray:
-    """The nodes (n, dim) [m] after all sweeps. `labels` (n, patches) bool: the patches that they lie on; those on as many
-    as there are dimensions are corners and stay. The layer's cells are those from the `first` one."""
+
+def smoothed(
+    nodes: np.ndarray, cells: Cells, labels: np.ndarray, first: int, onto: Projection, spacing: float
+) -> np.ndarray:
+    """The nodes (n, dim) [m] smoothed. `labels` (n, patches) bool: the patches that they lie on; those on as many as there
+    are dimensions are corners and stay. The layer's cells are those from the `first` one."""
     dim, nodes = nodes.shape[1], nodes.copy()
     moving, near = _band(cells.corners, len(nodes), first)
-    start, end = _edges(cells.corners[near], len(nodes))
-    count = labels.sum(1)
+    corners, count = cells.corners[near], labels.sum(1)
+    start, end = _edges(corners, len(nodes))
     inner = _Means(start, end, moving & (count == 0), np.ones(len(start), bool))
     along = (labels[end] | ~labels[start]).all(1)
     outer = _Means(start, end, moving & (count > 0) & (count < dim), along)
@@ -39,6 +53,8 @@ def smoothed(nodes: np.ndarray, cells: Cells, labels: np.ndarray, first: int, on
         if len(outer.rows):
             nodes[outer.rows] += OUTER * (outer.of(nodes) - nodes[outer.rows])
             onto.onto(nodes, AGAIN)
+    for measure, steps in STAGES:
+        nodes = descend(nodes, corners, moving & (count < dim), onto, spacing, measure, steps)
     return nodes
 
 
