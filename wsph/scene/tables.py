@@ -175,6 +175,7 @@ class _Matter(Model):
     lattice_rotate: Rotation = 0.0
     map: Annotated[tuple[str, ...], BeforeValidator(as_tuple)] | None = None
     state: Literal["stress", "strain"] | None = None
+    surface: Literal["fitted", "stairs"] | None = None
     jitter: Annotated[float, Unit("", ge=0, le=0.5)] = 0.0
     cracks: Annotated[tuple[CrackLine, ...], BeforeValidator(as_tuple)] = ()
     damping: Damping | None = None
@@ -205,7 +206,9 @@ class Body(_WithParts):
         if (self.shape is None) == (self.mesh is None):
             raise ValueError("exactly one of shape and mesh is needed")
         given = [
-            key for key in ("spacing", "lattice_rotate", "map", "jitter", "cracks", "placement") if getattr(self, key)
+            key
+            for key in ("spacing", "lattice_rotate", "map", "surface", "jitter", "cracks", "placement")
+            if getattr(self, key)
         ]
         if self.mesh is not None and given:
             raise ValueError(f"{', '.join(given)} is of bodies with a shape; a mesh has its own cells")

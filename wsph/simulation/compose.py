@@ -163,8 +163,7 @@ class BareBody:
 
 def _bare_bodies(scene: Scene, materials: Sequence[Material], method: Method) -> list[BareBody]:
     states = [STRESS_STATES[scene.dim, body.state] for body in scene.bodies]
-    form = method.formulation
-    geometries = [geometry_of(scene, k, form.traits, form.name) for k in range(len(scene.bodies))]
+    geometries = [geometry_of(scene, k, method.formulation) for k in range(len(scene.bodies))]
     who = [
         f"material {body.material.model!r} ({registry.origin('materials', body.material.model)})"
         for body in scene.bodies

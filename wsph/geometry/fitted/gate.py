@@ -37,7 +37,8 @@ def check(body: Outline, edges: list[Junction], cells: Cells, nodes: np.ndarray,
         where = place(nodes[cells.corners[worst]].mean(0))
         raise ValueError(f"the cell at {where} would be inside out where the surface is fitted: {OUT}")
     _check_corners(body, edges, nodes)
-    areas = np.bincount(cells.label, face_shares(nodes[cells.sides]).sum(1), len(names))
+    share, _ = face_shares(nodes[cells.sides], nodes[cells.corners[cells.owner]].mean(1))
+    areas = np.bincount(cells.label, share.sum(1), len(names))
     for k, (area, own) in enumerate(zip(areas, body.areas, strict=True)):
         if abs(area - own) > AREA * own:
             where = place(_farthest(body.points[k], nodes[np.unique(cells.sides[cells.label == k])]))

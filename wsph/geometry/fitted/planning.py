@@ -9,6 +9,7 @@ import numpy as np
 from wsph.geometry.fitted.junctions import Junction
 from wsph.geometry.fitted.outline import Outline
 from wsph.geometry.grid import FIT, lines
+from wsph.geometry.shapes.combined import Shape
 
 UPRIGHT = 1.0 - 1e-12
 """Component of a unit normal along an axis from which a plane lies across it."""
@@ -29,6 +30,20 @@ class Plan:
     def points(self, index: np.ndarray) -> np.ndarray:
         """Positions [m] of grid coordinates (n, dim)."""
         return self.low + index * self.spacing
+
+
+def on_grid_lines(shape: Shape) -> bool:
+    """Whether a shape has only flat patches that a grid along its axes has lines on, so that nothing is to be fitted."""
+    known = shape.edges()
+    for patch in shape.patches():
+        normal = patch.surface.normal
+        if normal is None or np.abs(normal).max() < UPRIGHT:
+            return False
+        axis = int(np.abs(normal).argmax())
+        place = -float(patch.surface.height(np.zeros((1, shape.dim)))[0][0]) * np.sign(normal[axis])
+        if not np.isclose(known[axis], place, rtol=1e-12).any():
+            return False
+    return True
 
 
 def plan_layers(body: Outline, edges: list[Junction]) -> Plan:
