@@ -1,4 +1,4 @@
-"""A load that follows the state is one file, `spring.py`, and one line of `wsph.boundary.load.LOADS`."""
+"""A load that follows the state is one file, `spring.py`, and one line of `wsph.boundary.loads.table.LOADS`."""
 
 from collections.abc import Iterator
 

@@ -34,6 +34,7 @@ state = "strain"
 velocity = ["x", 0.0]
 jitter = 0.1
 placement = "cells"
+surface = "stairs"
 residual = { coefficient = 0.5 }
 lattice_rotate = 5.0
 material = { model = "mises", density = 7800.0, youngs_modulus = "200 GPa", poisson_ratio = 0.3, yield_stress = "300 MPa", hardening_modulus = 1e9 }
@@ -79,6 +80,10 @@ traction = { x = "1 MPa" }
 body = "d"
 patch = "hole"
 traction = { x = "1 MPa" }
+[[boundary]]
+body = "d"
+face = "+x"
+pressure = "1 MPa"
 [[contact]]
 between = ["a", "b"]
 law = "pinball"

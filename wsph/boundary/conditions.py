@@ -16,8 +16,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from wsph.boundary.face_loads import FaceLoad
-from wsph.boundary.load import Load, LoadedFaces
+from wsph.boundary.loads.acting import Load, LoadedFaces
+from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.prescribed import Prescribed, nonzero
 from wsph.boundary.tables import Boundary, Prescribing
 from wsph.errors import Fault, SceneError

@@ -8,8 +8,9 @@ import numpy as np
 
 from wsph.boundary.clashes import Claims
 from wsph.boundary.conditions import Conditions, prescribed_velocities, selected_conditions, velocity_key
-from wsph.boundary.face_loads import stress_load, traction_load
-from wsph.boundary.load import LoadedFaces
+from wsph.boundary.loads.acting import LoadedFaces
+from wsph.boundary.loads.rows import stress_load, traction_load
+from wsph.boundary.prescribed import Prescribed
 from wsph.boundary.tables import Prescribing
 from wsph.boundary.walls import Wall, Walls
 from wsph.errors import Fault, SceneError
@@ -77,19 +78,18 @@ def _natural_conditions(
             if axis in condition.traction:
                 text = f"the velocity {axis} is prescribed too: a load there moves nothing"
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.traction.{axis}", text)])
-        if condition.stress and lattice.mapped:
-            text = "faces of a mapped body turn from place to place: write traction = { x = ... }"
+        mapped = isinstance(lattice, Lattice) and lattice.mapped
+        if condition.stress and (mapped or (faces.axis[rows] < 0).any()):
+            text = "faces turn from place to place: write traction = { x = ... } along the coordinate axes, or pressure"
             raise SceneError("scene", [Fault(0, f"boundary.{k}.stress", text)])
         if condition.stress and len(velocities) == dim:
             text = "all velocities are prescribed too: a load there moves nothing"
             raise SceneError("scene", [Fault(0, f"boundary.{k}.stress", text)])
         for key, load in condition.acting.items():
-            if lattice.mapped or not rows.any():
-                text = (
-                    "acts on no face selected here" if not lattice.mapped else "needs a regular lattice, without `map`"
-                )
-                raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
-            result.acting.append((f"{k}.{key}", load, _loaded(faces, on, rows, lattice)))
+            if not rows.any():
+                raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", "acts on no face selected here")])
+            values = {name: scene.value(getattr(load, name), unit) for name, unit in load.values.items()}
+            result.acting.append((f"{k}.{key}", load, _loaded(faces, on, rows, position, values)))
         for key, given in (("stress", condition.stress), ("traction", condition.traction)):
             for label, value in given.items():
                 if key == "stress":
@@ -105,13 +105,17 @@ def _natural_conditions(
     return result
 
 
-def _loaded(faces: Faces, on: np.ndarray, rows: np.ndarray, lattice: Geometry) -> LoadedFaces:
-    """The particles of some faces, the areas that they stand for [m^(dim-1)] and their mean normals."""
-    n, corners, dim = len(lattice.nodes), on.shape[1], lattice.axes.shape[0]
-    share = faces.shares(on)[rows].ravel()
-    outward = (faces.sign[rows, None] * lattice.axes.T[faces.axis[rows]]).repeat(corners, 0)
-    area = np.bincount(on[rows].ravel(), share, n)
-    particle = np.flatnonzero(area)
-    mean = np.stack([np.bincount(on[rows].ravel(), share * outward[:, k], n) for k in range(dim)], 1)[particle]
+def _loaded(
+    faces: Faces, on: np.ndarray, rows: np.ndarray, position: np.ndarray, values: dict[str, Prescribed]
+) -> LoadedFaces:
+    """Some faces and their particles, SI, with the values that are prescribed there."""
+    n, dim = position.shape
+    whole = on.shape[1] == faces.vector.shape[1]
+    vector = faces.vector[rows] if whole else faces.vector[rows].sum(1, keepdims=True)
+    flat = on[rows].ravel()
+    area = np.bincount(flat, faces.shares(on)[rows].ravel(), n)
+    particle = np.unique(flat)
+    mean = np.stack([np.bincount(flat, vector[..., k].ravel(), n) for k in range(dim)], 1)[particle]
     size = np.linalg.norm(mean, axis=1, keepdims=True)
-    return LoadedFaces(particle, area[particle], np.divide(mean, size, out=np.zeros_like(mean), where=size > 0.0))
+    normal = np.divide(mean, size, out=np.zeros_like(mean), where=size > 0.0)
+    return LoadedFaces(particle, area[particle], normal, on[rows], vector, position, values)

@@ -4,38 +4,20 @@
 
 from typing import TYPE_CHECKING, Annotated, Literal, Protocol, cast
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, create_model, model_validator
+from pydantic import AfterValidator, BaseModel, Field, create_model, model_validator
 from pydantic.fields import FieldInfo
 
-from wsph.boundary.load import LOADS, Load
+from wsph.boundary.functions import Function
+from wsph.boundary.loads.acting import Load
+from wsph.boundary.loads.table import LOADS
 from wsph.expressions import Expression
-from wsph.quantities import Model, Strings, Unit, Value, as_tuple
+from wsph.quantities import Model, Strings, Value
 
 
 def _face(value: str) -> str:
     if value not in ("-x", "+x", "-y", "+y", "-z", "+z"):
         raise ValueError(f"{value!r} is no face; write -x, +x, -y, ...")
     return value
-
-
-class Function(Model):
-    """A function of time: a table (t, value, interp) or an expression of x, y, z, t."""
-
-    t: Annotated[tuple[Annotated[float, Unit("s")], ...], BeforeValidator(as_tuple)] | None = None
-    value: Annotated[tuple[Annotated[float, Unit("")], ...], BeforeValidator(as_tuple)] | None = None
-    interp: Literal["linear", "step"] = "linear"
-    expression: str | None = None
-
-    @model_validator(mode="after")
-    def _table_or_expression(self) -> "Function":
-        if (self.expression is None) == (self.t is None and self.value is None):
-            raise ValueError("either a table (t and value) or an expression is needed")
-        if self.expression is None:
-            if self.t is None or self.value is None or len(self.t) != len(self.value) or not self.t:
-                raise ValueError("t and value must have the same number of entries, at least one")
-            if any(a >= b for a, b in zip(self.t, self.t[1:], strict=False)):
-                raise ValueError("t must increase from entry to entry")
-        return self
 
 
 class _Selection(Model):

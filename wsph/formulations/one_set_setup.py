@@ -14,8 +14,8 @@ from wsph.backend.clock import Clock
 from wsph.backend.space import Array
 from wsph.backend.state import Layout, State
 from wsph.boundary.conditions import Conditions
-from wsph.boundary.load import ActingLoad
-from wsph.boundary.load_forces import LoadForces
+from wsph.boundary.loads.acting import ActingLoad
+from wsph.boundary.loads.forces import LoadForces
 from wsph.boundary.walls import Wall
 from wsph.errors import Refused
 from wsph.formulations.lagrangian.form import Form, coefficients_of
@@ -86,13 +86,15 @@ class Loads:
         self._clock = clock
         self.acting: list[ActingLoad] = []
         for name, load, faces in conditions.acting:
-            scaled = replace(faces, area=faces.area / area)
+            scaled = replace(faces, area=faces.area / area, vector=faces.vector / area)
             self.acting.append(load.attach(scaled, space, scales, clock, arrays.part(name)))
         self.following = arrays.zeros("following", placement.count if self.acting else 1, space.vec)
 
     def impose(self, clock: Clock, c: float | tuple[float, float]) -> None:
         """Set the prescribed loads of t + c dt (a launch, where they change in time)."""
         self.forces.impose(clock, c)
+        for load in self.acting:
+            load.impose(clock, c)
 
     def follow(self, state: State) -> None:
         """Find the forces of the loads that follow a state (launches, where there are any)."""

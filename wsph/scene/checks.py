@@ -147,6 +147,10 @@ def _boundary_faults(scene: SceneTables, condition: Boundary, key: str) -> Itera
                 yield Fault(0, f"{key}.{table}.{component}", f"is none of {', '.join(allowed)}")
             place = f"{key}.{table}.{component}"
             yield from _value_faults(scene, lambda v=value, u=unit: scene.value(v, u), value, place, unit)
+    for load, table in condition.acting.items():
+        for name, unit in table.values.items():
+            value = getattr(table, name)
+            yield from _value_faults(scene, lambda v=value, u=unit: scene.value(v, u), value, f"{key}.{load}", unit)
     held = (*condition.fixed, *([condition.symmetry] if condition.symmetry else []))
     for component in held:
         if component not in axes:

@@ -8,10 +8,10 @@ import warp as wp
 from wsph.backend.clock import Clock, dt_of, time_of
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
-from wsph.boundary.face_loads import FaceLoad
+from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.prescribed import Prescribed, constant, same
-from wsph.boundary.stack_machine import Bank, evaluate
-from wsph.boundary.values import CONSTANT, bank_of
+from wsph.boundary.stack_machine import Bank, bank_of, evaluate
+from wsph.boundary.values import CONSTANT
 
 
 @cache
