@@ -1,0 +1,180 @@
+"""Particles that slide along faces: the velocity along the faces' own normals is prescribed, n.v = g, and what else is free.
+
+The normal of a particle is that of the faces that an entry selects at it, the sum of their N_j n dA, in the reference
+configuration. With all that is prescribed at a particle, rows N of normals and coordinate axes and values g, v becomes
+(I - N^+ N) v + N^+ g: the least change of velocity that meets them, so that without friction a body feels forces along
+the normals alone. Components that are prescribed beside are set first, and stand among the rows, so that both hold.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import warp as wp
+
+from wsph.backend.arrays import Arrays
+from wsph.backend.clock import Clock
+from wsph.backend.kernels import kernel
+from wsph.backend.reduce import BLOCK, blocks, total
+from wsph.backend.space import Space
+from wsph.backend.state import Layout, State, fields_struct
+from wsph.boundary.loads.forces import LoadForces
+from wsph.boundary.loads.rows import FaceLoad
+from wsph.boundary.prescribed import Prescribed, nonzero
+from wsph.errors import Fault, SceneError
+
+FLAT = 1e-9
+"""Part of the largest below which a row adds no direction."""
+
+
+@dataclass(frozen=True)
+class Slide:
+    """A prescribed velocity `value` [m/s] along the normals (k, dim) of particles (k,), by the entry at `key`."""
+
+    key: str
+    value: Prescribed
+    particle: np.ndarray
+    normal: np.ndarray
+
+
+@dataclass(frozen=True)
+class Slides:
+    """What of the velocities is left free: of k particles (k,) `free` (k, dim, dim) = I - N^+ N, and what is prescribed of
+    the rest, as rows that add up."""
+
+    particle: np.ndarray
+    free: np.ndarray
+    given: list[FaceLoad]
+
+    def project(self, velocity: np.ndarray) -> np.ndarray:
+        """Velocities (n dim,), or what goes by their components, with what is prescribed taken out."""
+        if not len(self.particle):
+            return velocity
+        result = velocity.reshape(-1, self.free.shape[1]).copy()
+        result[self.particle] = np.einsum("kab,kb->ka", self.free, result[self.particle])
+        return result.ravel()
+
+
+def slides_of(slides: list[Slide], entries: dict[tuple[str, int], dict[int, Prescribed]], dim: int) -> Slides:
+    """All sliding of a body together, with the velocity components that are prescribed beside. Raises SceneError where
+    normals that are alike have values that differ, or are more than there are directions, unless all are zero."""
+    rows: dict[int, list[tuple[np.ndarray, Prescribed, str]]] = {}
+    for slide in slides:
+        for particle, normal in zip(slide.particle.tolist(), slide.normal, strict=True):
+            rows.setdefault(particle, []).append((normal, slide.value, slide.key))
+    for (name, axis), values in entries.items():
+        for particle in rows.keys() & values.keys() if name == "velocity" else ():
+            rows[particle].append((np.eye(dim)[axis], values[particle], slides[0].key))
+    free, given = np.zeros((len(rows), dim, dim)), list[FaceLoad]()
+    pushes: dict[int, tuple[Prescribed, list[int], list[np.ndarray]]] = {}
+    for k, (particle, each) in enumerate(rows.items()):
+        N = np.array([normal for normal, _, _ in each])
+        inverse = np.linalg.pinv(N, rcond=FLAT)
+        free[k] = np.eye(dim) - inverse @ N
+        moved = [nonzero(value) for _, value, _ in each]
+        if any(moved) and np.linalg.matrix_rank(N, tol=FLAT) < len(N):
+            text = "prescribes velocities along normals that another entry prescribes too: select each face once"
+            raise SceneError("scene", [Fault(0, each[moved.index(True)][2], text)])
+        for column, (_, value, _) in enumerate(each):
+            if nonzero(value):
+                _, particles, push = pushes.setdefault(id(value), (value, [], []))
+                particles.append(particle)
+                push.append(inverse[:, column])
+    for value, particles, push in pushes.values():
+        given.append(FaceLoad(value, np.array(particles), np.array(push), np.zeros(len(particles), int)))
+    return Slides(np.array(list(rows), int), free, given)
+
+
+@cache
+def _slide_kernels(space: Space, layout: Layout) -> tuple[wp.Kernel, wp.Kernel]:
+    real, vec, mat, Fields = space.scalar, space.vec, space.mat, fields_struct(space, layout)
+
+    @kernel(ranged=True)
+    def slide(
+        first: int,
+        particle: wp.array(dtype=wp.int32),
+        left: wp.array(dtype=mat),
+        given: wp.array(dtype=vec),
+        fields_out: Fields,
+        before_out: wp.array(dtype=vec),
+    ):
+        k = first + wp.tid()
+        i = particle[k]
+        v = fields_out.velocity[i]
+        before_out[k] = v
+        fields_out.velocity[i] = left[k] * v + given[i]
+
+    @kernel()
+    def work(
+        count: int,
+        particle: wp.array(dtype=wp.int32),
+        mass: wp.array(dtype=real),
+        before: wp.array(dtype=vec),
+        fields: Fields,
+        old_out: wp.array(dtype=vec),
+        work_out: wp.array(dtype=wp.float64),
+    ):
+        block = wp.tid()
+        done = wp.float64(0.0)
+        for k in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+            v = fields.velocity[particle[k]]
+            done += wp.float64(real(0.5) * mass[k] * wp.dot(v - before[k], v + old_out[k]))
+            old_out[k] = v
+        work_out[block] = work_out[block] + done
+
+    return slide, work
+
+
+class Sliding:
+    """Sliding particles on the device, k of n, nondimensional.
+
+    _particle  # (k,) int32
+    _free      # (k,) mat, I - N^+ N
+    _given     # (n,) vec, N^+ g of the last time imposed
+    _before    # (k,) vec, velocities before they were last set
+    _mass      # (k,)
+    _old       # (k,) vec, velocities at the end of the last step
+    _work      # (blocks,) float64, work of setting them so far
+    """
+
+    def __init__(
+        self,
+        slides: Slides,
+        space: Space,
+        position: np.ndarray,
+        mass: np.ndarray,
+        units: tuple[float, float],
+        arrays: Arrays,
+        layout: Layout,
+    ):
+        """`units`: of velocity [m/s] and of time [s]."""
+        self._count = len(slides.particle)
+        self._slide, self._add = _slide_kernels(space, layout)
+        self._particle = arrays.of("particle", slides.particle, wp.int32)
+        self._free = arrays.of("free", slides.free, space.mat)
+        self._given = arrays.zeros("given", len(position), space.vec, kept=True)
+        self._values = LoadForces(space, slides.given, self._given, position, *units, arrays.device)
+        self._before = arrays.zeros("before", self._count, space.vec)
+        self._mass = arrays.of("mass", mass[slides.particle], space.scalar)
+        self._old = arrays.zeros("old", self._count, space.vec, kept=True)
+        self._work = arrays.zeros("work", blocks(self._count), wp.float64, kept=True)
+
+    def impose(self, state: State, clock: Clock, c: float | tuple[float, float]) -> None:
+        """Set the velocities of t + c dt along the normals (launches)."""
+        self._values.impose(clock, c)
+        inputs = [self._particle, self._free, self._given]
+        clock.launch(self._slide, self._count, inputs, [state.struct, self._before])
+
+    def count_work(self, state: State, clock: Clock) -> None:
+        """Add the work of having set them (a launch)."""
+        inputs = [self._count, self._particle, self._mass, self._before, state.struct]
+        clock.launch(self._add, len(self._work), inputs, [self._old, self._work])
+
+    def start(self, state: State) -> None:
+        """Take the velocities at the start of the run."""
+        self._old.assign(state.read("velocity")[self._particle.numpy()])
+
+    @property
+    def total(self) -> float:
+        """Work so far, nondimensional."""
+        return total(self._work)
