@@ -223,7 +223,7 @@ class Entry:
 
 
 class Interaction(Protocol):
-    """An interaction between bodies, or with one from outside, between two steps: contact, a rigid tool, a tie."""
+    """An interaction between bodies, or with one from outside, around their steps: contact, a rigid tool, a tie."""
 
     ledger: tuple[Entry, ...]
     follows: bool
@@ -233,8 +233,17 @@ class Interaction(Protocol):
         """Before a step, on the host: bring up to date what follows the motion; whether that changed what launches take."""
         ...
 
+    def start(self) -> None:
+        """Find what acts at the start of a run (launches)."""
+        ...
+
+    def begin(self) -> None:
+        """Before the bodies' step: the first half of what changes their velocities (launches). Between two steps, where
+        states are read, the velocities are those of the instant."""
+        ...
+
     def act(self) -> None:
-        """Change the velocities of the bodies (launches)."""
+        """After it: find what acts where the bodies are now; the second half (launches)."""
         ...
 
     def frequency(self, body: str) -> float:

@@ -19,10 +19,11 @@ from wsph.backend.clock import Clock
 from wsph.backend.space import Array
 from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.conditions import Conditions
+from wsph.boundary.load_forces import LoadWork
 from wsph.boundary.natural import layer_conditions, node_conditions
 from wsph.boundary.values import BoundaryValues
 from wsph.boundary.walls import Wall
-from wsph.boundary.work import ConstraintWork, LoadWork
+from wsph.boundary.work import ConstraintWork, DragWork
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.layout import (
     deformation_field,
@@ -35,6 +36,7 @@ from wsph.formulations.one_set_setup import Loads, Placement, RateSetup, pair_wa
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import System
 from wsph.parts.body_force import BodyForce
+from wsph.parts.body_force_work import WayWork
 from wsph.parts.fading import Fading
 from wsph.parts.part import Attached, Host, Neighbourhood
 from wsph.protocols import Entry
@@ -111,6 +113,7 @@ class OneSetSystem(System):
         self.conditions = self._find_conditions(setup)
         self.layout = self._find_layout(host)
         self._derived: Derived | None = None
+        self._accepted: State | None = None
         if any(field.derived for field in self.layout.fields):
             self._derived = Derived(space, self.layout, len(self.point_volume), self.device)
             self.arrays.take("derived", self._derived.buffer)
@@ -120,9 +123,8 @@ class OneSetSystem(System):
             space, self.conditions, self.state, self.position, units, setup.scales.time, self.device
         )
         self.loads = Loads(setup, self.conditions, self.placement, self.arrays.part("loads"))
-        self.force = BodyForce(
-            setup.scene.gravity, setup.body.damping, space, setup.scales, self.density, self.volume, self.device
-        )
+        self.force = BodyForce(setup.scene.gravity, setup.body.damping, space, setup.scales, self.density)
+        self.force_work = WayWork(self.force, self.volume, self.state, self.device)
         made = RateSetup(
             setup, host, self.placement, self.layout, self.conditions, self.loads, self.force, self.arrays, self.walls
         )
@@ -138,7 +140,8 @@ class OneSetSystem(System):
         for name, works in (
             ("work", self._works.constraints),
             ("loads.work", self._works.loads),
-            ("force", self.force),
+            ("drag.work", self._works.drag),
+            ("force", self.force_work),
         ):
             self.arrays.part(name).adopt(works, works.kept())
 
@@ -239,16 +242,19 @@ class OneSetSystem(System):
         self._works.constraints.after(state, self.clock)
 
     def accept(self, state: State) -> None:
-        """Close the step: the stresses that the law allows, the prescribed values at t + dt, the work of the constraints,
-        loads, body forces and viscosity."""
+        """Close the step: the stresses that the law allows, the prescribed values at t + dt."""
         self.project(state)
         self.constrain(state, 1.0)
-        self._works.loads.add(state, self.clock)
-        self.force.add(state, self.clock)
-        for load in self.loads.acting:
-            load.advance(state)
+        self._accepted = state
         for part in self.attached.values():
             part.advance()
+
+    def close(self) -> None:
+        state = self._accepted or self.state
+        self._works.close(state, self.clock)
+        self.force_work.add(state, self.clock)
+        for load in self.loads.acting:
+            load.advance(state)
 
     def follow(self) -> bool:
         return self.rates.follow()
@@ -261,7 +267,7 @@ class OneSetSystem(System):
 
     @property
     def ledger(self) -> tuple[Entry, ...]:
-        drag = Entry("dissipated", lambda: self._works.loads.dragged)
+        drag = Entry("dissipated", lambda: self._works.drag.dragged)
         own = super().ledger
         external, rest = own[:3], own[3:]
         loads = (entry for load in self.loads.acting for entry in load.ledger)
@@ -269,7 +275,7 @@ class OneSetSystem(System):
 
     def held_energy(self) -> float:
         """Work done against forces that hold spurious modes so far, and energy of the stabilisation, nondimensional."""
-        return self._works.loads.held + self.rates.held_energy(self.state)
+        return self._works.drag.held + self.rates.held_energy(self.state)
 
     @property
     def neighbours(self) -> Pairs:
@@ -280,12 +286,6 @@ class OneSetSystem(System):
     def breakable_weights(self) -> Array | None:
         """Weights of the `neighbours`, zero where a pair has broken; None where none can."""
         return next((part.weight for part in self.attached.values() if part.weight is not None), None)
-
-    @property
-    def started_from(self) -> Array:
-        """Velocities that the work of drag in a step is measured from, (n,) vec, where there is drag.
-        Whoever changes velocities between steps sets them too."""
-        return self._works.loads.before
 
     @property
     def pairs(self) -> int:
@@ -419,18 +419,23 @@ class OneSetSystem(System):
 
 
 class _Works:
-    """External work of a one-set body: constraints and loads."""
+    """External work of a one-set body, of constraints and loads, and the work of its drag."""
 
     def __init__(self, system: OneSetSystem, holding: Array | None):
         space, mass, device = system.space, system.density * system.volume, system.device
         self.constraints = ConstraintWork(space, system.boundary, mass, device)
-        loads = system.loads.vectors if system.loads.count else None
-        self.loads = LoadWork(space, system.state, loads, holding, mass, device)
+        self.loads = LoadWork(system.loads.forces, device)
+        self.drag = DragWork(space, system.state, holding, mass, device)
 
     def start(self, state: State, clock: Clock) -> None:
-        """Take the powers and impulses at the start of the run."""
-        self.constraints.start(state, clock)
-        self.loads.start(state, clock)
+        """Take what is there at the start of the run."""
+        for each in (self.constraints, self.loads, self.drag):
+            each.start(state, clock)
+
+    def close(self, state: State, clock: Clock) -> None:
+        """Add the works of a step (launches)."""
+        self.loads.add(state, clock)
+        self.drag.add(state, clock)
 
     @property
     def total(self) -> float:
