@@ -136,7 +136,9 @@ class BodySystem(Protocol):
 
 
 class LimitedBody(Protocol):
-    """A body in a run, as the guard of its time step sees it."""
+    """A body in a run, as the guard of its time step sees it: the Courant number of its steps (`courant`), the largest stable
+    one, None where it is not known (`limit`), and where that comes from (`limit_reason`), and the longest time steps that its
+    material and its parts can take [s], by their names (`longest_steps`)."""
 
     @property
     def body(self) -> BodyTable: ...
@@ -151,24 +153,16 @@ class LimitedBody(Protocol):
     def constitutive(self) -> Waving: ...
 
     @property
-    def courant(self) -> float:
-        """The Courant number of its steps."""
-        ...
+    def courant(self) -> float: ...
 
     @property
-    def limit(self) -> float | None:
-        """The largest stable Courant number, None where it is not known."""
-        ...
+    def limit(self) -> float | None: ...
 
     @property
-    def limit_reason(self) -> str:
-        """Where the limit comes from."""
-        ...
+    def limit_reason(self) -> str: ...
 
     @property
-    def longest_steps(self) -> dict[str, float]:
-        """The longest time steps that the material and the parts of the body can take [s], by their names."""
-        ...
+    def longest_steps(self) -> dict[str, float]: ...
 
 
 Again = Callable[[], LimitedBody]
@@ -238,12 +232,11 @@ class Interaction(Protocol):
         ...
 
     def begin(self) -> None:
-        """Before the bodies' step: the first half of what changes their velocities (launches). Between two steps, where
-        states are read, the velocities are those of the instant."""
+        """Before the bodies' step: half of what changes their velocities, with what acts where they are (launches)."""
         ...
 
     def act(self) -> None:
-        """After it: find what acts where the bodies are now; the second half (launches)."""
+        """After it: find what acts where they are now, and the other half (launches)."""
         ...
 
     def frequency(self, body: str) -> float:
