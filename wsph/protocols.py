@@ -136,9 +136,9 @@ class BodySystem(Protocol):
 
 
 class LimitedBody(Protocol):
-    """A body in a run, as the guard of its time step sees it: the Courant number of its steps (`courant`), the largest stable
-    one, None where it is not known (`limit`), and where that comes from (`limit_reason`), and the longest time steps that its
-    material and its parts can take [s], by their names (`longest_steps`)."""
+    """A body in a run, as the guard of its time step sees it: the Courant number of its steps (`courant`), the largest one
+    that is stable, None where it is not known (`limit`), where that comes from (`limit_reason`), and the longest time steps
+    that its material and its parts can take [s], by their names (`longest_steps`)."""
 
     @property
     def body(self) -> BodyTable: ...
