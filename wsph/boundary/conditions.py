@@ -19,6 +19,7 @@ import numpy as np
 from wsph.boundary.loads.acting import Load, LoadedFaces
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.prescribed import Prescribed, nonzero
+from wsph.boundary.slide import Slide
 from wsph.boundary.tables import Boundary, Prescribing
 from wsph.errors import Fault, SceneError
 from wsph.expressions import constant_program
@@ -36,7 +37,8 @@ class Conditions:
     of (particle, axis, signed area [m^(dim-1)]) on faces that move or carry stress. loads: prescribed loads as forces.
     acting: loads that follow the state, by a name, and where they act. mirrored (n,): how often a particle is there with its
     images across planes of symmetry, 1, 2, 4 or 8: its volume times that is a whole particle's. across (n,): bit k where
-    stresses are prescribed in the frame of a face across axis k of the grid, of two-set bodies alone.
+    stresses are prescribed in the frame of a face across axis k of the grid, of two-set bodies alone. slides: velocities
+    along faces' own normals.
     """
 
     entries: dict[tuple[str, int], dict[int, Prescribed]] = field(
@@ -47,6 +49,7 @@ class Conditions:
     work_axis: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     work_area: np.ndarray = field(default_factory=lambda: np.zeros(0))
     loads: list[FaceLoad] = field(default_factory=list[FaceLoad])
+    slides: list[Slide] = field(default_factory=list[Slide])
     acting: list[tuple[str, Load, LoadedFaces]] = field(default_factory=list[tuple[str, Load, LoadedFaces]])
     mirrored: np.ndarray = field(default_factory=lambda: np.ones(0))
     across: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
@@ -54,7 +57,8 @@ class Conditions:
     @property
     def moved(self) -> bool:
         """Whether a value other than zero is prescribed anywhere."""
-        return any(nonzero(value) for values in self.entries.values() for value in values.values())
+        slid = any(nonzero(slide.value) for slide in self.slides)
+        return slid or any(nonzero(value) for values in self.entries.values() for value in values.values())
 
     def prescribed(self, name: str, components: int, count: int) -> np.ndarray:
         """Which of the components of a field are prescribed, (count, components) bool."""

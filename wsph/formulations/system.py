@@ -16,6 +16,7 @@ from wsph.constitutive.constitutive import project_kernel
 from wsph.formulations.setup import Setup
 from wsph.geometry.lattice import Lattice, on_grid
 from wsph.parts.body_force import BodyForce
+from wsph.parts.body_force_work import ForceWork
 from wsph.parts.part import Attached
 from wsph.parts.terms import Response
 from wsph.protocols import Entry
@@ -47,6 +48,7 @@ class System:
     boundary: BoundaryValues
     work: BodyWork
     force: BodyForce
+    force_work: ForceWork
     response: Response | None = None
     """The answer of a point in place of its law, or None."""
     breaks = False
@@ -80,7 +82,11 @@ class System:
     def start_works(self) -> None:
         """Note the powers of the current state, as those at the start of the run."""
         self.work.start(self.state, self.clock)
-        self.force.start(self.state, self.clock)
+        self.force_work.start(self.state, self.clock)
+
+    def close(self) -> None:
+        """Close a step, after all that acts on the body: its works, with the velocities at the end (launches)."""
+        raise NotImplementedError
 
     def hold(self, state: State, c: float | tuple[float, float]) -> None:
         """Impose prescribed values on the state that the run continues from; stresses in the axes of each face."""
@@ -100,8 +106,8 @@ class System:
         """Entries of the energy ledger beside the sums over the state, in the order in which they are added up."""
         force = (
             Entry("external_work", lambda: self.work.total),
-            Entry("external_work", lambda: self.force.gravity_work),
-            Entry("dissipated", lambda: self.force.damped),
+            Entry("external_work", lambda: self.force_work.gravity),
+            Entry("dissipated", lambda: self.force_work.damped),
         )
         return (*force, *(entry for part in self.attached.values() for entry in part.ledger))
 

@@ -147,6 +147,11 @@ def _boundary_faults(scene: SceneTables, condition: Boundary, key: str) -> Itera
                 yield Fault(0, f"{key}.{table}.{component}", f"is none of {', '.join(allowed)}")
             place = f"{key}.{table}.{component}"
             yield from _value_faults(scene, lambda v=value, u=unit: scene.value(v, u), value, place, unit)
+    if condition.normal is not None:
+        slide = condition.normal
+        yield from _value_faults(scene, lambda: scene.value(slide, "m/s"), slide, f"{key}.normal", "m/s")
+        if condition.fixed or condition.velocity or condition.symmetry:
+            yield Fault(0, f"{key}.normal", "goes with no other velocity in one entry: write another for that")
     for load, table in condition.acting.items():
         for name, unit in table.values.items():
             value = getattr(table, name)

@@ -37,11 +37,12 @@ IRREGULAR = {
 
 
 def composed(name: str, formulation: str = "total-lagrangian", **keys: Any) -> Composition:
-    """One of the BODIES or, of cells that differ, of the IRREGULAR, in plane strain, uniaxial strain or 3D."""
+    """One of the BODIES, with its surface in stairs, or of cells that differ one of the IRREGULAR, in plane strain,
+    uniaxial strain or 3D."""
     run: dict[str, Any] = {"formulation": formulation}
     if name in BODIES:
         form, spacing = BODIES[name]
-        return compose(scenes.scene(scenes.body(form, spacing, **keys), run=run))
+        return compose(scenes.scene(scenes.body(form, spacing, surface="stairs", **keys), run=run))
     form, how = IRREGULAR[name]
     run |= {"seed": how["seed"]} if "seed" in how else {}
     own = {key: value for key, value in how.items() if key != "seed"}

@@ -59,7 +59,7 @@ def test_on_a_lattice_it_is_a_kernel_of_three_halves_of_a_spacing(name: str, pre
     found: list[np.ndarray] = []
     for support in (None, 1.5):
         run = {"formulation": FORM, "support": support, "precision": precision}
-        composition = compose(scenes.scene(scenes.body(form, spacing), run=run))
+        composition = compose(scenes.scene(scenes.body(form, spacing, surface="stairs"), run=run))
         system = composition.bodies[0].system
         u = 1e-2 * np.random.default_rng(5).standard_normal((system.count, system.space.dim))
         found.append(forces(composition, u))

@@ -55,6 +55,9 @@ class ActingLoad:
         """Add its forces in a state to `forces` (n,) vec, nondimensional (launches)."""
         raise NotImplementedError
 
+    def start(self, state: State) -> None:
+        """Take what is there at the start of the run, where its work is summed up."""
+
     def advance(self, state: State) -> None:
         """Close a step (launches), where its work is summed up."""
 

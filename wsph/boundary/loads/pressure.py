@@ -176,26 +176,28 @@ def _push_kernel(space: Space, layout: Layout, single: bool) -> wp.Kernel:
 
 @cache
 def _work_kernel(space: Space, layout: Layout) -> wp.Kernel:
-    """The trapezoidal rule over the power of forces, in blocks of particles."""
+    """The mean force of a step times the way in it, in blocks of particles."""
     vec, Fields = space.vec, fields_struct(space, layout)
 
     @kernel()
     def work(
         count: int,
-        clock: wp.array(dtype=wp.float64),
         particle: wp.array(dtype=wp.int32),
         force: wp.array(dtype=vec),
         fields: Fields,
-        power_out: wp.array(dtype=wp.float64),
+        before_out: wp.array(dtype=vec),
+        place_out: wp.array(dtype=vec),
         work_out: wp.array(dtype=wp.float64),
     ):
         block = wp.tid()
-        power = wp.float64(0.0)
+        done = wp.float64(0.0)
         for e in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
-            i = particle[e]
-            power += wp.float64(wp.dot(force[i], fields.velocity[i]))
-        work_out[block] = work_out[block] + wp.float64(0.5) * dt_of(clock) * (power + power_out[block])
-        power_out[block] = power
+            f = force[particle[e]]
+            u = fields.displacement[particle[e]]
+            done += wp.float64(wp.dot(f + before_out[e], u - place_out[e]))
+            before_out[e] = f
+            place_out[e] = u
+        work_out[block] = work_out[block] + wp.float64(0.5) * done
 
     return work
 
@@ -208,7 +210,8 @@ class Pressures(ActingLoad):
     _corners   # (f, c) int32, particles of the faces
     _outward   # (f,) vec: the sign by which the normal of the corners points out, or the area vector of a single particle
     _pressure  # (k,) scalar, of the last time imposed
-    _power     # (blocks,) float64, of the last step's end; `_work` (blocks,) float64, so far
+    _before    # (k,) vec, forces at the end of the last step, and `_place` (k,) vec, displacements there
+    _work      # (blocks,) float64, work so far
     """
 
     def __init__(self, faces: LoadedFaces, space: Space, scales: Scales, clock: Clock, arrays: Arrays):
@@ -236,7 +239,8 @@ class Pressures(ActingLoad):
         self._node = arrays.of("node", (faces.place - faces.place.mean(0)) / scales.length, space.vec)
         self._outward = arrays.of("outward", self._out(faces), space.vec)
         self._force = arrays.zeros("force", len(faces.place), space.vec)
-        self._power = arrays.zeros("power", blocks(n), wp.float64, kept=True)
+        self._before = arrays.zeros("before", n, space.vec, kept=True)
+        self._place = arrays.zeros("place", n, space.vec, kept=True)
         self._work = arrays.zeros("work", blocks(n), wp.float64, kept=True)
         self._count = n
         self.ledger = (Entry("external_work", lambda: total(self._work)),)
@@ -274,11 +278,16 @@ class Pressures(ActingLoad):
         inputs = [self._particle, self._offsets, self._face, self._corner, self._corners, self._outward, self._node]
         self._clock.launch(kernel, self._count, [*inputs, self._pressure, state.struct], [forces])
 
+    def start(self, state: State) -> None:
+        self.advance(state)
+        self._work.zero_()
+
     def advance(self, state: State) -> None:
         self._clock.launch(_clear_kernel(self._space), self._count, [self._particle], [self._force])
         self.act(state, self._force)
-        inputs = [self._count, self._clock.time, self._particle, self._force, state.struct]
-        self._clock.launch(_work_kernel(self._space, state.layout), len(self._work), inputs, [self._power, self._work])
+        inputs = [self._count, self._particle, self._force, state.struct]
+        outputs = [self._before, self._place, self._work]
+        self._clock.launch(_work_kernel(self._space, state.layout), len(self._work), inputs, outputs)
 
 
 @cache

@@ -154,7 +154,7 @@ def _faces(mesh: Mesh, middles: np.ndarray, frame: np.ndarray, near: float) -> F
         nodes = np.concatenate([nodes, nodes[:, 2:]], 1)
     share, vector = face_shares(mesh.nodes[nodes], middles[mesh.side_cell])
     whole: np.ndarray = vector.sum(1)
-    along = whole / np.linalg.norm(whole, axis=1, keepdims=True) @ frame
+    along: np.ndarray = whole / np.linalg.norm(whole, axis=1, keepdims=True) @ frame
     nearest = np.abs(np.round(along, 9)).argmax(1)
     rows = np.arange(len(nearest))
     steepest: np.ndarray = along[rows, nearest]
