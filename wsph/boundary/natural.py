@@ -92,6 +92,12 @@ def _natural_conditions(
         for key, load in condition.acting.items():
             if not rows.any():
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", "acts on no face selected here")])
+            if load.by_corners and position is not lattice.nodes:
+                text = (
+                    'needs particles on the faces: use "stress-points", or "total-lagrangian" with pairs along edges; or a'
+                    " traction, which keeps its direction"
+                )
+                raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
             values = {name: scene.value(getattr(load, name), unit) for name, unit in load.values.items()}
             result.acting.append((f"{k}.{key}", load, _loaded(faces, on, rows, position, values)))
         for key, given in (("stress", condition.stress), ("traction", condition.traction)):

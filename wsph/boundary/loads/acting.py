@@ -69,6 +69,8 @@ class Load(Model):
     """Its key in a boundary of a scene."""
     values: ClassVar[dict[str, str]] = {}
     """Those of its keys that are prescribed values, of time and place, with their units."""
+    by_corners: ClassVar[bool] = False
+    """Whether it acts on faces by their corners, and so needs particles there."""
 
     def attach(self, faces: LoadedFaces, space: Space, scales: Scales, clock: Clock, arrays: Arrays) -> ActingLoad:
         """Put the load on the device; its arrays are registered in `arrays`."""
