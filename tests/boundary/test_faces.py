@@ -119,3 +119,18 @@ def test_what_slides_and_what_presses_is_refused_by_name() -> None:
     for key in ("normal", "pressure"):
         with pytest.raises(SceneError, match=f"boundary.0.{key}: two-set bodies"):
             compose(scenes.scene(block, run={"integrator": "tsph"}, boundary=[{"body": "b", "face": "-y", key: 0.0}]))
+
+
+@pytest.mark.parametrize("formulation", FORMS)
+def test_a_bar_on_a_spring_has_the_frequency_of_its_closed_form(formulation: str) -> None:
+    """u = cos(kappa (1 - x)), kappa tan kappa = k/E, omega = kappa c: after a period it is as at the start."""
+    kappa = 0.8
+    law = scenes.material(poisson_ratio=0.0)
+    bar = scenes.body(scenes.box(1.0), 0.05, velocity=[f"1e-4*cos({kappa}*(1 - x))"], material=law)
+    held = {"body": "b", "face": "-x", "spring": {"stiffness": kappa * np.tan(kappa)}}
+    run = {"formulation": formulation, "end": 2.0 * np.pi / kappa, "cfl": 0.5}
+    result = wsph.run(scenes.scene(bar, run=run, boundary=[held], output={"history": 1}))
+    x, v = result.particles["position"][:, 0], result.particles["velocity"][:, 0]
+    exact = 1e-4 * np.cos(kappa * (1.0 - x)) * np.cos(kappa * result.time)
+    assert np.abs(v - exact).max() < 2e-3 * 1e-4
+    assert np.abs(result.history["residual"]).max() < 1e-3 * result.history["kinetic"][0]
