@@ -151,6 +151,10 @@ class Reading:
         values = system.filtered(field.stored)
         return values[:, field.first : field.first + field.width] * field.scale
 
+    def unit(self, name: str) -> str:
+        """The SI unit of a primitive field, "1" of a plain number. Raises KeyError for one that the body does not have."""
+        return "kg/m3" if name == DENSITY else self.fields[name].unit or "1"
+
     def apart(self, name: str) -> bool:
         """Whether a field stands at points of its own, the centres of the cells, and not at the particles."""
         system = self._system

@@ -81,7 +81,8 @@ class Simulation:
         scene, self._started, self._found = composition.scene, started, found
         self._composition, self._timeline = composition, composition.time_step.timeline
         frames = found[1]["frames"] if found is not None else None
-        self._folder = OutputFolder(folder, scene.output.formats, frames) if folder is not None else None
+        names = [run.body.name for run in composition.bodies]
+        self._folder = OutputFolder(folder, scene.output.formats, frames, names) if folder is not None else None
         bodies = composition.bodies
         self._ledger = Ledger(
             [run.system.ledger for run in bodies], [interaction.ledger for interaction in composition.interactions]
