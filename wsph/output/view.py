@@ -205,8 +205,15 @@ def _animate(found: list[tuple[float, Path]], name: str, save: Path) -> None:
             raise OutputError(f"{save}: cannot be written: {error.strerror or error}") from error
 
 
+def undominated(errors: np.ndarray) -> np.ndarray:
+    """Which of the errors (n,), by rising cost, are below all that cost less, (n,) bool."""
+    before = np.minimum.accumulate(np.concatenate([[np.inf], errors]))[:-1]
+    return errors < before
+
+
 def front(rows: Sequence[Mapping[str, str | int | float]], title: str, save: str | Path) -> None:
-    """Error against right-hand sides of a study's rows, a line for each variant, both axes logarithmic."""
+    """Error against right-hand sides of a study's rows, a point each, both axes logarithmic. A line joins the front of each
+    variant: the rows to which it has no other that is as cheap and as near."""
     pv = _pyvista()
     plotter = pv.Plotter(off_screen=True, window_size=[900, 650])
     chart = pv.Chart2D(x_label="right-hand sides", y_label="relative error")
@@ -217,7 +224,8 @@ def front(rows: Sequence[Mapping[str, str | int | float]], title: str, save: str
         if found:
             x, y = np.array(found, float).T
             color = colors[k % len(colors)]
-            chart.line(x, y, color=color, width=2.0, label=name)
+            best = undominated(y)
+            chart.line(x[best], y[best], color=color, width=2.0, label=name)
             chart.scatter(x, y, color=color, size=8, style="o")
     chart.x_axis.log_scale = chart.y_axis.log_scale = True
     chart.title = title
