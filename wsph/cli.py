@@ -14,12 +14,11 @@ import sys
 import tomllib
 import warnings
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wsph import catalogue
 from wsph.errors import Unstable, WsphError
-from wsph.plugins import registry
 
 if TYPE_CHECKING:
     from wsph.backend.graph import Program
@@ -28,14 +27,16 @@ if TYPE_CHECKING:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
-    parser = _parser()
-    options = parser.parse_args(arguments)
-    for name in ("SIGTERM", "SIGINT"):
-        signal.signal(getattr(signal, name), signal.default_int_handler)
+    # First of all: an interrupt while Python still imports is to be none of its tracebacks.
+    for name in ("SIGTERM", "SIGINT", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and not (name == "SIGHUP" and signal.getsignal(number) is signal.SIG_IGN):  # as of nohup
+            signal.signal(number, signal.default_int_handler)
     warnings.showwarning = _say
     try:
+        options = _parser().parse_args(arguments)
         code = options.command(options)
-        sys.stdout.flush()
+        print(end="", flush=True)
         return code
     except Unstable as error:
         print(f"error: {error}", file=sys.stderr)
@@ -54,7 +55,8 @@ def main(arguments: list[str] | None = None) -> int:
 def _failed(error: OSError) -> int:
     """A machine that failed, as where nobody reads what is printed or its disk is full: the exit code, after a sentence."""
     # What Python has still to print at its end goes nowhere either.
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    with suppress(OSError, ValueError):  # where it is no file
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     print(f"error: {error}", file=sys.stderr)
     return 1
 
@@ -71,6 +73,9 @@ def _count(text: str) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
+    from wsph import catalogue
+    from wsph.plugins import registry
+
     parser = argparse.ArgumentParser(
         prog="wsph", description="Solid mechanics by smoothed particle hydrodynamics on NVIDIA Warp."
     )
@@ -192,6 +197,7 @@ class _Progress:
 
 
 def _check(options: argparse.Namespace) -> int:
+    from wsph.plugins import registry
     from wsph.scene.load import load
     from wsph.simulation.compose import compose
 
@@ -251,6 +257,9 @@ def _replayed(program: "Program") -> str:
 
 
 def _list(options: argparse.Namespace) -> int:
+    from wsph import catalogue
+    from wsph.plugins import registry
+
     if options.group in catalogue.GROUPS:
         return _list_own(options.group, options.json)
     groups = [options.group] if options.group else list(registry.GROUPS)
@@ -279,6 +288,8 @@ def _list(options: argparse.Namespace) -> int:
 
 def _list_own(group: str, as_json: bool) -> int:
     """List the entries of wsph itself in a group; no plugin is looked for."""
+    from wsph import catalogue
+
     rows = catalogue.GROUPS[group]()
     if as_json:
         found = [{"group": group, "name": row.name, "description": row.description, **row.data} for row in rows]

@@ -89,8 +89,13 @@ def _is_a_run(folder: Path) -> bool:
     try:
         return "particle_steps_per_second" in json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
+        frames, probes = folder / "frames", folder / "probes"
+        if not (frames.is_dir() and probes.is_dir()):
+            return False
         begun = (folder / "history.csv").is_file() or (folder / LOCK).is_file()
-        return begun and (folder / "frames").is_dir() and (folder / "probes").is_dir()
+        # Cut off before its first table it has frames at most.
+        own = all(re.fullmatch(r"\.?frame_\d{6}(\.partial)?\.\w+", path.name) for path in frames.iterdir())
+        return begun or (own and not any(probes.iterdir()))
 
 
 def own_files(folder: Path, listings: Sequence[str], suffixes: Sequence[str]) -> list[Path]:

@@ -3,6 +3,7 @@
 # pyright: strict
 # pyright: reportMissingTypeStubs=false
 
+import io
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -22,12 +23,15 @@ class Xdmf:
         """Write a frame as a file."""
         import h5py
 
-        with h5py.File(path, "w") as file:
+        # In memory: HDF5 itself falls over where the disk is full.
+        content = io.BytesIO()
+        with h5py.File(content, "w") as file:
             file.attrs["TimeValue"], file.attrs["bodies"] = frame.time, list(frame.bodies)
             for name, v in {"position": frame.points, **frame.data}.items():
                 # ParaView reads XDMF's Tensor6 as xx xy xz yy yz zz; all nine leave nothing to guess.
                 file[name] = v[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]] if v.ndim == 2 and v.shape[1] == 6 else v
                 file[name].attrs["unit"] = "m" if name == "position" else frame.units.get(name, "")
+        path.write_bytes(content.getbuffer())
 
     def index(self, folder: Path, frames: list[Listed]) -> None:
         """Write frames.xdmf."""

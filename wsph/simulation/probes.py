@@ -150,11 +150,11 @@ def _selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tu
         # Where stresses have places of their own, those are selected.
         return np.flatnonzero(select(text, run.reading.where(name), run.system.spacing))
 
-    wanted = {fields.primitive(name) for name in probe.fields}
+    wanted = {"velocity", *(fields.primitive(name) for name in probe.fields)}
     hit = [run for run in bodies if any(len(chosen(run, name)) for name in wanted.intersection(run.reading.fields))]
     if not hit:
         among = "; ".join(map(_extent, bodies))
-        raise _fault(f"{key}.where", f"{probe.where!r} selects no particle that has one of its fields; {among}")
+        raise _fault(f"{key}.where", f"{probe.where!r} selects no particle; {among}")
     if len(hit) > 1:
         raise _several(hit, f"{key}.where")
     run = hit[0]
