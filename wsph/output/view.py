@@ -98,8 +98,8 @@ def picture(
         return plotter
     try:
         plotter.screenshot(str(save))
-    except OSError as error:
-        raise OutputError(f"{save}: cannot be written: {error.strerror or error}") from error
+    except (OSError, ValueError) as error:  # a link to a file of another kind is a ValueError
+        raise OutputError(f"{save}: cannot be written: {error}") from error
     plotter.close()
     return None
 

@@ -35,7 +35,9 @@ def known_rows(folder: Path, digests: Sequence[str]) -> list[Row | None]:
     if not is_a_study(folder):
         raise OutputError(f"{folder}: holds no study to resume; run without --resume")
     content = json.loads((folder / ROWS).read_text(encoding="utf-8"))
-    made: dict[str, Row] = dict(zip(content.get("digests", ()), content["rows"], strict=False))
+    names: object = content.get("digests")
+    pairs = zip(names if is_list(names) else (), content["rows"], strict=False)
+    made: dict[str, Row] = {str(name): row for name, row in pairs if is_table(row)}
     return [made.get(digest) for digest in digests]
 
 
