@@ -100,7 +100,7 @@ def test_internals_stay_within_the_range_of_the_places_around(form: str) -> None
     """A spike in one place, in every place in turn: no frame and no probe shows less than nothing or more than the spike."""
     holed = {"type": "difference", "shapes": [scenes.cube(2), scenes.box((0.5, 1.0), (0.0, 0.5))]}
     for shape in (scenes.cube(2), holed):
-        scene = flowing(form, 2).with_(**{"bodies.0.shape": shape})
+        scene = flowing(form, 2, state="stress").with_(**{"bodies.0.shape": shape})
         run = compose(scene).bodies[0]
         state, points = run.system.state, np.random.default_rng(1).uniform((0.02, 0.52), (0.48, 0.98), (20, 2))
         places = len(state.read("internals"))
@@ -125,6 +125,21 @@ def test_internals_stay_within_the_range_of_the_places_around(form: str) -> None
         read = np.stack(list(recorder.columns().values()))
         assert read.min() >= 0.0
         assert 0.1 < read.max() <= 1.0
+
+
+def test_damage_stays_within_the_range_of_the_points_around() -> None:
+    part = {"fracture_energy": 1.0, "length": 0.5}
+    scene = scenes.block(2, 4, phase_field=part, tables={"output": {"fields": ["damage"]}})
+    run = compose(scene).bodies[0]
+    places = run.system.state.counts["damage"]
+    assert places < run.reading.count
+    for spike in range(places):
+        values = np.zeros((places, 1))
+        values[spike] = 1.0
+        run.system.state.write("damage", values)
+        shown = run.reading.si("damage")
+        assert shown.min() >= 0.0
+        assert 0.2 < shown.max() <= 1.0
 
 
 @pytest.mark.parametrize("jitter", [0.0, 0.2])
