@@ -1,39 +1,43 @@
 """The command line: run, check, list, study, validate, view.
 
-Exit codes: 0 completed; 1 a published case that does not come out as it should; 2 bad input (a faulty scene, a refused
-composition, an unusable folder); 3 unstable;
-130 interrupted.
+Exit codes: 0 completed; 1 a published case that does not come out as it should, or a machine that failed; 2 bad input (a
+faulty scene, a refused composition, an unusable folder); 3 unstable; 130 interrupted.
 """
 
 # pyright: strict
 
 import argparse
 import json
+import os
 import signal
 import sys
 import tomllib
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wsph import catalogue
 from wsph.errors import Unstable, WsphError
-from wsph.plugins import registry
 
 if TYPE_CHECKING:
     from wsph.backend.graph import Program
+    from wsph.study.runs import Row
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
-    parser = _parser()
-    options = parser.parse_args(arguments)
-    for name in ("SIGTERM", "SIGINT"):
-        signal.signal(getattr(signal, name), signal.default_int_handler)
+    # First of all: an interrupt while Python still imports is to be none of its tracebacks.
+    for name in ("SIGTERM", "SIGINT", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and not (name == "SIGHUP" and signal.getsignal(number) is signal.SIG_IGN):  # as of nohup
+            signal.signal(number, signal.default_int_handler)
     warnings.showwarning = _say
     try:
-        return options.command(options)
+        options = _parser().parse_args(arguments)
+        code = options.command(options)
+        print(end="", flush=True)
+        return code
     except Unstable as error:
         print(f"error: {error}", file=sys.stderr)
         return 3
@@ -44,6 +48,17 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("error: interrupted; nothing was written", file=sys.stderr)
         return 130
+    except OSError as error:
+        return _failed(error)
+
+
+def _failed(error: OSError) -> int:
+    """A machine that failed, as where nobody reads what is printed or its disk is full: the exit code, after a sentence."""
+    # What Python has still to print at its end goes nowhere either.
+    with suppress(OSError, ValueError):  # where it is no file
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    print(f"error: {error}", file=sys.stderr)
+    return 1
 
 
 def _say(message: Warning | str, *_: object) -> None:
@@ -58,6 +73,9 @@ def _count(text: str) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
+    from wsph import catalogue
+    from wsph.plugins import registry
+
     parser = argparse.ArgumentParser(
         prog="wsph", description="Solid mechanics by smoothed particle hydrodynamics on NVIDIA Warp."
     )
@@ -101,6 +119,9 @@ def _parser() -> argparse.ArgumentParser:
     study.add_argument(
         "--workers", type=_count, default=0, metavar="N", help="processes to spread the runs over (default: one a core)"
     )
+    again = study.add_mutually_exclusive_group()
+    again.add_argument("--resume", action="store_true", help="make only the rows that the folder does not have")
+    again.add_argument("--overwrite", action="store_true", help="replace an earlier study in the folder")
     study.set_defaults(command=_study)
     view = commands.add_parser("view", help="show or save a picture of a run")
     view.add_argument("folder", type=Path, metavar="DIR")
@@ -176,6 +197,7 @@ class _Progress:
 
 
 def _check(options: argparse.Namespace) -> int:
+    from wsph.plugins import registry
     from wsph.scene.load import load
     from wsph.simulation.compose import compose
 
@@ -235,6 +257,9 @@ def _replayed(program: "Program") -> str:
 
 
 def _list(options: argparse.Namespace) -> int:
+    from wsph import catalogue
+    from wsph.plugins import registry
+
     if options.group in catalogue.GROUPS:
         return _list_own(options.group, options.json)
     groups = [options.group] if options.group else list(registry.GROUPS)
@@ -263,6 +288,8 @@ def _list(options: argparse.Namespace) -> int:
 
 def _list_own(group: str, as_json: bool) -> int:
     """List the entries of wsph itself in a group; no plugin is looked for."""
+    from wsph import catalogue
+
     rows = catalogue.GROUPS[group]()
     if as_json:
         found = [{"group": group, "name": row.name, "description": row.description, **row.data} for row in rows]
@@ -276,26 +303,46 @@ def _list_own(group: str, as_json: bool) -> int:
 
 
 def _study(options: argparse.Namespace) -> int:
-    from wsph.study.runs import run_study, write_study
+    from wsph.output.claim import Claim
+    from wsph.study import files
+    from wsph.study.runs import digests, run_study
     from wsph.study.tables import load_study
 
     study, scene = load_study(options.study)
     folder = options.out if options.out is not None else Path(f"{options.study.stem}-out")
     warnings.simplefilter("ignore")  # of energy that some of the rows create or lose: the table says it
-    rows = run_study(
-        study,
-        scene,
-        options.study.parent,
-        lambda done, of: print(f"{done} of {of}", file=sys.stderr) if sys.stderr.isatty() else None,
-        options.workers,
-    )
-    write_study(rows, study, folder)
+    with Claim(folder, options.overwrite, options.resume, files.is_a_study) as claim:
+        of = digests(study, scene, options.study.parent)
+        known = files.known_rows(folder, of) if options.resume else None
+
+        def keep(rows: "Sequence[Row | None]") -> None:
+            claim.make()
+            if known is None and sum(row is not None for row in rows) == 1:
+                files.clear(folder)
+            files.keep_rows(rows, of, study, folder)
+
+        try:
+            rows = run_study(study, scene, options.study.parent, _told, options.workers, known=known, keep=keep)
+        except KeyboardInterrupt:
+            if not files.is_a_study(folder):
+                raise
+            print(f"error: interrupted; rows that are complete are in {folder}: go on with --resume", file=sys.stderr)
+            return 130
+        claim.make()
+        files.write_study(rows, study, folder)
     for row in rows:
         place = ", ".join(f"{key} = {row[key]}" for key in study.grid)
         figures = f"{row.get('right_hand_sides', '-')} right-hand sides, error {row.get('error', float('nan')):.3g}"
-        print(f"{row['variant']}: {place}: {row['status']}, {figures}")
+        over = f" ({row['compared']})" if row.get("compared", "whole run") != "whole run" else ""
+        print(f"{row['variant']}: {place}: {row['status']}, {figures}{over}")
     print(f"{len(rows)} runs; study.csv, study.json in {folder}")
     return 0
+
+
+def _told(done: int, of: int) -> None:
+    """How far a study is, on a terminal."""
+    if sys.stderr.isatty():
+        print(f"{done} of {of}", file=sys.stderr)
 
 
 def _validate(options: argparse.Namespace) -> int:

@@ -9,7 +9,6 @@ limited by the body's small motions (`wsph.stability.small_motions`).
 
 from collections.abc import Callable
 from functools import cached_property
-from itertools import pairwise
 from typing import Protocol, cast
 
 import numpy as np
@@ -31,13 +30,13 @@ from wsph.formulations.layout import (
 from wsph.formulations.one_set_setup import Loads, Placement, RateSetup, pair_warnings, remembers
 from wsph.formulations.one_set_works import Prescribed
 from wsph.formulations.setup import Setup
-from wsph.formulations.system import System
+from wsph.formulations.system import HERE, System
 from wsph.parts.body_force import BodyForce
 from wsph.parts.body_force_work import WayWork
 from wsph.parts.fading import Fading
 from wsph.parts.part import Attached, Host, Neighbourhood
 from wsph.protocols import Entry
-from wsph.sph.averages import average, outward_weights, spanning_weights
+from wsph.sph.averages import Averages, average, bounded_average, outward_weights, spanning_weights
 from wsph.sph.pairs import Pairs
 from wsph.sph.weights import Weights
 from wsph.stability.krylov import Moving
@@ -388,7 +387,9 @@ class OneSetSystem(System):
     def filtered(self, name: str) -> np.ndarray:
         """A field as frames carry it, at the particles, (n, width), nondimensional."""
         values = self.state.read(name)
-        return average(self._outwards, values) if self.points and self.state.counts[name] != self.count else values
+        if not self._apart(name):
+            return values
+        return (bounded_average if self.state.bounded(name) else average)(self._outwards, values)
 
     @cached_property
     def _outwards(self) -> Weights:
@@ -398,17 +399,25 @@ class OneSetSystem(System):
         """rho_0/J of every particle, (n,), nondimensional, J as frames have the deformation."""
         return self.density / self._volume_ratio(self.filtered)
 
-    def sample(self, points: np.ndarray, name: str = "velocity") -> list[tuple[np.ndarray, np.ndarray]]:
-        """Places and weights that a field is read with at each of `points` (m, dim) [m], linear-exact."""
-        at_nodes = self.placement.at_nodes and self.state.counts.get(name, self.count) == self.count
-        geometry = self.geometry
-        grid, sources = geometry.comparable(points, geometry.nodes if at_nodes else geometry.cells)
-        weights = spanning_weights(self.geometry, 1.6, (grid, sources), (grid, sources), np.ones(len(sources)))
-        offsets, indices, values = (a.numpy() for a in (weights.pairs.offsets, weights.pairs.indices, weights.values))
-        rows: list[tuple[np.ndarray, np.ndarray]] = [(indices[a:b], values[a:b]) for a, b in pairwise(offsets)]
-        # A point that is a particle reads that particle.
-        for n, (there, _) in enumerate(rows):
-            on = there[np.linalg.norm(sources[there] - grid[n], axis=1) < 1e-6]
+    def _apart(self, name: str) -> bool:
+        """Whether a field stands at points that are no particles."""
+        return self.points and self.state.counts[name] != self.count
+
+    def at_particles(self, particles: np.ndarray, name: str) -> list[Averages]:
+        if not self._apart(name):
+            return super().at_particles(particles, name)
+        return [Averages.of(self._outwards).only(particles)] * self.state.widths[name]
+
+    def _between(self, points: np.ndarray, name: str) -> Averages:
+        """Linear-exact; a point where the field stands reads that place."""
+        body = self.geometry
+        at_nodes = self.placement.at_nodes and not self._apart(name)
+        grid, sources = body.comparable(points, body.nodes if at_nodes else body.cells)
+        weights = spanning_weights(body, 1.6, (grid, sources), (grid, sources), np.ones(len(sources)))
+        found = Averages.of(weights)
+        for n, point in enumerate(grid):
+            there, _ = found.terms(n)
+            on = there[np.linalg.norm(sources[there] - point, axis=1) < HERE]
             if len(on):
-                rows[n] = (on[:1], np.ones(1))
-        return rows
+                found = found.but(np.array([n]), Averages.themselves(on[:1]))
+        return found

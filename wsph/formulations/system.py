@@ -20,6 +20,10 @@ from wsph.parts.body_force_work import ForceWork
 from wsph.parts.part import Attached
 from wsph.parts.terms import Response
 from wsph.protocols import Entry
+from wsph.sph.averages import Averages
+
+HERE = 1e-6
+"""Distance from a particle at which a point is that particle [cells]."""
 
 
 class BodyWork(Protocol):
@@ -181,8 +185,24 @@ class System:
         thinning = self.constitutive.laws.kept.thinning
         return ratio * np.exp(read("internals")[:, thinning]) if thinning >= 0 else ratio
 
-    def sample(self, points: np.ndarray, name: str = "velocity") -> list[tuple[np.ndarray, np.ndarray]]:
-        """How to read a field at `points` (m, dim) [m]: its places and weights per point."""
+    def at_particles(self, particles: np.ndarray, name: str) -> list[Averages]:
+        """How frames read the components of a field at `particles` (m,): each with places and weights of its own."""
+        return [Averages.themselves(particles)] * self.state.widths[name]
+
+    def sample(self, points: np.ndarray, name: str) -> list[Averages]:
+        """How to read the components of a field at `points` (m, dim) [m]: at a particle as frames do. Raises ValueError for
+        a point with two values, on a crack."""
+        average = self._between(points, name)
+        grid, sources = self.geometry.comparable(points, self.position)
+        near = [np.flatnonzero(np.linalg.norm(sources - point, axis=1) < HERE) for point in grid]
+        if several := [k for k, there in enumerate(near) if len(there) > 1]:
+            raise ValueError(f"{points[several[0]].tolist()} is on a crack, with a value on either side")
+        on = np.array([k for k, there in enumerate(near) if len(there)], int)
+        particles = np.array([near[k][0] for k in on], int)
+        return [average.but(on, there) for there in self.at_particles(particles, name)]
+
+    def _between(self, points: np.ndarray, name: str) -> Averages:
+        """How to read a field at `points` (m, dim) [m] that are no particles."""
         raise NotImplementedError
 
     @property

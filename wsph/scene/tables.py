@@ -2,6 +2,7 @@
 
 # pyright: strict
 
+import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Literal, cast
 
@@ -161,10 +162,26 @@ class MeshFile(Model):
     part: str | None = None
 
 
+def _printable(name: str) -> str:
+    """Names of bodies go into messages and files."""
+    if not name.isprintable() or name.strip() != name or not name:
+        raise ValueError(f"{name!r}: a name has printed characters, and no blank at its ends")
+    return name
+
+
+def _file_name(name: str) -> str:
+    """Names of probes are names of files, on every system."""
+    if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}", name):
+        raise ValueError(
+            f"{name!r}: a name has at most 100 letters from a to z, digits and _, behind the first also . and -"
+        )
+    return name
+
+
 class _Matter(Model):
     """The keys of a body, without those of its parts."""
 
-    name: Annotated[str, Field(min_length=1)]
+    name: Annotated[str, AfterValidator(_printable)]
     mesh: MeshFile | None = None
     shape: Shape | None = None
     spacing: Annotated[
@@ -249,7 +266,7 @@ class Contact(Model):
 class Probe(Model):
     """A record of fields at material points, or of the particles that `where` selects, reduced to one number."""
 
-    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$", max_length=100)]
+    name: Annotated[str, AfterValidator(_file_name)]
     body: str | None = None
     at: Annotated[tuple[_Point, ...], BeforeValidator(as_tuple)] | None = None
     where: str | None = None

@@ -35,7 +35,7 @@ from wsph.simulation.records import Recorded, Records
 from wsph.simulation.step_control import StepControl, StepFacts
 from wsph.simulation.timeline import Events
 
-FIRST = b"wsph checkpoint 1\n"
+FIRST = b"wsph checkpoint 2\n"
 
 FREE = (("title",), ("run", "end"), ("run", "threads"), ("output",), ("probes",), ("checkpoint",), ("stop",))
 """Keys of a scene that a checkpoint leaves open."""

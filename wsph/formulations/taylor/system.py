@@ -35,7 +35,7 @@ from wsph.geometry.lattice import Lattice
 from wsph.parts.body_force import BodyForce
 from wsph.parts.body_force_work import MiddleWork
 from wsph.plugins.blame import blame
-from wsph.sph.averages import average, outward_weights, visible
+from wsph.sph.averages import Averages, average, outward_weights, ranges, visible
 from wsph.sph.pairs import Pairs, find_pairs
 from wsph.sph.weights import Weights, gradient_weights, interpolation_weights
 
@@ -309,7 +309,9 @@ class TwoSetSystem(System):
         """A field of the real particles without its odd-even part, which the virtual particles do not see: averaged to the
         virtual ones and back, particles on a face as they are. (n, width), nondimensional.
 
-        A displacement is extrapolated to the faces where nothing prescribes it: a corner that a load pulls at drifts.
+        A displacement is extrapolated to the faces where nothing prescribes it: a corner that a load pulls at drifts, by a
+        quarter of the displacement of a pulled sheet of `ul-tsph` where this is within 0.6 %. In smooth waves the average
+        and the values as they are have errors of the same size.
         """
         values = self.state.read(name)
         if name == "displacement":
@@ -319,6 +321,8 @@ class TwoSetSystem(System):
                     back[list(held), component] = values[list(held), component]
             return back
         back = average(self.to_real[0], self.at_virtual(name))
+        if self.state.bounded(name):
+            back = np.clip(back, *ranges(self.to_real[0], *ranges(self.to_virtual[0], values, values)))
         return np.where(~self.lattice.on_face[:, None], back, values)
 
     @cached_property
@@ -365,34 +369,25 @@ class TwoSetSystem(System):
         """A field interpolated to the virtual particles, (cells, width), nondimensional."""
         return average(self.to_virtual[0], self.state.read(name))
 
-    def sample(self, points: np.ndarray, name: str = "velocity") -> list[tuple[np.ndarray, np.ndarray]]:
-        """How to read the state at `points` (m, dim) [m]: particles and weights per point.
+    def at_particles(self, particles: np.ndarray, name: str) -> list[Averages]:
+        displacement, width = name == "displacement", self.state.widths[name]
+        back = Averages.of(self._outwards if displacement else self.to_real[0]).only(particles)
+        back = back.through(Averages.of(self.to_virtual[0]))
 
-        A point that is a particle on a face reads that particle; elsewhere the virtual particles' field (real averaged to
-        virtual) is interpolated, because an odd-even field at the real particles is invisible to the virtual ones.
-        """
-        nodes, cells = self.lattice.index, self.lattice.index[self.lattice.corners].mean(1)
+        def but(asis: np.ndarray) -> Averages:
+            there = np.flatnonzero(asis[particles])
+            return back.but(there, Averages.themselves(particles[there]))
+
+        if displacement:
+            return [but(held) for held in self.conditions.prescribed("velocity", width, self.count).T]
+        return [but(self.lattice.on_face)] * width
+
+    def _between(self, points: np.ndarray, name: str) -> Averages:
+        """The virtual particles' field (real averaged to virtual) is interpolated, because an odd-even field at the real
+        particles is invisible to the virtual ones."""
+        cells = self.lattice.index[self.lattice.corners].mean(1)
         points = self.lattice.frame.coordinates(points)
-        face = np.flatnonzero(self.lattice.on_face)
         # Two virtual particles along every axis even next to a face: 1.5 spacings and a little.
         pairs = visible(find_pairs(points, cells, max(self._support, 1.6), "cpu"), self.lattice, points, cells)
         between = interpolation_weights(Space(self.space.dim), pairs, points, cells, self.lattice.cell_volume)
-        offsets, indices, weights = pairs.offsets.numpy(), pairs.indices.numpy(), between.values.numpy()
-        first, second, w = (
-            a.numpy()
-            for a in (self.to_virtual[0].pairs.offsets, self.to_virtual[0].pairs.indices, self.to_virtual[0].values)
-        )
-        rows: list[tuple[np.ndarray, np.ndarray]] = []
-        for k, point in enumerate(points):
-            distance = np.linalg.norm(nodes[face] - point, axis=1)
-            if distance.min() < 1e-6:
-                rows.append((face[[distance.argmin()]], np.ones(1)))
-                continue
-            total: dict[int, float] = {}
-            for c, outer in zip(
-                indices[offsets[k] : offsets[k + 1]], weights[offsets[k] : offsets[k + 1]], strict=True
-            ):
-                for n, inner in zip(second[first[c] : first[c + 1]], w[first[c] : first[c + 1]], strict=True):
-                    total[int(n)] = total.get(int(n), 0.0) + float(outer) * float(inner)
-            rows.append((np.array(list(total), int), np.array(list(total.values()))))
-        return rows
+        return Averages.of(between).through(Averages.of(self.to_virtual[0]))
