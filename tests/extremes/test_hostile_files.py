@@ -57,7 +57,7 @@ scene_case(
 )
 scene_case(
     "a probe named as a path",
-    r"probes.0.name: '../../p': .*a name has at most 100 letters",
+    r"probes.0.name: '../../p': .*a name has at most 100 of a to z",
     probe(name='"../../p"', at="[[0.5, 0.5]]"),
 )
 scene_case(

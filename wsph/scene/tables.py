@@ -157,7 +157,7 @@ def _file_name(name: str) -> str:
     """Names of probes are names of files, on every system."""
     if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}", name):
         raise ValueError(
-            f"{name!r}: a name has at most 100 letters from a to z, digits and _, behind the first also . and -"
+            f"{name!r}: a name has at most 100 of a to z, A to Z, 0 to 9, _ . and -, and begins with none of the last two"
         )
     return name
 
