@@ -35,7 +35,8 @@ def share(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
     def begin() -> None:
         monkeypatch.setattr(graph, "SMALL_PAIRS", 0)
         monkeypatch.setattr(threads, "ALONE_SECONDS", 0.0)
-        monkeypatch.setattr(threads, "LONG_SECONDS", 5e-5)
-        monkeypatch.setattr(threads, "PIECE_SECONDS", 2e-5)
+        # Short enough for a machine on which a pass over a block of 512 cells takes 20 microseconds.
+        monkeypatch.setattr(threads, "LONG_SECONDS", 5e-6)
+        monkeypatch.setattr(threads, "PIECE_SECONDS", 2e-6)
 
     return begin

@@ -75,7 +75,7 @@ def test_formulations_are_listed_with_their_traits_in_words(capsys: pytest.Captu
     assert "hourglass" not in found["stress-points 1"]["parts"]
     assert main(["list", "formulations"]) == 0
     text = capsys.readouterr().out
-    for words in ("for integrators of 2 sets", "a material has to give a rate law", "support by default 1.8 spacings"):
+    for words in ("for integrators of 2 sets", "a material has to give a rate law", "support by default 1.5 spacings"):
         assert words in text, words
 
 

@@ -35,6 +35,8 @@ class Traits:
     """Whether cells may differ in size and direction."""
     edges: bool = False
     """Whether its particles can stand on the faces, with pairs along the edges of the cells."""
+    corners: bool = False
+    """Whether its points see the corners of their own cells alone, unless a scene asks for a kernel's pairs."""
     splits_cracks: bool = False
     """Whether cracks part the particles on them, and so have to run along lines of the grid."""
     pairs_follow: bool = False
@@ -136,7 +138,9 @@ class BodySystem(Protocol):
 
 
 class LimitedBody(Protocol):
-    """A body in a run, as the guard of its time step sees it."""
+    """A body in a run, as the guard of its time step sees it: the Courant number of its steps (`courant`), the largest one
+    that is stable, None where it is not known (`limit`), where that comes from (`limit_reason`), and the longest time steps
+    that its material and its parts can take [s], by their names (`longest_steps`)."""
 
     @property
     def body(self) -> BodyTable: ...
@@ -151,24 +155,16 @@ class LimitedBody(Protocol):
     def constitutive(self) -> Waving: ...
 
     @property
-    def courant(self) -> float:
-        """The Courant number of its steps."""
-        ...
+    def courant(self) -> float: ...
 
     @property
-    def limit(self) -> float | None:
-        """The largest stable Courant number, None where it is not known."""
-        ...
+    def limit(self) -> float | None: ...
 
     @property
-    def limit_reason(self) -> str:
-        """Where the limit comes from."""
-        ...
+    def limit_reason(self) -> str: ...
 
     @property
-    def longest_steps(self) -> dict[str, float]:
-        """The longest time steps that the material and the parts of the body can take [s], by their names."""
-        ...
+    def longest_steps(self) -> dict[str, float]: ...
 
 
 Again = Callable[[], LimitedBody]
@@ -223,7 +219,7 @@ class Entry:
 
 
 class Interaction(Protocol):
-    """An interaction between bodies, or with one from outside, between two steps: contact, a rigid tool, a tie."""
+    """An interaction between bodies, or with one from outside, around their steps: contact, a rigid tool, a tie."""
 
     ledger: tuple[Entry, ...]
     follows: bool
@@ -233,8 +229,16 @@ class Interaction(Protocol):
         """Before a step, on the host: bring up to date what follows the motion; whether that changed what launches take."""
         ...
 
+    def start(self) -> None:
+        """Find what acts at the start of a run (launches)."""
+        ...
+
+    def begin(self) -> None:
+        """Before the bodies' step: half of what changes their velocities, with what acts where they are (launches)."""
+        ...
+
     def act(self) -> None:
-        """Change the velocities of the bodies (launches)."""
+        """After it: find what acts where they are now, and the other half (launches)."""
         ...
 
     def frequency(self, body: str) -> float:

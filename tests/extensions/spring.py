@@ -15,7 +15,7 @@ from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
-from wsph.boundary.load import ActingLoad, Load, LoadedFaces
+from wsph.boundary.loads.acting import ActingLoad, Load, LoadedFaces
 from wsph.protocols import Entry
 from wsph.quantities import Unit
 from wsph.units import Scales
@@ -24,7 +24,7 @@ from wsph.units import Scales
 class Spring(Load):
     """Springs to the ground: `stiffness` per area [N/m3]."""
 
-    key: ClassVar[str] = "spring"
+    key: ClassVar[str] = "foundation"
     stiffness: Annotated[float, Unit("N/m3", gt=0)]
 
     def attach(self, faces: LoadedFaces, space: Space, scales: Scales, clock: Clock, arrays: Arrays) -> ActingLoad:

@@ -105,10 +105,10 @@ def test_a_prestress_turns_with_the_body_ten_times(name: str, order: int, fewest
     assert errors[1] < 0.3
 
 
-def bar(integrator: str, formulation: str, wave: float, **body: Any) -> Composition:
+def bar(integrator: str, formulation: str, wave: float, support: float | None = None, **body: Any) -> Composition:
     """A bar of 41 cells with a small displacement or velocity sin(wave x/spacing) along it."""
     made = scenes.body(scenes.box(41.0), 1.0, state="stress", velocity=[f"1e-7*sin({wave}*x)"], **body)
-    run = {"integrator": integrator, "formulation": formulation, "cfl": 0.5, "guard": "off"}
+    run = {"integrator": integrator, "formulation": formulation, "cfl": 0.5, "guard": "off", "support": support}
     return compose(scenes.scene(made, run=run))
 
 
@@ -117,13 +117,21 @@ class TestSymbols:
     """What an operator makes of a wave is a number that can be written down: waves travel as that says, no other."""
 
     @pytest.mark.parametrize(
-        ("formulation", "offsets"), [("total-lagrangian", range(1, 3)), ("stress-points", (0.5, 1.5))]
+        ("formulation", "support", "offsets"),
+        [
+            ("total-lagrangian", None, range(1, 3)),
+            ("stress-points", 1.8, (0.5, 1.5)),
+            ("stress-points", 1.5, (0.5,)),
+            ("stress-points", None, (0.5,)),
+        ],
     )
     @pytest.mark.parametrize("residual", [0.0, 0.6])
-    def test_frequencies(self, formulation: str, offsets: Any, residual: float, wave: float) -> None:
+    def test_frequencies(
+        self, formulation: str, support: float | None, offsets: Any, residual: float, wave: float
+    ) -> None:
         """omega^2 = c^2 (s^2 + chi sum w |e|^2/sum w r^2), s = sum w r sin(k r)/sum w r^2, e what a linear field leaves."""
         held = {"coefficient": residual} if residual else False
-        composition = bar("leapfrog", formulation, wave, residual=held, placement="cells")
+        composition = bar("leapfrog", formulation, wave, support, residual=held, placement="cells")
         system = composition.bodies[0].system
         v = system.state.read("velocity")
         system.state.write("displacement", v)

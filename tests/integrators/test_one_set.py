@@ -34,7 +34,8 @@ class TestOrders:
             ("kg4-8", 3, (0.4, 0.2, 0.1, 0.05)),
             ("rk4", 4, USUAL),
             ("lf4", 4, USUAL),
-            ("blanes-moan4", 4, USUAL),
+            # Below 0.05 its errors are rounding.
+            ("blanes-moan4", 4, (0.4, 0.2, 0.1, 0.05)),
         ],
     )
     def test_elastic(self, name: str, order: int, courant: tuple[float, ...], material: dict | None) -> None:

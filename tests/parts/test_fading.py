@@ -49,8 +49,11 @@ def test_a_plastic_front_runs_at_its_speed(formulation: str) -> None:
 @pytest.mark.filterwarnings("ignore:.*control of spurious modes")
 @pytest.mark.parametrize("formulation", FORMS)
 def test_what_a_fading_residual_sets_free_is_dissipated(formulation: str) -> None:
-    """With a large residual: without the entry three hundredths of the work would be missing."""
-    composition = compose(struck(formulation, 50, 0.5, residual={"coefficient": 1.0}))
+    """With a large residual: without the entry three hundredths of the work would be missing. Of a bar's stress points that
+    see two nodes nothing is left beside a linear field: these see four."""
+    wide = {"run.support": 1.8} if formulation == "stress-points" else {}
+    scene = struck(formulation, 50, 0.5, residual={"coefficient": 1.0}).with_(**wide)
+    composition = compose(scene)
     run = composition.bodies[0]
     for _ in range(composition.steps):
         composition.program.step()
@@ -61,7 +64,7 @@ def test_what_a_fading_residual_sets_free_is_dissipated(formulation: str) -> Non
     left = fading.share.numpy() / system.rates.seen.points.share.numpy()
     np.testing.assert_allclose(left, np.maximum(LEAST, 1.0 / (1.0 + flowed)), rtol=1e-12)
     assert left.min() < 0.2
-    result = wsph.run(struck(formulation, 50, 0.5, residual={"coefficient": 1.0})).summary["energy"]
+    result = wsph.run(scene).summary["energy"]
     scales = composition.scales
     share = booked * scales.stress * scales.length / result["external_work"]
     assert share > (0.01 if formulation == "total-lagrangian" else 5e-4)

@@ -23,7 +23,7 @@ def test_viscosity_at_points_is_a_stress(kind: str) -> None:
     system.rate(system.state, rate, "velocity")
     mass = system.density * system.volume
     drag, v = rate.read("drag"), system.state.read("velocity")
-    youngs, h, D = 1.3 * 0.4 / 0.7, 0.9, 0.5 * (L + L.T)  # in units of rho c^2 = lambda + 2 mu, and in spacings
+    youngs, h, D = 1.3 * 0.4 / 0.7, 1.0, 0.5 * (L + L.T)  # in units of rho c^2 = lambda + 2 mu, and in spacings
     speed = np.sqrt(youngs)
     if kind == "pair":
         power = 0.7 * speed * h * (np.trace(L) ** 2 + 2.0 * (D**2).sum()) / 8.0

@@ -86,7 +86,7 @@ ROWS: list[tuple[dict, str]] = [
     ({"boundary.0.body": "rod"}, r"^boundary.0.body: no body is named 'rod'; there is bar"),
     ({"boundary.0.face": "-y"}, r"^boundary.0.face: '-y' does not exist in 1D"),
     ({"boundary.0.face": "left"}, r"^boundary.0.face: 'left' is no face; write -x, "),
-    ({"boundary.0.where": "x <= 0"}, r"^boundary.0: exactly one of where and face is needed"),
+    ({"boundary.0.where": "x <= 0"}, r"^boundary.0: exactly one of where, face and patch is needed"),
     ({"boundary.0.velocity": {"y": 1.0}}, r"^boundary.0.velocity.y: is none of x"),
     ({"boundary.0.velocity": {"x": "pulze"}}, r"^boundary.0.velocity.x: 'pulze' is no number, quantity \[m/s\], expression or function.*functions: pulse"),
     ({"boundary.0.velocity": {}}, r"^boundary.0: nothing is prescribed"),

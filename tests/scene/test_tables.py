@@ -34,6 +34,7 @@ state = "strain"
 velocity = ["x", 0.0]
 jitter = 0.1
 placement = "cells"
+surface = "stairs"
 residual = { coefficient = 0.5 }
 lattice_rotate = 5.0
 material = { model = "mises", density = 7800.0, youngs_modulus = "200 GPa", poisson_ratio = 0.3, yield_stress = "300 MPa", hardening_modulus = 1e9 }
@@ -59,6 +60,11 @@ spacing = 0.1
 state = "stress"
 map = ["x + 0.1*y", "y"]
 material = { model = "elastic", density = 7800.0, youngs_modulus = "200 GPa", poisson_ratio = 0.3 }
+[[bodies]]
+name = "d"
+mesh = { file = "part.msh", scale = "1 mm", part = "steel" }
+state = "stress"
+material = { model = "elastic", density = 7800.0, youngs_modulus = "200 GPa", poisson_ratio = 0.3 }
 [functions.ramp]
 t = [0.0, 1e-3]
 value = [0.0, 1.0]
@@ -70,6 +76,15 @@ velocity = { x = "ramp" }
 body = "b"
 where = "x > 2.9"
 traction = { x = "1 MPa" }
+[[boundary]]
+body = "d"
+patch = "hole"
+traction = { x = "1 MPa" }
+[[boundary]]
+body = "d"
+face = "+x"
+pressure = "1 MPa"
+spring = { stiffness = 1e9 }
 [[contact]]
 between = ["a", "b"]
 law = "pinball"

@@ -4,14 +4,15 @@
 
 import numpy as np
 
+from wsph.boundary.clashes import Claims
 from wsph.boundary.conditions import (
     Conditions,
-    Prescribed,
     face_component,
-    nonzero,
     prescribed_velocities,
     selected_conditions,
+    velocity_key,
 )
+from wsph.boundary.prescribed import Prescribed, nonzero
 from wsph.boundary.tables import Prescribing
 from wsph.errors import Fault, SceneError
 from wsph.expressions import constant_program
@@ -23,7 +24,7 @@ from wsph.output.fields import AXES
 def face_conditions(scene: Prescribing, body: str, lattice: Lattice, labels: tuple[str, ...]) -> Conditions:
     """Conditions of a two-set body. `labels` are the kept stress components. Raises SceneError where one selects nothing."""
     faces, dim, n = lattice.faces, scene.dim, len(lattice.nodes)
-    result = Conditions(mirrored=np.ones(n))
+    result, claims = Conditions(mirrored=np.ones(n)), Claims(lattice, at_nodes=True)
     moved = np.zeros((len(faces.area), dim), bool)
     loaded = np.zeros(faces.nodes.shape, bool)
     loads: list[tuple[str, np.ndarray, np.ndarray, Prescribed, str]] = []
@@ -32,13 +33,17 @@ def face_conditions(scene: Prescribing, body: str, lattice: Lattice, labels: tup
         velocities = prescribed_velocities(scene, condition)
         if condition.symmetry:
             result.mirrored[nodes] *= 2.0
-        if velocities and len(velocities) < dim and not lattice.frame.upright:
+        if velocities and len(velocities) < dim and not lattice.upright:
             text = f"a turned body prescribes all {dim} components of the velocity, or stresses along the axes of its shape"
             raise SceneError("scene", [Fault(0, f"boundary.{k}", text)])
         for axis, value in velocities.items():
+            claims.take("velocity", AXES.index(axis), nodes, value, velocity_key(k, condition, axis))
             result.put("velocity", AXES.index(axis), nodes, value)
             moved[rows, AXES.index(axis)] = True
             loaded[rows] |= nonzero(value)
+        if condition.normal is not None:
+            text = "two-set bodies prescribe velocities along the axes of their shape: use symmetry, or an integrator of one set"
+            raise SceneError("scene", [Fault(0, f"boundary.{k}.normal", text)])
         for key in condition.acting:
             text = "two-set bodies prescribe stress on their faces: use an integrator of one set"
             raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
@@ -52,6 +57,7 @@ def face_conditions(scene: Prescribing, body: str, lattice: Lattice, labels: tup
                 across = " or ".join(sorted(set(label)))
                 text = f"acts on no face selected here: {label} is a stress on a face across {across}"
                 raise SceneError("scene", [Fault(0, key, text)])
+            claims.take("stress", labels.index(label), np.unique(faces.nodes[acting]), value, key)
             loads.append((label, acting, np.unique(faces.nodes[acting]), value, key))
             if nonzero(value):
                 # At an edge of the body the same component acts on the face around the corner too.

@@ -11,21 +11,22 @@ it a cantilever's root grows by 2e-4 a step at nu = 0.499, C <= 0.5).
 
 # pyright: strict
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from wsph.boundary.load import Load, LoadedFaces
-from wsph.boundary.tables import Boundary, Function, Prescribing
+from wsph.boundary.loads.acting import Load, LoadedFaces
+from wsph.boundary.loads.rows import FaceLoad
+from wsph.boundary.prescribed import Prescribed, nonzero
+from wsph.boundary.slide import Slide
+from wsph.boundary.tables import Boundary, Prescribing
 from wsph.errors import Fault, SceneError
-from wsph.expressions import Expression, constant_program
+from wsph.expressions import constant_program
 from wsph.geometry.faces import Faces
-from wsph.geometry.lattice import Lattice
+from wsph.geometry.geometry import Geometry
 from wsph.geometry.selection import select
 from wsph.output.fields import AXES
-
-Prescribed = Expression | Function
 
 
 @dataclass
@@ -33,10 +34,11 @@ class Conditions:
     """Prescribed components of one body and the faces that do work.
 
     entries: (field, component) -> {particle: value}; free_normals: bit k of (n,) where sigma_kk is prescribed; work_*: rows
-    of (particle, axis, signed area [m^(dim-1)]) on faces that move or carry stress. mirrored (n,): how often a particle is
-    there with its images across planes of symmetry, 1, 2, 4 or 8: its volume times that is a whole particle's. acting: loads
-    that follow the state, by a name, and where they act. across (n,): bit k where stresses are prescribed in the frame of a
-    face across axis k of the grid, of two-set bodies alone.
+    of (particle, axis, signed area [m^(dim-1)]) on faces that move or carry stress. loads: prescribed loads as forces.
+    acting: loads that follow the state, by a name, and where they act. mirrored (n,): how often a particle is there with its
+    images across planes of symmetry, 1, 2, 4 or 8: its volume times that is a whole particle's. across (n,): bit k where
+    stresses are prescribed in the frame of a face across axis k of the grid, of two-set bodies alone. slides: velocities
+    along faces' own normals.
     """
 
     entries: dict[tuple[str, int], dict[int, Prescribed]] = field(
@@ -46,16 +48,17 @@ class Conditions:
     work_particle: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     work_axis: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     work_area: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    loads: "Conditions | None" = None
+    loads: list[FaceLoad] = field(default_factory=list[FaceLoad])
+    slides: list[Slide] = field(default_factory=list[Slide])
     acting: list[tuple[str, Load, LoadedFaces]] = field(default_factory=list[tuple[str, Load, LoadedFaces]])
     mirrored: np.ndarray = field(default_factory=lambda: np.ones(0))
-    scales: dict[tuple[str, int], dict[int, float]] = field(default_factory=dict[tuple[str, int], dict[int, float]])
     across: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
 
     @property
     def moved(self) -> bool:
         """Whether a value other than zero is prescribed anywhere."""
-        return any(nonzero(value) for values in self.entries.values() for value in values.values())
+        slid = any(nonzero(slide.value) for slide in self.slides)
+        return slid or any(nonzero(value) for values in self.entries.values() for value in values.values())
 
     def prescribed(self, name: str, components: int, count: int) -> np.ndarray:
         """Which of the components of a field are prescribed, (count, components) bool."""
@@ -65,50 +68,8 @@ class Conditions:
         return mask
 
     def put(self, name: str, component: int, particles: np.ndarray, value: Prescribed) -> None:
-        """Prescribe a component; of two values the later holds."""
+        """Prescribe a component; of two values the later holds (`wsph.boundary.clashes` refuses what must not be)."""
         self.entries.setdefault((name, component), {}).update(dict.fromkeys(particles.tolist(), value))
-
-    def load(
-        self,
-        faces: Faces,
-        on: np.ndarray,
-        acting: np.ndarray,
-        label: str,
-        traction: bool,
-        value: Prescribed,
-        lattice: Lattice,
-    ) -> None:
-        """A stress component, or a traction along a coordinate axis, on the faces `acting`, as forces on their particles."""
-        dim, axes = lattice.frame.axes.shape[0], lattice.frame.axes
-        for axis in range(dim):
-            rows = acting & (faces.axis == axis)
-            if not rows.any():
-                continue
-            if traction:
-                pushes = [(AXES.index(label), 1.0)]
-            else:
-                i, j = (AXES.index(a) for a in label)
-                along = j if axis == i else i
-                pushes = [(k, float(axes[k, along])) for k in range(dim) if axes[k, along] != 0.0]
-            share = faces.shares(on)[rows] * (1.0 if traction else faces.sign[rows, None])
-            for direction, cosine in pushes:
-                key = ("load", axis * dim + direction)
-                area = np.bincount(on[rows].ravel(), share.ravel())
-                particles = np.flatnonzero(area)
-                self.put(*key, particles, value)
-                self.scales.setdefault(key, {}).update(
-                    dict(zip(particles.tolist(), (area[particles] * cosine).tolist(), strict=True))
-                )
-
-
-def nonzero(value: Prescribed) -> bool:
-    """Whether a prescribed value is anything but the constant zero."""
-    return not (isinstance(value, Expression) and value.program == constant_program(0.0).program)
-
-
-def varies(value: Prescribed, along: Iterable[str] = AXES) -> bool:
-    """Whether a prescribed value differs from place to place, `along` some axes."""
-    return isinstance(value, Expression) and any(value.uses(axis) for axis in along)
 
 
 def face_component(axis: int, tangent: int) -> str:
@@ -123,13 +84,27 @@ def prescribed_velocities(scene: Prescribing, condition: Boundary) -> dict[str, 
     return moved | dict.fromkeys(held, constant_program(0.0))
 
 
+def velocity_key(k: int, condition: Boundary, axis: str) -> str:
+    """The key of the entry k by which a component of the velocity is prescribed."""
+    held = "fixed" if axis in condition.fixed else "symmetry"
+    return f"boundary.{k}.velocity.{axis}" if axis in condition.velocity else f"boundary.{k}.{held}"
+
+
 def _nothing_selected(k: int, condition: Boundary) -> SceneError:
     key, text = ("where", condition.where) if condition.where else ("face", condition.face)
     return SceneError("scene", [Fault(0, f"boundary.{k}.{key}", f"{text!r} selects no particle of {condition.body!r}")])
 
 
+def _of_patch(k: int, name: str, body: str, faces: Faces) -> np.ndarray:
+    """Rows of the faces of a patch."""
+    if name not in faces.patches:
+        there = ", ".join(faces.patches) or "none"
+        raise SceneError("scene", [Fault(0, f"boundary.{k}.patch", f"{body!r} has no patch {name!r}: it has {there}")])
+    return faces.of_patch(name)
+
+
 def selected_conditions(
-    scene: Prescribing, body: str, lattice: Lattice, position: np.ndarray, on: np.ndarray
+    scene: Prescribing, body: str, lattice: Geometry, position: np.ndarray, on: np.ndarray
 ) -> Iterator[tuple[int, Boundary, np.ndarray, np.ndarray]]:
     """The conditions of a body: number, condition, the particles that it selects and the rows of the faces (m,) bool. `on`
     (m, k) are the particles of each face. Raises SceneError where one selects nothing."""
@@ -138,6 +113,9 @@ def selected_conditions(
             continue
         if condition.face:
             rows = lattice.faces.named(condition.face)
+            particles = np.unique(on[rows])
+        elif condition.patch:
+            rows = _of_patch(k, condition.patch, body, lattice.faces)
             particles = np.unique(on[rows])
         else:
             chosen = select(condition.where or "", position, lattice.spacing)

@@ -6,12 +6,17 @@ from collections.abc import Collection
 
 import numpy as np
 
-from wsph.boundary.conditions import Conditions, prescribed_velocities, selected_conditions
-from wsph.boundary.load import LoadedFaces
+from wsph.boundary.clashes import Claims
+from wsph.boundary.conditions import Conditions, prescribed_velocities, selected_conditions, velocity_key
+from wsph.boundary.loads.acting import LoadedFaces
+from wsph.boundary.loads.rows import stress_load, traction_load
+from wsph.boundary.prescribed import Prescribed
+from wsph.boundary.slide import Slide
 from wsph.boundary.tables import Prescribing
 from wsph.boundary.walls import Wall, Walls
 from wsph.errors import Fault, SceneError
 from wsph.geometry.faces import Faces
+from wsph.geometry.geometry import Geometry
 from wsph.geometry.lattice import Lattice
 from wsph.output.fields import AXES
 
@@ -39,7 +44,7 @@ def wall_conditions(scene: Prescribing, body: str, lattice: Lattice) -> tuple[Co
     return _natural_conditions(scene, body, lattice, lattice.cells, on, taken), walls.found()
 
 
-def node_conditions(scene: Prescribing, body: str, lattice: Lattice) -> Conditions:
+def node_conditions(scene: Prescribing, body: str, lattice: Geometry) -> Conditions:
     """Conditions of a Lagrangian body whose particles are the nodes, those of the faces included."""
     return _natural_conditions(scene, body, lattice, lattice.nodes, lattice.faces.nodes)
 
@@ -47,7 +52,7 @@ def node_conditions(scene: Prescribing, body: str, lattice: Lattice) -> Conditio
 def _natural_conditions(
     scene: Prescribing,
     body: str,
-    lattice: Lattice,
+    lattice: Geometry,
     position: np.ndarray,
     on: np.ndarray,
     walls: Collection[int] = (),
@@ -55,58 +60,87 @@ def _natural_conditions(
     """Velocities of particles, and loads as forces: a free face needs nothing. `on` (faces, k): the particles of each face.
 
     A stress on a face is a nominal one: force per reference area, along the axes of the shape; `traction` is along the
-    coordinate axes. Loads keep faces across different axes apart, so that at an edge both act: entry ("load", face's axis *
-    dim + direction), a value per unit of area, and the area in `scale`. The velocities of the conditions `walls`, by their
-    numbers, are prescribed to no particle.
+    coordinate axes. All loads add. The velocities of the conditions `walls`, by their numbers, are prescribed to no
+    particle.
     """
     faces, dim = lattice.faces, scene.dim
-    result = Conditions()
-    result.loads = Conditions()
+    result, claims = Conditions(), Claims(lattice, at_nodes=position is lattice.nodes)
     for k, condition, particles, rows in selected_conditions(scene, body, lattice, position, on):
         velocities = prescribed_velocities(scene, condition)
-        if velocities and len(velocities) < dim and condition.symmetry and not lattice.frame.upright:
+        if velocities and len(velocities) < dim and condition.symmetry and not lattice.upright:
             text = (
                 f"a turned body prescribes velocities along the coordinate axes; symmetry holds none of its {dim} alone"
             )
             raise SceneError("scene", [Fault(0, f"boundary.{k}.symmetry", text)])
         for axis, value in velocities.items():
+            claims.take("velocity", AXES.index(axis), particles, value, velocity_key(k, condition, axis))
             if k not in walls:
                 result.put("velocity", AXES.index(axis), particles, value)
             if axis in condition.traction:
                 text = f"the velocity {axis} is prescribed too: a load there moves nothing"
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.traction.{axis}", text)])
-        if condition.stress and lattice.mapped:
-            text = "faces of a mapped body turn from place to place: write traction = { x = ... }"
+        mapped = isinstance(lattice, Lattice) and lattice.mapped
+        if condition.stress and (mapped or (faces.axis[rows] < 0).any()):
+            text = "faces turn from place to place: write traction = { x = ... } along the coordinate axes, or pressure"
             raise SceneError("scene", [Fault(0, f"boundary.{k}.stress", text)])
         if condition.stress and len(velocities) == dim:
             text = "all velocities are prescribed too: a load there moves nothing"
             raise SceneError("scene", [Fault(0, f"boundary.{k}.stress", text)])
+        if condition.normal is not None:
+            slid = _slide(f"boundary.{k}.normal", scene.value(condition.normal, "m/s"), faces, on, rows)
+            result.slides.append(slid)
         for key, load in condition.acting.items():
-            if lattice.mapped or not rows.any():
+            if not rows.any():
+                raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", "acts on no face selected here")])
+            if load.by_corners and position is not lattice.nodes:
                 text = (
-                    "acts on no face selected here" if not lattice.mapped else "needs a regular lattice, without `map`"
+                    'needs particles on the faces: use "stress-points", or "total-lagrangian" with pairs along edges; or a'
+                    " traction, which keeps its direction"
                 )
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
-            result.acting.append((f"{k}.{key}", load, _loaded(faces, on, rows, lattice)))
+            values = {name: scene.value(getattr(load, name), unit) for name, unit in load.values.items()}
+            result.acting.append((f"{k}.{key}", load, _loaded(faces, on, rows, position, values)))
         for key, given in (("stress", condition.stress), ("traction", condition.traction)):
             for label, value in given.items():
-                acting = rows & (np.isin(faces.axis, [AXES.index(a) for a in label]) if key == "stress" else True)
-                if not acting.any():
+                if key == "stress":
+                    load = stress_load(faces, on, rows, label, scene.value(value, "Pa"), lattice)
+                else:
+                    load = traction_load(faces, on, rows, label, scene.value(value, "Pa"), dim)
+                if not len(load.particle):
                     text = "acts on no face selected here" + (
                         "; it is a stress on a face across one of its axes" * (key == "stress")
                     )
                     raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}.{label}", text)])
-                result.loads.load(faces, on, acting, label, key == "traction", scene.value(value, "Pa"), lattice)
+                result.loads.append(load)
     return result
 
 
-def _loaded(faces: Faces, on: np.ndarray, rows: np.ndarray, lattice: Lattice) -> LoadedFaces:
-    """The particles of some faces, the areas that they stand for [m^(dim-1)] and their mean normals."""
-    n, corners, dim = len(lattice.nodes), on.shape[1], lattice.frame.axes.shape[0]
-    share = faces.shares(on)[rows].ravel()
-    outward = (faces.sign[rows, None] * lattice.frame.axes.T[faces.axis[rows]]).repeat(corners, 0)
-    area = np.bincount(on[rows].ravel(), share, n)
-    particle = np.flatnonzero(area)
-    mean = np.stack([np.bincount(on[rows].ravel(), share * outward[:, k], n) for k in range(dim)], 1)[particle]
+def _slide(key: str, value: Prescribed, faces: Faces, on: np.ndarray, rows: np.ndarray) -> Slide:
+    """A velocity along the normals of some faces, by their particles."""
+    if not rows.any():
+        raise SceneError("scene", [Fault(0, key, "acts on no face selected here")])
+    whole = on.shape[1] == faces.vector.shape[1]
+    vector = faces.vector[rows] if whole else faces.vector[rows].sum(1, keepdims=True)
+    particle, where = np.unique(on[rows].ravel(), return_inverse=True)
+    dim = vector.shape[2]
+    total = np.stack([np.bincount(where.ravel(), vector[..., k].ravel(), len(particle)) for k in range(dim)], 1)
+    size = np.linalg.norm(total, axis=1, keepdims=True)
+    if not (size > 0.0).all():
+        raise SceneError("scene", [Fault(0, key, "selects two sides of one place, which have no normal in common")])
+    return Slide(key, value, particle, total / size)
+
+
+def _loaded(
+    faces: Faces, on: np.ndarray, rows: np.ndarray, position: np.ndarray, values: dict[str, Prescribed]
+) -> LoadedFaces:
+    """Some faces and their particles, SI, with the values that are prescribed there."""
+    n, dim = position.shape
+    whole = on.shape[1] == faces.vector.shape[1]
+    vector = faces.vector[rows] if whole else faces.vector[rows].sum(1, keepdims=True)
+    flat = on[rows].ravel()
+    area = np.bincount(flat, faces.shares(on)[rows].ravel(), n)
+    particle = np.unique(flat)
+    mean = np.stack([np.bincount(flat, vector[..., k].ravel(), n) for k in range(dim)], 1)[particle]
     size = np.linalg.norm(mean, axis=1, keepdims=True)
-    return LoadedFaces(particle, area[particle], np.divide(mean, size, out=np.zeros_like(mean), where=size > 0.0))
+    normal = np.divide(mean, size, out=np.zeros_like(mean), where=size > 0.0)
+    return LoadedFaces(particle, area[particle], normal, on[rows], vector, position, values)

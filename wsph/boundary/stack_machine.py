@@ -4,9 +4,12 @@ A prescribed value is a program for it (`wsph.expressions`), a number and a tabl
 every boundary condition of every scene.
 """
 
+from collections.abc import Callable
+
 import warp as wp
 
-from wsph.expressions import OPERATIONS
+from wsph.boundary.prescribed import Prescribed
+from wsph.expressions import OPERATIONS, Expression
 
 Stack = wp.types.vector(length=16, dtype=wp.float64)
 
@@ -175,3 +178,28 @@ def evaluate(bank: Bank, program: int, x: wp.vec3d, t: wp.float64, slack: wp.flo
             top -= 1
             stack[top] = _apply_binary(code, stack[top], stack[top + 1])
     return stack[0]
+
+
+def bank_of(values: list[Prescribed], device: str) -> Bank:
+    """Values as programs on the device, in their order."""
+    start, code, number = [0], [], []
+    table_start, table_step, table_t, table_value = [0], [], [], []
+    for value in values:
+        if isinstance(value, Expression):
+            code += [c for c, _ in value.program]
+            number += [v for _, v in value.program]
+        else:
+            code.append(OPERATIONS["table"])
+            number.append(float(len(table_step)))
+            table_step.append(int(value.interp == "step"))
+            table_t += value.t or ()
+            table_value += value.value or ()
+            table_start.append(len(table_t))
+        start.append(len(code))
+    bank = Bank()
+    integers: Callable[[list[int]], wp.array] = lambda v: wp.array(v, dtype=wp.int32, device=device)  # noqa: E731
+    doubles: Callable[[list[float]], wp.array] = lambda v: wp.array(v, dtype=wp.float64, device=device)  # noqa: E731
+    bank.start, bank.code, bank.number = integers(start), integers(code), doubles(number)
+    bank.table_start, bank.table_step = integers(table_start), integers(table_step or [0])
+    bank.table_t, bank.table_value = doubles(table_t or [0.0]), doubles([float(v) for v in table_value] or [0.0])
+    return bank

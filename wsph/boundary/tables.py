@@ -4,12 +4,14 @@
 
 from typing import TYPE_CHECKING, Annotated, Literal, Protocol, cast
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, create_model, model_validator
+from pydantic import AfterValidator, BaseModel, Field, create_model, model_validator
 from pydantic.fields import FieldInfo
 
-from wsph.boundary.load import LOADS, Load
+from wsph.boundary.functions import Function
+from wsph.boundary.loads.acting import Load
+from wsph.boundary.loads.table import LOADS
 from wsph.expressions import Expression
-from wsph.quantities import Model, Strings, Unit, Value, as_tuple
+from wsph.quantities import Model, Strings, Value
 
 
 def _face(value: str) -> str:
@@ -18,37 +20,19 @@ def _face(value: str) -> str:
     return value
 
 
-class Function(Model):
-    """A function of time: a table (t, value, interp) or an expression of x, y, z, t."""
-
-    t: Annotated[tuple[Annotated[float, Unit("s")], ...], BeforeValidator(as_tuple)] | None = None
-    value: Annotated[tuple[Annotated[float, Unit("")], ...], BeforeValidator(as_tuple)] | None = None
-    interp: Literal["linear", "step"] = "linear"
-    expression: str | None = None
-
-    @model_validator(mode="after")
-    def _table_or_expression(self) -> "Function":
-        if (self.expression is None) == (self.t is None and self.value is None):
-            raise ValueError("either a table (t and value) or an expression is needed")
-        if self.expression is None:
-            if self.t is None or self.value is None or len(self.t) != len(self.value) or not self.t:
-                raise ValueError("t and value must have the same number of entries, at least one")
-            if any(a >= b for a, b in zip(self.t, self.t[1:], strict=False)):
-                raise ValueError("t must increase from entry to entry")
-        return self
-
-
 class _Selection(Model):
     """Where something is prescribed, and what is prescribed there of the body's own fields."""
 
     body: str
     where: str | None = None
     face: Annotated[str, AfterValidator(_face)] | None = None
+    patch: Annotated[str, Field(min_length=1)] | None = None
     velocity: dict[str, Value] = {}
     fixed: Strings = ()
     symmetry: Literal["x", "y", "z"] | None = None
     stress: dict[str, Value] = {}
     traction: dict[str, Value] = {}
+    normal: Value | None = None
 
 
 if TYPE_CHECKING:
@@ -60,14 +44,15 @@ else:
 
 
 class Boundary(_WithLoads):
-    """Prescribed values on a face or on the particles that `where` selects."""
+    """Prescribed values on a face, a patch with a name, or on the particles that `where` selects."""
 
     @model_validator(mode="after")
     def _complete(self) -> "Boundary":
-        if (self.where is None) == (self.face is None):
-            raise ValueError("exactly one of where and face is needed")
-        if not (self.velocity or self.fixed or self.symmetry or self.stress or self.traction or self.acting):
-            kinds = ["velocity", "fixed", "symmetry", "stress", "traction", *LOADS]
+        if [self.where, self.face, self.patch].count(None) != 2:
+            raise ValueError("exactly one of where, face and patch is needed")
+        given = (self.velocity, self.fixed, self.symmetry, self.stress, self.traction, self.normal is not None)
+        if not (any(given) or self.acting):
+            kinds = ["velocity", "fixed", "symmetry", "stress", "traction", "normal", *LOADS]
             raise ValueError(f"nothing is prescribed: give {', '.join(kinds[:-1])} or {kinds[-1]}")
         return self
 

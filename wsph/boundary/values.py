@@ -1,7 +1,6 @@
 """Prescribed values on the device: a list whose entries are a place in the flat state and a program for the stack machine
 (`wsph.boundary.stack_machine`)."""
 
-from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -11,9 +10,9 @@ from wsph.backend.clock import Clock, dt_of, time_of
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import State
-from wsph.boundary.conditions import Conditions, Prescribed
-from wsph.boundary.stack_machine import Bank, evaluate
-from wsph.expressions import OPERATIONS, Expression
+from wsph.boundary.conditions import Conditions
+from wsph.boundary.prescribed import Prescribed, constant
+from wsph.boundary.stack_machine import Bank, bank_of, evaluate
 
 CONSTANT = -1
 """The program of an entry that never changes: its scale is its value. Most faces are free: thousands of zeros."""
@@ -80,8 +79,8 @@ class BoundaryValues:
         kept: list[Prescribed] = []
         for (name, component), values in sorted(conditions.entries.items(), key=lambda item: item[0]):
             for particle, value in sorted(values.items()):
-                factor = conditions.scales.get((name, component), {}).get(particle, 1.0) / units[name]
-                number = _constant(value)
+                factor = 1.0 / units[name]
+                number = constant(value)
                 if number is None and id(value) not in programs:
                     programs[id(value)] = len(kept)
                     kept.append(value)
@@ -93,7 +92,7 @@ class BoundaryValues:
         self.count = len(place)
         if self.count == 0:
             return
-        self._bank = _bank(kept, device)
+        self._bank = bank_of(kept, device)
         padded = np.zeros((self.count, 3))
         padded[:, : position.shape[1]] = points
         self.particle = np.array(owners, np.int32)
@@ -110,35 +109,3 @@ class BoundaryValues:
         inputs = [self._bank, clock.time, self.place, self._program, self._scale, self._position]
         inputs += [wp.float64(first), wp.float64(last), wp.float64(self._second)]
         clock.launch(_impose_kernel(self.space), self.count, inputs, [state.buffer])
-
-
-def _constant(value: Prescribed) -> float | None:
-    """The number that a value always is, if its program says no more."""
-    if isinstance(value, Expression) and len(value.program) == 1:
-        code, number = value.program[0]
-        return number if code == OPERATIONS["constant"] else None
-    return None
-
-
-def _bank(values: list[Prescribed], device: str) -> Bank:
-    start, code, number = [0], [], []
-    table_start, table_step, table_t, table_value = [0], [], [], []
-    for value in values:
-        if isinstance(value, Expression):
-            code += [c for c, _ in value.program]
-            number += [v for _, v in value.program]
-        else:
-            code.append(OPERATIONS["table"])
-            number.append(float(len(table_step)))
-            table_step.append(int(value.interp == "step"))
-            table_t += value.t or ()
-            table_value += value.value or ()
-            table_start.append(len(table_t))
-        start.append(len(code))
-    bank = Bank()
-    integers: Callable[[list[int]], wp.array] = lambda v: wp.array(v, dtype=wp.int32, device=device)  # noqa: E731
-    doubles: Callable[[list[float]], wp.array] = lambda v: wp.array(v, dtype=wp.float64, device=device)  # noqa: E731
-    bank.start, bank.code, bank.number = integers(start), integers(code), doubles(number)
-    bank.table_start, bank.table_step = integers(table_start), integers(table_step or [0])
-    bank.table_t, bank.table_value = doubles(table_t or [0.0]), doubles([float(v) for v in table_value] or [0.0])
-    return bank

@@ -12,10 +12,10 @@ from wsph.backend.algebra import clear_kernel
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array
-from wsph.backend.state import Field, Layout, State
+from wsph.backend.state import Layout, State
 from wsph.boundary.conditions import Conditions
-from wsph.boundary.load import ActingLoad
-from wsph.boundary.values import BoundaryValues
+from wsph.boundary.loads.acting import ActingLoad
+from wsph.boundary.loads.forces import LoadForces
 from wsph.boundary.walls import Wall
 from wsph.errors import Refused
 from wsph.formulations.lagrangian.form import Form, coefficients_of
@@ -25,7 +25,6 @@ from wsph.parts.body_force import BodyForce
 from wsph.parts.part import LOCKING, Host
 from wsph.parts.residual import stabilisation
 from wsph.parts.terms import Coefficients
-from wsph.sph.smoothing import SUPPORT
 
 
 def remembers(host: Host) -> bool:
@@ -49,18 +48,18 @@ class Placement:
     @classmethod
     def of(cls, host: Host) -> "Placement":
         """The places of a body's particles and points."""
-        lattice, unit, points = host.lattice, host.scales.length**host.space.dim, not host.traits.pairwise
-        position = lattice.nodes if host.at_nodes else lattice.cells
-        volume = (lattice.node_volume if host.at_nodes else lattice.cell_volume) / unit
-        if host.edges and lattice.irregular:
+        body, unit, points = host.geometry, host.scales.length**host.space.dim, not host.traits.pairwise
+        position = body.nodes if host.at_nodes else body.cells
+        volume = (body.node_volume if host.at_nodes else body.cell_volume) / unit
+        if host.edges and body.irregular:
             # Volumes averaged over blocks want the gradients of whole cells.
             mix = 1.0 if host.locks or host.flows else MIX
             try:
-                found = nodal_gradients(lattice.places(host.scales.length), lattice.corners, mix)
+                found = nodal_gradients(body.places(host.scales.length), host.lattice.corners, mix)
             except ValueError as error:
                 raise Refused(f"body {host.name!r}: {error}") from error
             return cls(points, host.at_nodes, position, found.volume, found.volume, found)
-        return cls(points, host.at_nodes, position, volume, lattice.cell_volume / unit if points else volume)
+        return cls(points, host.at_nodes, position, volume, body.cell_volume / unit if points else volume)
 
     @property
     def count(self) -> int:
@@ -69,45 +68,36 @@ class Placement:
 
 
 class Loads:
-    """Loads on a body as forces on its particles, nondimensional: prescribed ones on each face by itself, `vectors` (n dim,)
-    vec, and the sum of those that follow the state, `following` (n,) vec."""
+    """Loads on a body as forces on its particles, nondimensional: the sum of the prescribed ones, `vectors` (n,) vec, and of
+    those that follow the state, `following` (n,) vec."""
 
     def __init__(self, setup: Setup, conditions: Conditions, placement: Placement, arrays: Arrays):
         space, scales, clock = setup.space, setup.scales, setup.clock
-        prescribed = conditions.loads or Conditions()
-        given = bool(prescribed.entries)
         # Ghosts ask every face for its load.
-        n = placement.count if given or setup.scene.run.correction == "paper" else 1
-        self.state = State(space, n, Layout((Field("load", space.dim**2, "N"),)), setup.device)
-        arrays.take("imposed", self.state.buffer, kept=True)
+        everywhere = bool(conditions.loads) or setup.scene.run.correction == "paper"
+        self.vectors: Array = wp.zeros(placement.count if everywhere else 1, dtype=space.vec, device=setup.device)
+        arrays.take("imposed", self.vectors, kept=True)
         area = scales.length ** (space.dim - 1)
-        self.values = BoundaryValues(
-            space,
-            prescribed,
-            self.state,
-            placement.position,
-            {"load": scales.stress * area},
-            scales.time,
-            setup.device,
-        )
-        self.vectors: Array = wp.array(
-            ptr=self.state.buffer.ptr, dtype=space.vec, shape=n * space.dim, device=setup.device, copy=False
+        self.forces = LoadForces(
+            space, conditions.loads, self.vectors, placement.position, scales.stress * area, scales.time, setup.device
         )
         self._clock = clock
         self.acting: list[ActingLoad] = []
         for name, load, faces in conditions.acting:
-            scaled = replace(faces, area=faces.area / area)
+            scaled = replace(faces, area=faces.area / area, vector=faces.vector / area)
             self.acting.append(load.attach(scaled, space, scales, clock, arrays.part(name)))
         self.following = arrays.zeros("following", placement.count if self.acting else 1, space.vec)
 
     @property
     def count(self) -> int:
-        """How many prescribed entries there are."""
-        return self.values.count
+        """How many particles carry prescribed ones."""
+        return len(self.forces.loaded)
 
     def impose(self, clock: Clock, c: float | tuple[float, float]) -> None:
-        """Set the prescribed loads of t + c dt (a launch)."""
-        self.values.impose(self.state, clock, c)
+        """Set the prescribed loads of t + c dt (a launch, where they change in time)."""
+        self.forces.impose(clock, c)
+        for load in self.acting:
+            load.impose(clock, c)
 
     def follow(self, state: State) -> None:
         """Find the forces of the loads that follow a state (launches, where there are any)."""
@@ -174,9 +164,9 @@ class RateSetup:
             host.breaks,
             not host.traits.reference,
             bool(self.loads.acting),
-            host.edges and not host.lattice.irregular,
+            host.edges and not host.geometry.irregular,
             host.edges and not stress_terms and (host.locks or host.flows),
-            self.placement.gradients is not None,
+            host.geometry.irregular and (host.edges or host.corners),
             flow[0] if flow is not None and stabilised and not responses else -1,
             remembers(host),
             bool(self.walls),
@@ -188,7 +178,7 @@ class RateSetup:
         numbers: Coefficients = coefficients_of(host.space, form)()
         # The paper's own c, not the one of the stress state: sqrt(E/rho).
         numbers.speed = real(np.sqrt(host.youngs_modulus / host.constitutive.material.density) / host.scales.velocity)
-        numbers.h = real(host.support / SUPPORT * host.lattice.spacing / host.scales.length)
+        numbers.h = real(host.smoothing_length / host.scales.length)
         flow = host.constitutive.flow
         given = {"yields": flow[1]} if flow is not None else {}
         given |= {name: value for part in host.parts.values() for name, value in part.coefficients(host).items()}

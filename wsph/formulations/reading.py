@@ -11,7 +11,7 @@ import numpy as np
 from wsph.backend.space import Array
 from wsph.backend.state import State
 from wsph.constitutive.constitutive import Constitutive
-from wsph.geometry.lattice import Lattice
+from wsph.geometry.geometry import Geometry
 from wsph.plugins.traits import internal_units
 from wsph.sph.averages import Averages
 from wsph.units import Scales
@@ -38,7 +38,7 @@ class Readable(Protocol):
     def density(self) -> float: ...
 
     @property
-    def lattice(self) -> Lattice: ...
+    def geometry(self) -> Geometry: ...
 
     @property
     def scales(self) -> Scales: ...
@@ -156,13 +156,13 @@ class Reading:
         return "kg/m3" if name == DENSITY else self.fields[name].unit or "1"
 
     def apart(self, name: str) -> bool:
-        """Whether a field stands at points of its own, the centres of the cells, and not at the particles."""
+        """Whether a field stands at points of its own, inside the cells, and not at the particles."""
         system = self._system
         return system.state.counts.get(self.fields[name].stored, system.count) != system.count
 
     def where(self, name: str) -> np.ndarray:
         """Where a field of the state stands in the reference configuration, (m, dim) [m]."""
-        return self._system.lattice.cells if self.apart(name) else self._system.position
+        return self._system.geometry.cells if self.apart(name) else self._system.position
 
     def at_places(self, places: np.ndarray, name: str) -> list[Averages]:
         """How to read the components of a field at some of the places where it stands, (m,): of particles as frames do, of

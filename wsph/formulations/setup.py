@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from wsph.backend.clock import Clock
 from wsph.backend.space import Space
 from wsph.constitutive.constitutive import Constitutive
-from wsph.geometry.lattice import Lattice
+from wsph.geometry.geometry import Geometry
+from wsph.geometry.lattice import Lattice, on_grid
 from wsph.parts.part import Host
 from wsph.plugins.formulations import Formulation
 from wsph.protocols import Traits
@@ -19,18 +20,23 @@ from wsph.units import Scales
 
 @dataclass(frozen=True)
 class Setup:
-    """The scene, the body and all that a formulation builds a system from."""
+    """The scene, the body and all that a formulation builds a system from; `geometry`, the body cut into cells."""
 
     scene: Scene
     body: Body
     formulation: Formulation
-    lattice: Lattice
+    geometry: Geometry
     space: Space
     constitutive: Constitutive
     scales: Scales
     clock: Clock
     displacement: bool
     """Whether a probe or a frame asks for displacements, or for a density that follows from them."""
+
+    @property
+    def lattice(self) -> Lattice:
+        """Its geometry, of a body that the lines of a grid cut."""
+        return on_grid(self.geometry)
 
     @property
     def device(self) -> str:
@@ -51,7 +57,7 @@ class Setup:
             self.body.name,
             self.space,
             self.scales,
-            self.lattice,
+            self.geometry,
             self.constitutive,
             self.traits,
             run.correction,
@@ -59,8 +65,16 @@ class Setup:
             run.support or (own[0] if own else self.traits.support),
             not self.traits.pairwise or self.body.placement == "nodes" or edges,
             edges,
+            self.at_corners,
             parts,
         )
+
+    @property
+    def at_corners(self) -> bool:
+        """Whether points see the corners of their own cells alone: by default, where they have places of their own. A scene
+        that names a support or a kernel asks for a kernel's pairs."""
+        run = self.scene.run
+        return self.traits.corners and run.support is None and run.kernel == DEFAULT
 
     @property
     def along_edges(self) -> bool:
@@ -68,7 +82,7 @@ class Setup:
         can. A scene that names a support or a kernel asks for a kernel's pairs; parts that need every direction, cracks and
         contact between balls take them too."""
         run, placement = self.scene.run, self.body.placement
-        if not self.traits.edges or placement == "cells" or self.lattice.cracks:
+        if not self.traits.edges or placement == "cells" or self.geometry.cracks:
             return False
         if run.support is not None or run.kernel != DEFAULT or run.correction == "paper":
             return False

@@ -14,7 +14,9 @@ from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.values import BoundaryValues
 from wsph.constitutive.constitutive import project_kernel
 from wsph.formulations.setup import Setup
+from wsph.geometry.lattice import Lattice, on_grid
 from wsph.parts.body_force import BodyForce
+from wsph.parts.body_force_work import ForceWork
 from wsph.parts.part import Attached
 from wsph.parts.terms import Response
 from wsph.protocols import Entry
@@ -50,6 +52,7 @@ class System:
     boundary: BoundaryValues
     work: BodyWork
     force: BodyForce
+    force_work: ForceWork
     response: Response | None = None
     """The answer of a point in place of its law, or None."""
     breaks = False
@@ -65,11 +68,16 @@ class System:
 
     def __init__(self, setup: Setup):
         self.name, self.formulation, self.traits = setup.body.name, setup.formulation.name, setup.traits
-        self.space, self.lattice, self.constitutive = setup.space, setup.lattice, setup.constitutive
+        self.space, self.geometry, self.constitutive = setup.space, setup.geometry, setup.constitutive
         self.scales, self.clock, self.device = setup.scales, setup.clock, setup.device
-        self.spacing, self.density = setup.lattice.spacing, setup.constitutive.density
+        self.spacing, self.density = setup.geometry.spacing, setup.constitutive.density
         self.arrays = Arrays(setup.device)
         self._made = 0
+
+    @property
+    def lattice(self) -> Lattice:
+        """Its geometry, of a body that the lines of a grid cut."""
+        return on_grid(self.geometry)
 
     def follow(self) -> bool:
         """Before a step: update pairs that follow the motion; returns whether the inputs of launches changed."""
@@ -78,7 +86,11 @@ class System:
     def start_works(self) -> None:
         """Note the powers of the current state, as those at the start of the run."""
         self.work.start(self.state, self.clock)
-        self.force.start(self.state, self.clock)
+        self.force_work.start(self.state, self.clock)
+
+    def close(self) -> None:
+        """Close a step, after all that acts on the body: its works, with the velocities at the end (launches)."""
+        raise NotImplementedError
 
     def hold(self, state: State, c: float | tuple[float, float]) -> None:
         """Impose prescribed values on the state that the run continues from; stresses in the axes of each face."""
@@ -98,8 +110,8 @@ class System:
         """Entries of the energy ledger beside the sums over the state, in the order in which they are added up."""
         force = (
             Entry("external_work", lambda: self.work.total),
-            Entry("external_work", lambda: self.force.gravity_work),
-            Entry("dissipated", lambda: self.force.damped),
+            Entry("external_work", lambda: self.force_work.gravity),
+            Entry("dissipated", lambda: self.force_work.damped),
         )
         return (*force, *(entry for part in self.attached.values() for entry in part.ledger))
 
@@ -181,7 +193,7 @@ class System:
         """How to read the components of a field at `points` (m, dim) [m]: at a particle as frames do. Raises ValueError for
         a point with two values, on a crack."""
         average = self._between(points, name)
-        grid, sources = self.lattice.comparable(points, self.position)
+        grid, sources = self.geometry.comparable(points, self.position)
         near = [np.flatnonzero(np.linalg.norm(sources - point, axis=1) < HERE) for point in grid]
         if several := [k for k, there in enumerate(near) if len(there) > 1]:
             raise ValueError(f"{points[several[0]].tolist()} is on a crack, with a value on either side")
@@ -221,7 +233,7 @@ class System:
     def host_bytes(self) -> int:
         """Memory of the lattice and of all other arrays on the host [bytes], shared ones counted once."""
         owners: dict[int, int] = {}
-        for holder in (self, self.lattice, self.lattice.faces):
+        for holder in (self, self.geometry, self.geometry.faces):
             for array in (value for value in vars(holder).values() if isinstance(value, np.ndarray)):
                 owner = array.base if isinstance(array.base, np.ndarray) else array
                 owners[id(owner)] = owner.nbytes

@@ -2,7 +2,7 @@
 
 # pyright: strict
 
-from itertools import product
+from itertools import combinations, product
 
 import numpy as np
 
@@ -12,6 +12,18 @@ def edge_ends(offsets: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
     low = np.flatnonzero(offsets[:, axis] == 0)
     beyond = offsets[low] + np.eye(offsets.shape[1], dtype=int)[axis]
     return low, np.array([int(np.flatnonzero((offsets == o).all(1))[0]) for o in beyond])
+
+
+def edge_lengths(nodes: np.ndarray, corners: np.ndarray) -> float:
+    """The longest edge [m] of cells with `corners` (c, 2^dim), or (c, dim + 1) of simplices, at `nodes` (n, dim) [m]."""
+    dim, count = nodes.shape[1], corners.shape[1]
+    if count == dim + 1 != 2:
+        ends = np.array(list(combinations(range(count), 2)))
+    else:
+        offsets = np.array(list(product((0, 1), repeat=dim)))
+        ends = np.concatenate([np.stack(edge_ends(offsets, axis), 1) for axis in range(dim)])
+    along = nodes[corners[:, ends[:, 1]]] - nodes[corners[:, ends[:, 0]]]
+    return float(np.linalg.norm(along, axis=2).max())
 
 
 def mapped_cells(cells: np.ndarray, offsets: np.ndarray) -> tuple[np.ndarray, tuple[float, float]]:

@@ -1,4 +1,4 @@
-"""Gradients at the nodes of a lattice whose cells differ, averaged over the cells around each."""
+"""Gradients of cells that differ: the mean over each, and at the nodes, averaged over the cells around."""
 
 # pyright: strict
 
@@ -11,8 +11,29 @@ import numpy as np
 MIX = 0.5
 """Part of the gradients that is averaged over the cells; the rest is taken at their corners."""
 
+GAUSS = (0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5)
+"""Places of the two Gauss points of an axis, from 0 to 1."""
+
 CELLS = 20_000
 """Cells that are taken at once."""
+
+
+@dataclass(frozen=True)
+class PointRows:
+    """The nodes that points see, rows (c + 1,) `offsets` into `indices` (pairs,), and where cells differ `slope` (pairs,
+    dim), their volume times the weights of the gradient, sum_j f_j slope_j/V [m^(dim-1)]; None on a regular lattice, where
+    those follow from the places. `held` (c,) bool: whether a point needs the residual; None: all do."""
+
+    offsets: np.ndarray
+    indices: np.ndarray
+    slope: np.ndarray | None
+    held: np.ndarray | None = None
+
+    @classmethod
+    def of_corners(cls, corners: np.ndarray, slope: np.ndarray | None = None) -> "PointRows":
+        """Rows of cells that see their `corners` (c, k) alone."""
+        flat = None if slope is None else slope.reshape(-1, slope.shape[2])
+        return cls(np.arange(len(corners) + 1) * corners.shape[1], corners.ravel(), flat)
 
 
 @dataclass(frozen=True)
@@ -57,6 +78,57 @@ def nodal_gradients(places: np.ndarray, corners: np.ndarray, mix: float = MIX) -
     return NodalGradients(start[apart], end[apart], whole[apart], back[apart], volume)
 
 
+def mean_gradients(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Volumes times mean gradients of the shape functions, the integrals of grad N_j (c, k, dim), and volumes (c,) of cells
+    with `corners` (c, k) at `places` (n, dim): 2^dim of a quadrilateral or a hexahedron, dim + 1 of a simplex.
+
+    The gradient that a cell sees of a field, sum_j f_j g_j, is the mean of the multilinear field's (Flanagan & Belytschko
+    1981, eqs 6 to 17, for hexahedra). Linear fields have theirs on any cells, and by the divergence theorem faces get
+    exactly what they are due.
+    """
+    dim = places.shape[1]
+    slope, volume = np.zeros((*corners.shape, dim)), np.zeros(len(corners))
+    for first in range(0, len(corners), CELLS):
+        rows = slice(first, first + CELLS)
+        cells = places[corners[rows]]
+        slope[rows], volume[rows] = _simplices(cells) if corners.shape[1] == dim + 1 != 2 else _multilinear(cells)
+    return slope, volume
+
+
+def node_shares(places: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Integrals of the shape functions over cells with `corners` (c, k) at `places` (n, dim): (c, k)."""
+    dim = places.shape[1]
+    if corners.shape[1] == dim + 1 != 2:
+        return np.repeat(_simplices(places[corners])[1][:, None] / (dim + 1), dim + 1, 1)
+    shares, cells = np.zeros(corners.shape), places[corners]
+    for shape, slopes in _shapes(product(GAUSS, repeat=dim), dim):
+        shares += _scaled(cells, slopes)[1][:, None] * shape / corners.shape[1]
+    return shares
+
+
+def _simplices(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same of simplices (c, dim + 1, dim)."""
+    dim = cells.shape[2]
+    tangents = cells[:, 1:] - cells[:, :1]
+    volume, slope = np.zeros(len(cells)), np.zeros(cells.shape)
+    volume += np.linalg.det(tangents)
+    slope[:, 1:] = _normals(tangents)
+    slope[:, 0] -= slope[:, 1:].sum(1)
+    whole = 2.0 if dim == 2 else 6.0
+    return slope / whole, volume / whole
+
+
+def _multilinear(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The same of cells (c, 2^dim, dim): two Gauss points an axis are exact."""
+    many, count, dim = cells.shape
+    whole, volume = np.zeros((many, count, dim)), np.zeros(many)
+    for _, slopes in _shapes(product(GAUSS, repeat=dim), dim):
+        gradient, det = _scaled(cells, slopes)
+        whole += gradient / count
+        volume += det / count
+    return whole, volume
+
+
 def _shapes(points: Iterator[tuple[float, ...]], dim: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """The multilinear shape functions (2^dim,) and their slopes (dim, 2^dim) at points of the unit cell."""
     offsets = np.array(list(product((0.0, 1.0), repeat=dim)))
@@ -77,28 +149,27 @@ def _normals(tangents: np.ndarray) -> np.ndarray:
     return np.stack([np.cross(tangents[:, (k + 1) % 3], tangents[:, (k + 2) % 3]) for k in range(3)], 1)
 
 
+def _scaled(cells: np.ndarray, slopes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """det grad N_i (c, 2^dim, dim) and det (c,) of the maps of cells (c, 2^dim, dim), of the shape functions' `slopes`."""
+    tangents = np.einsum("ka,eab->ekb", slopes, cells)
+    normals = _normals(tangents)
+    return np.einsum("ekb,ka->eab", normals, slopes), np.einsum("eb,eb->e", tangents[:, 0], normals[:, 0])
+
+
 def _cell_gradients(cells: np.ndarray, mix: float) -> tuple[np.ndarray, np.ndarray]:
     """v_pi (c, 2^dim, 2^dim, dim) and volumes (c, 2^dim) of cells (c, 2^dim, dim). Two Gauss points an axis are exact."""
     many, count, dim = cells.shape
     slope, volume = np.zeros((many, count, count, dim)), np.zeros((many, count))
     at_corners, volume_there = np.zeros_like(slope), np.zeros_like(volume)
     whole, whole_volume = np.zeros((many, count, dim)), np.zeros(many)
-
-    def scaled(slopes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """det grad N_i (c, 2^dim, dim) and det (c,) of the cell's map."""
-        tangents = np.einsum("ka,eab->ekb", slopes, cells)
-        normals = _normals(tangents)
-        return np.einsum("ekb,ka->eab", normals, slopes), np.einsum("eb,eb->e", tangents[:, 0], normals[:, 0])
-
-    gauss = product((0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5), repeat=dim)
-    for shape, slopes in _shapes(gauss, dim):
-        gradient, det = scaled(slopes)
+    for shape, slopes in _shapes(product(GAUSS, repeat=dim), dim):
+        gradient, det = _scaled(cells, slopes)
         slope += mix / count * shape[None, :, None, None] * gradient[:, None]
         volume += mix / count * det[:, None] * shape
         whole += gradient / count
         whole_volume += det / count
     for k, (_, slopes) in enumerate(_shapes(product((0.0, 1.0), repeat=dim), dim)):
-        gradient, det = scaled(slopes)
+        gradient, det = _scaled(cells, slopes)
         at_corners[:, k] += gradient / count
         volume_there[:, k] += det / count
     # The corners alone are not exact on distorted hexahedra: what is left is shared by them.
@@ -107,16 +178,20 @@ def _cell_gradients(cells: np.ndarray, mix: float) -> tuple[np.ndarray, np.ndarr
     return slope + (1.0 - mix) * at_corners, volume + (1.0 - mix) * volume_there
 
 
-def face_shares(faces: np.ndarray) -> np.ndarray:
-    """The parts of the areas of faces that their corners (m, 2^(dim-1), dim) stand for, the integrals of N_i, (m,
-    corners)."""
+def face_shares(faces: np.ndarray, inside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of faces with corners (m, 2^(dim-1), dim), in front of the points `inside` (m, dim): the parts of their areas that the
+    corners stand for, the integrals of N_j, (m, corners), and those of N_j n, n outward, (m, corners, dim)."""
     many, count, dim = faces.shape
-    shares = np.zeros((many, count))
+    shares, vectors = np.zeros((many, count)), np.zeros((many, count, dim))
+    outward = faces.mean(1) - inside
     if dim == 1:
-        return shares + 1.0
-    gauss = product((0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5), repeat=dim - 1)
-    for shape, slopes in _shapes(gauss, dim - 1):
+        return shares + 1.0, vectors + np.sign(outward)[:, None]
+    for shape, slopes in _shapes(product(GAUSS, repeat=dim - 1), dim - 1):
         tangents = np.einsum("ka,eab->ekb", slopes, faces)
-        area = np.linalg.norm(tangents[:, 0] if dim == 2 else np.cross(tangents[:, 0], tangents[:, 1]), axis=1)
-        shares += area[:, None] * shape / count
-    return shares
+        first = tangents[:, 0]
+        normal = np.stack([first[:, 1], -first[:, 0]], 1) if dim == 2 else np.cross(first, tangents[:, 1])
+        shares += np.linalg.norm(normal, axis=1)[:, None] * shape / count
+        vectors += normal[:, None] * shape[:, None] / count
+    behind = np.einsum("mcd,md->m", vectors, outward) < 0.0
+    vectors[behind] *= -1.0
+    return shares, vectors

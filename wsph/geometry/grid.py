@@ -70,12 +70,12 @@ def plan(shape: Shape, spacing: float | tuple[float, ...], lattice_rotate: Rotat
         small = not ((high - low) / steps < 1e15).all()
     if small:
         raise ValueError(f"{steps.min():g} m is too small for a body of {(high - low).max():g} m")
-    lines = [_lines(k, low[k], high[k], float(steps[k]), edges[k]) for k in range(dim)]
-    first, last, count = (np.array(column) for column in zip(*lines, strict=True))
+    found = [lines(k, low[k], high[k], float(steps[k]), edges[k]) for k in range(dim)]
+    first, last, count = (np.array(column) for column in zip(*found, strict=True))
     return Grid(middle, first, last, (last - first) / count, count.astype(int), shape.axes @ turn)
 
 
-def _lines(axis: int, low: float, high: float, spacing: float, edges: np.ndarray) -> tuple[float, float, int]:
+def lines(axis: int, low: float, high: float, spacing: float, edges: np.ndarray) -> tuple[float, float, int]:
     """First and last line along an axis [m], and the number of cells between them."""
     if not len(edges):
         count = max(int(np.ceil((high - low) / spacing - FIT)), 1)

@@ -17,55 +17,57 @@ import numpy as np
 from wsph.geometry.cells import cell_volumes, edge_ends, mapped_cells
 from wsph.geometry.cracks import OFF_CENTRE, Crack, cut_faces, part_nodes, parts_cells
 from wsph.geometry.faces import Faces, face_nodes, find_faces
-from wsph.geometry.gradients import face_shares
+from wsph.geometry.geometry import Geometry
+from wsph.geometry.gradients import PointRows, face_shares, mean_gradients
 from wsph.geometry.grid import Grid, plan
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import Rotation
 
 
 @dataclass(frozen=True)
-class Lattice:
-    """A body cut into cells: `nodes` (n, dim), `cells` (c, dim) [m], `corners` (c, 2^dim) node ids, volumes [m^dim].
-
-    `index` (n, dim) the nodes in grid coordinates, jitter included; `cracks` in grid coordinates; `frame` the grid before
-    any map; `edges` the shortest and the longest edge of a cell [m].
-    """
+class Lattice(Geometry):
+    """A body cut into the cells of a grid: `corners` (c, 2^dim) node ids, `index` (n, dim) the nodes in grid coordinates,
+    jitter included; `cuts` the cracks in grid coordinates; `frame` the grid before any map."""
 
     frame: Grid
     index: np.ndarray
-    nodes: np.ndarray
-    cells: np.ndarray
     corners: np.ndarray
-    node_volume: np.ndarray
-    cell_volume: np.ndarray
-    faces: Faces
-    cracks: tuple[Crack, ...]
-    edges: tuple[float, float]
+    cuts: tuple[Crack, ...]
 
     @property
-    def spacing(self) -> float:
-        """The shortest edge of a cell [m]."""
-        return self.edges[0]
+    def cracks(self) -> tuple[Crack, ...]:
+        """Cuts from the start, in grid coordinates."""
+        return self.cuts
+
+    @property
+    def axes(self) -> np.ndarray:
+        """Directions of the grid, columns (dim, dim)."""
+        return self.frame.axes
 
     @property
     def mapped(self) -> bool:
-        """Whether cells differ in size: a map has moved the nodes."""
+        """Whether cells differ in size and direction: a map has moved the nodes."""
         return self.edges[0] != float(self.frame.step.min())
 
     @property
     def irregular(self) -> bool:
-        """Whether cells differ in size: by jitter or a map."""
+        """Whether cells differ: by jitter or a map."""
         return self.mapped or bool((self.index != np.rint(self.index)).any())
 
+    @property
+    def rows(self) -> PointRows:
+        if not self.irregular:
+            return PointRows.of_corners(self.corners)
+        return PointRows.of_corners(self.corners, mean_gradients(self.nodes, self.corners)[0])
+
     def comparable(self, points: np.ndarray, sources: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Points (n, dim) [m] and nodes or cells (m, dim) [m] in units of cells, to find who is near whom."""
         if self.mapped:
-            return points / self.edges[1], sources / self.edges[1]
+            return super().comparable(points, sources)
         return self.frame.coordinates(points), self.frame.coordinates(sources)
 
     @property
     def centred(self) -> tuple[np.ndarray, np.ndarray]:
-        """Nodes (n, dim) and cells (c, dim) in cells about the middle of the body.
+        """Nodes (n, dim) and cells (c, dim) in cells of the grid about the middle of the body.
 
         From the grid's integers, not from the positions: differences of positions lose a digit for every decade of
         cells, and a scheme that is exact at Courant number 1 shows it.
@@ -74,9 +76,8 @@ class Lattice:
         return nodes, nodes[self.corners].mean(1)
 
     def places(self, length: float) -> np.ndarray:
-        """Nodes (n, dim) in units of `length` [m] about the middle of the body, along the coordinate axes."""
         if self.mapped:
-            return (self.nodes - self.nodes.mean(0)) / length
+            return super().places(length)
         return self.centred[0] * self.steps(length) @ self.frame.axes.T
 
     def steps(self, length: float) -> np.ndarray:
@@ -98,13 +99,6 @@ class Lattice:
         return result
 
     @property
-    def on_face(self) -> np.ndarray:
-        """Nodes on any face, (n,) bool."""
-        mask = np.zeros(len(self.nodes), bool)
-        mask[self.faces.nodes.ravel()] = True
-        return mask
-
-    @property
     def off_cracks(self) -> tuple[np.ndarray, np.ndarray]:
         """Nodes (n, dim) and cells (c, dim) in grid coordinates, moved so that none lies on a crack: nodes slightly into
         their own cells, cells off their centres."""
@@ -117,12 +111,12 @@ class Lattice:
         # A crack's tip is in the middle of its own cells, and stays on the crack's line: it sees both sides.
         return self.index + 1e-3 * (np.stack(mean, 1) - self.index), cells + OFF_CENTRE[: self.index.shape[1]]
 
-    def crossed(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-        """Which of the lines between two points, (n, dim) in grid coordinates, cross a crack, (n,) bool."""
-        parted = np.zeros(len(first), bool)
-        for crack in self.cracks:
-            parted |= crack.crosses(first, second)
-        return parted
+
+def on_grid(geometry: Geometry) -> Lattice:
+    """A geometry as the lattice that it is. Raises TypeError for one that no grid has cut."""
+    if not isinstance(geometry, Lattice):
+        raise TypeError("this body has cells of no grid")
+    return geometry
 
 
 def lattice(
@@ -185,7 +179,8 @@ def lattice(
     beside = grid.points(index[cell] + 0.5 + sign[:, None] * np.eye(dim)[axis])
     on = face_nodes(corners[cell], offsets, axis, sign)
     share = np.repeat((np.prod(grid.step) / grid.step[axis] / on.shape[1])[:, None], on.shape[1], 1)
-    faces = Faces(on, cell, axis, sign, share, name, whole & ~shape.covers(beside))
+    vector = share[:, :, None] * (sign[:, None] * grid.axes.T[axis])[:, None]
+    faces = Faces(on, cell, axis, sign, share, vector, name, whole & ~shape.covers(beside), {})
     nodes = grid.points(node_index)
     cell_volume = np.full(len(index), float(np.prod(grid.step)))
     if jitter:
@@ -196,8 +191,8 @@ def lattice(
         nodes = map(nodes)
         cell_volume, edges = mapped_cells(nodes[corners], offsets)
     if jitter or map is not None:
-        faces = replace(faces, share=face_shares(nodes[faces.nodes]))
+        share, vector = face_shares(nodes[faces.nodes], nodes[corners[faces.cell]].mean(1))
+        faces = replace(faces, share=share, vector=vector)
     node_volume = np.bincount(corners.ravel(), np.repeat(cell_volume, 2**dim) / 2**dim, len(nodes))
-    return Lattice(
-        grid, node_index + shift, nodes, nodes[corners].mean(1), corners, node_volume, cell_volume, faces, cuts, edges
-    )
+    cells = nodes[corners].mean(1)
+    return Lattice(nodes, cells, node_volume, cell_volume, faces, edges, grid, node_index + shift, corners, cuts)

@@ -2,7 +2,7 @@
 
 # pyright: strict
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -14,7 +14,7 @@ class Mesh:
     Quadrilaterals and hexahedra have their corners in the order of a lattice's cells (`itertools.product` of 0 and 1 along
     the cell's axes, 2^dim of them), triangles and tetrahedra dim + 1 of them; all have a positive volume. `sides` (m, j) are
     the nodes of the outer faces, a side with fewer nodes repeats its last, `side_cell` (m,) the cells that they belong to,
-    `side_patch` (m,) indices into `patches`, the names.
+    `side_patch` (m,) indices into `patches`, the names; `groups` of sides by name, rows, which may overlap.
     """
 
     nodes: np.ndarray
@@ -23,3 +23,10 @@ class Mesh:
     side_cell: np.ndarray
     side_patch: np.ndarray
     patches: tuple[str, ...]
+    groups: dict[str, np.ndarray] = field(default_factory=dict[str, np.ndarray])
+
+    @property
+    def named(self) -> dict[str, np.ndarray]:
+        """Rows of the sides of every patch and group, by name."""
+        own = {name: np.flatnonzero(self.side_patch == k) for k, name in enumerate(self.patches)}
+        return {**own, **self.groups}

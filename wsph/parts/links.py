@@ -119,7 +119,7 @@ class Links(Part):
         return (Field("damage", 1, "", at_points=True, derived=True, bounded=True),)
 
     def attach(self, host: Host, seen: Neighbourhood, state: State, clock: Clock, arrays: Arrays) -> Attached | None:
-        spacing = host.lattice.spacing
+        spacing = host.geometry.spacing
         may = np.ones(len(seen.position), bool) if self.where is None else select(self.where, seen.position, spacing)
         if self.fracture_energy is not None:
             threshold = stretch_of_energy(self.fracture_energy, host.youngs_modulus, spacing)

@@ -18,11 +18,13 @@ from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Field, State
 from wsph.constitutive.constitutive import Constitutive
-from wsph.geometry.lattice import Lattice
+from wsph.geometry.geometry import Geometry
+from wsph.geometry.lattice import Lattice, on_grid
 from wsph.parts.terms import PairTerm, Points, RateTerm, Response, StressTerm
 from wsph.protocols import Entry, Traits
 from wsph.quantities import Model
 from wsph.sph.pairs import Pairs
+from wsph.sph.smoothing import SUPPORT
 from wsph.units import Scales
 
 
@@ -30,12 +32,13 @@ from wsph.units import Scales
 class Host:
     """The body that a part belongs to, as the part sees it. `correction`, `smoothing` and `support` [spacings] are those of
     the run; `parts` the body's own by their keys; `at_nodes`: whether particles are the lattice's nodes; `edges`: whether
-    pairs are the edges of its cells, and no kernel's."""
+    pairs are the edges of its cells, and no kernel's; `corners`: whether points see the corners of their own cells, and no
+    kernel's."""
 
     name: str
     space: Space
     scales: Scales
-    lattice: Lattice
+    geometry: Geometry
     constitutive: Constitutive
     traits: Traits
     correction: str
@@ -43,13 +46,24 @@ class Host:
     support: float
     at_nodes: bool
     edges: bool
+    corners: bool
     parts: "Mapping[str, Part]"
+
+    @property
+    def lattice(self) -> Lattice:
+        """Its geometry, of a body that the lines of a grid cut."""
+        return on_grid(self.geometry)
 
     @property
     def youngs_modulus(self) -> float:
         """[Pa]"""
         bulk, shear = self.constitutive.material.moduli()
         return 9.0 * bulk * shear / (3.0 * bulk + shear)
+
+    @property
+    def smoothing_length(self) -> float:
+        """h of the kernel [m], or of points that see the corners of their own cells the size of those."""
+        return self.geometry.size if self.corners else self.support / SUPPORT * self.geometry.spacing
 
     @property
     def locks(self) -> bool:

@@ -76,7 +76,7 @@ def points_struct(space: Space) -> type:
     volume         # (m,)
     share          # volume over the spread of a point's particles, (m,)
     slope, back    # V_p times the gradient's weight of a pair from p, and of the same pair the other way, (pairs,) vec,
-                   # where they are no weights' times r
+                   # where they are no weights' times r; of points with places of their own `back` is `slope` by particle
     stabilisation  # stiffness against the misfit of a linear field to the displacements
     """
     real, vec, mat = space.scalar, space.vec, space.mat
@@ -142,8 +142,9 @@ class StressTerm:
 
 @dataclass(frozen=True)
 class RateTerm:
-    """A stress that the velocity gradient calls forth. `make(space, coefficients)` gives the Warp function (c, density,
-    velocity gradient) -> Cauchy stress, dim x dim. `one_sided`: it acts against compression alone."""
+    """A stress that the velocity gradient calls forth. `make(space, coefficients)` gives the Warp function (c, h, density,
+    velocity gradient) -> Cauchy stress, dim x dim; h is the length of the point. `one_sided`: it acts against
+    compression alone."""
 
     make: Callable[[Space, type], wp.Function]
     coefficients: tuple[str, ...]

@@ -140,13 +140,13 @@ def _stress(approach: bool):
         real, mat, dim = space.scalar, space.mat, space.dim
 
         @wp.func
-        def viscous(c: Coefficients, density: real, L: mat) -> mat:
+        def viscous(c: Coefficients, h: real, density: real, L: mat) -> mat:
             one = wp.identity(n=dim, dtype=real)
             trace = wp.trace(L)
             if wp.static(approach):
-                phi = c.h * wp.min(trace, real(0.0))
+                phi = h * wp.min(trace, real(0.0))
                 return real(0.5) * density * (c.alpha * c.speed * phi - c.beta * phi * phi) * one
-            scale = real(wp.static(0.5 / (dim + 2.0))) * density * c.alpha * c.speed * c.h
+            scale = real(wp.static(0.5 / (dim + 2.0))) * density * c.alpha * c.speed * h
             return scale * (trace * one + L + wp.transpose(L))
 
         return viscous

@@ -48,12 +48,13 @@ FORMULATIONS = [
             one_set=True,
             reference=True,
             stabilisation=0.6,
-            support=1.8,
+            support=1.5,
             # Up to 1.5 spacings in 1D, 1.58 in 2D and 1.65 in 3D a point sees the nodes of its own cell alone: the stress
             # of a linear motion is uniform to rounding. At 1.8 it is .4, .2 and .03 % off beside the faces, at 2 already
             # 3 %, at 2.4 13 %: what points hand to the nodes of a face is not what the face carries.
             supports=(0.0, 1.8),
             maps=True,
+            corners=True,
             splits_cracks=True,
             measures=True,
             pushable=True,

@@ -70,9 +70,11 @@ def _body_name_fault(name: str, names: list[str], key: str) -> Iterator[Fault]:
 
 
 def _body_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
-    if body.shape.dim != scene.dim:
+    if body.mesh is not None and scene.dim == 1:
+        yield Fault(0, f"{key}.mesh", "is for 2D and 3D; a bar has a shape and a spacing")
+    if body.shape is not None and body.shape.dim != scene.dim:
         yield Fault(0, f"{key}.shape", f"has {body.shape.dim} coordinates in a scene of dim = {scene.dim}")
-    else:
+    elif body.shape is not None and body.spacing is not None:
         try:
             count = math.prod(int(n) for n in plan(body.shape, body.spacing, body.lattice_rotate).count)
         except ValueError as error:
@@ -145,6 +147,15 @@ def _boundary_faults(scene: SceneTables, condition: Boundary, key: str) -> Itera
                 yield Fault(0, f"{key}.{table}.{component}", f"is none of {', '.join(allowed)}")
             place = f"{key}.{table}.{component}"
             yield from _value_faults(scene, lambda v=value, u=unit: scene.value(v, u), value, place, unit)
+    if condition.normal is not None:
+        slide = condition.normal
+        yield from _value_faults(scene, lambda: scene.value(slide, "m/s"), slide, f"{key}.normal", "m/s")
+        if condition.fixed or condition.velocity or condition.symmetry:
+            yield Fault(0, f"{key}.normal", "goes with no other velocity in one entry: write another for that")
+    for load, table in condition.acting.items():
+        for name, unit in table.values.items():
+            value = getattr(table, name)
+            yield from _value_faults(scene, lambda v=value, u=unit: scene.value(v, u), value, f"{key}.{load}", unit)
     held = (*condition.fixed, *([condition.symmetry] if condition.symmetry else []))
     for component in held:
         if component not in axes:

@@ -12,6 +12,7 @@ from pydantic import (
     ConfigDict,
     Field,
     PlainSerializer,
+    ValidationInfo,
     WrapValidator,
     create_model,
     model_validator,
@@ -162,15 +163,36 @@ def _file_name(name: str) -> str:
     return name
 
 
+def _spaced(value: float | tuple[float, ...] | None, info: ValidationInfo) -> float | tuple[float, ...] | None:
+    if value is None and info.data.get("mesh") is None:
+        raise ValueError("is missing")
+    return value
+
+
+class MeshFile(Model):
+    """Cells from a `file`, beside the scene's unless the path is absolute, whose lengths are in units of `scale`; `part`: of
+    its groups of cells this one alone."""
+
+    file: Annotated[str, Field(min_length=1)]
+    scale: Annotated[float, Unit("m", gt=0)] = 1.0
+    part: str | None = None
+
+
 class _Matter(Model):
     """The keys of a body, without those of its parts."""
 
     name: Annotated[str, AfterValidator(_printable)]
-    shape: Shape
-    spacing: Annotated[float | tuple[float, ...], BeforeValidator(_spacing)]
+    mesh: MeshFile | None = None
+    shape: Shape | None = None
+    spacing: Annotated[
+        Annotated[float | tuple[float, ...], BeforeValidator(_spacing)] | None,
+        AfterValidator(_spaced),
+        Field(validate_default=True),
+    ] = None
     lattice_rotate: Rotation = 0.0
     map: Annotated[tuple[str, ...], BeforeValidator(as_tuple)] | None = None
     state: Literal["stress", "strain"] | None = None
+    surface: Literal["fitted", "stairs"] | None = None
     jitter: Annotated[float, Unit("", ge=0, le=0.5)] = 0.0
     cracks: Annotated[tuple[CrackLine, ...], BeforeValidator(as_tuple)] = ()
     damping: Damping | None = None
@@ -195,6 +217,19 @@ class Body(_WithParts):
     placement: Literal["cells", "nodes"] | None = None
     velocity: Annotated[tuple[Value, ...], BeforeValidator(as_tuple)] | None = None
     material: MaterialSpec
+
+    @model_validator(mode="after")
+    def _of_shape_or_mesh(self) -> "Body":
+        if (self.shape is None) == (self.mesh is None):
+            raise ValueError("exactly one of shape and mesh is needed")
+        given = [
+            key
+            for key in ("spacing", "lattice_rotate", "map", "surface", "jitter", "cracks", "placement")
+            if getattr(self, key)
+        ]
+        if self.mesh is not None and given:
+            raise ValueError(f"{', '.join(given)} is of bodies with a shape; a mesh has its own cells")
+        return self
 
     @property
     def parts(self) -> dict[str, Part]:

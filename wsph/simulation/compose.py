@@ -30,7 +30,7 @@ from wsph.expressions import Expression
 from wsph.formulations.reading import DENSITY, Reading
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import System
-from wsph.geometry.lattice import Lattice
+from wsph.geometry.geometry import Geometry
 from wsph.output import fields
 from wsph.plugins import integrators, registry
 from wsph.plugins.blame import blame
@@ -39,7 +39,7 @@ from wsph.plugins.formulations import offered as worked_in
 from wsph.plugins.options import build
 from wsph.plugins.traits import gives, turns
 from wsph.protocols import Integrator, Interaction, Material
-from wsph.scene.lattices import lattice_of
+from wsph.scene.geometries import geometry_of
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
 from wsph.simulation.composition import BodyRun, Composition, Step
@@ -64,7 +64,7 @@ def _compose(scene: Scene) -> Composition:
     materials = _materials(scene)
     method = _method(scene)
     device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
-    bare = _bare_bodies(scene, materials, method.formulation.traits.splits_cracks)
+    bare = _bare_bodies(scene, materials, method)
     scales = _scales(bare)
     time_step = given_step(scene.run, scales.time, device, method.who)
     setting = Setting(scene, method, scales)
@@ -146,36 +146,36 @@ def _refuse_support(scene: Scene, formulation: Formulation) -> None:
 @dataclass(frozen=True)
 class BareBody:
     """A body of a scene before it has a system: its material and what messages call that (`who`), its stress state, its
-    lattice and its wave speed [m/s]."""
+    geometry and its wave speed [m/s]."""
 
     body: Body
     material: Material
     who: str
     state: StressState
-    lattice: Lattice
+    geometry: Geometry
     speed: float
 
     @property
     def crossing(self) -> float:
         """The time that a wave takes over a spacing [s]."""
-        return self.lattice.spacing / self.speed
+        return self.geometry.spacing / self.speed
 
 
-def _bare_bodies(scene: Scene, materials: Sequence[Material], split: bool) -> list[BareBody]:
+def _bare_bodies(scene: Scene, materials: Sequence[Material], method: Method) -> list[BareBody]:
     states = [STRESS_STATES[scene.dim, body.state] for body in scene.bodies]
-    lattices = [lattice_of(body, k, scene.run.seed, split) for k, body in enumerate(scene.bodies)]
+    geometries = [geometry_of(scene, k, method.formulation) for k in range(len(scene.bodies))]
     who = [
         f"material {body.material.model!r} ({registry.origin('materials', body.material.model)})"
         for body in scene.bodies
     ]
     speeds = [wave_speed(*each) for each in zip(materials, states, who, strict=True)]
-    return [BareBody(*each) for each in zip(scene.bodies, materials, who, states, lattices, speeds, strict=True)]
+    return [BareBody(*each) for each in zip(scene.bodies, materials, who, states, geometries, speeds, strict=True)]
 
 
 def _scales(bodies: Sequence[BareBody]) -> Scales:
     """Scales of the body that a wave crosses a spacing of in the shortest time."""
     fastest = bodies[int(np.argmin([each.crossing for each in bodies]))]
-    scales = Scales(fastest.lattice.spacing, fastest.crossing, fastest.material.density)
+    scales = Scales(fastest.geometry.spacing, fastest.crossing, fastest.material.density)
     _refuse_extremes(scales, fastest.body)
     return scales
 
@@ -206,13 +206,15 @@ class Setting:
 def _body_run(setting: Setting, bare: BareBody, space: Space, time_step: TimeStep) -> BodyRun:
     """A body with its system, its integrator and its limit."""
     scene, method, scales, clock = setting.scene, setting.method, setting.scales, time_step.clock
-    body, cells = bare.body, bare.lattice
+    body = bare.body
     traits = method.formulation.traits
     evolves = not traits.small_strain and (traits.needs_rate or turns(bare.material))
     constitutive = Constitutive(space, bare.material, bare.state, scales, bare.who, evolves=evolves)
     _refuse(body, bare.material, method, bare.who)
     warn_of_lost_digits(body.name, bare.material, space, bare.who)
-    setup = Setup(scene, body, method.formulation, cells, space, constitutive, scales, clock, wants_displacement(scene))
+    setup = Setup(
+        scene, body, method.formulation, bare.geometry, space, constitutive, scales, clock, wants_displacement(scene)
+    )
     for part in setup.host.parts.values():
         if warning := part.warning(setup.host):
             warnings.warn(warning, RuntimeWarning, stacklevel=6)

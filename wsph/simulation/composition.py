@@ -73,10 +73,14 @@ class Step:
     probes: Sequence[Recorder]
 
     def __call__(self) -> None:
+        for interaction in self.interactions:
+            interaction.begin()
         for run in self.bodies:
             run.integrator.step()
         for interaction in self.interactions:
             interaction.act()
+        for run in self.bodies:
+            run.system.close()
         self.clock.advance()
         if self.probes:
             publish(self.bodies)

@@ -106,17 +106,14 @@ def _several(bodies: Sequence[Probed], key: str) -> SceneError:
 
 def _holds(run: Probed, points: np.ndarray) -> bool:
     """Whether all of the points (n, dim) [m] lie in a body."""
-    lattice = run.system.lattice
-    if not lattice.mapped:
-        return bool(run.body.shape.contains(points).all())
-    # In a mapped body: as near to the centre of a cell as its corners are.
-    reach = np.linalg.norm(lattice.nodes[lattice.corners] - lattice.cells[:, None], axis=2).max(1)
-    gaps = np.linalg.norm(points[:, None] - lattice.cells, axis=2)
-    return bool((gaps <= 1.001 * reach).any(1).all())
+    geometry = run.system.geometry
+    shape = run.body.shape
+    inside = geometry.holds(points) if geometry.mapped or shape is None else shape.contains(points)
+    return bool(inside.all())
 
 
 def _extent(run: Probed) -> str:
-    low, high = run.system.lattice.nodes.min(0).tolist(), run.system.lattice.nodes.max(0).tolist()
+    low, high = run.system.geometry.nodes.min(0).tolist(), run.system.geometry.nodes.max(0).tolist()
     return f"{run.body.name!r} reaches from {[float(f'{x:.6g}') for x in low]} to {[float(f'{x:.6g}') for x in high]} m"
 
 
@@ -162,7 +159,7 @@ def _selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tu
     def read(name: str) -> list[list[Averages]]:
         there = chosen(run, name)
         if not len(there):
-            where = "at the centres of the cells" if run.reading.apart(name) else "at the particles"
+            where = "at the points inside the cells" if run.reading.apart(name) else "at the particles"
             raise _fault(
                 f"{key}.where",
                 f"{probe.where!r} selects no place of {name!r}, which stands {where} of body {run.body.name!r}: widen it by half"

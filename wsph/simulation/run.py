@@ -133,6 +133,8 @@ class Simulation:
     def _begin(self) -> None:
         """Take the state at the start: its energy is what the ledger begins with."""
         self._records.begin()
+        for interaction in self._composition.interactions:
+            interaction.start()
         account = self.check(0)
         self._records.collect(0)
         self._records.take(0, account)

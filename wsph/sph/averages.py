@@ -12,7 +12,7 @@ import numpy as np
 
 from wsph.backend.arrays import host, put
 from wsph.backend.space import Space
-from wsph.geometry.lattice import Lattice
+from wsph.geometry.geometry import Geometry
 from wsph.sph.pairs import Pairs, find_pairs
 from wsph.sph.weights import Weights, interpolation_weights
 
@@ -126,15 +126,15 @@ class Averages:
         return Averages(offsets, keys % most, np.bincount(place, self.weights, len(keys)))
 
 
-def visible(pairs: Pairs, lattice: Lattice, targets: np.ndarray, sources: np.ndarray) -> Pairs:
+def visible(pairs: Pairs, geometry: Geometry, targets: np.ndarray, sources: np.ndarray) -> Pairs:
     """Pairs whose line crosses no crack. `targets` (n, dim) and `sources` (m, dim) in grid coordinates, off the cracks."""
-    if not lattice.cracks:
+    if not geometry.cracks:
         return pairs
-    return pairs.where(~lattice.crossed(targets[pairs.rows()], sources[host(pairs.indices)]))
+    return pairs.where(~geometry.crossed(targets[pairs.rows()], sources[host(pairs.indices)]))
 
 
 def spanning_weights(
-    lattice: Lattice,
+    geometry: Geometry,
     support: float,
     points: tuple[np.ndarray, np.ndarray],
     off_cracks: tuple[np.ndarray, np.ndarray],
@@ -147,7 +147,7 @@ def spanning_weights(
     reach = np.full(len(targets), support)
     dim = sources.shape[1]
     while True:
-        pairs = visible(find_pairs(targets, sources, reach, "cpu"), lattice, *off_cracks)
+        pairs = visible(find_pairs(targets, sources, reach, "cpu"), geometry, *off_cracks)
         weights = interpolation_weights(Space(dim), pairs, targets, sources, volume)
         large = np.bincount(pairs.rows(), np.abs(host(weights.values)), len(targets)) > dim + BEYOND
         narrow = (weights.rank < dim) | large
@@ -162,6 +162,6 @@ def spanning_weights(
     return weights
 
 
-def outward_weights(lattice: Lattice, support: float) -> Weights:
+def outward_weights(geometry: Geometry, support: float) -> Weights:
     """Interpolation from cells to nodes that extrapolates linearly to faces: for output. `support` in cells."""
-    return spanning_weights(lattice, support, lattice.centred, lattice.off_cracks, lattice.cell_volume)
+    return spanning_weights(geometry, support, geometry.centred, geometry.off_cracks, geometry.cell_volume)

@@ -103,7 +103,7 @@ def at_courant(scene: Scene, integrator: str, courant: float) -> Scene:
     """A magnesium scene with a method of the table, such as "rkc 5", at a Courant number of c = sqrt(E/rho)."""
     name, _, stages = integrator.partition(" ")
     options = {"stages": int(stages)} if stages else {"lagged": True} if name == "leapfrog" else {}
-    dt = courant * float(np.max(scene.bodies[0].spacing)) / oracles.MAGNESIUM_SPEED
+    dt = courant * float(np.max(scene.bodies[0].spacing or 0.0)) / oracles.MAGNESIUM_SPEED
     return scene.with_(integrator={"name": name, **options}, dt=dt)
 
 
@@ -178,6 +178,11 @@ def bar_stability(full: bool) -> Iterator[Row]:
         yield reported(words, f"{there:.2f}", found, "")
 
 
+RINGING = {0.3: (0.039, 0.043)}
+"""By radius: how far an undamped plate is from the static problem at the paper's instant, in L1 and L2, because it rings;
+of 18,145 particles in 108 x 162 cells, where both supports agree to a tenth (`wsph validate --full` has 73 x 109)."""
+
+
 @case("plate-with-void", "He & Seaid 2016, 4.3", "biquadratic finite elements, static")
 def plate(full: bool) -> Iterator[Row]:
     plate = example("plate_with_void")
@@ -213,7 +218,10 @@ def plate(full: bool) -> Iterator[Row]:
                     )
                     for norm, error, there, high in zip(("L1", "L2"), errors, published[radius], norms, strict=True):
                         figure = f"{words}: {norm} of sigma_yy along the ligament"
-                        if name == "rings":
+                        if name == "rings" and not rate and radius in RINGING:
+                            ringing = RINGING[radius][norm == "L2"]
+                            yield between(figure, there, error, 0.85 * ringing, 1.15 * ringing, "")
+                        elif name == "rings":
                             yield at_most(figure, there, error, high, "")
                         else:
                             yield reported(figure, "-", error, "")

@@ -1,77 +1,12 @@
 """Pairs along the edges of the cells: what faces are due, linear fields, energy, and what they are not made for."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 
 import wsph
 from tests import scenes
+from tests.formulations.lagrangian.bodies import BODIES, IRREGULAR, composed, due, forces
 from wsph.geometry.edges import cell_edges
-from wsph.simulation.compose import compose
-from wsph.simulation.composition import Composition
-
-STAIRS = {"type": "polygon", "points": [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]}
-NOTCHED = {"type": "difference", "shapes": [scenes.box(1.0, 1.0), scenes.box((0.4, 0.6), (0.4, 1.0))]}
-TURNED = {**scenes.box(1.0, 0.6), "rotate": 30.0}
-BALL = {"type": "sphere", "center": [0.5] * 3, "radius": 0.5}
-PIPE = {"type": "difference", "shapes": [
-    {"type": "cylinder", "from": [0.5, 0.5, 0.0], "to": [0.5, 0.5, 0.6], "radius": 0.5},
-    {"type": "cylinder", "from": [0.5, 0.5, 0.0], "to": [0.5, 0.5, 0.6], "radius": 0.25}]}  # fmt: skip
-BODIES = {
-    "bar": (scenes.box(1.0), 0.1),
-    "square": (scenes.box(1.0, 1.0), 0.1),
-    "flat cells": (scenes.box(1.0, 1.0), [0.1, 0.05]),
-    "one row": (scenes.box(1.0, 0.1), 0.1),
-    "notched": (NOTCHED, 0.1),
-    "stairs": (STAIRS, 0.1),
-    "turned": (TURNED, 0.1),
-    "cube": (scenes.cube(3), 0.25),
-    "ball": (BALL, 0.125),
-    "pipe": (PIPE, 0.1),
-}
-IRREGULAR = {
-    "jittered square": (scenes.box(1.0, 1.0), {"jitter": 0.3, "seed": 2}),
-    "jittered notch": (NOTCHED, {"jitter": 0.3, "seed": 3}),
-    "jittered cube": (scenes.cube(3), {"jitter": 0.25, "seed": 4}),
-    "quarter of a ring": (scenes.box((1.0, 2.0), (0.0, 1.5)), {"map": ["x*cos(y)", "x*sin(y)"]}),
-    "bent bar": (scenes.box(1.0, 0.4, 0.4), {"map": ["x", "y + 0.3*x*x", "z*(1 + 0.5*x) + 0.2*x*y"]}),
-}
-
-
-def composed(name: str, **keys: Any) -> Composition:
-    """A body of edge pairs, in plane strain, uniaxial strain or 3D."""
-    form, spacing = BODIES[name]
-    return compose(scenes.scene(scenes.body(form, spacing, **keys), run={"formulation": "total-lagrangian"}))
-
-
-def irregular(name: str, **keys: Any) -> Composition:
-    """A body whose cells differ."""
-    form, how = IRREGULAR[name]
-    run = {"formulation": "total-lagrangian", **({"seed": how["seed"]} if "seed" in how else {})}
-    own = {key: value for key, value in how.items() if key != "seed"}
-    return compose(scenes.scene(scenes.body(form, 0.1 if "cube" not in name else 0.2, **own, **keys), run=run))
-
-
-def lines(composition: Composition) -> np.ndarray:
-    """The areas times outward normals of the faces at every particle, nondimensional, (n, dim): what faces are due."""
-    system = composition.bodies[0].system
-    faces, scale = system.lattice.faces, system.scales.length ** (system.space.dim - 1)
-    normal = faces.sign[:, None] * system.lattice.frame.axes.T[faces.axis]
-    corners = faces.nodes.shape[1]
-    due = np.zeros((system.count, system.space.dim))
-    np.add.at(due, faces.nodes.ravel(), np.repeat(normal * faces.area[:, None] / corners / scale, corners, 0))
-    return due
-
-
-def forces(composition: Composition, displacement: np.ndarray) -> np.ndarray:
-    """Forces of a displacement, nondimensional, (n, dim)."""
-    system = composition.bodies[0].system
-    system.state.write("displacement", displacement)
-    out = system.new()
-    system.impose(system.state, 0.0)
-    system.rate(system.state, out)
-    return out.read("velocity") * (system.density * system.volume)[:, None]
 
 
 @pytest.mark.parametrize("name", list(BODIES))
@@ -85,37 +20,23 @@ def test_the_discrete_divergence_theorem_holds(name: str) -> None:
     P = F @ (0.3 / (1.3 * 0.4) * np.trace(E) * np.eye(dim) + E / 1.3)
     found = forces(composition, system.position / system.scales.length @ H.T)
     scale = system.scales.stress  # of E = 1 Pa
-    due = lines(composition) @ P.T / scale
-    assert np.abs(found + due).max() < 1e-13 * np.abs(due).max()
+    expected = due(composition) @ P.T / scale
+    assert np.abs(found + expected).max() < 1e-13 * np.abs(expected).max()
 
 
 @pytest.mark.parametrize("ratio", [0.3, 0.4999])
 @pytest.mark.parametrize("name", list(IRREGULAR))
 def test_cells_that_differ_leave_a_linear_field_without_force_inside(name: str, ratio: float) -> None:
-    """What every particle gets is -P times the integral of its shape function times the normal, over its faces: in 2D half
-    of each; nothing inside. Stress is one value."""
-    composition = irregular(name, material=scenes.material(poisson_ratio=ratio))
+    """What every particle gets is -P times the integral of its shape function times the normal, over its faces; nothing
+    inside. Stress is one value."""
+    composition = composed(name, material=scenes.material(poisson_ratio=ratio))
     system = composition.bodies[0].system
-    dim, faces = system.space.dim, system.lattice.faces
-    H = 0.1 * np.random.default_rng(3).standard_normal((dim, dim))
-    found = forces(composition, system.position / system.scales.length @ H.T)
+    H = 0.1 * np.random.default_rng(3).standard_normal((system.space.dim,) * 2)
+    found, expected = forces(composition, system.position / system.scales.length @ H.T), due(composition)
     stress = system.state.read("stress")
     assert np.ptp(stress, axis=0).max() < 1e-10 * np.abs(stress).max()
-    inside = np.ones(system.count, bool)
-    inside[faces.nodes.ravel()] = False
-    size = np.abs(found).max()
-    assert np.abs(found[inside]).max() < 1e-11 * size
-    assert np.abs(found.sum(0)).max() < 1e-11 * size
-    if dim == 2:
-        ends = system.position[faces.nodes]
-        along = (ends[:, 1] - ends[:, 0]) / system.scales.length
-        normal = np.stack([along[:, 1], -along[:, 0]], 1)
-        outward = system.position[faces.nodes].mean(1) - system.lattice.cells[faces.cell]
-        normal *= np.sign(np.einsum("na,na->n", normal, outward))[:, None]
-        due = np.zeros((system.count, dim))
-        np.add.at(due, faces.nodes.ravel(), 0.5 * np.repeat(normal, 2, 0))
-        P = np.linalg.lstsq(due, -found, rcond=None)[0]
-        assert np.abs(due @ P + found).max() < 1e-11 * size
+    P = np.linalg.lstsq(expected, -found, rcond=None)[0]
+    assert np.abs(expected @ P + found).max() < 1e-11 * np.abs(found).max()
 
 
 @pytest.mark.parametrize("ratio", [0.3, 0.4999])
@@ -123,8 +44,7 @@ def test_cells_that_differ_leave_a_linear_field_without_force_inside(name: str, 
 @pytest.mark.parametrize("name", ["notched", "ball", "jittered notch", "bent bar"])
 def test_forces_are_the_slope_of_the_energy_and_turn_nothing(name: str, model: str, ratio: float) -> None:
     """With volumes averaged over blocks too, as a body that hardly changes its volume has them."""
-    make = irregular if name in IRREGULAR else composed
-    composition = make(name, material=scenes.material(model, poisson_ratio=ratio))
+    composition = composed(name, material=scenes.material(model, poisson_ratio=ratio))
     assert composition.bodies[0].system.form.blocks == (ratio > 0.45)
     run = composition.bodies[0]
     system = run.system

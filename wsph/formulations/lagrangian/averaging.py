@@ -45,7 +45,8 @@ def spread_kernel(space: Space, form: Form) -> wp.Kernel:
         P = average(rows, points, answers_out.nominal, i)
         A = (points.volume[i] * P) * points.moment[i]
         if wp.static(form.stabilised and form.vectors):
-            A = A - misfit(rows, points, displacement, answers_out.gradient[i], points.share[i], i) * points.moment[i]
+            H = answers_out.gradient[i]
+            A = A - misfit(rows, points, displacement, displacement[i], H, points.share[i], i) * points.moment[i]
         elif wp.static(form.stabilised):
             A = A - (points.stabilisation * points.share[i]) * answers_out.gradient[i]
         answers_out.corrected[i] = A

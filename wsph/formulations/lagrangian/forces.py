@@ -46,12 +46,22 @@ def force_from_points_kernel(space: Space, layout: Layout, parts: BodyForceKinds
         end = rows.offsets[i + 1]
         while k < end:
             p = at(rows.indices, k)
-            push = at(answers.corrected, p) * (x - at(points.centre, p))
+            r = x - at(points.centre, p)
+            if wp.static(form.vectors):
+                f = f - at(answers.corrected, p) * at(points.back, k)
+            push = vec()
+            if wp.static(not form.vectors):
+                push = at(answers.corrected, p) * r
             if wp.static(form.stabilised):
-                push = push + (points.stabilisation * at(points.share, p)) * (u - at(answers.mean, p))
+                left = u - at(answers.mean, p)
+                if wp.static(form.vectors):
+                    left = left - at(answers.gradient, p) * r
+                push = push + (points.stabilisation * at(points.share, p)) * left
             f = f - at(rows.weight, k) * push
-            if wp.static(drags):
-                drag = drag - at(rows.weight, k) * (at(answers.extra, p) * (x - at(points.centre, p)))
+            if wp.static(drags and form.vectors):
+                drag = drag - at(answers.extra, p) * at(points.back, k)
+            elif wp.static(drags):
+                drag = drag - at(rows.weight, k) * (at(answers.extra, p) * r)
             k += 1
         f = loaded(f, loads, following, i)
         if wp.static(drags):
@@ -160,14 +170,13 @@ def _pulled(space: Space, form: Form) -> wp.Function:
 @cache
 def loaded_force(space: Space, form: Form) -> wp.Function:
     """Warp function (force, loads, following, i) -> the force with the loads on particle i."""
-    vec, dim = space.vec, space.dim
+    vec = space.vec
 
     @wp.func
     def loaded(force: vec, loads: wp.array(dtype=vec), following: wp.array(dtype=vec), i: int) -> vec:
         f = force
         if wp.static(form.loaded):
-            for a in range(wp.static(dim)):
-                f += loads[i * dim + a]
+            f += loads[i]
         if wp.static(form.followed):
             f += following[i]
         return f

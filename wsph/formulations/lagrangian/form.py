@@ -196,22 +196,22 @@ def gathered(space: Space, layout: Layout, form: Form, averaged: bool) -> wp.Fun
 
 @cache
 def misfit_pull(space: Space) -> wp.Function:
-    """Warp function (rows, points, u, H, share, i) -> c sum_j w e (x) r over the pairs of i, e = u_j - u_i - H r, c the
-    stabilisation times `share`: what the misfit pulls at H by, zero where H is the gradient that makes the misfit least."""
+    """Warp function (rows, points, u, middle, H, share, i) -> c sum_j w e (x) r over the pairs of i, e = u_j - middle - H r,
+    c the stabilisation times `share`: what the misfit pulls at H by, zero where H is the gradient that makes the misfit
+    least."""
     real, vec, mat = space.scalar, space.vec, space.mat
     Rows, Points, at = rows_struct(space), points_struct(space), element(wp.int32, real, vec)
 
     @wp.func
-    def pull(rows: Rows, points: Points, u: wp.array(dtype=vec), H: mat, share: real, i: int) -> mat:
-        own = u[i]
-        place = points.node[i]
+    def pull(rows: Rows, points: Points, u: wp.array(dtype=vec), middle: vec, H: mat, share: real, i: int) -> mat:
+        place = points.centre[i]
         total = mat()
         k = rows.offsets[i]
         end = rows.offsets[i + 1]
         while k < end:
             j = at(rows.indices, k)
             r = at(points.node, j) - place
-            total = total + wp.outer(at(rows.weight, k) * (at(u, j) - own - H * r), r)
+            total = total + wp.outer(at(rows.weight, k) * (at(u, j) - middle - H * r), r)
             k += 1
         return (points.stabilisation * share) * total
 

@@ -41,6 +41,7 @@ from wsph.constitutive.laws import Laws
 from wsph.errors import Refused
 from wsph.formulations.lagrangian.averaging import gradient_kernel, spread_kernel
 from wsph.formulations.lagrangian.blocks import block_strain_kernel, block_stress_kernel, blocks_of, dilation_kernel
+from wsph.formulations.lagrangian.corners import corner_reference
 from wsph.formulations.lagrangian.edges import edge_reference
 from wsph.formulations.lagrangian.flow import drift_kernel, flow_kernel
 from wsph.formulations.lagrangian.forces import force_between_kernel, force_from_points_kernel
@@ -99,21 +100,23 @@ class LagrangianRates:
         self._space, self._clock, self._density = host.space, made.setup.clock, host.space.scalar(made.density)
         self._placement, self._constitutive, self._loads = placement, host.constitutive, made.loads
         self._force, self._arrays = made.force, made.arrays.part("rates")
-        nodes, cells = host.lattice.centred
+        nodes, cells = host.geometry.centred
         particles = nodes if placement.at_nodes else cells
         points = cells if placement.points else particles
         self._ghosts: GhostLayer | None = None
         if host.correction == "paper":
             found = _ghosts(made)
             if found is not None:
-                step = host.lattice.spacing / host.scales.length
+                step = host.geometry.spacing / host.scales.length
                 arrays = self._arrays.part("ghosts")
                 self._ghosts = GhostLayer(found, host.space, made.layout, placement.count, step, self._clock, arrays)
                 particles = np.concatenate([particles, found.place])
-        if host.edges:
+        if host.corners:
+            reference = corner_reference(host, self._clock.device)
+        elif host.edges:
             reference = edge_reference(host, placement.gradients, self._clock.device)
         else:
-            quantum = "f64" if host.lattice.irregular else host.space.precision
+            quantum = "f64" if host.geometry.irregular else host.space.precision
             reference = find_reference(host, particles, points, quantum, self._clock.device, placement.position)
         if not any(part.frees for part in host.parts.values()):
             made.refuse_isolated(reference.rank)
@@ -152,6 +155,8 @@ class LagrangianRates:
         if reference.gradients is not None:
             points.slope = arrays.of("slope", reference.gradients.slope, space.vec)
             points.back = arrays.of("back", reference.gradients.back, space.vec)
+        if reference.slope is not None:
+            points.slope = arrays.of("slope", reference.slope, space.vec)
         points.stabilisation = real(stabilisation)
         self._points = points
         self._volume = arrays.of("volume", placement.volume, real) if separate else points.volume
@@ -175,6 +180,8 @@ class LagrangianRates:
             self._back, order = self._pairs.transposed()
             self._back_weight = arrays.of("back weight", reference.weight[order], real)
             self._back_rows = rows_of(space, self._back, self._back_weight)
+            if reference.slope is not None:
+                points.back = arrays.of("back slope", reference.slope[order], space.vec)
             for name in ("offsets", "indices", "reach"):
                 arrays.take(f"back.{name}", getattr(self._back, name))
 
@@ -348,9 +355,9 @@ def _ghosts(made: RateSetup) -> Ghosts | None:
             f'body {name!r}: run.correction = "paper" takes ends that are loaded or held: the work of ghosts beyond an end'
             " that is moved is on no ledger; use the symmetric correction"
         )
-    if host.lattice.mapped:
+    if host.geometry.mapped:
         raise Refused(f'body {name!r}: run.correction = "paper" needs a regular lattice, without `map`')
-    if host.lattice.cracks and host.space.dim == 1:
+    if host.geometry.cracks and host.space.dim == 1:
         raise Refused(f'body {name!r}: run.correction = "paper" surrounds a bar with ghosts; it cannot be cracked')
     return ghosts(host.lattice, made.conditions, host.support) if host.space.dim == 1 else None
 

@@ -24,8 +24,9 @@ from wsph.sph.smoothing import SUPPORT
 class Reference:
     """The reference configuration as points see it, in the body's own lengths, m points and n particles (ghosts included):
     `place` (n, dim), `centre` (m, dim), `moment` (m, dim, dim), the inverse second moments, zero where a point sees too
-    little, `spread` (m,), there infinite, and `rank` (m,), how many directions it sees; `weight` (pairs,). `gradients`:
-    those of the cells, in place of the weights' times r."""
+    little, `spread` (m,), there infinite, and `rank` (m,), how many directions it sees; `weight` (pairs,). In place of the
+    weights' times r: `gradients`, those of the cells around a particle, or `slope` (pairs, dim), those of a point's own
+    cell, volume times the gradient's weight."""
 
     pairs: Pairs
     weight: np.ndarray
@@ -35,6 +36,7 @@ class Reference:
     spread: np.ndarray
     rank: np.ndarray
     gradients: NodalGradients | None = None
+    slope: np.ndarray | None = None
 
 
 def find_reference(

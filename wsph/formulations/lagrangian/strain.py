@@ -93,7 +93,7 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
         if wp.static(not form.paper):
             A = A * points.moment[i]
         if wp.static(form.stabilised and form.vectors):
-            A = A - misfit(rows, points, others.displacement, H, hold, i) * points.moment[i]
+            A = A - misfit(rows, points, others.displacement, mean, H, hold, i) * points.moment[i]
         elif wp.static(form.stabilised):
             A = A - (points.stabilisation * hold) * H
         answers_out.corrected[i] = A
@@ -110,7 +110,7 @@ def _dragged(space: Space, layout: Layout, form: Form) -> wp.Function | None:
         return None
     Coefficients, Rows, Points = coefficients_of(space, form), rows_struct(space), points_struct(space)
     of_velocity, stress_of = gathered(space, layout, form, False), term.make(space, Coefficients)
-    determinant, inverse = determinant_and_inverse(space)
+    (determinant, inverse), size = determinant_and_inverse(space), _size(space, form)
 
     @wp.func
     def dragged(c: Coefficients, density: real, rows: Rows, points: Points, others: Fields, H: mat, i: int) -> mat:
@@ -120,10 +120,27 @@ def _dragged(space: Space, layout: Layout, form: Form) -> wp.Function | None:
         # Across a crack, or turned inside out, F says nothing.
         if determinant(F) > real(0.1):
             to_start = inverse(F)
-            drag = stress_of(c, density, rate * points.moment[i] * to_start) * wp.transpose(to_start)
+            drag = stress_of(c, size(c, points, i), density, rate * points.moment[i] * to_start) * wp.transpose(
+                to_start
+            )
         return points.volume[i] * drag * points.moment[i]
 
     return dragged
+
+
+@cache
+def _size(space: Space, form: Form) -> wp.Function:
+    """Warp function (c, points, i) -> the length h of point i: of cells that differ their own size."""
+    real, Coefficients, Points = space.scalar, coefficients_of(space, form), points_struct(space)
+    power = 1.0 / space.dim
+
+    @wp.func
+    def size(c: Coefficients, points: Points, i: int) -> real:
+        if wp.static(form.vectors):
+            return wp.pow(points.volume[i], real(wp.static(power)))
+        return c.h
+
+    return size
 
 
 @cache

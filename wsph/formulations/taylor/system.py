@@ -18,7 +18,8 @@ from wsph.backend.arrays import host
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State
 from wsph.boundary.collocated import face_conditions
-from wsph.boundary.conditions import Conditions, varies
+from wsph.boundary.conditions import Conditions
+from wsph.boundary.prescribed import varies
 from wsph.boundary.values import BoundaryValues
 from wsph.boundary.work import ExternalWork
 from wsph.errors import Refused
@@ -32,6 +33,7 @@ from wsph.formulations.taylor.kernels import TaylorKernels, drift_kernel, kernel
 from wsph.geometry.cracks import parted
 from wsph.geometry.lattice import Lattice
 from wsph.parts.body_force import BodyForce
+from wsph.parts.body_force_work import MiddleWork
 from wsph.plugins.blame import blame
 from wsph.sph.averages import Averages, average, outward_weights, ranges, visible
 from wsph.sph.pairs import Pairs, find_pairs
@@ -92,7 +94,10 @@ class TwoSetSystem(System):
         self._axes = space.mat(*lattice.frame.axes.T.ravel())
         self._rotated = not lattice.frame.upright
         self._framed: Array = wp.array(np.flatnonzero(lattice.on_face), dtype=wp.int32, device=device)
-        self.force = BodyForce(scene.gravity, body.damping, space, scales, self.density, self.volume, device)
+        self.force = BodyForce(scene.gravity, body.damping, space, scales, self.density)
+        cells = lattice.cell_volume / scales.length**space.dim
+        self.force_work = MiddleWork(self.force, cells, space, device)
+        self._middle: State | None = None
         self._faces = faces_struct(space)()
         self._faces.held = wp.array(self._held_components(), dtype=wp.int32, device=device)
         self._faces.free = wp.array(self.conditions.free_normals, dtype=wp.int32, device=device)
@@ -120,7 +125,7 @@ class TwoSetSystem(System):
         self.arrays.part("body").adopt(self)
         self.arrays.part("boundary").adopt(self.boundary)
         self.arrays.part("carried").adopt(self._carried)
-        for name, works in (("work", self._works), ("force", self.force)):
+        for name, works in (("work", self._works), ("force", self.force_work)):
             self.arrays.part(name).adopt(works, works.kept())
 
     def _layout(self, where: str) -> Layout:
@@ -272,6 +277,7 @@ class TwoSetSystem(System):
         between prescribed particles move as those do: `source` is set so.
         """
         self._carried.carry(self.clock, imposed, source)
+        self._middle = source
         inputs = [self.constitutive.params, self.force.struct, self._real_rows, *self._at_targets]
         inputs += [source.struct, self._source(source), imposed.struct, self.clock.time, self.space.scalar(weight)]
         self.clock.launch(self.kernels.rate, out.n, inputs, [out.struct])
@@ -287,14 +293,17 @@ class TwoSetSystem(System):
         self.clock.launch(self.kernels.turn, n, [wp.transpose(self._axes), self._framed], [state.struct])
 
     def accept(self, state: State) -> None:
-        """Close the step: the prescribed values at t + dt, and the work of the faces and of the body forces."""
+        """Close the step: the prescribed values at t + dt."""
         self.project(state)
         self.hold(state, 1.0)
-        self._works.add(state, self.clock)
-        self.force.add(state, self.clock)
         if self._displacement:
             drift = drift_kernel(self.space, state.layout)
             self.clock.launch(drift, state.n, [self.clock.time], [state.struct])
+
+    def close(self) -> None:
+        self._works.add(self.state, self.clock)
+        if self._middle is not None:
+            self.force_work.add(self._middle, self.clock)
 
     def filtered(self, name: str) -> np.ndarray:
         """A field of the real particles without its odd-even part, which the virtual particles do not see: averaged to the

@@ -6,6 +6,7 @@ that equilibrium is to answer with one stress acts on the layers in the same sha
 body stretches by e the shares change: the stress beside a loaded face is then one value to e/2.
 """
 
+from collections import Counter
 from dataclasses import replace
 from functools import cache
 from math import ceil
@@ -15,7 +16,9 @@ import warp as wp
 
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
-from wsph.boundary.conditions import Conditions, Prescribed, varies
+from wsph.boundary.conditions import Conditions
+from wsph.boundary.loads.rows import FaceLoad
+from wsph.boundary.prescribed import Prescribed, varies
 from wsph.boundary.walls import Wall
 from wsph.formulations.updated.images import find_images, kinds_of, shifts_of
 from wsph.output.fields import AXES
@@ -110,27 +113,43 @@ def face_sums(host: Host, walls: list[Wall], device: str) -> np.ndarray:
 
 def spread_loads(conditions: Conditions, host: Host, walls: list[Wall], device: str) -> None:
     """Let prescribed loads act on the layers beside their faces, each with its share; those on walls stay on the first."""
-    loads = conditions.loads
-    if loads is None or not loads.entries:
+    if not conditions.loads:
         return
-    dim = host.space.dim
-    columns = _Columns(host, walls, face_sums(host, walls, device))
-    for key, values in loads.entries.items():
-        scales, axis, spread, areas = loads.scales[key], key[1] // dim, dict[int, Prescribed](), dict[int, float]()
-        found = {particle: columns.shares(particle, axis, value) for particle, value in values.items()}
-        for sign in (-1, 1):
-            # Each of two opposite faces by itself: both together have no resultant.
-            face = [particle for particle in values if columns.sign(particle, axis) == sign]
-            shared = [particle for particle in face if len(found[particle]) > 1]
-            resultant = sum(scales[particle] * share for particle in shared for _, share in found[particle])
-            # What corners leave: the resultant is the face's to the last digit.
-            factor = sum(scales[particle] for particle in shared) / resultant if shared else 1.0
-            for particle in face:
-                whole = 1.0 if len(found[particle]) == 1 else factor
-                for cell, share in found[particle]:
-                    spread[cell] = values[particle]
-                    areas[cell] = whole * scales[particle] * share
-        loads.entries[key], loads.scales[key] = spread, areas
+    faces, columns = host.lattice.faces, _Columns(host, walls, face_sums(host, walls, device))
+    spread: list[FaceLoad] = []
+    for load in conditions.loads:
+        side = np.stack([faces.axis[load.face], faces.sign[load.face]], 1)
+        # Each of two opposite faces by itself: both together have no resultant.
+        for each in np.unique(side, axis=0):
+            spread.append(_spread(load.where((side == each).all(1)), columns))
+    conditions.loads[:] = spread
+
+
+def _spread(load: FaceLoad, columns: "_Columns") -> FaceLoad:
+    """A load on faces that lie one way, on the cells behind them too."""
+    shares = [columns.shares(int(face), load.value) for face in load.face]
+    many = np.array([len(cells) for cells, _ in shares])
+    row = np.repeat(np.arange(len(shares)), many)
+    cell, share = (np.concatenate(parts) for parts in zip(*shares, strict=True))
+    size, deep = np.linalg.norm(load.push, axis=1), many[row] > 1
+    if deep.any():
+        across = columns.lever(load.push[0] / size[0], int(load.face[0]))
+        faces, rows = many > 1, row[deep]
+        places = columns.cells[cell[deep]] @ across, columns.centres[load.face[faces]] @ across
+        share[deep] = _kept_moments(share[deep], *places, size[rows], size[faces])
+    return FaceLoad(load.value, cell, share[:, None] * load.push[row], load.face[row])
+
+
+def _kept_moments(
+    share: np.ndarray, place: np.ndarray, centre: np.ndarray, size: np.ndarray, area: np.ndarray
+) -> np.ndarray:
+    """Shares (r,) at `place` (r, dim) of loads of `size` (r,), changed as little as makes up for what corners leave: the
+    resultant and the moments are those of faces of `area` (f,) at `centre` (f, dim), to the last digit."""
+    middle, length = centre.mean(0), max(float(np.ptp(place, axis=0).max()), 1e-300)
+    linear = [np.column_stack([np.ones(len(x)), (x - middle) / length]) for x in (place, centre)]
+    missing = linear[1].T @ area - linear[0].T @ (size * share)
+    weighted = (size * np.abs(share))[:, None] * linear[0]
+    return share + np.abs(share) * (linear[0] @ (np.linalg.pinv(linear[0].T @ weighted, hermitian=True) @ missing))
 
 
 class _Columns:
@@ -141,9 +160,9 @@ class _Columns:
         self._frame, self._sums, self._depth = lattice.frame, sums, ceil(2.0 * host.support)
         self._index = np.floor(lattice.index[lattice.corners].mean(1)).astype(int)
         self._at = {tuple(row): n for n, row in enumerate(self._index.tolist())}
-        self._signs: dict[tuple[int, int], list[int]] = {}
-        for cell, axis, sign in zip(lattice.faces.cell, lattice.faces.axis, lattice.faces.sign, strict=True):
-            self._signs.setdefault((int(cell), int(axis)), []).append(int(sign))
+        self._faces, self.cells = lattice.faces, lattice.cells
+        self.centres = lattice.nodes[lattice.faces.nodes].mean(1)
+        self._sides = Counter(zip(lattice.faces.cell.tolist(), lattice.faces.axis.tolist(), strict=True))
         near = {
             (wall.axis, int(cell)): wall
             for wall in walls
@@ -151,21 +170,28 @@ class _Columns:
             if (wall.point - lattice.cells[cell]) @ wall.normal < lattice.spacing
         }
         self._walled = set(near)
+        dim = len(lattice.frame.step)
+        self._beside = [[wall.normal for wall in walls if wall.axis != axis] for axis in range(dim)]
 
-    def sign(self, particle: int, axis: int) -> int:
-        """Of the outward normal of a cell's face across an axis; where it has two, of the first."""
-        return self._signs[particle, axis][0]
+    def lever(self, direction: np.ndarray, face: int) -> np.ndarray:
+        """The projection of places (dim, dim) on what makes moments of a push along `direction` (dim,) of a face: across it,
+        and along walls beside the face, behind which the face goes on and which answer for moments."""
+        rest = np.eye(len(direction)) - np.outer(direction, direction)
+        for normal in self._beside[self._faces.axis[face]]:
+            rest = rest @ (np.eye(len(direction)) - np.outer(normal, normal))
+        return rest
 
-    def shares(self, particle: int, axis: int, value: Prescribed) -> list[tuple[int, float]]:
-        """The cells that share a load on a face of a cell, and their shares."""
-        signs = self._signs[particle, axis]
+    def shares(self, face: int, value: Prescribed) -> tuple[list[int], np.ndarray]:
+        """The cells that share a load on a face, and their shares."""
+        cell, axis, sign = (int(each[face]) for each in (self._faces.cell, self._faces.axis, self._faces.sign))
         inward = AXES if not self._frame.upright else AXES[axis]
-        if len(signs) > 1 or varies(value, inward) or (axis, particle) in self._walled:
-            return [(particle, 1.0)]
-        normal = signs[0] * self._frame.axes[:, axis]
-        step, column = -signs[0] * np.eye(len(normal), dtype=int)[axis], [particle]
-        while (cell := self._at.get(tuple((self._index[column[-1]] + step).tolist()))) is not None:
-            column.append(cell)
+        if self._sides[cell, axis] > 1 or varies(value, inward) or (axis, cell) in self._walled:
+            return [cell], np.ones(1)
+        normal = sign * self._frame.axes[:, axis]
+        step, column = -sign * np.eye(len(normal), dtype=int)[axis], [cell]
+        while (behind := self._at.get(tuple((self._index[column[-1]] + step).tolist()))) is not None:
+            column.append(behind)
             if len(column) == 2 * self._depth:
                 break
-        return [(cell, -float(self._sums[cell] @ normal)) for cell in column[: min(self._depth, -(-len(column) // 2))]]
+        column = column[: min(self._depth, -(-len(column) // 2))]
+        return column, -self._sums[column] @ normal

@@ -8,6 +8,8 @@ import numpy as np
 from pydantic import model_validator
 
 from wsph.geometry.shapes.shape import BaseShape, check_coordinates
+from wsph.geometry.shapes.surfaces.round import Sphere
+from wsph.geometry.shapes.surfaces.surface import Patch
 from wsph.quantities import Point, Positive
 
 
@@ -32,3 +34,6 @@ class Ball(BaseShape):
 
     def holds(self, points: np.ndarray) -> np.ndarray:
         return np.linalg.norm(points - np.array(self.center), axis=1) <= self.radius
+
+    def surfaces(self) -> tuple[Patch, ...]:
+        return (Patch(self.type, Sphere(np.array(self.center), self.radius), main=True),)

@@ -8,6 +8,8 @@ import numpy as np
 from pydantic import model_validator
 
 from wsph.geometry.shapes.shape import BaseShape, Edges
+from wsph.geometry.shapes.surfaces.flat import Facet
+from wsph.geometry.shapes.surfaces.surface import Patch
 from wsph.quantities import Point
 
 
@@ -39,3 +41,13 @@ class Box(BaseShape):
     def holds(self, points: np.ndarray) -> np.ndarray:
         low, high = self.bounds()
         return np.all((points >= low) & (points <= high), axis=1)
+
+    def surfaces(self) -> tuple[Patch, ...]:
+        low, high = self.bounds()
+        found: list[Patch] = []
+        for axis in range(self.dim):
+            normal = np.eye(self.dim)[axis]
+            sides = np.delete(np.diag(high - low), axis, 0)
+            found.append(Patch(f"-{'xyz'[axis]}", Facet(low, sides, -normal)))
+            found.append(Patch(f"+{'xyz'[axis]}", Facet(np.where(normal == 1.0, high, low), sides, normal)))
+        return tuple(found)

@@ -13,6 +13,8 @@ from wsph.geometry.shapes.cylinder import Cylinder
 from wsph.geometry.shapes.polygon import Polygon
 from wsph.geometry.shapes.ring import Ring
 from wsph.geometry.shapes.shape import BaseShape, Edges
+from wsph.geometry.shapes.stl import Stl
+from wsph.geometry.shapes.surfaces.surface import Patch, placed
 from wsph.quantities import as_tuple
 
 
@@ -45,11 +47,24 @@ class Combined(BaseShape):
         others = np.any(rest, axis=0)
         return first | others if self.type == "union" else first & ~others
 
+    def surfaces(self) -> tuple[Patch, ...]:
+        """Those of all its shapes, each under its name or, without one, as TYPE-1, TYPE-2, ..."""
+        found: list[Patch] = []
+        numbers: dict[str, int] = {}
+        for k, shape in enumerate(self.shapes):
+            numbers[shape.type] = numbers.get(shape.type, 0) + (shape.name is None)
+            patches = shape.patches()
+            if shape.name is None:
+                patches = tuple(patch.within(f"{shape.type}-{numbers[shape.type]}") for patch in patches)
+            sign = -1.0 if self.type == "difference" and k else 1.0
+            found += placed(patches, shape.middle, shape.axes, sign)
+        return tuple(found)
+
     def covers(self, points: np.ndarray) -> np.ndarray:
         back = self._back(points)
         return self.shapes[0].covers(back) if self.type == "difference" else self.holds(back)
 
 
-Shape = Annotated[Box | Ball | Ring | Cylinder | Polygon | Combined, Field(discriminator="type")]
+Shape = Annotated[Box | Ball | Ring | Cylinder | Polygon | Stl | Combined, Field(discriminator="type")]
 """Every shape that a body can have."""
 Combined.model_rebuild()

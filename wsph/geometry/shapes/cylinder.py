@@ -8,6 +8,9 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from wsph.geometry.shapes.shape import BaseShape, Edges, check_coordinates
+from wsph.geometry.shapes.surfaces.flat import Plate
+from wsph.geometry.shapes.surfaces.round import Mantle
+from wsph.geometry.shapes.surfaces.surface import Patch
 from wsph.quantities import Point, Positive
 
 
@@ -52,4 +55,12 @@ class Cylinder(BaseShape):
         along = r @ direction
         return (
             (along >= 0.0) & (along <= length) & (np.linalg.norm(r - np.outer(along, direction), axis=1) <= self.radius)
+        )
+
+    def surfaces(self) -> tuple[Patch, ...]:
+        start, direction, length = self._along()
+        return (
+            Patch("from", Plate(start, -direction, self.radius)),
+            Patch("to", Plate(np.array(self.end), direction, self.radius)),
+            Patch("mantle", Mantle(start, direction, length, self.radius), main=True),
         )

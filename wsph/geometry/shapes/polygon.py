@@ -9,6 +9,8 @@ import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
 from wsph.geometry.shapes.shape import BaseShape, Edges, check_coordinates
+from wsph.geometry.shapes.surfaces.flat import Facet
+from wsph.geometry.shapes.surfaces.surface import Patch
 from wsph.quantities import Point, as_tuple
 
 
@@ -51,3 +53,13 @@ class Polygon(BaseShape):
             off = np.abs((x - ax) * (by - ay) - (y - ay) * (bx - ax)) / length
             on |= (off <= slack) & (along >= -slack) & (along <= length + slack)
         return inside | on
+
+    def surfaces(self) -> tuple[Patch, ...]:
+        x, y = np.array(self.points).T
+        clockwise = float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) < 0.0
+        found: list[Patch] = []
+        for number, (a, b) in enumerate(self._sides(), 1):
+            start, way = np.array(a), np.array(b) - np.array(a)
+            normal = np.array([way[1], -way[0]]) / np.hypot(way[0], way[1])
+            found.append(Patch(f"side-{number}", Facet(start, way[None], -normal if clockwise else normal)))
+        return tuple(found)

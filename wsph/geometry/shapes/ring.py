@@ -8,6 +8,8 @@ import numpy as np
 from pydantic import model_validator
 
 from wsph.geometry.shapes.shape import BaseShape, check_coordinates
+from wsph.geometry.shapes.surfaces.round import Sphere
+from wsph.geometry.shapes.surfaces.surface import Patch, placed
 from wsph.quantities import Point, Positive
 
 
@@ -36,3 +38,8 @@ class Ring(BaseShape):
     def holds(self, points: np.ndarray) -> np.ndarray:
         distance = np.linalg.norm(points - np.array(self.center), axis=1)
         return (distance >= self.inner) & (distance <= self.outer)
+
+    def surfaces(self) -> tuple[Patch, ...]:
+        center = np.array(self.center)
+        hole = (Patch("inner", Sphere(center, self.inner)),)
+        return (*placed(hole, center, np.eye(2), -1.0), Patch("outer", Sphere(center, self.outer)))

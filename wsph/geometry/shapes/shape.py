@@ -10,8 +10,9 @@ from itertools import product
 from typing import Annotated, Protocol
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
+from wsph.geometry.shapes.surfaces.surface import Patch
 from wsph.quantities import Point, is_sequence
 from wsph.units import quantity
 
@@ -64,6 +65,7 @@ class BaseShape(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
 
     rotate: Rotation = 0.0
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$", max_length=100)] | None = None
 
     @property
     def dim(self) -> int:
@@ -81,6 +83,14 @@ class BaseShape(BaseModel):
     def holds(self, points: np.ndarray) -> np.ndarray:
         """Which of `points` (n, dim) lie inside or on the surface of the shape before rotation, (n,) bool."""
         raise NotImplementedError
+
+    def surfaces(self) -> tuple[Patch, ...]:
+        """The patches of its surface before rotation, by names within the shape."""
+        raise NotImplementedError
+
+    def patches(self) -> tuple[Patch, ...]:
+        """The patches of its surface before rotation, under the name of the shape if it has one."""
+        return tuple(p.within(self.name) for p in self.surfaces()) if self.name is not None else self.surfaces()
 
     @property
     def axes(self) -> np.ndarray:

@@ -34,8 +34,8 @@ class PhaseField(Part):
         return traits.one_set and traits.reference
 
     def refuse(self, host: Host) -> None:
-        material, spacing = host.constitutive.material, host.lattice.spacing
-        if host.lattice.mapped:
+        material, spacing = host.constitutive.material, host.geometry.spacing
+        if host.geometry.mapped:
             raise Refused(
                 f"body {host.name!r}: phase_field needs a lattice of one spacing, without `map`: leave one out"
             )

@@ -7,6 +7,7 @@ lowers the limit of the time step by itself: limits are found from the right-han
 
 # pyright: strict
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -16,6 +17,7 @@ from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
+from wsph.boundary.prescribed import Prescribed
 from wsph.protocols import Entry
 from wsph.quantities import Model
 from wsph.units import Scales
@@ -23,12 +25,20 @@ from wsph.units import Scales
 
 @dataclass(frozen=True)
 class LoadedFaces:
-    """Selected faces of a body by their particles: `particle` (k,), `area` (k,) of the faces that each stands for and
-    `normal` (k, dim) outward unit vectors, in the reference configuration, nondimensional."""
+    """Selected faces of a body by their particles: `particle` (k,), ascending, `area` (k,) of the faces that each stands for
+    and `normal` (k, dim) outward unit vectors, in the reference configuration, nondimensional.
+
+    By the f faces: `corners` (f, c) their particles, and `vector` (f, c, dim) the integrals of N_j n, n outward. `place` (n,
+    dim) [m] of all particles of the body; `values` what the load's keys prescribe, in SI units.
+    """
 
     particle: np.ndarray
     area: np.ndarray
     normal: np.ndarray
+    corners: np.ndarray
+    vector: np.ndarray
+    place: np.ndarray
+    values: Mapping[str, Prescribed]
 
 
 class ActingLoad:
@@ -37,9 +47,16 @@ class ActingLoad:
     ledger: tuple[Entry, ...] = ()
     """Its entries of the energy ledger."""
 
+    def impose(self, clock: Clock, c: float | tuple[float, float]) -> None:
+        """Take the prescribed values of t + c dt for the evaluations to come; of c = (a, b) the mean of both times
+        (launches, where they change)."""
+
     def act(self, state: State, forces: Array) -> None:
         """Add its forces in a state to `forces` (n,) vec, nondimensional (launches)."""
         raise NotImplementedError
+
+    def start(self, state: State) -> None:
+        """Take what is there at the start of the run, where its work is summed up."""
 
     def advance(self, state: State) -> None:
         """Close a step (launches), where its work is summed up."""
@@ -50,11 +67,11 @@ class Load(Model):
 
     key: ClassVar[str] = ""
     """Its key in a boundary of a scene."""
+    values: ClassVar[dict[str, str]] = {}
+    """Those of its keys that are prescribed values, of time and place, with their units."""
+    by_corners: ClassVar[bool] = False
+    """Whether it acts on faces by their corners, and so needs particles there."""
 
     def attach(self, faces: LoadedFaces, space: Space, scales: Scales, clock: Clock, arrays: Arrays) -> ActingLoad:
         """Put the load on the device; its arrays are registered in `arrays`."""
         raise NotImplementedError
-
-
-LOADS: dict[str, type[Load]] = {}
-"""Every load that follows the state, by its key: one is added by its file and an entry here."""

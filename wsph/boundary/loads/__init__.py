@@ -1,0 +1,1 @@
+"""Loads on faces: prescribed ones as rows that add up, and those that follow the state of a body."""

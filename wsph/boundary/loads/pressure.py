@@ -1,0 +1,284 @@
+"""Pressure on faces, which follows them: -p n on the current area.
+
+Of a face whose corners are particles, the force on corner j is -p times the integral of N_j n da over the face as it is
+now, multilinear between its corners. The sum over a closed surface is zero, and so is its torque. p is the value at a
+particle's reference position. The thickness of plane stress is that of the reference configuration.
+"""
+
+from functools import cache
+from itertools import product
+from typing import Any, ClassVar
+
+import numpy as np
+import warp as wp
+from pydantic import model_validator
+
+from wsph.backend.arrays import Arrays
+from wsph.backend.clock import Clock, dt_of, time_of
+from wsph.backend.kernels import kernel
+from wsph.backend.reduce import BLOCK, blocks, total
+from wsph.backend.space import Space
+from wsph.backend.state import Layout, State, fields_struct
+from wsph.boundary.loads.acting import ActingLoad, Load, LoadedFaces
+from wsph.boundary.prescribed import constant
+from wsph.boundary.stack_machine import Bank, bank_of, evaluate
+from wsph.geometry.gradients import GAUSS
+from wsph.protocols import Entry
+from wsph.quantities import Value, is_table
+from wsph.units import Scales
+
+
+class Pressure(Load):
+    """A pressure [Pa] that follows the face; positive pushes. A number, a quantity, an expression or a function."""
+
+    key: ClassVar[str] = "pressure"
+    values: ClassVar[dict[str, str]] = {"value": "Pa"}
+    by_corners: ClassVar[bool] = True
+    value: Value
+
+    @model_validator(mode="before")
+    @classmethod
+    def _shorthand(cls, given: Any) -> Any:
+        return given if is_table(given) else {"value": given}
+
+    def attach(self, faces: LoadedFaces, space: Space, scales: Scales, clock: Clock, arrays: Arrays) -> ActingLoad:
+        return Pressures(faces, space, scales, clock, arrays)
+
+
+@cache
+def _value_kernel(space: Space) -> wp.Kernel:
+    real = space.scalar
+
+    @kernel(ranged=True)
+    def pressures(
+        first: int,
+        bank: Bank,
+        clock: wp.array(dtype=wp.float64),
+        position: wp.array(dtype=wp.vec3d),
+        from_dt: wp.float64,
+        to_dt: wp.float64,
+        second: wp.float64,
+        unit: wp.float64,
+        pressure_out: wp.array(dtype=real),
+    ):
+        e = first + wp.tid()
+        dt = dt_of(clock) * second
+        t = time_of(clock) * second
+        slack = wp.float64(1.0e-9) * dt
+        value = evaluate(bank, 0, position[e], t + from_dt * dt, slack)
+        if to_dt != from_dt:
+            value = wp.float64(0.5) * (value + evaluate(bank, 0, position[e], t + to_dt * dt, slack))
+        pressure_out[e] = real(value / unit)
+
+    return pressures
+
+
+@cache
+def _face_share(space: Space) -> wp.Function:
+    """Warp function (corners, node, u, f, c) -> the integral of N_c n da over face f as it is now, of its corners."""
+    real, vec, dim = space.scalar, space.vec, space.dim
+    count = 2 ** (dim - 1)
+
+    @wp.func
+    def along(
+        corners: wp.array2d(dtype=wp.int32), node: wp.array(dtype=vec), u: wp.array(dtype=vec), f: int, a: int, b: int
+    ) -> vec:
+        i = corners[f, a]
+        j = corners[f, b]
+        return (node[j] + u[j]) - (node[i] + u[i])
+
+    if dim == 1:
+
+        @wp.func
+        def of_end(
+            corners: wp.array2d(dtype=wp.int32), node: wp.array(dtype=vec), u: wp.array(dtype=vec), f: int, c: int
+        ) -> vec:
+            return vec(real(1.0))
+
+        return of_end
+    if dim == 2:
+
+        @wp.func
+        def of_line(
+            corners: wp.array2d(dtype=wp.int32), node: wp.array(dtype=vec), u: wp.array(dtype=vec), f: int, c: int
+        ) -> vec:
+            r = along(corners, node, u, f, 0, 1)
+            return real(0.5) * vec(r[1], -r[0])
+
+        return of_line
+    # Two Gauss points an axis are exact: the shape functions at them.
+    points = np.array(list(product(GAUSS, repeat=2)))
+    Shapes = wp.types.matrix(shape=(4, count), dtype=real)
+    offsets = np.array(list(product((0, 1), repeat=2)))
+    shape = Shapes(*[float(np.where(o == 1, p, 1.0 - p).prod()) for p in points for o in offsets])
+    Places = wp.types.matrix(shape=(4, 2), dtype=real)
+    place = Places(*points.ravel().tolist())
+
+    @wp.func
+    def of_face(
+        corners: wp.array2d(dtype=wp.int32), node: wp.array(dtype=vec), u: wp.array(dtype=vec), f: int, c: int
+    ) -> vec:
+        # Corners 0 to 3 stand at (0, 0), (0, 1), (1, 0), (1, 1).
+        at_low = along(corners, node, u, f, 0, 2)
+        at_high = along(corners, node, u, f, 1, 3)
+        on_low = along(corners, node, u, f, 0, 1)
+        on_high = along(corners, node, u, f, 2, 3)
+        total = vec()
+        for q in range(4):
+            s = place[q, 0]
+            t = place[q, 1]
+            first = (real(1.0) - t) * at_low + t * at_high
+            second = (real(1.0) - s) * on_low + s * on_high
+            total += (real(0.25) * shape[q, c]) * wp.cross(first, second)
+        return total
+
+    return of_face
+
+
+@cache
+def _push_kernel(space: Space, layout: Layout) -> wp.Kernel:
+    """f -= p n da, over the particles of the faces."""
+    real, vec, Fields, share = space.scalar, space.vec, fields_struct(space, layout), _face_share(space)
+
+    @kernel(ranged=True)
+    def push(
+        first: int,
+        particle: wp.array(dtype=wp.int32),
+        offsets: wp.array(dtype=wp.int32),
+        face: wp.array(dtype=wp.int32),
+        corner: wp.array(dtype=wp.int32),
+        corners: wp.array2d(dtype=wp.int32),
+        sign: wp.array(dtype=real),
+        node: wp.array(dtype=vec),
+        pressure: wp.array(dtype=real),
+        fields: Fields,
+        force_out: wp.array(dtype=vec),
+    ):
+        e = first + wp.tid()
+        i = particle[e]
+        area = vec()
+        for k in range(offsets[e], offsets[e + 1]):
+            f = face[k]
+            area += sign[f] * share(corners, node, fields.displacement, f, corner[k])
+        force_out[i] = force_out[i] - pressure[e] * area
+
+    return push
+
+
+@cache
+def _work_kernel(space: Space, layout: Layout) -> wp.Kernel:
+    """The mean force of a step times the way in it, in blocks of particles."""
+    vec, Fields = space.vec, fields_struct(space, layout)
+
+    @kernel()
+    def work(
+        count: int,
+        particle: wp.array(dtype=wp.int32),
+        force: wp.array(dtype=vec),
+        fields: Fields,
+        before_out: wp.array(dtype=vec),
+        place_out: wp.array(dtype=vec),
+        work_out: wp.array(dtype=wp.float64),
+    ):
+        block = wp.tid()
+        done = wp.float64(0.0)
+        for e in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+            f = force[particle[e]]
+            u = fields.displacement[particle[e]]
+            done += wp.float64(wp.dot(f + before_out[e], u - place_out[e]))
+            before_out[e] = f
+            place_out[e] = u
+        work_out[block] = work_out[block] + wp.float64(0.5) * done
+
+    return work
+
+
+class Pressures(ActingLoad):
+    """A pressure on the device, of k particles and their f faces, nondimensional.
+
+    _particle  # (k,) int32
+    _offsets   # (k + 1,) int32, where the faces of each begin in `_face` and `_corner`, the place it has in them
+    _corners   # (f, c) int32, particles of the faces
+    _sign      # (f,) scalar, 1 where the normal that follows from the order of the corners points out, else -1
+    _pressure  # (k,) scalar, of the last time imposed
+    _before    # (k,) vec, forces at the end of the last step, and `_place` (k,) vec, displacements there
+    _work      # (blocks,) float64, work so far
+    """
+
+    def __init__(self, faces: LoadedFaces, space: Space, scales: Scales, clock: Clock, arrays: Arrays):
+        self._space, self._clock, self._scales = space, clock, scales
+        n = len(faces.particle)
+        value = faces.values["value"]
+        number = constant(value)
+        self._moving = number is None
+        start = np.full(n, 0.0 if number is None else number / scales.stress)
+        self._pressure = arrays.of("pressure", start, space.scalar)
+        self._bank = bank_of([value], clock.device)
+        padded = np.zeros((n, 3))
+        padded[:, : space.dim] = faces.place[faces.particle]
+        self._position = arrays.of("position", padded, wp.vec3d)
+        flat = faces.corners.ravel()
+        order = np.argsort(flat, kind="stable")
+        where = np.searchsorted(faces.particle, flat[order])
+        counts = np.bincount(where, minlength=n)
+        self._particle = arrays.of("particle", faces.particle, wp.int32)
+        self._offsets = arrays.of("offsets", np.concatenate([[0], np.cumsum(counts)]), wp.int32)
+        self._face = arrays.of("face", order // faces.corners.shape[1], wp.int32)
+        self._corner = arrays.of("corner", order % faces.corners.shape[1], wp.int32)
+        self._corners = arrays.of("corners", faces.corners, wp.int32)
+        self._node = arrays.of("node", (faces.place - faces.place.mean(0)) / scales.length, space.vec)
+        self._sign = arrays.of("sign", _signs(faces), space.scalar)
+        self._force = arrays.zeros("force", len(faces.place), space.vec)
+        self._before = arrays.zeros("before", n, space.vec, kept=True)
+        self._place = arrays.zeros("place", n, space.vec, kept=True)
+        self._work = arrays.zeros("work", blocks(n), wp.float64, kept=True)
+        self._count = n
+        self.ledger = (Entry("external_work", lambda: total(self._work)),)
+
+    def impose(self, clock: Clock, c: float | tuple[float, float]) -> None:
+        if not self._moving:
+            return
+        first, last = c if isinstance(c, tuple) else (c, c)
+        inputs = [self._bank, clock.time, self._position, wp.float64(first), wp.float64(last)]
+        inputs += [wp.float64(self._scales.time), wp.float64(self._scales.stress)]
+        clock.launch(_value_kernel(self._space), self._count, inputs, [self._pressure])
+
+    def act(self, state: State, forces: wp.array) -> None:
+        kernel = _push_kernel(self._space, state.layout)
+        inputs = [self._particle, self._offsets, self._face, self._corner, self._corners, self._sign, self._node]
+        self._clock.launch(kernel, self._count, [*inputs, self._pressure, state.struct], [forces])
+
+    def start(self, state: State) -> None:
+        self.advance(state)
+        self._work.zero_()
+
+    def advance(self, state: State) -> None:
+        self._clock.launch(_clear_kernel(self._space), self._count, [self._particle], [self._force])
+        self.act(state, self._force)
+        inputs = [self._count, self._particle, self._force, state.struct]
+        outputs = [self._before, self._place, self._work]
+        self._clock.launch(_work_kernel(self._space, state.layout), len(self._work), inputs, outputs)
+
+
+@cache
+def _clear_kernel(space: Space) -> wp.Kernel:
+    vec = space.vec
+
+    @kernel(ranged=True)
+    def clear(first: int, particle: wp.array(dtype=wp.int32), force_out: wp.array(dtype=vec)):
+        force_out[particle[first + wp.tid()]] = vec()
+
+    return clear
+
+
+def _signs(faces: LoadedFaces) -> np.ndarray:
+    """`Pressures._sign` of the faces."""
+    whole, ends = faces.vector.sum(1), faces.place[faces.corners]
+    dim = whole.shape[1]
+    if dim == 1:
+        return np.sign(whole[:, 0])
+    if dim == 2:
+        along = ends[:, 1] - ends[:, 0]
+        return np.sign(along[:, 1] * whole[:, 0] - along[:, 0] * whole[:, 1])
+    first, second = ends[:, 2] + ends[:, 3] - ends[:, 0] - ends[:, 1], ends[:, 1] + ends[:, 3] - ends[:, 0] - ends[:, 2]
+    return np.sign((np.cross(first, second) * whole).sum(1))

@@ -1,0 +1,58 @@
+"""Prescribed loads on faces as forces on particles: rows that add up.
+
+A row is a particle and a force per unit of one prescribed value. Every load is such rows, any number of them a particle:
+components of a stress, tractions, loads that overlap or meet at a node or at an edge all add, and the resultant is the sum
+of what was asked.
+"""
+
+# pyright: strict
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wsph.boundary.prescribed import Prescribed
+from wsph.geometry.faces import Faces
+from wsph.geometry.geometry import Geometry
+from wsph.output.fields import AXES
+
+
+@dataclass(frozen=True)
+class FaceLoad:
+    """One prescribed value [Pa] on faces of a body, by r rows: `particle` (r,), `push` (r, dim) the force per unit of the
+    value [m^(dim-1)], in the reference configuration, along the coordinate axes; `face` (r,) the row of the face that it
+    comes from."""
+
+    value: Prescribed
+    particle: np.ndarray
+    push: np.ndarray
+    face: np.ndarray
+
+    def where(self, rows: np.ndarray) -> "FaceLoad":
+        """Some of its rows, (r,) bool or the rows' numbers."""
+        return replace(self, particle=self.particle[rows], push=self.push[rows], face=self.face[rows])
+
+
+def face_load(faces: Faces, on: np.ndarray, face: np.ndarray, pushed: np.ndarray, value: Prescribed) -> FaceLoad:
+    """A value that pushes the faces `face` (k,) along `pushed` (k, dim), per unit of area. `on` (m, c): the particles that
+    stand for each face of the body."""
+    share = faces.shares(on)[face]
+    push = share[:, :, None] * pushed[:, None, :]
+    return FaceLoad(value, on[face].ravel(), push.reshape(-1, pushed.shape[1]), face.repeat(on.shape[1]))
+
+
+def traction_load(faces: Faces, on: np.ndarray, acting: np.ndarray, axis: str, value: Prescribed, dim: int) -> FaceLoad:
+    """A traction along a coordinate axis on the faces `acting` (m,) bool."""
+    face = np.flatnonzero(acting)
+    return face_load(faces, on, face, np.tile(np.eye(dim)[AXES.index(axis)], (len(face), 1)), value)
+
+
+def stress_load(
+    faces: Faces, on: np.ndarray, acting: np.ndarray, label: str, value: Prescribed, lattice: Geometry
+) -> FaceLoad:
+    """A component of the nominal stress, along the axes of the grid, on those of the faces `acting` (m,) bool that it acts
+    on: across either of its axes it pushes along the other."""
+    first, second = (AXES.index(axis) for axis in label)
+    face = np.flatnonzero(acting & np.isin(faces.axis, [first, second]))
+    along = np.where(faces.axis[face] == first, second, first)
+    return face_load(faces, on, face, faces.sign[face, None] * lattice.axes.T[along], value)

@@ -1,0 +1,60 @@
+"""The patch that every outer side of the cells stands for."""
+
+# pyright: strict
+
+import numpy as np
+
+from wsph.geometry.fitted.outline import Outline
+
+TURN = 3.0
+"""Spacings that a side which faces away from a patch counts as farther: 1 - cosine times this."""
+
+ROUNDS = 30
+"""Rounds of smoothing, at most."""
+
+FIRST = 1e-3
+"""Weight of the distances among patches that are as frequent among a side's neighbours."""
+
+
+def side_neighbours(sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of sides (m, 2^(dim-1)) that share an edge, in 2D a node, in both directions."""
+    many, corners = sides.shape
+    if corners == 2:
+        edges, own = sides.reshape(-1, 1), np.repeat(np.arange(many), 2)
+    else:
+        edges = np.sort(sides[:, [[0, 1], [1, 3], [3, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        own = np.repeat(np.arange(many), 4)
+    key = edges[:, 0].astype(np.int64) * (int(sides.max(initial=0)) + 1) + edges[:, -1]
+    order = np.argsort(key, kind="stable")
+    same = np.flatnonzero(key[order][1:] == key[order][:-1])
+    a, b = own[order][same], own[order][same + 1]
+    return np.concatenate([a, b]), np.concatenate([b, a])
+
+
+def label_sides(body: Outline, centres: np.ndarray, normals: np.ndarray, sides: np.ndarray, seed: int) -> np.ndarray:
+    """The patches of sides with `centres` and unit `normals` (m, dim), (m,) int: the nearest that faces the same way, and
+    not that of a side alone among others, at which two corners would fall into one."""
+    cost = np.stack([_cost(body, patch, centres, normals) for patch in range(len(body.patches))], 1)
+    label = cost.argmin(1)
+    side, beside = side_neighbours(sides)
+    most = 0 if sides.shape[1] == 2 else 1
+    for turn in range(ROUNDS):
+        votes = np.zeros(cost.shape)
+        np.add.at(votes, (side, label[beside]), 1.0)
+        row = np.arange(len(label))
+        mine, best = votes[row, label], np.where(votes > 0.0, votes - FIRST * cost, -np.inf).argmax(1)
+        alone = (mine <= most) & (votes[row, best] > mine) & (votes[row, best] >= sides.shape[1] / 2)
+        if not alone.any():
+            break
+        if turn:
+            # Two neighbours that take each other's label would do so for ever: half of them wait.
+            alone &= np.random.default_rng([seed, turn]).random(len(label)) < 0.5
+        label = np.where(alone, best, label)
+    return label
+
+
+def _cost(body: Outline, patch: int, centres: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    gradient = body.patches[patch].surface.height(centres)[1]
+    facing = (gradient * normals).sum(1) / np.maximum(np.linalg.norm(gradient, axis=1), 1e-12)
+    distance = body.distance(patch, centres, 4.0 * body.spacing) / body.spacing
+    return np.round(np.minimum(distance, 1e3) + TURN * (1.0 - facing), 6)

@@ -1,0 +1,111 @@
+"""The geometry of a body cut into cells, whatever cut it: nodes, points that carry the stress, and faces.
+
+What needs the lines of a grid takes a `wsph.geometry.lattice.Lattice`; all others take this.
+"""
+
+# pyright: strict
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wsph.geometry.cracks import Crack
+from wsph.geometry.faces import Faces
+from wsph.geometry.gradients import PointRows
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """A body cut into cells: `nodes` (n, dim) [m], and points that carry the stress, one a cell or, of triangles and
+    tetrahedra, one an edge: their places `cells` (c, dim) [m] and volumes `cell_volume` (c,) [m^dim].
+
+    `node_volume` (n,) [m^dim]; `edges` the shortest and the longest edge of a cell [m].
+    """
+
+    nodes: np.ndarray
+    cells: np.ndarray
+    node_volume: np.ndarray
+    cell_volume: np.ndarray
+    faces: Faces
+    edges: tuple[float, float]
+
+    @property
+    def spacing(self) -> float:
+        """The shortest edge of a cell [m]."""
+        return self.edges[0]
+
+    @property
+    def mapped(self) -> bool:
+        """Whether cells differ in size and direction."""
+        return True
+
+    @property
+    def irregular(self) -> bool:
+        """Whether cells differ at all."""
+        return True
+
+    @property
+    def axes(self) -> np.ndarray:
+        """Directions of the body's own axes, columns (dim, dim)."""
+        return np.eye(self.nodes.shape[1])
+
+    @property
+    def upright(self) -> bool:
+        """Whether those are the coordinate axes."""
+        return bool((self.axes == np.eye(self.nodes.shape[1])).all())
+
+    @property
+    def cracks(self) -> tuple[Crack, ...]:
+        """Cuts from the start."""
+        return ()
+
+    @property
+    def rows(self) -> PointRows:
+        """The nodes that each point sees, those of its own cells, and where cells differ the gradients."""
+        raise NotImplementedError
+
+    @property
+    def size(self) -> float:
+        """The edge of a cube of a cell's mean volume [m]."""
+        return float(self.cell_volume.mean()) ** (1.0 / self.nodes.shape[1])
+
+    def holds(self, points: np.ndarray) -> np.ndarray:
+        """Which of `points` (m, dim) [m] are as near to the centre of a cell as its corners are, (m,) bool."""
+        rows = self.rows
+        apart = self.nodes[rows.indices] - np.repeat(self.cells, np.diff(rows.offsets), axis=0)
+        reach = np.maximum.reduceat(np.linalg.norm(apart, axis=1), rows.offsets[:-1])
+        gaps = [np.linalg.norm(point - self.cells, axis=1) for point in points]
+        return np.array([bool((gap <= 1.001 * reach).any()) for gap in gaps], bool)
+
+    def places(self, length: float) -> np.ndarray:
+        """Nodes (n, dim) in units of `length` [m] about the middle of the body, along the coordinate axes."""
+        return (self.nodes - self.nodes.mean(0)) / length
+
+    def comparable(self, points: np.ndarray, sources: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Points (n, dim) [m] and nodes or cells (m, dim) [m] in units of cells, to find who is near whom."""
+        return points / self.edges[1], sources / self.edges[1]
+
+    @property
+    def centred(self) -> tuple[np.ndarray, np.ndarray]:
+        """Nodes (n, dim) and points (c, dim) in units of cells about the middle of the body."""
+        middle = self.nodes.mean(0)
+        return (self.nodes - middle) / self.edges[1], (self.cells - middle) / self.edges[1]
+
+    @property
+    def off_cracks(self) -> tuple[np.ndarray, np.ndarray]:
+        """The same, moved so that none lies on a crack."""
+        return self.centred
+
+    def crossed(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """Which of the lines between two points (n, dim), as `off_cracks` has them, cross a crack, (n,) bool."""
+        parted = np.zeros(len(first), bool)
+        for crack in self.cracks:
+            parted |= crack.crosses(first, second)
+        return parted
+
+    @property
+    def on_face(self) -> np.ndarray:
+        """Nodes on any face, (n,) bool."""
+        mask = np.zeros(len(self.nodes), bool)
+        mask[self.faces.nodes.ravel()] = True
+        return mask

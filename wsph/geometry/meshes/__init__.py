@@ -1,0 +1,1 @@
+"""Bodies of cells of any kind, and the files that they come from."""

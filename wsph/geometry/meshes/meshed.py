@@ -1,0 +1,169 @@
+"""Bodies of cells of any kind: the points that carry the stress, what they see, and faces, from a mesh.
+
+Quadrilaterals and hexahedra have a point each, which sees its corners. Triangles and tetrahedra would lock with a point in
+each; theirs are on the edges: a point takes 1/3, in 3D 1/6, of every cell at its edge, V_e = sum of the shares of V_c and
+V_e g_ej = sum of the shares of V_c g_cj (Liu, Nguyen-Thoi & Lam 2009, edge-based smoothed finite elements). Any gathering of
+the cells' gradients keeps the linear patch test, and what gathers over edges needs no residual.
+"""
+
+# pyright: strict
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from wsph.geometry.cells import edge_lengths
+from wsph.geometry.faces import Faces
+from wsph.geometry.geometry import Geometry
+from wsph.geometry.gradients import PointRows, face_shares, mean_gradients, node_shares
+from wsph.geometry.mesh import Mesh
+
+PARALLEL = 1e-9
+"""A face lies across an axis if its normal is this near to it."""
+
+
+@dataclass(frozen=True)
+class Meshed(Geometry):
+    """A body cut into the cells of a `mesh`; `frame` (dim, dim), columns, the body's own axes; `seen` the points' rows."""
+
+    mesh: Mesh
+    frame: np.ndarray
+    seen: PointRows
+
+    @property
+    def axes(self) -> np.ndarray:
+        """Directions of the body's own axes, columns (dim, dim)."""
+        return self.frame
+
+    @property
+    def rows(self) -> PointRows:
+        return self.seen
+
+
+@dataclass(frozen=True)
+class _Points:
+    """Points of some cells: places, volumes, and the nodes that each sees with their vectors, rows of different lengths."""
+
+    place: np.ndarray
+    volume: np.ndarray
+    rows: PointRows
+
+
+def meshed(mesh: Mesh, axes: np.ndarray | None = None) -> Meshed:
+    """The geometry of a mesh; `axes` (dim, dim), columns: the body's own, by which faces have names. Raises ValueError for
+    cells without a positive volume and for nodes that no cell has."""
+    nodes, dim = mesh.nodes, mesh.nodes.shape[1]
+    node_volume = np.zeros(len(nodes))
+    points: list[_Points] = []
+    middles: list[np.ndarray] = []
+    longest = 0.0
+    for corners in mesh.blocks:
+        slope, volume = mean_gradients(nodes, corners)
+        _refuse_inverted(nodes, corners, volume)
+        node_volume += np.bincount(corners.ravel(), node_shares(nodes, corners).ravel(), len(nodes))
+        simplices = corners.shape[1] == dim + 1
+        points.append(
+            _on_edges(nodes, corners, slope, volume) if simplices else _in_cells(nodes, corners, slope, volume)
+        )
+        middles.append(nodes[corners].mean(1))
+        longest = max(longest, edge_lengths(nodes, corners))
+    if not (node_volume > 0.0).all():
+        alone = np.flatnonzero(~(node_volume > 0.0))
+        raise ValueError(f"{len(alone)} nodes, the first at {nodes[alone[0]].tolist()} m, are corners of no cell")
+    rows = _joined([each.rows for each in points])
+    volume = np.concatenate([each.volume for each in points])
+    frame = np.eye(dim) if axes is None else axes
+    shortest = _shortest(rows, volume)
+    faces = _faces(mesh, np.concatenate(middles), frame, float(volume.mean()) ** (1.0 / dim))
+    places = np.concatenate([each.place for each in points])
+    return Meshed(nodes, places, node_volume, volume, faces, (shortest, longest), mesh, frame, rows)
+
+
+def _refuse_inverted(nodes: np.ndarray, corners: np.ndarray, volume: np.ndarray) -> None:
+    if (volume > 0.0).all():
+        return
+    worst = int(volume.argmin())
+    place = [float(f"{x:.6g}") for x in nodes[corners[worst]].mean(0)]
+    count = int((volume <= 0.0).sum())
+    raise ValueError(
+        f"{count} cells have no positive volume, the worst at {place} m: {volume[worst]:.3g} m^{nodes.shape[1]}"
+    )
+
+
+def _in_cells(nodes: np.ndarray, corners: np.ndarray, slope: np.ndarray, volume: np.ndarray) -> _Points:
+    order = np.argsort(corners, axis=1)
+    slope = np.take_along_axis(slope, order[..., None], 1)
+    return _Points(nodes[corners].mean(1), volume, PointRows.of_corners(np.take_along_axis(corners, order, 1), slope))
+
+
+def _on_edges(nodes: np.ndarray, corners: np.ndarray, slope: np.ndarray, volume: np.ndarray) -> _Points:
+    """Points on the edges of simplices, each of which takes an equal share of the cells at it."""
+    n, many = len(nodes), corners.shape[1]
+    ends = np.array(list(combinations(range(many), 2)))
+    share = 1.0 / len(ends)
+    edge = np.sort(corners[:, ends], axis=2)
+    keys = edge[..., 0].astype(np.int64) * n + edge[..., 1]
+    found, point = np.unique(keys, return_inverse=True)
+    point = point.reshape(keys.shape)
+    total = share * np.bincount(point.ravel(), np.repeat(volume, len(ends)))
+    middle = nodes[corners].mean(1)
+    place = [np.bincount(point.ravel(), np.repeat(share * volume * column, len(ends))) / total for column in middle.T]
+    # Every corner of a cell is seen from each of its edges.
+    seen = (point[:, :, None].astype(np.int64) * n + corners[:, None, :]).ravel()
+    pairs, where = np.unique(seen, return_inverse=True)
+    each = np.repeat(share * slope[:, None], len(ends), axis=1).reshape(-1, slope.shape[2])
+    whole = np.stack([np.bincount(where.ravel(), column) for column in each.T], 1)
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(pairs // n, minlength=len(found)))])
+    held = np.zeros(len(found), bool)
+    return _Points(np.stack(place, 1), total, PointRows(offsets, (pairs % n).astype(np.int64), whole, held))
+
+
+def _joined(rows: list[PointRows]) -> PointRows:
+    if len(rows) == 1:
+        return rows[0]
+    starts = np.cumsum([0, *(each.offsets[-1] for each in rows[:-1])])
+    offsets = [each.offsets[:-1] + start for each, start in zip(rows, starts, strict=True)]
+    end = [starts[-1] + rows[-1].offsets[-1]]
+    slopes = [each.slope for each in rows if each.slope is not None]
+    held = [np.ones(len(each.offsets) - 1, bool) if each.held is None else each.held for each in rows]
+    indices = np.concatenate([each.indices for each in rows])
+    return PointRows(np.concatenate([*offsets, end]), indices, np.concatenate(slopes), np.concatenate(held))
+
+
+def _shortest(rows: PointRows, volume: np.ndarray) -> float:
+    """The least s = 2/sqrt(k largest eigenvalue of sum g (x) g) over the points, k nodes seen: the edge of a cube with the
+    same fastest swing, with which steps of a Courant number below 1 are stable on any mesh."""
+    if rows.slope is None:
+        raise TypeError("the points of a mesh have vectors")
+    many = np.diff(rows.offsets)
+    dim = rows.slope.shape[1]
+    g = rows.slope / np.repeat(volume, many)[:, None]
+    square = np.stack(
+        [np.add.reduceat(g[:, a] * g[:, b], rows.offsets[:-1]) for a in range(dim) for b in range(dim)], 1
+    )
+    largest = np.linalg.eigvalsh(square.reshape(-1, dim, dim))[:, -1]
+    return float((2.0 / np.sqrt(many * largest)).min())
+
+
+def _faces(mesh: Mesh, middles: np.ndarray, frame: np.ndarray, near: float) -> Faces:
+    """The sides of a mesh. One that lies within `near` [m] of where the body ends along the axis that its normal is nearest
+    to is an outer one, and has the name of that."""
+    nodes, dim = mesh.sides, mesh.nodes.shape[1]
+    if dim == 3 and nodes.shape[1] == 3:
+        nodes = np.concatenate([nodes, nodes[:, 2:]], 1)
+    share, vector = face_shares(mesh.nodes[nodes], middles[mesh.side_cell])
+    whole: np.ndarray = vector.sum(1)
+    along: np.ndarray = whole / np.linalg.norm(whole, axis=1, keepdims=True) @ frame
+    nearest = np.abs(np.round(along, 9)).argmax(1)
+    rows = np.arange(len(nearest))
+    steepest: np.ndarray = along[rows, nearest]
+    sign: np.ndarray = np.where(steepest > 0.0, 1, -1)
+    flat = np.abs(steepest) > 1.0 - PARALLEL
+    local = mesh.nodes @ frame
+    height = local[nodes].mean(1)[rows, nearest] * sign
+    ends = np.stack([-local.min(0), local.max(0)])
+    outer = height > ends[(sign + 1) // 2, nearest] - near
+    axis = np.where(flat, nearest, -1)
+    name = 2 * nearest + (sign > 0)
+    return Faces(nodes, mesh.side_cell, axis, sign, share, vector, name, outer, mesh.named)
