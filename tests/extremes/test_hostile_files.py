@@ -42,7 +42,7 @@ scene_case(
 scene_case("a selection in millimetres", "'x > 500' selects no particle", probe(where='"x > 500"', reduce='"sum"'))
 scene_case(
     "a stress where only nodes are",
-    r"selects no place of 'stress', which stands at the centres of the cells",
+    r"selects no place of 'stress', which stands at the points inside the cells",
     probe(where='"x <= 0"', reduce='"max"', fields='["stress_xx"]'),
 )
 scene_case(
@@ -57,7 +57,7 @@ scene_case(
 )
 scene_case(
     "a probe named as a path",
-    r"probes.0.name: '../../p': .*a name has at most 100 letters",
+    r"probes.0.name: '../../p': .*a name has at most 100 of a to z",
     probe(name='"../../p"', at="[[0.5, 0.5]]"),
 )
 scene_case(

@@ -164,7 +164,7 @@ def test_a_selection_without_a_stress_point_is_refused_by_name(dim: int) -> None
     probe = {"name": "p", "where": "x <= 0", "reduce": "max", "fields": ["velocity_x", "stress_xx"]}
     with pytest.raises(
         wsph.SceneError,
-        match=r"probes.0.where: 'x <= 0' selects no place of 'stress', which stands at the centres of the cells of body 'b': widen it by half a spacing \(0.125 m\), or name points with `at`",
+        match=r"probes.0.where: 'x <= 0' selects no place of 'stress', which stands at the points inside the cells of body 'b': widen it by half a spacing \(0.125 m\), or name points with `at`",
     ):
         wsph.run(flowing("stress-points", dim).with_(probes=[probe]))
     inner = {"name": "p", "where": "x > 0.1 and x < 0.2", "reduce": "mean", "fields": ["stress_xx"]}

@@ -156,7 +156,7 @@ class Reading:
         return "kg/m3" if name == DENSITY else self.fields[name].unit or "1"
 
     def apart(self, name: str) -> bool:
-        """Whether a field stands at points of its own, the centres of the cells, and not at the particles."""
+        """Whether a field stands at points of its own, inside the cells, and not at the particles."""
         system = self._system
         return system.state.counts.get(self.fields[name].stored, system.count) != system.count
 

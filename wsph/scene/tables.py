@@ -147,6 +147,22 @@ def _spacing(value: object) -> object:
     return lengths
 
 
+def _printable(name: str) -> str:
+    """Names of bodies go into messages and files."""
+    if not name.isprintable() or name.strip() != name or not name:
+        raise ValueError(f"{name!r}: a name has printed characters, and no blank at its ends")
+    return name
+
+
+def _file_name(name: str) -> str:
+    """Names of probes are names of files, on every system."""
+    if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}", name):
+        raise ValueError(
+            f"{name!r}: a name has at most 100 of a to z, A to Z, 0 to 9, _ . and -, and begins with none of the last two"
+        )
+    return name
+
+
 def _spaced(value: float | tuple[float, ...] | None, info: ValidationInfo) -> float | tuple[float, ...] | None:
     if value is None and info.data.get("mesh") is None:
         raise ValueError("is missing")
@@ -160,22 +176,6 @@ class MeshFile(Model):
     file: Annotated[str, Field(min_length=1)]
     scale: Annotated[float, Unit("m", gt=0)] = 1.0
     part: str | None = None
-
-
-def _printable(name: str) -> str:
-    """Names of bodies go into messages and files."""
-    if not name.isprintable() or name.strip() != name or not name:
-        raise ValueError(f"{name!r}: a name has printed characters, and no blank at its ends")
-    return name
-
-
-def _file_name(name: str) -> str:
-    """Names of probes are names of files, on every system."""
-    if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}", name):
-        raise ValueError(
-            f"{name!r}: a name has at most 100 letters from a to z, digits and _, behind the first also . and -"
-        )
-    return name
 
 
 class _Matter(Model):

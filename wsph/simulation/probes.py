@@ -113,7 +113,7 @@ def _holds(run: Probed, points: np.ndarray) -> bool:
 
 
 def _extent(run: Probed) -> str:
-    low, high = run.system.lattice.nodes.min(0).tolist(), run.system.lattice.nodes.max(0).tolist()
+    low, high = run.system.geometry.nodes.min(0).tolist(), run.system.geometry.nodes.max(0).tolist()
     return f"{run.body.name!r} reaches from {[float(f'{x:.6g}') for x in low]} to {[float(f'{x:.6g}') for x in high]} m"
 
 
@@ -159,7 +159,7 @@ def _selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tu
     def read(name: str) -> list[list[Averages]]:
         there = chosen(run, name)
         if not len(there):
-            where = "at the centres of the cells" if run.reading.apart(name) else "at the particles"
+            where = "at the points inside the cells" if run.reading.apart(name) else "at the particles"
             raise _fault(
                 f"{key}.where",
                 f"{probe.where!r} selects no place of {name!r}, which stands {where} of body {run.body.name!r}: widen it by half"
