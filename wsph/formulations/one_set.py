@@ -228,11 +228,15 @@ class OneSetSystem(System):
 
     def impose(self, state: State, c: float | tuple[float, float]) -> None:
         """Set the prescribed velocities of a state, and the loads for the rates to come, at t + c dt."""
-        self._prescribed.impose(state, self.clock, c)
+        self._set(state, c, counted=False)
 
     def constrain(self, state: State, c: float | tuple[float, float]) -> None:
         """`impose` on the state that the run continues from, in the middle of a step; its work is counted too."""
-        self._prescribed.constrain(state, self.clock, c)
+        self._set(state, c, counted=True)
+
+    def _set(self, state: State, c: float | tuple[float, float], *, counted: bool) -> None:
+        """Set what is prescribed; `counted`: with its work."""
+        self._prescribed.impose(state, self.clock, c, counted=counted)
 
     def accept(self, state: State) -> None:
         """Close the step: the stresses that the law allows, the prescribed values at t + dt."""

@@ -55,20 +55,17 @@ class Prescribed:
         for name, works in (("work", self._constraint_work), ("loads.work", self._load_work), ("drag.work", self.drag)):
             arrays.part(name).adopt(works, works.kept())
 
-    def impose(self, state: State, clock: Clock, c: float | tuple[float, float]) -> None:
-        """Set the prescribed velocities of a state, and the loads for the rates to come, at t + c dt."""
+    def impose(self, state: State, clock: Clock, c: float | tuple[float, float], *, counted: bool) -> None:
+        """Set the prescribed velocities of a state, and the loads for the rates to come, at t + c dt. `counted`: of the
+        state that the run continues from, whose work is counted too."""
+        if counted:
+            self._constraint_work.before(state, clock)
         self.values.impose(state, clock, c)
+        if counted:
+            self._constraint_work.after(state, clock)
         if self._sliding is not None:
             self._sliding.impose(state, clock, c)
-        self._loads.impose(clock, c)
-
-    def constrain(self, state: State, clock: Clock, c: float | tuple[float, float]) -> None:
-        """`impose` on the state that the run continues from; its work is counted too."""
-        self._constraint_work.before(state, clock)
-        self.values.impose(state, clock, c)
-        self._constraint_work.after(state, clock)
-        if self._sliding is not None:
-            self._sliding.impose(state, clock, c)
+        if self._sliding is not None and counted:
             self._sliding.count_work(state, clock)
         self._loads.impose(clock, c)
 
