@@ -158,6 +158,29 @@ def test_linear_fields_stay_exact(form: str, jitter: float) -> None:
     assert run.system.filtered("internals")[inside, 0] == pytest.approx((nodes @ slope)[inside], abs=1e-12)
 
 
+def test_cells_of_any_kind_are_read_as_those_of_a_grid() -> None:
+    """A fitted disc: weights are small, linear fields exact, probes at its nodes are frames, and bounds hold."""
+    disc = {"type": "disc", "center": [0.0, 0.0], "radius": 0.5}
+    scene = flowing("stress-points", 2).with_(**{"bodies.0.shape": disc, "bodies.0.spacing": 0.125}, boundary=[])
+    run = compose(scene).bodies[0]
+    state, nodes = run.system.state, run.reading.positions
+    slope = np.array([0.3, 0.7])
+    state.write("stress", np.repeat((run.reading.where("stress") @ slope)[:, None], state.widths["stress"], 1))
+    assert run.system.filtered("stress")[:, 0] == pytest.approx(nodes @ slope, abs=1e-12)
+    for spike in range(0, state.counts["internals"], 5):
+        values = np.zeros((state.counts["internals"], state.widths["internals"]))
+        values[spike] = 1.0
+        state.write("internals", values)
+        shown = run.system.filtered("internals")
+        assert shown.min() >= 0.0
+        assert 0.1 < shown.max() <= 1.0
+    probe = {"name": "p", "at": nodes.tolist(), "fields": ["stress_xy", "plastic_strain"]}
+    result = wsph.run(scene.with_(probes=[probe]))
+    for name in ("stress_xy", "plastic_strain"):
+        read = np.array([result.probes["p"][f"{name}[{k}]"][-1] for k in range(len(nodes))])
+        assert read == pytest.approx(result.field(name), rel=1e-12, abs=1e-15)
+
+
 @pytest.mark.parametrize("dim", [1, 2])
 def test_a_selection_without_a_stress_point_is_refused_by_name(dim: int) -> None:
     """Nodes stand on the face, stress points half a cell inside."""
