@@ -20,6 +20,9 @@ SHORTEST = 1e-3
 ENOUGH = 1e-4
 """Part of the descent by the slope that a step has to bring."""
 
+SETTLED = 1e-7
+"""Part of the distortion below which a step would bring nothing but roundings."""
+
 BACK = 2
 """Gauss-Newton steps back onto the surface after a step along it."""
 
@@ -45,15 +48,13 @@ def descend(
     for _ in range(steps):
         way = onto.along(nodes, _direction(slope, known) * moving[:, None])
         down = float((way * slope).sum())
-        longest = float(np.linalg.norm(way, axis=1).max(initial=0.0))
-        if not (down < 0.0 and longest > 0.0):
+        if down > -SETTLED * value:
             if not known:
                 break
             known.clear()
             continue
-        part = min(1.0, FARTHEST / longest)
-        if not known:
-            part = FARTHEST / longest
+        longest = float(np.linalg.norm(way, axis=1).max())
+        part = min(1.0, FARTHEST / longest) if known else FARTHEST / longest
         least = SHORTEST * part
         while part >= least:
             there = nodes + part * spacing * way
