@@ -20,8 +20,9 @@ SHORTEST = 1e-3
 ENOUGH = 1e-4
 """Part of the descent by the slope that a step has to bring."""
 
-SETTLED = 1e-7
-"""Part of the distortion below which a step would bring nothing but roundings."""
+SETTLED = 0.5
+"""The steepest slope at a node, per spacing, below which descent ends: from there on roundings would grow, and cells hardly
+change."""
 
 BACK = 2
 """Gauss-Newton steps back onto the surface after a step along it."""
@@ -46,11 +47,11 @@ def descend(
     value, slope = look(nodes)
     known: list[tuple[np.ndarray, np.ndarray]] = []
     for _ in range(steps):
+        if np.abs(slope).max(initial=0.0) < SETTLED:
+            break
         way = onto.along(nodes, _direction(slope, known) * moving[:, None])
         down = float((way * slope).sum())
-        if down > -SETTLED * value:
-            if not known:
-                break
+        if not down < 0.0:
             known.clear()
             continue
         longest = float(np.linalg.norm(way, axis=1).max())
