@@ -187,7 +187,8 @@ def local_lengths(mesh: Mesh) -> np.ndarray:
         slope = np.stack([(2.0 * corner[:, k] - 1.0) * np.delete(factor, k, 1).prod(1) for k in range(dim)], 1)
         jacobian = np.einsum("cka,kb->cab", cells, slope)
         det = np.linalg.det(jacobian)
-        mean += np.einsum("kb,cba->cka", slope, np.linalg.inv(jacobian)) * det[:, None, None]
+        inverse = np.asarray(np.linalg.inv(jacobian), float)
+        mean += np.einsum("kb,cba->cka", slope, inverse) * det[:, None, None]
         total += det
     gradient = mean / total[:, None, None]
     spread = np.einsum("cka,ckb->cab", gradient, gradient)

@@ -68,7 +68,7 @@ class Triangles:
 
 def area_vectors(corners: np.ndarray) -> np.ndarray:
     """Outward area vectors (f, 3) [m^2] of triangles (f, 3, 3) [m]."""
-    return 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return np.asarray(0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), float)
 
 
 def _closest(points: np.ndarray, corners: np.ndarray, normals: np.ndarray) -> np.ndarray:
