@@ -19,11 +19,11 @@ FIRST = 1e-3
 def side_neighbours(sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Pairs of sides (m, 2^(dim-1)) that share an edge, in 2D a node, in both directions."""
     many, corners = sides.shape
-    if corners == 2:
-        edges, own = sides.reshape(-1, 1), np.repeat(np.arange(many), 2)
-    else:
+    # In 2D a side has as many nodes as ends, in 3D as many as edges.
+    own = np.asarray(np.arange(many * corners) // corners, int)
+    edges = sides.reshape(-1, 1)
+    if corners == 4:
         edges = np.sort(sides[:, [[0, 1], [1, 3], [3, 2], [2, 0]]].reshape(-1, 2), axis=1)
-        own = np.repeat(np.arange(many), 4)
     key = edges[:, 0].astype(np.int64) * (int(sides.max(initial=0)) + 1) + edges[:, -1]
     order = np.argsort(key, kind="stable")
     same = np.flatnonzero(key[order][1:] == key[order][:-1])
@@ -35,7 +35,7 @@ def label_sides(body: Outline, centres: np.ndarray, normals: np.ndarray, sides: 
     """The patches of sides with `centres` and unit `normals` (m, dim), (m,) int: the nearest that faces the same way, and
     not that of a side alone among others, at which two corners would fall into one."""
     cost = np.stack([_cost(body, patch, centres, normals) for patch in range(len(body.patches))], 1)
-    label = cost.argmin(1)
+    label: np.ndarray = cost.argmin(1)
     side, beside = side_neighbours(sides)
     most = 0 if sides.shape[1] == 2 else 1
     for turn in range(ROUNDS):
@@ -57,4 +57,5 @@ def _cost(body: Outline, patch: int, centres: np.ndarray, normals: np.ndarray) -
     gradient = body.patches[patch].surface.height(centres)[1]
     facing = (gradient * normals).sum(1) / np.maximum(np.linalg.norm(gradient, axis=1), 1e-12)
     distance = body.distance(patch, centres, 4.0 * body.spacing) / body.spacing
-    return np.round(np.minimum(distance, 1e3) + TURN * (1.0 - facing), 6)
+    cost: np.ndarray = np.minimum(distance, 1e3) + TURN * (1.0 - facing)
+    return cost.round(6)

@@ -88,6 +88,6 @@ def _fitting(planes: np.ndarray, areas: np.ndarray, spacing: float) -> np.ndarra
         return planes
     apart = (planes[:, None] - planes) / spacing
     alike = np.abs(apart - np.rint(apart)) <= FIT * np.maximum(np.abs(apart), 1.0)
-    total = np.round(alike @ areas / areas.sum(), 9)
+    total: np.ndarray = (alike @ areas / areas.sum()).round(9)
     chosen = np.sort(planes[alike[total.argmax()]])
     return chosen[np.diff(chosen, prepend=-np.inf) > 0.5 * spacing]

@@ -22,7 +22,8 @@ def least_motion(heights: np.ndarray, gradients: np.ndarray) -> np.ndarray:
     if heights.shape[1] == 1:
         return -gradients[:, 0] * heights / np.maximum((gradients[:, 0] ** 2).sum(1, keepdims=True), SINGULAR)
     squares = np.einsum("nkd,njd->nkj", gradients, gradients) + SINGULAR * np.eye(heights.shape[1])
-    return -np.einsum("nkd,nk->nd", gradients, np.linalg.solve(squares, heights[..., None])[..., 0])
+    parts = np.asarray(np.linalg.solve(squares, heights[..., None]), float)[..., 0]
+    return -np.einsum("nkd,nk->nd", gradients, parts)
 
 
 def to_all(points: np.ndarray, patches: list[Patch], spacing: float) -> tuple[np.ndarray, np.ndarray]:
