@@ -8,6 +8,7 @@ a body flies or turns almost undeformed, that is no measure: a twentieth of its 
 
 # pyright: strict
 
+import json
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -15,6 +16,7 @@ from typing import TypedDict
 
 import numpy as np
 
+from wsph.contact.watch import Watch
 from wsph.errors import Unstable
 from wsph.simulation.composition import BodyRun
 from wsph.simulation.diagnostics import BodySums
@@ -139,11 +141,12 @@ class CheckFacts(TypedDict):
 class Checks:
     """The finite check, the energy stop and their warnings."""
 
-    def __init__(self, bodies: Sequence[BodyRun], timeline: Timeline, energy: float):
-        """`energy`: the part of the largest energy seen that may be created before a run is stopped."""
+    def __init__(self, bodies: Sequence[BodyRun], timeline: Timeline, energy: float, touching: set[frozenset[str]]):
+        """`energy`: the part of the largest energy seen that may be created before a run is stopped; `touching`: the pairs
+        of bodies that contact keeps apart."""
         self._bodies, self._timeline, self._stop = bodies, timeline, energy
         self._largest, self._warned = 0.0, False
-        self.findings = Findings(bodies)
+        self.findings, self.watch = Findings(bodies), Watch(bodies, touching)
 
     def finite(self, step: int, sums: Sequence[BodySums]) -> None:
         """Raise Unstable where a state is not finite, a particle is turned inside out, or the formulation finds a fault."""
@@ -153,6 +156,25 @@ class Checks:
                 raise unstable(self._timeline, step, run, name, what, each.bad, run.system.position[each.bad])
             if fault := run.system.fault():
                 raise unstable(self._timeline, step, run, "displacement", fault)
+
+    def apart(self, step: int) -> None:
+        """Warn of bodies that have run into each other; raise Unstable where contact was to keep them apart."""
+        for met in self.watch.look(step, self._timeline.dt):
+            one, other = self._bodies[met.one], self._bodies[met.other]
+            place = ", ".join(f"{x:.4g}" for x in met.place)
+            names = [self._bodies[k].body.name for k in sorted((met.one, met.other))]
+            if met.named:
+                what = (
+                    f"it is inside of body {other.body.name!r}, which it has passed through or merged with, and contact pushes it"
+                    ' the wrong way: use a smaller step or spacing, law = "penalty", or a larger contact.stiffness'
+                )
+                raise unstable(self._timeline, step, one, "contact", what, met.particle, met.place)
+            if step == 0:
+                continue  # They overlap from the start, which has been said.
+            warn(
+                f"step {step}, t = {self._timeline.time(step):.4g} s: bodies {names[0]!r} and {names[1]!r} run into each other at"
+                f" ({place}) m and pass through each other: nothing acts between them; write [[contact]] between = {json.dumps(names)}"
+            )
 
     def energy(self, step: int, account: Account) -> Unstable | None:
         """The error that stops the run where more energy was created than it allows, or None. Warns earlier, and of a loss
