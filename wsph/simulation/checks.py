@@ -18,13 +18,18 @@ import numpy as np
 
 from wsph.contact.watch import Watch
 from wsph.errors import Unstable
+from wsph.plugins import integrators
 from wsph.simulation.composition import BodyRun
 from wsph.simulation.diagnostics import BodySums
 from wsph.simulation.ledger import HELD, Account
 from wsph.simulation.timeline import Timeline
+from wsph.stability.limit import SLACK
 
 ENERGY_WARNING, LOSS_WARNING, ENERGY_AFTER = 0.02, 0.10, 20
 """Parts of the largest energy seen beyond which created and lost energy are warned of; steps before the first look."""
+
+
+_SWINGS = "energy swings and does not grow, as that of motions which few steps resolve: use a smaller run.cfl"
 
 
 def warn(text: str) -> None:
@@ -145,7 +150,7 @@ class Checks:
         """`energy`: the part of the largest energy seen that may be created before a run is stopped; `touching`: the pairs
         of bodies that contact keeps apart."""
         self._bodies, self._timeline, self._stop = bodies, timeline, energy
-        self._largest, self._warned = 0.0, False
+        self._largest, self._warned, self._swung = 0.0, False, False
         self.findings, self.watch = Findings(bodies), Watch(bodies, touching)
 
     def finite(self, step: int, sums: Sequence[BodySums]) -> None:
@@ -184,15 +189,26 @@ class Checks:
         total, work = account.total, account.work
         self._largest = max(self._largest, abs(total), abs(work))
         created = (total - work) / self._largest if self._largest > 0.0 else 0.0
-        if created > self._stop:
+        swing = self._swing() / self._largest if created > ENERGY_WARNING else 0.0
+        if created - swing > self._stop:
             what = f"energy was created: {100 * created:.3g} % of the largest seen, beyond stop.energy = {self._stop:g}"
             return unstable(self._timeline, step, self._bodies[0], "energy", what)
-        if created > ENERGY_WARNING and not self._warned:
+        if created - swing > ENERGY_WARNING and not self._warned:
             self._warned = True
             warn(f"step {step}: energy was created, {100 * created:.3g} % of the largest seen")
+        elif created > self._stop and not self._swung:
+            self._swung = True
+            warn(f"step {step}: {_SWINGS}; now by {100 * created:.3g} % of the largest seen")
         if step == self._timeline.last and -created > LOSS_WARNING:
-            warn(f"energy was lost by the end, {-100 * created:.3g} % of the largest seen: numerical dissipation")
+            keeps = all(integrators.keeps(run.integrator) for run in self._bodies)
+            why = _SWINGS if keeps else "numerical dissipation"
+            warn(f"energy was lost by the end, {-100 * created:.3g} % of the largest seen: {why}")
         return None
+
+    def _swing(self) -> float:
+        """Energy that the states hold above what the methods keep, nondimensional, where their steps are stable."""
+        stable = (run for run in self._bodies if run.limit is not None and run.courant <= run.limit * (1.0 + SLACK))
+        return sum(integrators.oscillation(run.integrator) for run in stable)
 
     def kept(self) -> CheckFacts:
         """The numbers that a checkpoint holds of the checks."""
