@@ -255,12 +255,10 @@ class Interaction(Protocol):
 
 
 class Dimensioned(Protocol):
-    """Where a body is."""
+    """Where a body is: in 1, 2 or 3 dimensions."""
 
     @property
-    def dim(self) -> int:
-        """1, 2 or 3."""
-        ...
+    def dim(self) -> int: ...
 
 
 class Stability(Protocol):
@@ -330,7 +328,8 @@ class LawForm(Protocol):
 
 
 class OneSet(Stability, Protocol):
-    """A body as integrators on one set of particles see it: calls over flat states, which are launches alone."""
+    """A body as integrators on one set of particles see it: calls over flat states, which are launches alone. Between steps
+    `kinetic` is sum m |v|^2/2 over the free components of a state's velocity, on the host."""
 
     @property
     def state(self) -> AnyState:
@@ -354,7 +353,7 @@ class OneSet(Stability, Protocol):
 
     @property
     def moved(self) -> bool:
-        """Whether a velocity other than zero is prescribed anywhere."""
+        """Whether a velocity other than zero is prescribed."""
         ...
 
     @property
@@ -401,6 +400,8 @@ class OneSet(Stability, Protocol):
     def project(self, state: AnyState) -> None:
         """Bring the stresses back to where the law allows them."""
         ...
+
+    def kinetic(self, state: AnyState) -> float: ...
 
     def accept(self, state: AnyState) -> None:
         """Close the step: the last call, on a state that has not been imposed on since it was advanced."""

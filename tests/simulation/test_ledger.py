@@ -125,3 +125,41 @@ def test_the_work_of_gravity_is_that_of_its_potential(integrator: str) -> None:
     fallen = 0.05 * result.time**2
     assert result.summary["energy"]["external_work"] == pytest.approx(0.1 * fallen, rel=1e-12)
     assert result.summary["energy"]["kinetic"] == pytest.approx(0.1 * fallen, rel=1e-12)
+
+
+def shaken(form: str, integrator: str, part: float, **run: Any) -> wsph.Scene:
+    """A free block whose velocities differ from particle to particle, at a part of the limit of its step."""
+    made = scenes.body(scenes.box(0.6, 0.7), 0.1, velocity=[f"1e-4*sin(997.1*x+{k}+1313.7*y)" for k in (0, 1)])
+    keys = {"integrator": integrator, "formulation": form, "end": 1000.0}
+    limit = wsph.compose(scenes.scene(made, run=keys | {"cfl": 0.1})).bodies[0].limit
+    return scenes.scene(made, run=keys | {"cfl": part * (limit or 0.0), **run}, output={"history": 100})
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_energy_that_swings_stops_no_run(form: str) -> None:
+    """Leapfrog near its limit: the energy of the fastest modes is off by as much as they are resolved too coarsely, and
+    stays bounded."""
+    with pytest.warns(RuntimeWarning, match="energy swings and does not grow"):
+        found = wsph.run(shaken(form, "leapfrog", 0.999)).history
+    assert found["step"][-1] > 5000
+    total = sum(found[name] for name in ENTRIES) / found["external_work"][0]
+    first, last = np.split(total[1:], [len(total) // 2])
+    assert 1.1 < total.max() < 2.0
+    assert last.max() < 1.2 * first.max()
+
+
+@pytest.mark.parametrize("form", ["stress-points", "total-lagrangian"])
+def test_what_lf4_seems_to_lose_near_its_limit_is_no_dissipation(form: str) -> None:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        wsph.run(shaken(form, "lf4", 0.999, end=400.0))
+    assert not any("dissipation" in str(each.message) for each in caught)
+
+
+@pytest.mark.filterwarnings("ignore:.*energy was created", "ignore:.*stability limit")
+@pytest.mark.parametrize("form", FORMS)
+def test_energy_that_grows_stops_a_run_at_once(form: str) -> None:
+    """A hundredth beyond the limit: as soon as a tenth has been created, whatever leapfrog's own oscillation is."""
+    with pytest.raises(wsph.Unstable, match="energy was created: .* beyond stop.energy = 0.1") as caught:
+        wsph.run(shaken(form, "leapfrog", 1.01, guard="off"))
+    assert caught.value.step < 300

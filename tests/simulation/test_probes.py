@@ -53,6 +53,7 @@ def test_the_density_is_for_frames(shock_bar: wsph.Scene) -> None:
         wsph.run(shock_bar.with_(probes=[{"name": "d", "at": [[0.5]], "fields": ["density"]}]))
 
 
+@pytest.mark.filterwarnings("ignore:bodies 'bar' and 'twin' overlap")
 def test_a_probe_that_lies_in_two_bodies_has_to_name_one(shock_bar: wsph.Scene) -> None:
     data = shock_bar.with_(end="0.1 ms").data()
     data["bodies"].append(json.loads(json.dumps(data["bodies"][0])) | {"name": "twin"})

@@ -246,6 +246,11 @@ class OneSetSystem(System):
         for part in self.attached.values():
             part.advance()
 
+    def kinetic(self, state: State) -> float:
+        """sum m |v|^2/2 over the free components of a state's velocity, nondimensional (a copy)."""
+        v = state.read("velocity") * self.free_components.reshape(-1, self.space.dim)
+        return 0.5 * self.density * float(self.volume @ (v**2).sum(1))
+
     def close(self) -> None:
         state = self._accepted or self.state
         self._prescribed.close(state, self.clock)

@@ -53,6 +53,17 @@ def fresh(integrator: Integrator) -> bool:
     return getattr(integrator, "fresh", False)
 
 
+def oscillation(integrator: Integrator) -> float:
+    """What the energy of a state is above that which the method keeps in stable steps, nondimensional: 0 where it says
+    nothing of it."""
+    return getattr(integrator, "oscillation")() if hasattr(integrator, "oscillation") else 0.0  # noqa: B009
+
+
+def keeps(integrator: Integrator) -> bool:
+    """Whether the method keeps the energy of undamped bodies, but for oscillations that are bounded."""
+    return getattr(integrator, "symplectic", False)
+
+
 def limit(integrator: Integrator) -> tuple[float | None, str]:
     """The largest stable Courant number, None where it declares none, and where it comes from."""
     if hasattr(integrator, "limit"):

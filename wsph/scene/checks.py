@@ -41,10 +41,14 @@ def between_tables(scene: SceneTables) -> Iterator[Fault]:
     for k, condition in enumerate(scene.boundary):
         yield from _body_name_fault(condition.body, names, f"boundary.{k}.body")
         yield from _boundary_faults(scene, condition, f"boundary.{k}")
+    pairs = [frozenset(contact.names) for contact in scene.contact]
     for k, contact in enumerate(scene.contact):
+        key = f"contact.{k}." + ("self" if contact.between is None else "between")
         for name in contact.names:
-            key = f"contact.{k}." + ("self" if contact.between is None else "between")
             yield from _body_name_fault(name, names, key)
+        if pairs.index(pairs[k]) != k:
+            which = " and ".join(map(repr, contact.names))
+            yield Fault(0, key, f"{which} stand in contact.{pairs.index(pairs[k])} already; they would push twice")
     for axis in scene.gravity:
         if axis not in AXES[: scene.dim]:
             yield Fault(0, f"gravity.{axis}", f"is none of {', '.join(AXES[: scene.dim])}")

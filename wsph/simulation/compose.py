@@ -9,10 +9,12 @@ its material can take.
 # pyright: strict
 # pyright: reportUnknownArgumentType=false
 
+import json
 import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import cast
 
 import numpy as np
@@ -24,6 +26,7 @@ from wsph.backend.space import Space
 from wsph.constitutive.constitutive import Constitutive
 from wsph.constitutive.moduli import warn_of_lost_digits, wave_speed
 from wsph.constitutive.stress_state import STRESS_STATES, StressState
+from wsph.contact.overlap import Solid, overlapping
 from wsph.contact.table import interactions
 from wsph.errors import Fault, PluginError, Refused, SceneError
 from wsph.expressions import Expression
@@ -69,6 +72,7 @@ def _compose(scene: Scene) -> Composition:
     time_step = given_step(scene.run, scales.time, device, method.who)
     setting = Setting(scene, method, scales)
     bodies = [_body_run(setting, each, space, time_step) for each in bare]
+    _part(scene, bodies)
     between = interactions(scene, bodies, space, scales, time_step.clock)
     _push(bodies, between)
     settle(time_step, bodies, scales.time, method.who)
@@ -252,6 +256,27 @@ def _start(scene: Scene, body: Body, system: System, scales: Scales) -> None:
     if not np.isfinite(system.state.buffer.numpy()).all():
         raise Refused(f"body {body.name!r}: its initial velocity, or a value prescribed at t = 0, is not finite")
     system.start_works()
+
+
+def _part(scene: Scene, bodies: Sequence[BodyRun]) -> None:
+    """Warn of bodies that overlap at the start. Raises Refused where contact is to keep them apart."""
+    touching = {frozenset(contact.names) for contact in scene.contact}
+    solids = [Solid(run.system.lattice, at_nodes=True) for run in bodies] if len(bodies) > 1 else []
+    for (one, solid), (other, beside) in combinations(zip(bodies, solids, strict=False), 2):
+        place = overlapping(solid, beside)
+        if place is None:
+            continue
+        names = one.body.name, other.body.name
+        where = (
+            f"bodies {names[0]!r} and {names[1]!r} overlap at ({', '.join(f'{x:.4g}' for x in place)}) m from the start"
+        )
+        if frozenset(names) in touching:
+            raise Refused(f"{where}: contact keeps apart what is apart; move or shorten one of them")
+        warnings.warn(
+            f"{where}: nothing acts between them; move one, or write [[contact]] between = {json.dumps(names)} where they are to touch",
+            RuntimeWarning,
+            stacklevel=4,
+        )
 
 
 def _push(bodies: Sequence[BodyRun], between: Sequence[Interaction]) -> None:

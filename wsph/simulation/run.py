@@ -95,7 +95,8 @@ class Simulation:
             [run.system.ledger for run in bodies], [interaction.ledger for interaction in composition.interactions]
         )
         self._control = StepControl(composition)
-        self._checks = Checks(bodies, self._timeline, scene.stop.energy)
+        touching = {frozenset(contact.names) for contact in scene.contact}
+        self._checks = Checks(bodies, self._timeline, scene.stop.energy, touching)
         self._records = Records(composition, self._ledger.columns, self._folder)
         self._checkpoints = Checkpoints(
             composition, self._folder, self._ledger, self._checks, self._control, self._records
@@ -144,6 +145,7 @@ class Simulation:
         due = [self._timeline.last, *self._records.due(), *self._checkpoints.due()]
         if self._control.adapts:
             due.append(self._control.look)
+        due.append(self._checks.watch.due)
         most = RING if self._composition.program.batched else CHECK_STEPS
         return min(min(each for each in due if each > step) - step, most)
 
@@ -167,6 +169,7 @@ class Simulation:
                 run.system.refresh(run.system.state)
         sums = [run.diagnostics.measure(run.system.state) for run in bodies]
         self._checks.finite(step, sums)
+        self._checks.apart(step)
         account = self._ledger.account(sums) if step > 0 else self._ledger.open(sums)
         self._control.check_limits(step, sums)
         stop = self._checks.energy(step, account)
