@@ -2,6 +2,8 @@
 
 # pyright: strict
 
+from pathlib import Path
+
 import numpy as np
 
 from wsph.errors import Fault, Refused, SceneError
@@ -72,7 +74,7 @@ def _from_file(scene: Scene, body: Body, key: str, formulation: Formulation) -> 
     if any(body.name in contact.names for contact in scene.contact):
         raise Refused(f"body {body.name!r}: contact between balls needs particles of equal size, which a mesh has not")
     try:
-        return meshed(read_mesh(scene.folder / table.file, scene.dim, table.scale, table.part))
+        return meshed(read_mesh(Path(table.file), scene.dim, table.scale, table.part))
     except OSError as error:
         raise SceneError("scene", [Fault(0, f"{key}.mesh.file", str(error))]) from None
     except ValueError as error:

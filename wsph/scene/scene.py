@@ -9,7 +9,6 @@ scene names are the only plugins imported.
 
 import copy
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from pydantic import PrivateAttr, ValidationError
@@ -52,11 +51,6 @@ class Scene(SceneTables):
     def located(self, error: SceneError) -> SceneError:
         """A fault found later, with this scene's file and the lines of its keys."""
         return SceneError(self._source, [Fault(line_of(self._lines, f.key), f.key, f.message) for f in error.faults])
-
-    @property
-    def folder(self) -> Path:
-        """Where files that it names are looked for: beside its own, or in the working folder."""
-        return Path(self._source).parent if self._source != "scene" else Path()
 
     def read_from(self, source: str, lines: Mapping[str, int]) -> None:
         """Say where it was read: the file, and the lines of its keys."""

@@ -170,8 +170,8 @@ def _spaced(value: float | tuple[float, ...] | None, info: ValidationInfo) -> fl
 
 
 class MeshFile(Model):
-    """Cells from a `file`, beside the scene's unless the path is absolute, whose lengths are in units of `scale`; `part`: of
-    its groups of cells this one alone."""
+    """Cells from a `file`, looked for beside the scene, whose lengths are in units of `scale`; `part`: of its groups of
+    cells this one alone."""
 
     file: Annotated[str, Field(min_length=1)]
     scale: Annotated[float, Unit("m", gt=0)] = 1.0
