@@ -26,7 +26,7 @@ class Traits:
     """Support by default [spacings]."""
     supports: tuple[float, float] = (0.0, 4.0)
     """Smallest and largest support that a scene may name [spacings]: beyond them a linear motion has no uniform stress
-    beside the faces, or nobody has looked. Particles that see too few others have a refusal of their own."""
+    beside the faces, or nobody has looked."""
     needs_rate: bool = False
     """Whether a material has to give a rate law."""
     small_strain: bool = False

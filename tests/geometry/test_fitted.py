@@ -24,7 +24,7 @@ from tests.geometry.fitted_quality import (
 from tests.scenes import box, shape
 from wsph.geometry.fitted.fit import fit
 from wsph.geometry.lattice import lattice
-from wsph.geometry.mesh import Mesh
+from wsph.geometry.meshes.mesh import Mesh
 
 STRAIGHT = ("box at 30", "box at 45", "triangle of 60", "wedge of 30", "L at 20", "hexagon", "star of 10")
 SHARP = ("star of 10", "cylinder, turned", "plate with boss", "bracket")

@@ -20,7 +20,7 @@ from wsph.geometry.fitted.planning import plan_layers
 from wsph.geometry.fitted.projection import Projection
 from wsph.geometry.fitted.relax.smoothing import smoothed
 from wsph.geometry.fitted.walls import check_walls
-from wsph.geometry.mesh import Mesh
+from wsph.geometry.meshes.mesh import Mesh
 from wsph.geometry.shapes.combined import Shape
 
 
