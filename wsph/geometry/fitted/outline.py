@@ -89,7 +89,7 @@ def outline(shape: Shape, spacing: float) -> Outline:
     whole: list[bool] = []
     for patch in shape.patches():
         area = float(patch.surface.samples(spacing)[1].sum())
-        step = min(0.5 * spacing, area ** (1.0 / (shape.dim - 1)) / SAMPLES)
+        step = min(0.5 * spacing, area ** (1.0 / max(shape.dim - 1, 1)) / SAMPLES)
         found, share = patch.surface.samples(step)
         normal = np.array(patch.surface.height(found)[1])
         on = on_surface(shape, found, normal, OFF * spacing)
