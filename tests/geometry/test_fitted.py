@@ -175,6 +175,11 @@ class TestRefused:
         with pytest.raises(ValueError, match=message):
             fit(shape(**data), spacing)
 
+    def test_with_the_place_after_the_rotation(self) -> None:
+        hole = {"type": "disc", "name": "hole", "center": [0.45, 0.5], "radius": 0.2}
+        with pytest.raises(ValueError, match=r"the wall at \[0.5\d*, 0.87\d*\] m, between hole and box-1/-x"):
+            fit(shape(type="difference", shapes=[box(1.0, 1.0), hole], rotate=-90.0), 0.1)
+
     def test_not_where_the_grid_meets_both_sides_of_a_wall(self) -> None:
         """A plate of two rows of cells with a hole through it."""
         hole = {"type": "cylinder", "name": "hole", "from": [0.5, 0.5, -1.0], "to": [0.5, 0.5, 1.0], "radius": 0.2}

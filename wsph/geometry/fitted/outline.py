@@ -56,6 +56,11 @@ class Outline:
         )
         return total / self.shape.dim
 
+    def place(self, point: np.ndarray) -> str:
+        """A position (dim,) [m], given before the rotation of the shape, as messages tell it, after the rotation."""
+        there = self.shape.middle + self.shape.axes @ (point - self.shape.middle)
+        return f"{[float(f'{x:.4g}') + 0.0 for x in there]} m"
+
     def distance(self, patch: int, points: np.ndarray, reach: float) -> np.ndarray:
         """Distances (n,) [m] of `points` (n, dim) to the part of a patch on the surface, perhaps infinite beyond `reach`
         [m]."""
