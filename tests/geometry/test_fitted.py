@@ -111,6 +111,14 @@ def test_planes_off_the_grid_get_a_layer() -> None:
     assert local_lengths(mesh).min() > 0.07
 
 
+@pytest.mark.parametrize("turned", [0.0, 10.0])
+def test_sides_in_one_line_meet_where_they_do(turned: float) -> None:
+    points = ((0.0, 0.0), (0.43, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
+    mesh = fit(shape(**polygon(*points, turned=turned)), 0.1)
+    assert patch_areas(mesh)["side-1"] == pytest.approx(0.43, rel=1e-12)
+    assert local_lengths(mesh).min() > 0.05
+
+
 def test_a_turned_shape_has_the_cells_turned() -> None:
     case = BODIES["hole in plate"]
     turned = shape(**case.shape, rotate=30.0)
