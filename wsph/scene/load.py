@@ -8,12 +8,14 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from wsph.errors import Fault, SceneError
+from wsph.scene.files import find_files
 from wsph.scene.lines import line_of, lines
 from wsph.scene.scene import Scene, apply_override
 
 
 def load(path: str | Path, overrides: Mapping[str, object] | None = None) -> Scene:
-    """Read and validate a scene file. Raises SceneError with every fault, its line and key."""
+    """Read and validate a scene file; files that its bodies name are looked for beside it first. Raises SceneError with every
+    fault, its line and key."""
     source = str(path)
     try:
         text = Path(path).read_text(encoding="utf-8-sig")
@@ -31,6 +33,7 @@ def load(path: str | Path, overrides: Mapping[str, object] | None = None) -> Sce
     try:
         for key, value in (overrides or {}).items():
             apply_override(data, key, value)
+        find_files(data.get("bodies"), Path(path).parent)
         scene = Scene(**data)
     except SceneError as error:
         found = [Fault(line_of(where, f.key), f.key, f.message) for f in error.faults]

@@ -74,7 +74,7 @@ def area_vectors(corners: np.ndarray) -> np.ndarray:
 def _closest(points: np.ndarray, corners: np.ndarray, normals: np.ndarray) -> np.ndarray:
     """The points of triangles (n, 3, 3), each with its unit normal (n, 3), nearest to points (n, 3)."""
     foot = points - ((points - corners[:, 0]) * normals).sum(1)[:, None] * normals
-    within, found, least = np.ones(len(points), bool), foot.copy(), np.full(len(points), np.inf)
+    within, found, least = np.ones(len(points), bool), np.empty_like(foot), np.full(len(points), np.inf)
     for k in range(3):
         start, way = corners[:, k], corners[:, (k + 1) % 3] - corners[:, k]
         within &= (np.cross(way, foot - start) * normals).sum(1) >= 0.0
@@ -83,4 +83,5 @@ def _closest(points: np.ndarray, corners: np.ndarray, normals: np.ndarray) -> np
         apart = ((points - on) ** 2).sum(1)
         nearer = apart < least
         found[nearer], least[nearer] = on[nearer], apart[nearer]
-    return np.where(within[:, None], foot, found)
+    found[within] = foot[within]
+    return found
