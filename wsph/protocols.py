@@ -26,7 +26,7 @@ class Traits:
     """Support by default [spacings]."""
     supports: tuple[float, float] = (0.0, 4.0)
     """Smallest and largest support that a scene may name [spacings]: beyond them a linear motion has no uniform stress
-    beside the faces, or nobody has looked. Particles that see too few others have a refusal of their own."""
+    beside the faces, or nobody has looked."""
     needs_rate: bool = False
     """Whether a material has to give a rate law."""
     small_strain: bool = False
@@ -401,7 +401,9 @@ class OneSet(Stability, Protocol):
         """Bring the stresses back to where the law allows them."""
         ...
 
-    def kinetic(self, state: AnyState) -> float: ...
+    def kinetic(self, state: AnyState) -> float:
+        """Kinetic energy of a state, nondimensional (a copy from the device)."""
+        ...
 
     def accept(self, state: AnyState) -> None:
         """Close the step: the last call, on a state that has not been imposed on since it was advanced."""
@@ -414,7 +416,6 @@ class TwoSets(Protocol):
     @property
     def state(self) -> AnyState:
         """What a step advances, at the real particles."""
-        ...
 
     @property
     def space(self) -> Dimensioned:
@@ -428,24 +429,18 @@ class TwoSets(Protocol):
 
     def new(self, where: str = "real") -> AnyState:
         """A state, zero but for the internals' initial values, at the "real" or at the "virtual" particles."""
-        ...
 
     def half_step(self, source: AnyState, out: AnyState, weight: float) -> None:
         """Virtual `out` = interpolated real `source` + weight dt times the rate there."""
-        ...
 
     def rate(self, source: AnyState, out: AnyState, *, imposed: AnyState, weight: float) -> None:
         """Real `out` += weight dt times the rate from virtual `source`, prescribed components taken from `imposed`."""
-        ...
 
     def impose(self, state: AnyState, c: float | tuple[float, float]) -> None:
         """Set the prescribed values at t + c dt; (0, 1) is the mean of both ends of the step."""
-        ...
 
     def project(self, state: AnyState) -> None:
         """Bring the stresses back to where the law allows them."""
-        ...
 
     def accept(self, state: AnyState) -> None:
         """Close the step: the last call, on a state that has not been imposed on since it was advanced."""
-        ...

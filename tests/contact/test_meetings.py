@@ -100,3 +100,32 @@ def test_touching_bodies_that_fly_together_do_not_meet() -> None:
 def test_a_pair_that_is_named_twice_is_refused(again: dict[str, Any]) -> None:
     with pytest.raises(SceneError, match=r"contact.1.between: .* stand in contact.0 already; they would push twice"):
         two(2, 0.5, 0.0, contact=[{"between": ["a", "b"]}, again])
+
+
+@pytest.mark.parametrize("shape", ["disc", "sphere"])
+def test_round_bodies_are_named_where_they_overlap_and_when_they_meet(shape: str) -> None:
+    """Their cells are of no grid; that they touch at the start is no overlap."""
+    dim = 2 if shape == "disc" else 3
+    state = {"state": "strain"} if dim == 2 else {}
+
+    def pair(gap: float, speed: float) -> wsph.Scene:
+        bodies = [
+            {"name": name, "shape": {"type": shape, "center": [x, *[0.0] * (dim - 1)], "radius": 0.5}, "spacing": 0.125,
+             "velocity": [v, *[0.0] * (dim - 1)], "material": scenes.material(), **state}
+            for name, x, v in (("a", 0.0, speed), ("b", 1.0 + gap, -speed))
+        ]  # fmt: skip
+        return wsph.Scene(
+            schema=1,
+            dim=dim,
+            run={"integrator": "leapfrog", "end": 1.0, "cfl": 0.5},
+            bodies=bodies,
+            stop={"energy": 1e9},
+        )
+
+    with pytest.warns(RuntimeWarning, match="bodies 'a' and 'b' overlap at"):
+        compose(pair(-0.1, 0.0))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        compose(pair(0.0, 0.0))
+    with pytest.warns(RuntimeWarning, match=WORDS):
+        wsph.run(pair(0.1, 0.4), throw=False)

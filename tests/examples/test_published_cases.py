@@ -43,6 +43,11 @@ def test_the_struck_beam_of_finite_elements_is_the_one_that_was_computed() -> No
         assert round(list(table[f"{speed:g} m/s"].values())[-1], 2) == found
 
 
+def test_the_clamped_block_of_finite_elements_is_the_one_that_was_computed() -> None:
+    table = json.loads((Path(__file__).resolve().parents[1] / "references" / "beam_modes.json").read_text())
+    assert table["block, 10 x 1 x 1"]["omega"] == pytest.approx(oracles.BLOCK_FREQUENCY, rel=1e-6)
+
+
 def test_a_name_that_is_none() -> None:
     with pytest.raises(WsphError, match="no case is named 'shockbar'; did you mean 'shock-bar'"):
         list(validate(["shockbar"]))

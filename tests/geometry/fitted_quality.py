@@ -25,7 +25,7 @@ from examples.bracket import bracket, write_stl
 from tests.scenes import Data, box, shape
 from wsph.geometry.cells import cell_volumes, edge_ends
 from wsph.geometry.fitted.fit import fit
-from wsph.geometry.mesh import Mesh
+from wsph.geometry.meshes.mesh import Mesh
 
 
 @dataclass(frozen=True)

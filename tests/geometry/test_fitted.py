@@ -24,7 +24,7 @@ from tests.geometry.fitted_quality import (
 from tests.scenes import box, shape
 from wsph.geometry.fitted.fit import fit
 from wsph.geometry.lattice import lattice
-from wsph.geometry.mesh import Mesh
+from wsph.geometry.meshes.mesh import Mesh
 
 STRAIGHT = ("box at 30", "box at 45", "triangle of 60", "wedge of 30", "L at 20", "hexagon", "star of 10")
 SHARP = ("star of 10", "cylinder, turned", "plate with boss", "bracket")
@@ -111,6 +111,14 @@ def test_planes_off_the_grid_get_a_layer() -> None:
     assert local_lengths(mesh).min() > 0.07
 
 
+@pytest.mark.parametrize("turned", [0.0, 10.0])
+def test_sides_in_one_line_meet_where_they_do(turned: float) -> None:
+    points = ((0.0, 0.0), (0.43, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
+    mesh = fit(shape(**polygon(*points, turned=turned)), 0.1)
+    assert patch_areas(mesh)["side-1"] == pytest.approx(0.43, rel=1e-12)
+    assert local_lengths(mesh).min() > 0.05
+
+
 def test_a_turned_shape_has_the_cells_turned() -> None:
     case = BODIES["hole in plate"]
     turned = shape(**case.shape, rotate=30.0)
@@ -174,6 +182,11 @@ class TestRefused:
     def test_with_the_place_and_the_reason(self, data: dict, spacing: float, message: str) -> None:
         with pytest.raises(ValueError, match=message):
             fit(shape(**data), spacing)
+
+    def test_with_the_place_after_the_rotation(self) -> None:
+        hole = {"type": "disc", "name": "hole", "center": [0.45, 0.5], "radius": 0.2}
+        with pytest.raises(ValueError, match=r"the wall at \[0.5\d*, 0.87\d*\] m, between hole and box-1/-x"):
+            fit(shape(type="difference", shapes=[box(1.0, 1.0), hole], rotate=-90.0), 0.1)
 
     def test_not_where_the_grid_meets_both_sides_of_a_wall(self) -> None:
         """A plate of two rows of cells with a hole through it."""

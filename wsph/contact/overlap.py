@@ -13,7 +13,10 @@ from itertools import product
 
 import numpy as np
 
-from wsph.geometry.lattice import Lattice
+from wsph.contact.mesh_solid import MeshSolid
+from wsph.geometry.geometry import Geometry
+from wsph.geometry.lattice import Lattice, on_grid
+from wsph.geometry.meshes.meshed import Meshed
 from wsph.sph.pairs import find_pairs
 
 SURFACE = 1e-6
@@ -31,7 +34,8 @@ class Solid:
     """A body as something that takes up room. `at_nodes`: its particles are the nodes of the lattice, else its cells."""
 
     def __init__(self, lattice: Lattice, at_nodes: bool):
-        self.lattice, self.at_nodes = lattice, at_nodes
+        self.geometry = self.lattice = lattice
+        self.at_nodes = at_nodes
         cells = np.floor(lattice.index[lattice.corners].mean(1)).astype(int)
         self._low, self._cells = cells.min(0) - 1, cells
         self._filled = np.zeros(tuple(np.ptp(cells, axis=0) + 3), bool)
@@ -93,6 +97,11 @@ class Solid:
         size = np.atleast_1d(np.abs(np.linalg.det(slopes / self.lattice.spacing)))
         return np.where((size > 1e-3)[:, None, None], slopes, whole)
 
+    def inside(self, points: np.ndarray, places: np.ndarray, depth: float) -> np.ndarray:
+        """Which points (k, dim) [m] lie inside where the particles are at `places` (n, dim) [m], `depth` [cells] below the
+        surface, (k,) bool."""
+        return self.holds(self.coordinates(points, places), depth)
+
     def holds(self, coordinates: np.ndarray, depth: float) -> np.ndarray:
         """Which grid coordinates (k, dim) lie inside, `depth` [cells] below the surface, (k,) bool."""
         known = np.logical_and.reduce(np.isfinite(coordinates), axis=1)
@@ -103,8 +112,18 @@ class Solid:
         return known
 
 
+AnySolid = Solid | MeshSolid
+
+
+def solid_of(geometry: Geometry, *, at_nodes: bool) -> AnySolid:
+    """A body as something that takes up room; `at_nodes`: its particles are the nodes, else the cells of a lattice."""
+    if isinstance(geometry, Meshed):
+        return MeshSolid(geometry)
+    return Solid(on_grid(geometry), at_nodes)
+
+
 def first_inside(
-    one: Solid, other: Solid, places: np.ndarray, others: np.ndarray, depth: float | None = None
+    one: AnySolid, other: AnySolid, places: np.ndarray, others: np.ndarray, depth: float | None = None
 ) -> int | None:
     """The first particle of `one` inside of `other`, at `places` (n, dim) and `others` (m, dim) [m], or None. `depth`: that
     of the particles that it has passed, if not said."""
@@ -112,15 +131,15 @@ def first_inside(
     near = np.flatnonzero(((places >= low) & (places <= high)).all(1))
     if not len(near):
         return None
-    inside = other.holds(other.coordinates(places[near], others), PASSED[other.at_nodes] if depth is None else depth)
+    inside = other.inside(places[near], others, PASSED[other.at_nodes] if depth is None else depth)
     return int(near[inside.argmax()]) if inside.any() else None
 
 
-def overlapping(one: Solid, other: Solid) -> np.ndarray | None:
+def overlapping(one: AnySolid, other: AnySolid) -> np.ndarray | None:
     """A place [m] at which two bodies overlap at the start, or None: a node or the middle of a cell of one inside of the
     other."""
     for a, b in ((one, other), (other, one)):
-        for places in (a.lattice.nodes, a.lattice.cells):
+        for places in (a.geometry.nodes, a.geometry.cells):
             found = first_inside(a, b, places, b.places, SURFACE)
             if found is not None:
                 return places[found]

@@ -17,8 +17,8 @@ from wsph.backend.kernels import kernel
 from wsph.backend.reduce import BLOCK, blocks
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State, fields_struct
-from wsph.contact.overlap import Solid, first_inside
-from wsph.geometry.lattice import Lattice
+from wsph.contact.overlap import first_inside, solid_of
+from wsph.geometry.geometry import Geometry
 from wsph.protocols import BodyTable, Waving
 from wsph.units import Scales
 
@@ -37,7 +37,7 @@ class WatchedSystem(Protocol):
 
     state: State
     position: np.ndarray
-    lattice: Lattice
+    geometry: Geometry
     scales: Scales
     device: str
 
@@ -134,7 +134,7 @@ class Watch:
             if particle is not None:
                 return Meeting(a, b, particle, places[a][particle], self._named[one, other]), 0.0
         around = [replace(boxes[k], low=places[k].min(0), high=places[k].max(0)) for k in (one, other)]
-        way = CELL * min(self._watched[k].solid.lattice.spacing for k in (one, other))
+        way = CELL * min(self._watched[k].solid.geometry.spacing for k in (one, other))
         return None, max(_until(*around), way / float(_closing(*around).max()))
 
 
@@ -143,7 +143,10 @@ class _Watched:
 
     def __init__(self, run: WatchedBody):
         system = run.system
-        self._run, self.solid = run, Solid(system.lattice, len(system.position) != len(system.lattice.cells))
+        self._run, self.solid = (
+            run,
+            solid_of(system.geometry, at_nodes=len(system.position) != len(system.geometry.cells)),
+        )
         self._low, self._high = system.position.min(0), system.position.max(0)
         self._extents: Array = wp.zeros((blocks(system.count), 12), dtype=wp.float64, device=system.device)
 

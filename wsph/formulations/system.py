@@ -170,6 +170,10 @@ class System:
         none. Asked on the host, when energies are."""
         return ""
 
+    def doubt(self) -> str:
+        """What makes the state at the end of a run a wrong answer, in words with the way out; empty where nothing does."""
+        return ""
+
     def filtered(self, name: str) -> np.ndarray:
         """A field as frames carry it, (n, width), nondimensional."""
         return self.state.read(name)

@@ -26,7 +26,7 @@ from wsph.backend.space import Space
 from wsph.constitutive.constitutive import Constitutive
 from wsph.constitutive.moduli import warn_of_lost_digits, wave_speed
 from wsph.constitutive.stress_state import STRESS_STATES, StressState
-from wsph.contact.overlap import Solid, overlapping
+from wsph.contact.overlap import overlapping, solid_of
 from wsph.contact.table import interactions
 from wsph.errors import Fault, PluginError, Refused, SceneError
 from wsph.expressions import Expression
@@ -261,7 +261,7 @@ def _start(scene: Scene, body: Body, system: System, scales: Scales) -> None:
 def _part(scene: Scene, bodies: Sequence[BodyRun]) -> None:
     """Warn of bodies that overlap at the start. Raises Refused where contact is to keep them apart."""
     touching = {frozenset(contact.names) for contact in scene.contact}
-    solids = [Solid(run.system.lattice, at_nodes=True) for run in bodies] if len(bodies) > 1 else []
+    solids = [solid_of(run.system.geometry, at_nodes=True) for run in bodies] if len(bodies) > 1 else []
     for (one, solid), (other, beside) in combinations(zip(bodies, solids, strict=False), 2):
         place = overlapping(solid, beside)
         if place is None:

@@ -10,6 +10,7 @@ import importlib
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import cast
 
 from wsph.errors import OutputError
 from wsph.output.files import write_text
@@ -37,7 +38,7 @@ def known_rows(folder: Path, digests: Sequence[str]) -> list[Row | None]:
     content = json.loads((folder / ROWS).read_text(encoding="utf-8"))
     names: object = content.get("digests")
     pairs = zip(names if is_list(names) else (), content["rows"], strict=False)
-    made: dict[str, Row] = {str(name): row for name, row in pairs if is_table(row)}
+    made = {str(name): cast(Row, row) for name, row in pairs if is_table(row)}
     return [made.get(digest) for digest in digests]
 
 

@@ -91,3 +91,65 @@ def rigid_plastic(speed: float) -> float:
     """
     height, mass, half, plastic = 6.35e-3, 10.55, 50.8e-3, 277.8e6 * 6.35e-3**2 / 4.0
     return float(1e3 * 0.5 * height * (np.sqrt(1.0 + mass * speed**2 * half / (2.0 * plastic * height)) - 1.0))
+
+
+RATIO = 0.3
+"""Poisson's ratio of the bodies with curved surfaces; their Young's modulus and density are 1."""
+
+
+def _plane(radial: np.ndarray, hoop: np.ndarray, sheared: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Stress xx, yy, xy (m, 3) of radial, hoop and shear stress (m,) at `place` (m, 2)."""
+    c, s = place.T / np.hypot(*place.T)
+    xx = radial * c * c + hoop * s * s - 2.0 * sheared * c * s
+    yy = radial * s * s + hoop * c * c + 2.0 * sheared * c * s
+    return np.stack([xx, yy, (radial - hoop) * c * s + sheared * (c * c - s * s)], 1)
+
+
+def ring_displacement(r: np.ndarray, pressure: float) -> np.ndarray:
+    """Outward displacement of a ring of radii 0.5 and 1 under a pressure inside, plane stress (Lame)."""
+    return pressure / 3.0 * ((1.0 - RATIO) * r + (1.0 + RATIO) / r)
+
+
+def ring_stress(place: np.ndarray, pressure: float) -> np.ndarray:
+    """Its stress xx, yy, xy (m, 3) at `place` (m, 2)."""
+    square = (place**2).sum(1)
+    return _plane(pressure / 3.0 * (1.0 - 1.0 / square), pressure / 3.0 * (1.0 + 1.0 / square), 0.0 * square, place)
+
+
+def kirsch_stress(place: np.ndarray, far: float) -> np.ndarray:
+    """Stress xx, yy, xy (m, 3) at `place` (m, 2) about a hole of radius 1 under a stress xx far away (Kirsch)."""
+    a, angle = 1.0 / (place**2).sum(1), np.arctan2(place[:, 1], place[:, 0])
+    c, s = np.cos(2.0 * angle), np.sin(2.0 * angle)
+    radial = 0.5 * far * (1.0 - a + (1.0 - 4.0 * a + 3.0 * a * a) * c)
+    hoop = 0.5 * far * (1.0 + a - (1.0 + 3.0 * a * a) * c)
+    return _plane(radial, hoop, -0.5 * far * (1.0 + 2.0 * a - 3.0 * a * a) * s, place)
+
+
+def disc_displacement(r: np.ndarray, speed: float) -> np.ndarray:
+    """Outward displacement of a disc of radius 1 that spins with `speed` [rad/s], plane stress."""
+    return (1.0 - RATIO) / 8.0 * speed**2 * r * (3.0 + RATIO - (1.0 + RATIO) * r * r)
+
+
+def disc_stress(place: np.ndarray, speed: float) -> np.ndarray:
+    """Its stress xx, yy, xy (m, 3) at `place` (m, 2), along axes that turn with it."""
+    square = (place**2).sum(1)
+    hoop = speed**2 / 8.0 * (3.0 + RATIO - (1.0 + 3.0 * RATIO) * square)
+    return _plane(speed**2 / 8.0 * (3.0 + RATIO) * (1.0 - square), hoop, 0.0 * square, place)
+
+
+BLOCK_FREQUENCY = 0.010123997
+"""First frequency of a clamped block of 10 x 1 x 1, E = rho = 1 [rad/s]: tests/references/beam_modes.py."""
+
+
+def breathing_sphere() -> tuple[float, float]:
+    """Wave number k and frequency [rad/s] of the breathing mode of a sphere of radius 1: tan k = k/(1 - k^2 c^2/(4 c_s^2))
+    with the speeds of pressure and shear waves (Lamb)."""
+    shear = 0.5 / (1.0 + RATIO)
+    wave = (1.0 - RATIO) / ((1.0 + RATIO) * (1.0 - 2.0 * RATIO))
+    low, high = 0.5 * np.pi + 1e-9, np.pi - 1e-9
+    for _ in range(60):
+        k = 0.5 * (low + high)
+        # Sines in place of tangents: no pole between.
+        beyond = np.sin(k) * (1.0 - 0.25 * k * k * wave / shear) - k * np.cos(k) > 0.0
+        low, high = (low, k) if beyond else (k, high)
+    return float(0.5 * (low + high)), float(0.5 * (low + high) * np.sqrt(wave))

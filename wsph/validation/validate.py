@@ -10,10 +10,12 @@ from dataclasses import dataclass
 from wsph.errors import WsphError
 from wsph.quantities import Table
 from wsph.scene.messages import nearest
-from wsph.validation import fracture, he_seaid, taylor
+from wsph.validation import curved, cylinder, fracture, he_seaid, taylor, vibrating
 from wsph.validation.case import Case, Row
 
-CASES = {each.name: each for each in (*taylor.CASES, *he_seaid.CASES, *fracture.CASES)}
+_FILES = (taylor, he_seaid, fracture, curved, vibrating, cylinder)
+
+CASES = {each.name: each for file in _FILES for each in file.CASES}
 """Every published case by name, in the order in which they are run."""
 
 

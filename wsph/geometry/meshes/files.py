@@ -21,7 +21,7 @@ import numpy as np
 
 from wsph.geometry.cells import edge_ends
 from wsph.geometry.gradients import mean_gradients
-from wsph.geometry.mesh import Mesh
+from wsph.geometry.meshes.mesh import Mesh
 
 UNNAMED = "unnamed"
 """The patch of sides that no group names."""
@@ -151,7 +151,7 @@ def _upright(nodes: np.ndarray, corners: np.ndarray) -> np.ndarray:
     return np.where((volume < 0.0)[:, None], corners[:, order], corners)
 
 
-def _cell_sides(count: int, dim: int) -> np.ndarray:
+def cell_sides(count: int, dim: int) -> np.ndarray:
     """The corners of each side of a cell with `count` corners, rows."""
     if count == dim + 1:
         return np.array(list(combinations(range(count), dim)))
@@ -167,7 +167,7 @@ def outer_sides(blocks: tuple[np.ndarray, ...], dim: int) -> tuple[np.ndarray, n
     owners: list[np.ndarray] = []
     before = 0
     for corners in blocks:
-        each = corners[:, _cell_sides(corners.shape[1], dim)]
+        each = corners[:, cell_sides(corners.shape[1], dim)]
         each = each.reshape(-1, each.shape[2])
         if each.shape[1] < width:
             each = np.concatenate([each, each[:, -1:]], 1)

@@ -17,7 +17,7 @@ from wsph.geometry.cells import edge_lengths
 from wsph.geometry.faces import Faces
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.gradients import PointRows, face_shares, mean_gradients, node_shares
-from wsph.geometry.mesh import Mesh
+from wsph.geometry.meshes.mesh import Mesh
 
 PARALLEL = 1e-9
 """A face lies across an axis if its normal is this near to it."""
