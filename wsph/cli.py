@@ -1,8 +1,7 @@
 """The command line: run, check, list, study, validate, view.
 
-Exit codes: 0 completed; 1 a published case that does not come out as it should; 2 bad input (a faulty scene, a refused
-composition, an unusable folder); 3 unstable;
-130 interrupted.
+Exit codes: 0 completed; 1 a published case that does not come out as it should, or memory that has come to its end; 2 bad
+input (a faulty scene, a refused composition, an unusable folder); 3 unstable; 130 interrupted.
 """
 
 # pyright: strict
@@ -18,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from wsph import catalogue
-from wsph.errors import Unstable, WsphError
+from wsph.errors import Unstable, WsphError, is_out_of_memory
 from wsph.plugins import registry
 
 if TYPE_CHECKING:
@@ -27,6 +26,17 @@ if TYPE_CHECKING:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
+    try:
+        return _called(arguments)
+    except (MemoryError, RuntimeError) as error:
+        if not is_out_of_memory(error):
+            raise
+        words = " ".join(str(error).split()) or "no more can be had"
+        print(f"error: out of memory: {words}; use a coarser spacing, or free some", file=sys.stderr)
+        return 1
+
+
+def _called(arguments: list[str] | None) -> int:
     parser = _parser()
     options = parser.parse_args(arguments)
     for name in ("SIGTERM", "SIGINT"):
@@ -176,11 +186,16 @@ class _Progress:
 
 
 def _check(options: argparse.Namespace) -> int:
+    from wsph.boundary.selections import selections
     from wsph.scene.load import load
-    from wsph.simulation.compose import compose
+    from wsph.simulation.compose import compose, memory_need
 
-    composition = compose(load(options.scene, _overrides(options.set)))
-    scene = composition.scene
+    scene = load(options.scene, _overrides(options.set))
+    composition = compose(scene)
+    try:
+        need = f"estimated {memory_need(scene)}"
+    except WsphError as error:
+        need = f"not estimated: a block of it is refused: {error}"
     rows: list[tuple[str, str]] = [
         ("scene", scene.title or str(options.scene)),
         ("space", f"{scene.dim}D, {scene.run.precision}, {composition.device}"),
@@ -206,6 +221,8 @@ def _check(options: argparse.Namespace) -> int:
                 f"time step at most {longest:.4g} s" if longest < 1e300 else "no limit of its own",
             ),
         ]
+        chosen = selections(scene, run.body.name, run.system.lattice, run.system.position, scene.run.end)
+        rows += [(f"boundary {each.number}", str(each)) for each in chosen]
     name = scene.run.integrator.name
     functions: list[Any] = [kernel.func for kernel in composition.launches()]
     kernels: list[str] = [function.__name__ for function in functions]
@@ -214,6 +231,7 @@ def _check(options: argparse.Namespace) -> int:
             "integrator",
             f"{name} ({registry.origin('integrators', name)}), order {composition.bodies[0].integrator.order}",
         ),
+        ("memory", need),
         ("time step", f"{composition.dt:.6g} s, {composition.steps} steps to {scene.run.end:g} s"),
         ("kernels", f"{len(set(kernels))} in {len(kernels)} launches per step: {', '.join(kernels)}"),
         ("launches", _replayed(composition.program)),

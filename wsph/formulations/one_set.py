@@ -241,6 +241,7 @@ class OneSetSystem(System):
     def accept(self, state: State) -> None:
         """Close the step: the stresses that the law allows, the prescribed values at t + dt, the work of the constraints,
         loads, body forces and viscosity."""
+        self._closes(state)
         self.project(state)
         self.constrain(state, 1.0)
         self._works.loads.add(state, self.clock)

@@ -65,7 +65,13 @@ class System:
         self.scales, self.clock, self.device = setup.scales, setup.clock, setup.device
         self.spacing, self.density = setup.lattice.spacing, setup.constitutive.density
         self.arrays = Arrays(setup.device)
+        self.accepted: tuple[State, int] | None = None
+        """The state that was last accepted, and how many launches of the step came before, of those that are listed."""
         self._made = 0
+
+    def _closes(self, state: State) -> None:
+        """Note that the step of `state` is closed now."""
+        self.accepted = state, self.clock.listed
 
     def follow(self) -> bool:
         """Before a step: update pairs that follow the motion; returns whether the inputs of launches changed."""

@@ -5,6 +5,7 @@
 import inspect
 from collections.abc import Mapping, Sequence
 
+from wsph.errors import PluginError
 from wsph.protocols import Integrator
 
 SIGNATURE = "a class with sets (1 or 2), formulations, order, __init__(self, system, **options), step(self), limit(self) -> (Courant number, reason) and state"
@@ -54,10 +55,18 @@ def fresh(integrator: Integrator) -> bool:
 
 
 def limit(integrator: Integrator) -> tuple[float | None, str]:
-    """The largest stable Courant number, None where it declares none, and where it comes from."""
-    if hasattr(integrator, "limit"):
-        return getattr(integrator, "limit")()  # noqa: B009
-    return None, "the integrator declares none"
+    """The largest stable Courant number, None where it declares none, and where it comes from. Raises PluginError where that
+    is no number, or not a number."""
+    if not hasattr(integrator, "limit"):
+        return None, "the integrator declares none"
+    value, reason = getattr(integrator, "limit")()  # noqa: B009
+    if value is None:
+        return None, str(reason)
+    if isinstance(value, str) or not float(value) >= 0.0:
+        raise PluginError(
+            f"limit() gives {value!r}: a Courant number, 0 or above, is expected, or None where it is not known"
+        )
+    return float(value), str(reason)
 
 
 def exact(integrator: Integrator) -> float | None:

@@ -150,6 +150,8 @@ class Checks:
         for run, each in zip(self._bodies, sums, strict=True):
             if each.bad >= 0:
                 name, what = _broken(run, each.bad)
+                if name != "deformation" and (fault := run.fault_of_law()):
+                    what = f"{what}, because of {fault}"
                 raise unstable(self._timeline, step, run, name, what, each.bad, run.system.position[each.bad])
             if fault := run.system.fault():
                 raise unstable(self._timeline, step, run, "displacement", fault)

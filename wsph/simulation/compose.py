@@ -23,10 +23,12 @@ from wsph.backend.graph import Program
 from wsph.backend.space import Space
 from wsph.constitutive.constitutive import Constitutive
 from wsph.constitutive.moduli import warn_of_lost_digits, wave_speed
+from wsph.constitutive.sampling import fault_of_law, law_named
 from wsph.constitutive.stress_state import STRESS_STATES, StressState
 from wsph.contact.table import interactions
 from wsph.errors import Fault, PluginError, Refused, SceneError
 from wsph.expressions import Expression
+from wsph.formulations import memory
 from wsph.formulations.reading import DENSITY, Reading
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import System
@@ -64,6 +66,7 @@ def _compose(scene: Scene) -> Composition:
     materials = _materials(scene)
     method = _method(scene)
     device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
+    memory.refuse_too_large(scene, device, _first_system)
     bare = _bare_bodies(scene, materials, method.formulation.traits.splits_cracks)
     scales = _scales(bare)
     time_step = given_step(scene.run, scales.time, device, method.who)
@@ -78,6 +81,20 @@ def _compose(scene: Scene) -> Composition:
     pairs = sum(run.system.pairs for run in bodies)
     program = Program(step, time_step.clock, pairs, scene.run.threads, step.before)
     return Composition(scene, space, scales, time_step, bodies, between, probes, program, method.who)
+
+
+def memory_need(scene: Scene) -> memory.Need:
+    """The memory that the bodies of a scene will take, by small ones of the same form. Raises as `compose` does."""
+    return memory.estimate(scene, pick_device(scene.run.device), _first_system)
+
+
+def _first_system(scene: Scene, bounded: bool) -> System:
+    """The system of a scene's first body by itself. `bounded`: with the limit of its time step."""
+    method, space = _method(scene), Space(scene.dim, scene.run.precision)
+    bare = _bare_bodies(scene, _materials(scene), method.formulation.traits.splits_cracks)
+    scales = _scales(bare)
+    time_step = given_step(scene.run, scales.time, pick_device(scene.run.device), method.who)
+    return _body_run(Setting(scene, method, scales), bare[0], space, time_step, bounded=bounded).system
 
 
 def _materials(scene: Scene) -> list[Material]:
@@ -203,8 +220,8 @@ class Setting:
     scales: Scales
 
 
-def _body_run(setting: Setting, bare: BareBody, space: Space, time_step: TimeStep) -> BodyRun:
-    """A body with its system, its integrator and its limit."""
+def _body_run(setting: Setting, bare: BareBody, space: Space, time_step: TimeStep, *, bounded: bool = True) -> BodyRun:
+    """A body with its system, its integrator and, where it is to be `bounded`, its limit."""
     scene, method, scales, clock = setting.scene, setting.method, setting.scales, time_step.clock
     body, cells = bare.body, bare.lattice
     traits = method.formulation.traits
@@ -216,15 +233,25 @@ def _body_run(setting: Setting, bare: BareBody, space: Space, time_step: TimeSte
     for part in setup.host.parts.values():
         if warning := part.warning(setup.host):
             warnings.warn(warning, RuntimeWarning, stacklevel=6)
-    system = cast(System, method.formulation.build(setup))
+    with law_named(bare.material, bare.who):
+        system = cast(System, method.formulation.build(setup))
     for warning in system.warnings:
         warnings.warn(warning, RuntimeWarning, stacklevel=6)
     _start(scene, body, system, scales)
     traits = system.traits
-    with blame(method.who, integrators.SIGNATURE):
+    with law_named(bare.material, bare.who), blame(method.who, integrators.SIGNATURE):
         integrator = method.on(system)
         integrators.begin(integrator)
-        limit = StepLimit(lambda: integrators.limit(integrator), system, traits.measures, traits.courant_follows)
+
+        def ask() -> tuple[float | None, str]:
+            with blame(method.who, integrators.SIGNATURE):
+                return integrators.limit(integrator) if bounded else (None, "it is not asked for")
+
+        limit = StepLimit(ask, system, traits.measures, traits.courant_follows)
+    # A law that gives no numbers leaves no frequency, and so no time step that its integrator could take.
+    lost = limit.value == 0.0 and traits.measures and not np.isfinite(system.frequency)
+    if lost and (fault := fault_of_law(bare.material, bare.who)):
+        raise PluginError(fault)
     diagnostics = Diagnostics(
         space,
         constitutive,
@@ -273,7 +300,8 @@ def _guard(
             again = TimeStep(Clock(ticks, time_step.clock.device), time_step.timeline)
             return _body_run(setting, each, Space(space.dim), again)
 
-        guard(setting.scene, run, time_step.dt, steps, double)
+        with blame(setting.method.who, integrators.SIGNATURE):
+            guard(setting.scene, run, time_step.dt, steps, double)
         run.stability.share = run.courant / run.limit if run.limit else 1.0
 
 

@@ -288,6 +288,7 @@ class TwoSetSystem(System):
 
     def accept(self, state: State) -> None:
         """Close the step: the prescribed values at t + dt, and the work of the faces and of the body forces."""
+        self._closes(state)
         self.project(state)
         self.hold(state, 1.0)
         self._works.add(state, self.clock)
