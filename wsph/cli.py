@@ -1,7 +1,7 @@
 """The command line: run, check, list, study, validate, view.
 
-Exit codes: 0 completed; 1 a published case that does not come out as it should, or memory that has come to its end; 2 bad
-input (a faulty scene, a refused composition, an unusable folder); 3 unstable; 130 interrupted.
+Exit codes: 0 completed; 1 a published case that does not come out as it should, or a failure of the machine (memory,
+disk); 2 bad input (a faulty scene, a refused composition, an unusable folder); 3 unstable; 130 interrupted.
 """
 
 # pyright: strict
@@ -18,10 +18,11 @@ from typing import TYPE_CHECKING, Any
 
 from wsph import catalogue
 from wsph.errors import Unstable, WsphError, is_out_of_memory
-from wsph.plugins import registry
+from wsph.plugins import integrators, registry
 
 if TYPE_CHECKING:
     from wsph.backend.graph import Program
+    from wsph.protocols import Integrator
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -33,6 +34,9 @@ def main(arguments: list[str] | None = None) -> int:
             raise
         words = " ".join(str(error).split()) or "no more can be had"
         print(f"error: out of memory: {words}; use a coarser spacing, or free some", file=sys.stderr)
+        return 1
+    except OSError as error:
+        print(f"error: the machine failed: {error}", file=sys.stderr)
         return 1
 
 
@@ -229,7 +233,7 @@ def _check(options: argparse.Namespace) -> int:
     rows += [
         (
             "integrator",
-            f"{name} ({registry.origin('integrators', name)}), order {composition.bodies[0].integrator.order}",
+            f"{name} ({registry.origin('integrators', name)}), order {_order(composition.bodies[0].integrator)}",
         ),
         ("memory", need),
         ("time step", f"{composition.dt:.6g} s, {composition.steps} steps to {scene.run.end:g} s"),
@@ -244,6 +248,11 @@ def _check(options: argparse.Namespace) -> int:
     for key, value in rows:
         print(f"{key:<14} {value}")
     return 0
+
+
+def _order(integrator: "Integrator") -> str:
+    order = integrators.order(integrator)
+    return "not declared" if order is None else f"{order:g}"
 
 
 def _replayed(program: "Program") -> str:

@@ -16,8 +16,8 @@ _NO_DRIVER = "Could not find or load the NVIDIA CUDA driver"
 
 
 def start_warp() -> None:
-    """Start Warp, without its remark on a machine that has no GPU and its line per module; a host program that has
-    started Warp itself keeps its own settings."""
+    """Start Warp, without its remark on a machine that has no GPU and its line per module; a host program that has started
+    Warp itself keeps its own settings."""
     if wp.config.log_level == wp.LOG_INFO:
         wp.config.log_level = wp.LOG_WARNING
     try:
@@ -39,8 +39,7 @@ def start_warp() -> None:
 
 
 def pick_device(name: str) -> str:
-    """The Warp device that a scene means; "auto" is the first GPU, or else the CPU. Raises Refused where there is
-    none."""
+    """The Warp device that a scene means; "auto" is the first GPU, or else the CPU. Raises Refused where there is none."""
     start_warp()
     if name == "auto":
         return "cuda:0" if wp.is_cuda_available() else "cpu"

@@ -20,9 +20,6 @@ from wsph.plugins.traits import gives, own_internals
 from wsph.protocols import Material
 from wsph.units import Scales
 
-_TOTAL = ("stress", "piola", "energy")
-"""Members of a total law."""
-
 _TRIED = 200
 """Samples by which a law is tried."""
 
@@ -63,8 +60,9 @@ class LawSampler:
         material gives none, of displacement gradients H (n, 3, 3)."""
         params, material, n = self.constitutive.laws.Params, self.material, len(H)
         with blame(self.who, TOTAL_SIGNATURE):
-            given = [getattr(material, each)(self.space, params) if gives(material, each) else None for each in _TOTAL]
-            made = _total_kernel(self.space, params, *given)
+            piola = material.piola(self.space, params) if gives(material, "piola") else None
+            stored = material.energy(self.space, params) if gives(material, "energy") else None
+            made = _total_kernel(self.space, params, material.stress(self.space, params), piola, stored)
             arrays = [wp.zeros(n, dtype=self.space.tensor, device="cpu") for _ in range(2)]
             energy = wp.zeros(n, dtype=self.space.scalar, device="cpu")
             gradients = wp.array(H, dtype=self.space.tensor, device="cpu")
@@ -179,22 +177,23 @@ def law_named(material: Material, who: str) -> Generator[None]:
         raise
 
 
-def fault_of_law(material: Material, who: str, stress: np.ndarray | None = None) -> str:
-    """What is wrong with a material's laws by themselves, "" where nothing is: small strains of random directions,
-    without stress and at `stress` (n, 3, 3) [Pa], have to give numbers. Raises PluginError where a law does not
-    compile."""
+def fault_of_law(material: Material, who: str, stressed: bool = False) -> str:
+    """What is wrong with a material's laws by themselves, "" where nothing is: small strains of random directions have
+    to give numbers; where it is to be `stressed`, also at stresses of up to a tenth of the shear modulus. Raises
+    PluginError where a law does not compile."""
     sampler, random = LawSampler(material, who=who), np.random.default_rng(0)
-    L = 1e-3 * random.standard_normal((_TRIED, 3, 3))
-    at = np.zeros((_TRIED, 3, 3))
-    given = np.zeros((0, 3, 3)) if stress is None else stress[np.isfinite(stress).all((1, 2))]
-    if len(given):
-        at[_TRIED // 2 :] = given[random.integers(len(given), size=_TRIED - _TRIED // 2)] / sampler.scales.stress
-    found = {
-        "rate": lambda: sampler(at, L)[0],
-        "stress": lambda: sampler.total(L)[0],
-        "project": lambda: sampler.project(at)[0],
-    }
-    for member, law in found.items():
-        if gives(material, member) and not np.isfinite(law()).all():
-            return f"{who}: its `{member}` gives numbers that are not finite for small strains"
+    L, directions = (random.standard_normal((_TRIED, 3, 3)) for _ in range(2))
+    directions = directions + np.swapaxes(directions, 1, 2)
+    for level in (0.0, 1e-3, 1e-2, 1e-1) if stressed else (0.0,):
+        stress, strain = level * sampler.shear * directions, max(level, 1e-3) * L
+        tried = {
+            "rate": lambda stress=stress, strain=strain: sampler(stress, strain),
+            "stress": lambda strain=strain: sampler.total(strain)[:1],
+            "project": lambda stress=stress: sampler.project(stress),
+        }
+        for member, law in tried.items():
+            if gives(material, member) and not all(np.isfinite(found).all() for found in law()):
+                size = level * sampler.shear * sampler.scales.stress
+                where = f"at stresses of {size:.3g} Pa" if level else "for small strains"
+                return f"{who}: its `{member}` gives numbers that are not finite {where}"
     return ""

@@ -45,8 +45,7 @@ class Faces:
         return self.share.sum(1)
 
     def shares(self, on: np.ndarray) -> np.ndarray:
-        """The parts of the areas that the particles `on` the faces (m, k) stand for: the nodes, or one for a whole
-        face."""
+        """The parts of the areas that the particles `on` the faces (m, k) stand for: the nodes, or one for a whole face."""
         return self.share if on.shape[1] == self.share.shape[1] else self.area[:, None]
 
     def named(self, name: str) -> np.ndarray:

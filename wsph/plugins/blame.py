@@ -19,9 +19,11 @@ def blame(who: str, signature: str = RATE_SIGNATURE) -> Generator[None]:
         if who in str(error):
             raise
         raise PluginError(f"{who}: {error}") from error
-    except (WsphError, OSError):
+    except WsphError:
         raise
-    except Exception as error:  # whatever a third party's code raises
+    except OSError as error:
+        raise OSError(f"{error} (while {who} was at work)") from error
+    except (Exception, SystemExit) as error:  # whatever a third party's code raises
         if is_out_of_memory(error):
             raise
         lines = [line for line in str(error).strip().splitlines() if line.strip()]

@@ -11,6 +11,27 @@ from wsph.protocols import Integrator
 SIGNATURE = "a class with sets (1 or 2), formulations, order, __init__(self, system, **options), step(self), limit(self) -> (Courant number, reason) and state"
 
 
+def check(plugin: type) -> None:
+    """Raise PluginError where the declarations of an integrator's class are not what they are expected to be."""
+    counts = {"sets": sets(plugin), "evaluations": getattr(plugin, "evaluations", 1)}
+    for name, value in counts.items():
+        if name == "evaluations" and isinstance(value, property):
+            continue  # it depends on the options
+        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+            raise PluginError(f"its {name} is {value!r}: a whole number from 1 on is expected")
+    given: object = getattr(plugin, "formulations", ())
+    if not isinstance(given, (tuple, list)):
+        raise PluginError(f"its formulations are {given!r}: a tuple of names is expected")
+    if not steps(plugin):
+        raise PluginError("it has no step()")
+
+
+def order(integrator: Integrator) -> float | None:
+    """Its order in time, None where it declares none."""
+    value: object = getattr(integrator, "order", None)
+    return float(value) if isinstance(value, (int, float)) else None
+
+
 def sets(plugin: type) -> int:
     """Number of the sets of particles that it works on."""
     return getattr(plugin, "sets", 1)
@@ -28,7 +49,7 @@ def steps(plugin: type) -> bool:
 
 def evaluations(integrator: Integrator) -> int:
     """Right-hand sides in a step."""
-    return getattr(integrator, "evaluations", 1)
+    return int(getattr(integrator, "evaluations", 1))
 
 
 def begin(integrator: Integrator) -> None:
@@ -55,8 +76,8 @@ def fresh(integrator: Integrator) -> bool:
 
 
 def limit(integrator: Integrator) -> tuple[float | None, str]:
-    """The largest stable Courant number, None where it declares none, and where it comes from. Raises PluginError where that
-    is no number, or not a number."""
+    """The largest stable Courant number, None where it declares none, and where it comes from. Raises PluginError where
+    that is no number, or not a number."""
     if not hasattr(integrator, "limit"):
         return None, "the integrator declares none"
     value, reason = getattr(integrator, "limit")()  # noqa: B009

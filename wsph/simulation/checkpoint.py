@@ -1,5 +1,4 @@
-"""Checkpoints: a run's whole state between two steps, so that going on from there gives the bits of never having
-stopped.
+"""Checkpoints: a run's whole state between two steps, so that going on from there gives the bits of never having stopped.
 
 A file is a line that says what it is, a digest of the rest, and a npz archive: the device arrays of every body, the
 clock, what has been recorded so far, and as JSON the scene, the versions and where the run stood. The digest is checked
@@ -46,8 +45,8 @@ FREE = (("title",), ("run", "end"), ("run", "threads"), ("output",), ("probes",)
 
 
 class Facts(CheckFacts, StepFacts):
-    """What a checkpoint says beside its arrays: the scene and the versions, at which step it stands, what the ledger
-    began with, in hexadecimal, the frames and probes so far, and what checks and the time step have come to."""
+    """What a checkpoint says beside its arrays: the scene and the versions, at which step it stands, what the ledger began
+    with, in hexadecimal, the frames and probes so far, and what checks and the time step have come to."""
 
     identity: dict[str, object]
     step: int
@@ -255,6 +254,9 @@ class Checkpoints:
                 f"{path}: stands at step {step}; the run ends at step {self._timeline.last}: raise run.end"
             )
         restore(path, self._composition, arrays)
+        for later in listed(path.parent):
+            if later.name > path.name:
+                later.unlink()  # damaged, or this would not be the last: they would take the places of those to come
         self._ledger.initial = float.fromhex(facts["initial"])
         self._checks.restore(facts)
         self._records.restore(step, facts["probes"], arrays)

@@ -74,7 +74,8 @@ def _compose(scene: Scene) -> Composition:
     bodies = [_body_run(setting, each, space, time_step) for each in bare]
     between = interactions(scene, bodies, space, scales, time_step.clock)
     _push(bodies, between)
-    settle(time_step, bodies, scales.time, method.who)
+    with blame(method.who, integrators.SIGNATURE):
+        settle(time_step, bodies, scales.time, method.who)
     _guard(setting, bare, bodies, space, time_step)
     probes = _probes(scene, bodies, space, time_step)
     step = Step(bodies, between, time_step.clock, [probe for probe in probes if probe.every_step])
@@ -138,9 +139,11 @@ def _method(scene: Scene) -> Method:
     name = scene.run.integrator.name
     plugin = registry.load("integrators", name)
     who = f"integrator {name!r} ({registry.origin('integrators', name)})"
+    with blame(who, integrators.SIGNATURE):
+        integrators.check(plugin)
     systems = of_sets(integrators.sets(plugin))
     offered = worked_in(integrators.offered(plugin, tuple(systems)), integrators.sets(plugin))
-    if not integrators.steps(plugin) or not all(each in systems for each in offered) or not offered:
+    if not all(each in systems for each in offered) or not offered:
         raise PluginError(f"{who} is no integrator; expected {integrators.SIGNATURE}")
     chosen = scene.run.formulation or offered[0]
     if chosen not in offered:

@@ -6,7 +6,6 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
 import warp as wp
 
 from wsph.backend.clock import Clock
@@ -14,7 +13,6 @@ from wsph.backend.graph import Program
 from wsph.backend.space import Space
 from wsph.backend.state import State
 from wsph.constitutive.constitutive import Constitutive
-from wsph.constitutive.sampling import fault_of_law
 from wsph.errors import PluginError
 from wsph.formulations.reading import Reading
 from wsph.formulations.system import System
@@ -59,27 +57,17 @@ class BodyRun:
         """Where the limit comes from."""
         return self.stability.reason
 
-    def fault_of_law(self) -> str:
-        """What is wrong with the material's laws by themselves, at the stresses that the body has; "" where nothing
-        is."""
-        components, packed = self.constitutive.state.components, self.system.state.read("stress")
-        stress = np.zeros((len(packed), 3, 3))
-        for k, (i, j) in enumerate(components):
-            stress[:, i, j] = stress[:, j, i] = packed[:, k]
-        return fault_of_law(self.constitutive.material, self.constitutive.who, stress * self.system.scales.stress)
-
     @property
     def longest_steps(self) -> dict[str, float]:
-        """The longest time steps that the material and the parts of the body can take [s], by their names; infinite
-        where they name none."""
+        """The longest time steps that the material and the parts of the body can take [s], by their names; infinite where
+        they name none."""
         parts = {key: part.limit * self.system.scales.time for key, part in self.system.attached.items()}
         return {self.body.material.model: longest_step(self.constitutive.material), **parts}
 
 
 @dataclass(frozen=True)
 class Step:
-    """One step of a composition, as launches: bodies, what acts between them, the clock, and what records every
-    step."""
+    """One step of a composition, as launches: bodies, what acts between them, the clock, and what records every step."""
 
     bodies: Sequence[BodyRun]
     interactions: Sequence[Interaction]
@@ -99,8 +87,8 @@ class Step:
 
     @property
     def before(self) -> Callable[[], bool] | None:
-        """A function that updates, on the host before a step, everything that follows the motion, and returns whether
-        the inputs of launches changed; None where nothing follows it."""
+        """A function that updates, on the host before a step, everything that follows the motion, and returns whether the
+        inputs of launches changed; None where nothing follows it."""
         following: list[Callable[[], bool]] = [
             run.system.follow for run in self.bodies if run.system.traits.pairs_follow
         ]
@@ -115,8 +103,8 @@ class Step:
 
 @dataclass
 class Composition:
-    """A scene made ready to run: `bodies` in the scene's order, `interactions` between them, one set of scales, one
-    time step."""
+    """A scene made ready to run: `bodies` in the scene's order, `interactions` between them, one set of scales, one time
+    step."""
 
     scene: Scene
     space: Space
@@ -168,8 +156,7 @@ class Composition:
         return [launch.kernel for launch in self.clock.launches(self.program.step)]
 
     def compile(self) -> None:
-        """Compile what a run launches: the step and the diagnostics. Raises PluginError where a law does not
-        compile."""
+        """Compile what a run launches: the step and the diagnostics. Raises PluginError where a law does not compile."""
         with blame(self.integrator, integrators.SIGNATURE):
             for run in self.bodies:
                 _check_step(run)
@@ -184,6 +171,8 @@ class Composition:
 def _check_step(run: BodyRun) -> None:
     """Refuse a step that leaves the body's state as it is. Raises PluginError."""
     system, integrator = run.system, run.integrator
+    integrators.fresh(integrator)
+    run.time_step.clock.launches(lambda: integrators.publish(integrator))
     launches = run.time_step.clock.launches(integrator.step)
     if system.accepted is None:
         raise PluginError("step() never calls accept(state), which closes a step: the state would stay what it is")
@@ -211,8 +200,8 @@ def _package(module: str) -> str:
 
 
 def publish(bodies: Sequence[BodyRun]) -> None:
-    """Make the states from the variables of integrators that keep their own, and recompute the derived fields, unless
-    the last evaluation of the step was of the state at its end."""
+    """Make the states from the variables of integrators that keep their own, and recompute the derived fields, unless the
+    last evaluation of the step was of the state at its end."""
     for run in bodies:
         integrators.publish(run.integrator)
         if not integrators.fresh(run.integrator):
