@@ -20,6 +20,9 @@ from wsph import catalogue
 from wsph.errors import Unstable, WsphError, is_out_of_memory
 from wsph.plugins import integrators, registry
 
+LONGEST = 2000
+"""Characters of a message's line that are printed."""
+
 if TYPE_CHECKING:
     from wsph.backend.graph import Program
     from wsph.protocols import Integrator
@@ -53,11 +56,16 @@ def _called(arguments: list[str] | None) -> int:
         return 3
     except WsphError as error:
         for line in str(error).splitlines():
-            print(f"error: {line}", file=sys.stderr)
+            print(f"error: {_shortened(line)}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print("error: interrupted; nothing was written", file=sys.stderr)
         return 130
+
+
+def _shortened(line: str) -> str:
+    """A line without its middle, where somebody has written a value of pages."""
+    return line if len(line) <= LONGEST else f"{line[: LONGEST // 2]} ... {line[-LONGEST // 2 :]}"
 
 
 def _say(message: Warning | str, *_: object) -> None:
@@ -131,9 +139,15 @@ def _overrides(pairs: list[str]) -> dict[str, Any]:
         if not separator or not key:
             raise WsphError(f"--set {pair}: write it as KEY=VALUE")
         try:
-            result[key] = tomllib.loads(f"v = {text}")["v"]
+            read = tomllib.loads(f"v = {text}")
         except tomllib.TOMLDecodeError:
             result[key] = text
+            continue
+        except RecursionError:
+            raise WsphError(f"--set {key}: its value is nested too deeply to be read") from None
+        if len(read) > 1:
+            raise WsphError(f"--set {key}: gives more than one value; write --set once for each")
+        result[key] = read["v"]
     return result
 
 

@@ -51,7 +51,7 @@ class LawSampler:
         """Stress (n, 3, 3) and internals (n, k) that the way back to the yield surface gives."""
         laws = self.constitutive.laws
         with blame(self.who, PROJECT_SIGNATURE):
-            back = getattr(self.material, "project")(self.space, laws.Params)
+            back = self.material.project(self.space, laws.Params)
             made = _project_kernel(self.space, back, laws.Params, laws.internal, len(self.names))
             return self._pair(made, [stress], q)
 

@@ -145,10 +145,16 @@ def _spacing(value: object) -> object:
     return lengths
 
 
+def _printable(name: str) -> str:
+    if not name.isprintable() or name != name.strip():
+        raise ValueError(f"{name!r} has characters that cannot be printed, or blanks at its ends")
+    return name
+
+
 class _Matter(Model):
     """The keys of a body, without those of its parts."""
 
-    name: Annotated[str, Field(min_length=1)]
+    name: Annotated[str, Field(min_length=1, max_length=100), AfterValidator(_printable)]
     shape: Shape
     spacing: Annotated[float | tuple[float, ...], BeforeValidator(_spacing)]
     lattice_rotate: Rotation = 0.0

@@ -204,9 +204,8 @@ def _refuse_extremes(scales: Scales, body: Body) -> None:
     """Refuse scales whose powers leave double precision."""
     with np.errstate(all="ignore"):
         parts = np.array([scales.length, scales.time, scales.density])
-        powers = np.array(
-            [scales.density * scales.length**2 / np.float64(scales.time) ** 2, scales.density * scales.length**5]
-        )
+        length, time, density = parts
+        powers = np.array([density * length**2 / time**2, density * length**5])
     if not ((parts > 1e-150) & (parts < 1e150)).all() or not (np.isfinite(powers) & (powers > 0.0)).all():
         sizes = (
             f"spacing {scales.length:g} m, spacing over wave speed {scales.time:g} s, density {scales.density:g} kg/m3"
