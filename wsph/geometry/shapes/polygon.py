@@ -28,17 +28,17 @@ class Polygon(BaseShape):
     def _of_its_dimension(self) -> "Polygon":
         check_coordinates(self, self.points, 2)
         points = np.array(self.points)
+        if crossing := _crossing(points):
+            first, second = (f"side {k + 1} from {list(self.points[k])}" for k in crossing)
+            raise ValueError(
+                f"it crosses itself: {first} meets {second}; give its points in the order of a walk around it"
+            )
         with np.errstate(all="ignore"):  # coordinates whose differences overflow are refused with the grid
             sides = np.ptp(points, axis=0)
             x, y = ((points - points.min(0)) / sides).T
             area = abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
         if (sides == 0.0).any() or area < FLAT:
             raise ValueError("its points enclose no area")
-        if crossing := _crossing(points):
-            first, second = (f"side {k + 1} from {list(self.points[k])}" for k in crossing)
-            raise ValueError(
-                f"it crosses itself: {first} meets {second}; give its points in the order of a walk around it"
-            )
         return self
 
     @property
