@@ -54,10 +54,9 @@ def test_the_estimate_in_single_precision(method: tuple[str, str], dim: int, unb
 
 
 SHAPES = {
-    "disc": ({"type": "disc", "center": [0.0, 0.0], "radius": 1.0}, 1 / 40),
     "ring": ({"type": "ring", "center": [0.0, 0.0], "inner": 0.9, "outer": 1.0}, 0.01),
-    "L": ({"type": "union", "shapes": [scenes.box(1.0, 3.0), scenes.box(3.0, 1.0)]}, 1 / 32),
     "sphere": ({"type": "sphere", "center": [0.0, 0.0, 0.0], "radius": 1.0}, 0.095),
+    "cylinder": ({"type": "cylinder", "from": [0.0, 0.0, 0.0], "to": [0.0, 0.0, 10.0], "radius": 1.0}, 0.18),
 }
 
 
@@ -80,6 +79,14 @@ PARTS: dict[str, tuple[tuple[str, str], dict[str, Any]]] = {
 }
 
 
+@pytest.mark.parametrize("cells", [[17, 18, 19], [16, 18, 20], [9, 9, 65]], ids=str)
+def test_so_it_is_where_volumes_are_those_of_blocks(cells: list[int], unbounded: None) -> None:
+    """Odd numbers of cells leave blocks that are not whole."""
+    sides = [0.05 * n for n in cells]
+    body = scenes.body(scenes.box(*sides), 0.05, material=scenes.material("mises", yield_stress=0.01))
+    assert gap(scenes.scene(body, run={"formulation": "total-lagrangian", "guard": "off"})) < 0.01
+
+
 @pytest.mark.parametrize("name", list(PARTS))
 def test_the_estimate_knows_loads_lattices_cracks_and_all_bodies(name: str, unbounded: None) -> None:
     method, keys = PARTS[name]
@@ -87,6 +94,17 @@ def test_the_estimate_knows_loads_lattices_cracks_and_all_bodies(name: str, unbo
     if name == "two bodies":
         scene = scene.with_(bodies=[*scene.data()["bodies"], scenes.body(scenes.box((2.0, 3.0), 1.0), 0.02, "c")])
     assert gap(scene) < 0.02
+
+
+def test_bodies_that_are_alike_are_measured_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    bodies = [scenes.body(scenes.box((float(k), k + 0.5), 1.0), 0.05, f"b{k}") for k in range(6)]
+    bodies[5]["material"] = scenes.material("jaumann")
+    scene, measured = scenes.scene(*bodies, run={"formulation": "stress-points"}), []
+    original = memory._learned
+    monkeypatch.setattr(memory, "_learned", lambda *given: (measured.append(given[1].name), original(*given))[1])
+    need = memory_need(scene)
+    assert measured == ["b0", "b5"]
+    assert need.arrays == pytest.approx(sum(run.system.nbytes for run in compose(scene).bodies), rel=1e-3)
 
 
 def free(monkeypatch: pytest.MonkeyPatch, much: float) -> None:

@@ -121,10 +121,13 @@ def _whole(needs: list[Need]) -> Need:
 
 def _needs(scene: Scene, device: str, set_up: SetUp) -> list[Need]:
     """The need of every body by itself; on the host the last of them is set up beside what the others leave there."""
-    free, found = free_memory(device), list[np.ndarray]()
+    free, found, known = free_memory(device), list[np.ndarray](), dict[str, np.ndarray]()
     for body in scene.bodies:
+        alike = _likeness(scene, body)
+        if alike not in known:
+            known[alike] = _learned(scene, body, set_up)
         counts = lattice_counts(body.shape, body.spacing, body.lattice_rotate)
-        found.append(np.maximum(counts @ _learned(scene, body, set_up), 0.0))
+        found.append(np.maximum(counts @ known[alike], 0.0))
     passing = [peak - kept for _, _, kept, peak in found]
     largest = int(np.argmax(passing))
     return [
@@ -133,12 +136,23 @@ def _needs(scene: Scene, device: str, set_up: SetUp) -> list[Need]:
     ]
 
 
+def _likeness(scene: Scene, body: Body) -> str:
+    """What makes the block of a body what it is: bodies that have it in common are measured once."""
+    keys = body.model_dump(exclude={"name", "shape", "velocity"})
+    conditions = [each.model_dump(exclude={"body"}) for each in scene.boundary if each.body == body.name]
+    touches = any(body.name in contact.names for contact in scene.contact)
+    placed = body.map is not None or any(part.selections for part in body.parts.values())
+    place = body.shape.middle.tolist() if placed else None
+    return repr((keys, conditions, touches, place, body.shape.rotate))
+
+
 def _learned(scene: Scene, body: Body, set_up: SetUp) -> np.ndarray:
     """Particles, bytes of arrays, and bytes of the host that stay and that are there at once, per count of
     `lattice_counts`, (dim + 2, 4). What is on the host is in proportion to the particles: the largest block is
     measured."""
-    first = max(FEWEST, math.ceil(scene.run.support or 0.0) + 2)
-    sizes = [*(first + k for k in range(scene.dim)), first + APART[scene.dim]]
+    # All even: forms that join particles to blocks of two have other numbers of these at odd ones.
+    first = max(FEWEST, 2 * math.ceil(0.5 * (scene.run.support or 0.0)) + 2)
+    sizes = [*(first + 2 * k for k in range(scene.dim)), first + APART[scene.dim]]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         # The first has its limit found too: what is imported and compiled for that is no body's.
