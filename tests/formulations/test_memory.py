@@ -56,7 +56,7 @@ def test_the_estimate_in_single_precision(method: tuple[str, str], dim: int, unb
 SHAPES = {
     "ring": ({"type": "ring", "center": [0.0, 0.0], "inner": 0.9, "outer": 1.0}, 0.01),
     "sphere": ({"type": "sphere", "center": [0.0, 0.0, 0.0], "radius": 1.0}, 0.095),
-    "cylinder": ({"type": "cylinder", "from": [0.0, 0.0, 0.0], "to": [0.0, 0.0, 10.0], "radius": 1.0}, 0.18),
+    "cylinder": ({"type": "cylinder", "from": [0.0, 0.0, 0.0], "to": [0.0, 0.0, 10.8], "radius": 1.0}, 0.18),
 }
 
 
