@@ -81,3 +81,12 @@ class Unstable(WsphError):
 
 def _unstable(message: str, values: Mapping[str, Any]) -> Unstable:
     return Unstable(message, **values)
+
+
+_NO_MEMORY = "Failed to allocate"
+"""The beginning of what Warp says where it cannot allocate an array."""
+
+
+def is_out_of_memory(error: BaseException) -> bool:
+    """Whether an error says that memory has come to its end, on the host or on a device."""
+    return isinstance(error, MemoryError) or (isinstance(error, RuntimeError) and _NO_MEMORY in str(error))

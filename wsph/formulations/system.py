@@ -72,7 +72,13 @@ class System:
         self.scales, self.clock, self.device = setup.scales, setup.clock, setup.device
         self.spacing, self.density = setup.geometry.spacing, setup.constitutive.density
         self.arrays = Arrays(setup.device)
+        self.accepted: tuple[State, int] | None = None
+        """The state that was last accepted, and how many launches of the step came before, of those that are listed."""
         self._made = 0
+
+    def _closes(self, state: State) -> None:
+        """Note that the step of `state` is closed now."""
+        self.accepted = state, self.clock.listed
 
     @property
     def lattice(self) -> Lattice:

@@ -213,7 +213,7 @@ class MeshFile(Model):
 class _Matter(Model):
     """The keys of a body, without those of its parts."""
 
-    name: Annotated[str, AfterValidator(_printable)]
+    name: Annotated[str, Field(max_length=100), AfterValidator(_printable)]
     mesh: MeshFile | None = None
     shape: Shape | None = None
     spacing: Annotated[

@@ -16,6 +16,7 @@ from typing import TypedDict
 
 import numpy as np
 
+from wsph.constitutive.sampling import fault_of_law
 from wsph.contact.watch import Watch
 from wsph.errors import Unstable
 from wsph.plugins import integrators
@@ -159,6 +160,8 @@ class Checks:
         for run, each in zip(self._bodies, sums, strict=True):
             if each.bad >= 0:
                 name, what = _broken(run, each.bad)
+                if name != "deformation" and (fault := _fault_of_law(run)):
+                    what = f"{what}, because of {fault}"
                 raise unstable(self._timeline, step, run, name, what, each.bad, run.system.position[each.bad])
             if fault := run.system.fault():
                 raise unstable(self._timeline, step, run, "displacement", fault)
@@ -221,6 +224,10 @@ class Checks:
         """Put back what `kept` gave."""
         self._largest, self._warned = float.fromhex(facts["largest"]), facts["warned"]
         self.findings.restore(facts["findings"])
+
+
+def _fault_of_law(run: BodyRun) -> str:
+    return fault_of_law(run.constitutive.material, run.constitutive.who, stressed=True)
 
 
 def _broken(run: BodyRun, particle: int) -> tuple[str, str]:

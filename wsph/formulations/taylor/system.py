@@ -19,7 +19,7 @@ from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State
 from wsph.boundary.collocated import face_conditions
 from wsph.boundary.conditions import Conditions
-from wsph.boundary.prescribed import varies
+from wsph.boundary.programs.prescribed import varies
 from wsph.boundary.values import BoundaryValues
 from wsph.boundary.work import ExternalWork
 from wsph.errors import Refused
@@ -296,6 +296,7 @@ class TwoSetSystem(System):
 
     def accept(self, state: State) -> None:
         """Close the step: the prescribed values at t + dt."""
+        self._closes(state)
         self.project(state)
         self.hold(state, 1.0)
         if self._displacement:
