@@ -32,14 +32,14 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
     try:
         return _called(arguments)
-    except (MemoryError, RuntimeError) as error:
+    except (MemoryError, RuntimeError, ImportError, OSError) as error:
         if not is_out_of_memory(error):
-            raise
+            if not isinstance(error, OSError):
+                raise
+            print(f"error: the machine failed: {error}", file=sys.stderr)
+            return 1
         words = " ".join(str(error).split()) or "no more can be had"
         print(f"error: out of memory: {words}; use a coarser spacing, or free some", file=sys.stderr)
-        return 1
-    except OSError as error:
-        print(f"error: the machine failed: {error}", file=sys.stderr)
         return 1
 
 
