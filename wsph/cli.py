@@ -52,9 +52,9 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("error: interrupted; nothing was written", file=sys.stderr)
         return 130
-    except OSError as error:
-        return _failed(str(error))
-    except (MemoryError, RuntimeError) as error:
+    except (MemoryError, RuntimeError, ImportError, OSError) as error:
+        if not is_out_of_memory(error) and isinstance(error, OSError):
+            return _failed(str(error))
         if not is_out_of_memory(error):
             raise
         words = " ".join(str(error).split()) or "no more can be had"

@@ -22,6 +22,8 @@ def blame(who: str, signature: str = RATE_SIGNATURE) -> Generator[None]:
     except WsphError:
         raise
     except OSError as error:
+        if is_out_of_memory(error):
+            raise
         raise OSError(f"{error} (while {who} was at work)") from error
     except (Exception, SystemExit) as error:  # whatever a third party's code raises
         if is_out_of_memory(error):
