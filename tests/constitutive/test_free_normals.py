@@ -1,4 +1,4 @@
-"""Total laws far from what is linear, where a stress state leaves normals free: the thickness, or word of none."""
+"""Total laws far from what is linear, where normals are free: the thickness, or the word that there is none."""
 
 import numpy as np
 import pytest

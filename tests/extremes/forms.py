@@ -1,6 +1,6 @@
 """Every form with every law in every stress state: the error reached, or the words of the refusal: docs/forms.md.
 
-    python tests/extremes/forms.py [--only TEXT] [--write]
+    python tests/extremes/forms.py [--only TEXT] [--workers N] [--write]
 
 What is run is in `tests/extremes/form_checks.py`. A cell is right within the tolerance of its check, or where the program
 refuses it, stops it or warns of it by name; WRONG, with exit code 1, where it completes beyond without a word.
@@ -8,10 +8,11 @@ refuses it, stops it or warns of it by name; WRONG, with exit code 1, where it c
 
 import argparse
 import re
-import sys
 import warnings
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from multiprocessing import get_context
 from pathlib import Path
 
 import wsph
@@ -114,12 +115,12 @@ def main() -> None:
     """Print the table, and with --write keep it."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", default="", help="rows whose name has this text")
+    parser.add_argument("--workers", type=int, default=1, help="processes that share the rows")
     parser.add_argument("--write", action="store_true")
     options = parser.parse_args()
-    rows: list[tuple[Row, dict[str, Cell]]] = []
-    for row in (row for row in ROWS if options.only in str(row)):
-        rows.append((row, cells(row)))
-        print(f"{len(rows)}: {row}", file=sys.stderr, flush=True)
+    chosen = [row for row in ROWS if options.only in str(row)]
+    with ProcessPoolExecutor(options.workers, mp_context=get_context("spawn")) as pool:
+        rows = list(zip(chosen, pool.map(cells, chosen), strict=True))
     text = "\n".join(table(rows)) + "\n"
     print(text)
     if options.write:
