@@ -9,6 +9,7 @@ moved onto their patches, edges and corners; nodes smoothed; and a look at what 
 
 import numpy as np
 
+from wsph.geometry.fitted.chains import joined, side_names
 from wsph.geometry.fitted.cleaning import cleaned
 from wsph.geometry.fitted.core import kept_cells
 from wsph.geometry.fitted.gate import check
@@ -38,7 +39,7 @@ def fit(shape: Shape, spacing: float | tuple[float, ...], seed: int = 0) -> Mesh
             f"a fitted surface needs 2 or 3 dimensions and one spacing, not {shape.dim} and {steps.tolist()} m"
         )
     body = outline(shape, float(steps[0]))
-    edges = junctions(body)
+    body, edges = joined(body, junctions(body))
     plan = plan_layers(body, edges)
     check_walls(body, plan)
     kept = cleaned(kept_cells(body, plan), body, plan)
@@ -59,8 +60,7 @@ def fit(shape: Shape, spacing: float | tuple[float, ...], seed: int = 0) -> Mesh
         nodes = smoothed(nodes, cells, labels, first, onto, body.spacing)
         onto.onto(nodes)
     check(body, edges, cells, nodes, onto.missed(nodes))
+    patch, names = side_names(body, cells.label, nodes[cells.sides].mean(1))
     if shape.rotate != 0.0:
         nodes = shape.middle + (nodes - shape.middle) @ shape.axes.T
-    names = tuple(dict.fromkeys(patch.name for patch in body.patches))
-    named = np.array([names.index(patch.name) for patch in body.patches])
-    return Mesh(nodes, (cells.corners,), cells.sides, cells.owner, named[cells.label], names)
+    return Mesh(nodes, (cells.corners,), cells.sides, cells.owner, patch, names)
