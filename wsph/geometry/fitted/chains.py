@@ -56,18 +56,19 @@ class Chain:
 
 def joined(body: Outline, edges: list[Junction]) -> tuple[Outline, list[Junction]]:
     """The body with chains in the place of patches that are too small, and the edges that are left."""
-    size = body.areas ** (1.0 / (body.shape.dim - 1))
-    flat = np.array([patch.surface.normal is not None for patch in body.patches])
-    small = flat & (size < SHORT * body.spacing)
-    pairs = [
-        (edge.first, edge.second)
-        for edge in edges
-        if edge.blunt and flat[edge.first] and flat[edge.second] and (small[edge.first] or small[edge.second])
-    ]
-    if not pairs:
+    flat = [patch.surface.normal is not None for patch in body.patches]
+    pairs = [(e.first, e.second) for e in edges if e.blunt and flat[e.first] and flat[e.second]]
+    first, second = np.reshape(pairs, (-1, 2)).astype(int).T
+    joins = np.zeros(len(first), bool)
+    # Small ones with each other; then what is still small with the large ones beside it, so that those keep their borders.
+    for together in (np.logical_and, np.logical_or):
+        group = connected(first[joins], second[joins], len(body.patches))
+        size = np.bincount(group, body.areas)[group] ** (1.0 / (body.shape.dim - 1))
+        small = size < SHORT * body.spacing
+        joins |= together(small[first], small[second])
+    if not joins.any():
         return body, edges
-    first, second = np.array(pairs).T
-    group = connected(first, second, len(body.patches))
+    group = connected(first[joins], second[joins], len(body.patches))
     rows = [np.flatnonzero(group == k) for k in range(int(group.max()) + 1)]
     whole = Outline(
         body.shape,
