@@ -172,7 +172,7 @@ class TestRefused:
                 {"type": "cylinder", "from": [1.0, 1.0, 0.2], "to": [1.0, 1.0, 1.2], "radius": 0.8},
                 {"type": "cylinder", "from": [1.0, 1.0, 0.1], "to": [1.0, 1.0, 1.4], "radius": 0.55}]}]}, 0.1,
              r"the wall at \[.*\] m, between difference-1/cylinder-. and difference-1/cylinder-., is 0.25 m thick, 2.5 spacings"),
-            (polygon((0, 0), (1, 0), (1, 0.94), (0.97, 1), (0, 1), turned=10.0), 0.1, "side-3"),
+            (polygon((0, 0), (1, 0), (1, 0.97), (0.97, 1), (0, 1), turned=10.0), 0.1, "side-3"),
             (polygon(*SQUARE), 0.6, "leaves no cells|spacings"),
             (box(1.0), 0.1, "a fitted surface needs 2 or 3 dimensions and one spacing, not 1"),
             (box(1.0, 1.0), (0.1, 0.2), "a fitted surface needs 2 or 3 dimensions and one spacing"),

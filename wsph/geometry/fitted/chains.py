@@ -46,7 +46,7 @@ class Chain:
 
     def part(self, points: np.ndarray) -> np.ndarray:
         """The nearest of the parts, (n,) int."""
-        apart = [np.linalg.norm(points - part.surface.nearest(points), axis=1) for part in self.parts]
+        apart = [((points - part.surface.nearest(points)) ** 2).sum(1) for part in self.parts]
         return np.asarray(np.argmin(apart, axis=0), int)
 
     def _rows(self, points: np.ndarray) -> list[tuple[int, np.ndarray]]:
