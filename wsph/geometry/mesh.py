@@ -13,9 +13,8 @@ class Mesh:
 
     Quadrilaterals and hexahedra have their corners in the order of a lattice's cells (`itertools.product` of 0 and 1 along
     the cell's axes, 2^dim of them), triangles and tetrahedra dim + 1 of them; all have a positive volume. `sides` (m, j) are
-    the nodes of the outer faces in the same order, a side with fewer nodes repeats its last: the outward normal is to the
-    right of a side in 2D, and that of (c - a) x (b - a) for the nodes a, b, c, ... of one in 3D. `side_cell` (m,) are the
-    cells that they belong to, `side_patch` (m,) indices into `patches`, the names.
+    the nodes of the outer faces, a side with fewer nodes repeats its last, `side_cell` (m,) the cells that they belong to,
+    `side_patch` (m,) indices into `patches`, the names.
     """
 
     nodes: np.ndarray

@@ -28,7 +28,8 @@ from wsph.geometry.shapes.combined import Shape
 def fit(shape: Shape, spacing: float | tuple[float, ...], seed: int = 0) -> Mesh:
     """Quadrilaterals or hexahedra that fill `shape`, some `spacing` [m] large, with nodes on its surface, edges and corners.
 
-    Where the surface lies on the grid the cells are those of a lattice; elsewhere a layer of cells goes to it. `seed` is
+    Where the surface lies on the grid the cells are those of a lattice; elsewhere a layer of cells goes to it. Sides are
+    turned outward: the normal is to the right of one in 2D, and (c - a) x (b - a) of nodes a, b, c, ... in 3D. `seed` is
     that of the halves that the smoothing of labels waits with. Raises ValueError, with the place, for a wall too thin for
     its layers and wherever cells, corners, areas or the volume are not those of a body; for a shape in 1D, and for a
     spacing that is not one for all axes.
