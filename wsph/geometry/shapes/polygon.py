@@ -13,16 +13,14 @@ from wsph.geometry.shapes.surfaces.flat import Facet
 from wsph.geometry.shapes.surfaces.surface import Patch
 from wsph.quantities import Point, as_tuple
 
-<<<<<<< HEAD
 FLAT = 1e-12
 """Part of the area around its points below which a polygon has none."""
 
 INSIDE = 1e-9
 """Part of a side from its ends in which another touches it and does not cross it."""
-=======
+
 AT_ONCE = 100_000
 """Points times sides that are looked at together."""
->>>>>>> fitted
 
 
 class Polygon(BaseShape):
