@@ -1,49 +1,78 @@
 """The command line: run, check, list, study, validate, view.
 
-Exit codes: 0 completed; 1 a published case that does not come out as it should; 2 bad input (a faulty scene, a refused
-composition, an unusable folder); 3 unstable;
-130 interrupted.
+Exit codes: 0 completed; 1 a published case that does not come out as it should, or a failure of the machine (memory,
+disk); 2 bad input (a faulty scene, a refused composition, an unusable folder); 3 unstable; 130 interrupted.
 """
 
 # pyright: strict
 
 import argparse
 import json
+import os
 import signal
 import sys
 import tomllib
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wsph import catalogue
-from wsph.errors import Unstable, WsphError
-from wsph.plugins import registry
+from wsph.errors import Unstable, WsphError, is_out_of_memory
+
+LONGEST = 2000
+"""Characters of a message's line that are printed."""
 
 if TYPE_CHECKING:
     from wsph.backend.graph import Program
+    from wsph.protocols import Integrator
+    from wsph.study.runs import Row
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
-    parser = _parser()
-    options = parser.parse_args(arguments)
-    for name in ("SIGTERM", "SIGINT"):
-        signal.signal(getattr(signal, name), signal.default_int_handler)
+    # First of all: an interrupt while Python still imports is to be none of its tracebacks.
+    for name in ("SIGTERM", "SIGINT", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and not (name == "SIGHUP" and signal.getsignal(number) is signal.SIG_IGN):  # as of nohup
+            signal.signal(number, signal.default_int_handler)
     warnings.showwarning = _say
     try:
-        return options.command(options)
+        options = _parser().parse_args(arguments)
+        code = options.command(options)
+        print(end="", flush=True)
+        return code
     except Unstable as error:
         print(f"error: {error}", file=sys.stderr)
         return 3
     except WsphError as error:
         for line in str(error).splitlines():
-            print(f"error: {line}", file=sys.stderr)
+            print(f"error: {_shortened(line)}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print("error: interrupted; nothing was written", file=sys.stderr)
         return 130
+    except (MemoryError, RuntimeError, ImportError, OSError) as error:
+        if not is_out_of_memory(error) and isinstance(error, OSError):
+            return _failed(str(error))
+        if not is_out_of_memory(error):
+            raise
+        words = " ".join(str(error).split()) or "no more can be had"
+        return _failed(f"out of memory: {words}; use a coarser spacing, or free some")
+
+
+def _failed(why: str) -> int:
+    """A machine that failed, as where nobody reads what is printed or its disk is full: the exit code, after a sentence."""
+    # What Python has still to print at its end goes nowhere either.
+    with suppress(OSError, ValueError):  # where it is no file
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    print(f"error: {why}", file=sys.stderr)
+    return 1
+
+
+def _shortened(line: str) -> str:
+    """A line without its middle, where somebody has written a value of pages."""
+    return line if len(line) <= LONGEST else f"{line[: LONGEST // 2]} ... {line[-LONGEST // 2 :]}"
 
 
 def _say(message: Warning | str, *_: object) -> None:
@@ -58,6 +87,9 @@ def _count(text: str) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
+    from wsph import catalogue
+    from wsph.plugins import registry
+
     parser = argparse.ArgumentParser(
         prog="wsph", description="Solid mechanics by smoothed particle hydrodynamics on NVIDIA Warp."
     )
@@ -101,6 +133,9 @@ def _parser() -> argparse.ArgumentParser:
     study.add_argument(
         "--workers", type=_count, default=0, metavar="N", help="processes to spread the runs over (default: one a core)"
     )
+    again = study.add_mutually_exclusive_group()
+    again.add_argument("--resume", action="store_true", help="make only the rows that the folder does not have")
+    again.add_argument("--overwrite", action="store_true", help="replace an earlier study in the folder")
     study.set_defaults(command=_study)
     view = commands.add_parser("view", help="show or save a picture of a run")
     view.add_argument("folder", type=Path, metavar="DIR")
@@ -117,9 +152,15 @@ def _overrides(pairs: list[str]) -> dict[str, Any]:
         if not separator or not key:
             raise WsphError(f"--set {pair}: write it as KEY=VALUE")
         try:
-            result[key] = tomllib.loads(f"v = {text}")["v"]
+            read = tomllib.loads(f"v = {text}")
         except tomllib.TOMLDecodeError:
             result[key] = text
+            continue
+        except RecursionError:
+            raise WsphError(f"--set {key}: its value is nested too deeply to be read") from None
+        if len(read) > 1:
+            raise WsphError(f"--set {key}: gives more than one value; write --set once for each")
+        result[key] = read["v"]
     return result
 
 
@@ -176,11 +217,17 @@ class _Progress:
 
 
 def _check(options: argparse.Namespace) -> int:
+    from wsph.boundary.selections import selections
+    from wsph.plugins import registry
     from wsph.scene.load import load
-    from wsph.simulation.compose import compose
+    from wsph.simulation.compose import compose, memory_need
 
-    composition = compose(load(options.scene, _overrides(options.set)))
-    scene = composition.scene
+    scene = load(options.scene, _overrides(options.set))
+    composition = compose(scene)
+    try:
+        need = f"estimated {memory_need(scene)}"
+    except WsphError as error:
+        need = f"not estimated: a block of it is refused: {error}"
     rows: list[tuple[str, str]] = [
         ("scene", scene.title or str(options.scene)),
         ("space", f"{scene.dim}D, {scene.run.precision}, {composition.device}"),
@@ -206,14 +253,17 @@ def _check(options: argparse.Namespace) -> int:
                 f"time step at most {longest:.4g} s" if longest < 1e300 else "no limit of its own",
             ),
         ]
+        chosen = selections(scene, run.body.name, run.system.lattice, run.system.position, scene.run.end)
+        rows += [(f"boundary {each.number}", str(each)) for each in chosen]
     name = scene.run.integrator.name
     functions: list[Any] = [kernel.func for kernel in composition.launches()]
     kernels: list[str] = [function.__name__ for function in functions]
     rows += [
         (
             "integrator",
-            f"{name} ({registry.origin('integrators', name)}), order {composition.bodies[0].integrator.order}",
+            f"{name} ({registry.origin('integrators', name)}), order {_order(composition.bodies[0].integrator)}",
         ),
+        ("memory", need),
         ("time step", f"{composition.dt:.6g} s, {composition.steps} steps to {scene.run.end:g} s"),
         ("kernels", f"{len(set(kernels))} in {len(kernels)} launches per step: {', '.join(kernels)}"),
         ("launches", _replayed(composition.program)),
@@ -228,6 +278,13 @@ def _check(options: argparse.Namespace) -> int:
     return 0
 
 
+def _order(integrator: "Integrator") -> str:
+    from wsph.plugins import integrators
+
+    order = integrators.order(integrator)
+    return "not declared" if order is None else f"{order:g}"
+
+
 def _replayed(program: "Program") -> str:
     return "replayed from a captured graph" + (
         f", long launches shared by {program.threads} cores" if program.threads > 1 else ""
@@ -235,6 +292,9 @@ def _replayed(program: "Program") -> str:
 
 
 def _list(options: argparse.Namespace) -> int:
+    from wsph import catalogue
+    from wsph.plugins import registry
+
     if options.group in catalogue.GROUPS:
         return _list_own(options.group, options.json)
     groups = [options.group] if options.group else list(registry.GROUPS)
@@ -263,6 +323,8 @@ def _list(options: argparse.Namespace) -> int:
 
 def _list_own(group: str, as_json: bool) -> int:
     """List the entries of wsph itself in a group; no plugin is looked for."""
+    from wsph import catalogue
+
     rows = catalogue.GROUPS[group]()
     if as_json:
         found = [{"group": group, "name": row.name, "description": row.description, **row.data} for row in rows]
@@ -276,26 +338,46 @@ def _list_own(group: str, as_json: bool) -> int:
 
 
 def _study(options: argparse.Namespace) -> int:
-    from wsph.study.runs import run_study, write_study
+    from wsph.output.claim import Claim
+    from wsph.study import files
+    from wsph.study.runs import digests, run_study
     from wsph.study.tables import load_study
 
     study, scene = load_study(options.study)
     folder = options.out if options.out is not None else Path(f"{options.study.stem}-out")
     warnings.simplefilter("ignore")  # of energy that some of the rows create or lose: the table says it
-    rows = run_study(
-        study,
-        scene,
-        options.study.parent,
-        lambda done, of: print(f"{done} of {of}", file=sys.stderr) if sys.stderr.isatty() else None,
-        options.workers,
-    )
-    write_study(rows, study, folder)
+    with Claim(folder, options.overwrite, options.resume, files.is_a_study) as claim:
+        of = digests(study, scene, options.study.parent)
+        known = files.known_rows(folder, of) if options.resume else None
+
+        def keep(rows: "Sequence[Row | None]") -> None:
+            claim.make()
+            if known is None and sum(row is not None for row in rows) == 1:
+                files.clear(folder)
+            files.keep_rows(rows, of, study, folder)
+
+        try:
+            rows = run_study(study, scene, options.study.parent, _told, options.workers, known=known, keep=keep)
+        except KeyboardInterrupt:
+            if not files.is_a_study(folder):
+                raise
+            print(f"error: interrupted; rows that are complete are in {folder}: go on with --resume", file=sys.stderr)
+            return 130
+        claim.make()
+        files.write_study(rows, study, folder)
     for row in rows:
         place = ", ".join(f"{key} = {row[key]}" for key in study.grid)
         figures = f"{row.get('right_hand_sides', '-')} right-hand sides, error {row.get('error', float('nan')):.3g}"
-        print(f"{row['variant']}: {place}: {row['status']}, {figures}")
+        over = f" ({row['compared']})" if row.get("compared", "whole run") != "whole run" else ""
+        print(f"{row['variant']}: {place}: {row['status']}, {figures}{over}")
     print(f"{len(rows)} runs; study.csv, study.json in {folder}")
     return 0
+
+
+def _told(done: int, of: int) -> None:
+    """How far a study is, on a terminal."""
+    if sys.stderr.isatty():
+        print(f"{done} of {of}", file=sys.stderr)
 
 
 def _validate(options: argparse.Namespace) -> int:

@@ -26,7 +26,7 @@ class Traits:
     """Support by default [spacings]."""
     supports: tuple[float, float] = (0.0, 4.0)
     """Smallest and largest support that a scene may name [spacings]: beyond them a linear motion has no uniform stress
-    beside the faces, or nobody has looked. Particles that see too few others have a refusal of their own."""
+    beside the faces, or nobody has looked."""
     needs_rate: bool = False
     """Whether a material has to give a rate law."""
     small_strain: bool = False
@@ -138,7 +138,9 @@ class BodySystem(Protocol):
 
 
 class LimitedBody(Protocol):
-    """A body in a run, as the guard of its time step sees it."""
+    """A body in a run, as the guard of its time step sees it: the Courant number of its steps (`courant`), the largest one
+    that is stable, None where it is not known (`limit`), where that comes from (`limit_reason`), and the longest time steps
+    that its material and its parts can take [s], by their names (`longest_steps`)."""
 
     @property
     def body(self) -> BodyTable: ...
@@ -153,24 +155,16 @@ class LimitedBody(Protocol):
     def constitutive(self) -> Waving: ...
 
     @property
-    def courant(self) -> float:
-        """The Courant number of its steps."""
-        ...
+    def courant(self) -> float: ...
 
     @property
-    def limit(self) -> float | None:
-        """The largest stable Courant number, None where it is not known."""
-        ...
+    def limit(self) -> float | None: ...
 
     @property
-    def limit_reason(self) -> str:
-        """Where the limit comes from."""
-        ...
+    def limit_reason(self) -> str: ...
 
     @property
-    def longest_steps(self) -> dict[str, float]:
-        """The longest time steps that the material and the parts of the body can take [s], by their names."""
-        ...
+    def longest_steps(self) -> dict[str, float]: ...
 
 
 Again = Callable[[], LimitedBody]
@@ -225,7 +219,7 @@ class Entry:
 
 
 class Interaction(Protocol):
-    """An interaction between bodies, or with one from outside, between two steps: contact, a rigid tool, a tie."""
+    """An interaction between bodies, or with one from outside, around their steps: contact, a rigid tool, a tie."""
 
     ledger: tuple[Entry, ...]
     follows: bool
@@ -235,8 +229,16 @@ class Interaction(Protocol):
         """Before a step, on the host: bring up to date what follows the motion; whether that changed what launches take."""
         ...
 
+    def start(self) -> None:
+        """Find what acts at the start of a run (launches)."""
+        ...
+
+    def begin(self) -> None:
+        """Before the bodies' step: half of what changes their velocities, with what acts where they are (launches)."""
+        ...
+
     def act(self) -> None:
-        """Change the velocities of the bodies (launches)."""
+        """After it: find what acts where they are now, and the other half (launches)."""
         ...
 
     def frequency(self, body: str) -> float:
@@ -253,12 +255,10 @@ class Interaction(Protocol):
 
 
 class Dimensioned(Protocol):
-    """Where a body is."""
+    """Where a body is: in 1, 2 or 3 dimensions."""
 
     @property
-    def dim(self) -> int:
-        """1, 2 or 3."""
-        ...
+    def dim(self) -> int: ...
 
 
 class Stability(Protocol):
@@ -328,7 +328,8 @@ class LawForm(Protocol):
 
 
 class OneSet(Stability, Protocol):
-    """A body as integrators on one set of particles see it: calls over flat states, which are launches alone."""
+    """A body as integrators on one set of particles see it: calls over flat states, which are launches alone. Between steps
+    `kinetic` is sum m |v|^2/2 over the free components of a state's velocity, on the host."""
 
     @property
     def state(self) -> AnyState:
@@ -352,7 +353,7 @@ class OneSet(Stability, Protocol):
 
     @property
     def moved(self) -> bool:
-        """Whether a velocity other than zero is prescribed anywhere."""
+        """Whether a velocity other than zero is prescribed."""
         ...
 
     @property
@@ -400,6 +401,10 @@ class OneSet(Stability, Protocol):
         """Bring the stresses back to where the law allows them."""
         ...
 
+    def kinetic(self, state: AnyState) -> float:
+        """Kinetic energy of a state, nondimensional (a copy from the device)."""
+        ...
+
     def accept(self, state: AnyState) -> None:
         """Close the step: the last call, on a state that has not been imposed on since it was advanced."""
         ...
@@ -411,7 +416,6 @@ class TwoSets(Protocol):
     @property
     def state(self) -> AnyState:
         """What a step advances, at the real particles."""
-        ...
 
     @property
     def space(self) -> Dimensioned:
@@ -425,24 +429,18 @@ class TwoSets(Protocol):
 
     def new(self, where: str = "real") -> AnyState:
         """A state, zero but for the internals' initial values, at the "real" or at the "virtual" particles."""
-        ...
 
     def half_step(self, source: AnyState, out: AnyState, weight: float) -> None:
         """Virtual `out` = interpolated real `source` + weight dt times the rate there."""
-        ...
 
     def rate(self, source: AnyState, out: AnyState, *, imposed: AnyState, weight: float) -> None:
         """Real `out` += weight dt times the rate from virtual `source`, prescribed components taken from `imposed`."""
-        ...
 
     def impose(self, state: AnyState, c: float | tuple[float, float]) -> None:
         """Set the prescribed values at t + c dt; (0, 1) is the mean of both ends of the step."""
-        ...
 
     def project(self, state: AnyState) -> None:
         """Bring the stresses back to where the law allows them."""
-        ...
 
     def accept(self, state: AnyState) -> None:
         """Close the step: the last call, on a state that has not been imposed on since it was advanced."""
-        ...

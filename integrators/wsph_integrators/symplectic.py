@@ -24,6 +24,7 @@ class Leapfrog:
     order = 2
     evaluations = 1
     fresh = True
+    symplectic = True
 
     def __init__(self, system: OneSet, lagged: object = False):
         if not isinstance(lagged, bool):
@@ -45,6 +46,11 @@ class Leapfrog:
         if not s.damped or not 0.0 < s.frequency < np.inf:
             return undamped_limit(s, 2.0)
         return alternating_limit(s, 2.0 if self.lagged else 4.0)
+
+    def oscillation(self) -> float:
+        """dt^2/8 sum m |a|^2 of the state at the end of a step: what the sum of kinetic and potential energy there is above
+        the energy that the method keeps, for small motions to the last digit."""
+        return 0.25 * self.system.clock.dt**2 * self.system.kinetic(self.k if not self.predicts else self.old)
 
     def step(self) -> None:
         """One step, by launches alone."""
@@ -80,6 +86,7 @@ class BlanesMoan4:
     order = 4
     evaluations = 6
     fresh = True
+    symplectic = True
     kicks = (0.0829844064174052, 0.396309801498368, -0.0390563049223486)
     drifts = (0.245298957184271, 0.604872665711080)
 
@@ -137,6 +144,7 @@ class ProcessedLeapfrog:
     formulations = ("stress-points", "total-lagrangian")
     order = 4
     evaluations = 2
+    symplectic = True
 
     def __init__(self, system: OneSet):
         self.system, self.state = system, system.state

@@ -77,8 +77,10 @@ def test_momentum_is_kept_to_rounding_and_no_energy_is_made(law: str, friction: 
         assert np.ptp(history[f"momentum_{axis}"]) < 1e-14 * 0.05
     energy = result.summary["energy"]
     assert np.abs(history["contact"]).max() > 1e-3 * energy["external_work"]
-    assert energy["residual"] > -1e-4 * energy["external_work"]
-    assert energy["contact"] > -1e-3 * energy["external_work"]
+    # In 3D pinball contact does not stop them, and the run ends where it says so.
+    assert result.status == ("unstable" if (law, dim) == ("pinball", 3) else "completed")
+    assert energy["residual"] > -2e-4 * energy["external_work"]
+    assert energy["contact"] >= 0.0
     if law == "penalty":
         # They have parted.
         assert mean_velocity(result, 1) > mean_velocity(result, 0)

@@ -67,7 +67,7 @@ class Heat(Part):
             raise Refused(f'body {host.name!r}: ghosts have no temperature: heat needs run.correction = "symmetric"')
 
     def fields(self, host: Host) -> tuple[Field, ...]:
-        return (Field("temperature", 1),)
+        return (Field("temperature", 1, bounded=True),)
 
     def attach(self, host: Host, seen: Neighbourhood, state: State, clock: Clock, arrays: Arrays) -> Attached | None:
         expression = (

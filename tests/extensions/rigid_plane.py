@@ -5,9 +5,10 @@ With x the place of a particle, p a point of the plane, n its normal and d = (p 
     f = K d n,    K = stiffness M h^(dim - 2)
 
 M the wave modulus rho c^2 of the body and h its spacing: with a stiffness of 1 the plane gives way as a cell of the body
-does. An impulse v += dt f/m between two steps, as those of contacts are (`wsph.contact.contacts`): of second order, with
-the work of the impulses in the ledger's column `contact`. It adds K/m to the squares of the body's frequencies. The plane
-takes momentum, has no friction and is not part of a scene: its maker is given to the table with its numbers.
+does. Half of an impulse v += dt/2 f/m before a step and half after it, as of contacts (`wsph.contact.contacts`): of second
+order, with the energy K d^2/2 that it stores in the ledger's column `contact`. It adds K/m to the squares of the body's
+frequencies. The plane takes momentum, has no friction and is not part of a scene: its maker is given to the table with its
+numbers.
 """
 
 from collections.abc import Sequence
@@ -16,13 +17,12 @@ from functools import cache
 import numpy as np
 import warp as wp
 
-from wsph.backend.clock import Clock, dt_of
+from wsph.backend.clock import Clock
 from wsph.backend.domain import WHOLE
 from wsph.backend.kernels import kernel
-from wsph.backend.reduce import total
 from wsph.backend.space import Space
 from wsph.contact.bodies import ContactBody
-from wsph.contact.law import body_struct, kick_kernel
+from wsph.contact.law import body_struct
 from wsph.errors import Refused
 from wsph.plugins.integrators import publishes
 from wsph.protocols import Entry, PushedBody
@@ -38,16 +38,17 @@ def _push_kernel(space: Space) -> wp.Kernel:
     def push(
         first: int,
         body: Body,
-        clock: wp.array(dtype=wp.float64),
         stiffness: real,
         normal: vec,
-        impulse_out: wp.array(dtype=vec),
+        force_out: wp.array(dtype=vec),
+        stored_out: wp.array(dtype=wp.float64),
     ):
         i = first + wp.tid()
         # Places are about a point of the plane.
         depth = -wp.dot(body.x[i] + body.u[i], normal)
         if depth > real(0.0):
-            impulse_out[i] = impulse_out[i] + (real(dt_of(clock)) * stiffness * depth) * normal
+            force_out[i] = force_out[i] + (stiffness * depth) * normal
+            stored_out[i] = stored_out[i] + wp.float64(real(0.5) * stiffness * depth * depth)
 
     return push
 
@@ -80,19 +81,26 @@ class RigidPlane:
             side.name: stiffness * _modulus(side) * side.spacing ** (space.dim - 2) for side in self._sides
         }
         self.ledger = (
-            Entry("contact", lambda: -sum(total(side.work) for side in self._sides)),
-            Entry("external_work", lambda: sum(total(side.held) for side in self._sides)),
+            Entry("contact", lambda: sum(side.energy for side in self._sides)),
+            Entry("external_work", lambda: sum(side.held_work for side in self._sides)),
         )
 
-    def act(self) -> None:
-        """The impulses of a step (two launches a body)."""
+    def start(self) -> None:
+        """The forces where the bodies are (a launch a body)."""
         for side in self._sides:
-            stiffness, density = (self._space.scalar(x) for x in (self._stiffness[side.name], side.system.density))
-            inputs = [side.struct, self._clock.time, stiffness, self._normal]
-            self._clock.launch(_push_kernel(self._space), side.count, inputs, [side.impulse])
-            kick = kick_kernel(self._space, side.system.drags)
-            outputs = [side.impulse, side.v, side.system.started_from, side.work, side.held]
-            self._clock.launch(kick, side.count, [side.volume, side.free, density], outputs)
+            inputs = [side.struct, self._space.scalar(self._stiffness[side.name]), self._normal]
+            self._clock.launch(_push_kernel(self._space), side.count, inputs, [side.force, side.stored])
+
+    def begin(self) -> None:
+        """Half of the impulses, before a step (a launch a body)."""
+        for side in self._sides:
+            side.kick(opens=True)
+
+    def act(self) -> None:
+        """The other half, after it (two launches a body)."""
+        self.start()
+        for side in self._sides:
+            side.kick(opens=False)
 
     def frequency(self, body: str) -> float:
         """That of the lightest particle against the plane, nondimensional."""
@@ -104,9 +112,8 @@ class RigidPlane:
         return False
 
     def kept(self) -> dict[str, wp.array]:
-        """The works so far."""
-        works = {f"rigid_plane.{side.name}.work": side.work for side in self._sides}
-        return works | {f"rigid_plane.{side.name}.held": side.held for side in self._sides}
+        """The forces and the works so far."""
+        return {f"rigid_plane.{side.name}.{key}": each for side in self._sides for key, each in side.kept().items()}
 
     def restored(self) -> None:
         """Nothing follows from the works."""

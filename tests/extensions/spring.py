@@ -24,7 +24,7 @@ from wsph.units import Scales
 class Spring(Load):
     """Springs to the ground: `stiffness` per area [N/m3]."""
 
-    key: ClassVar[str] = "spring"
+    key: ClassVar[str] = "foundation"
     stiffness: Annotated[float, Unit("N/m3", gt=0)]
 
     def attach(self, faces: LoadedFaces, space: Space, scales: Scales, clock: Clock, arrays: Arrays) -> ActingLoad:

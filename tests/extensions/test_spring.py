@@ -33,7 +33,7 @@ def bar(cells: int = 40, stiffness: float = KAPPA * np.tan(KAPPA), **run: object
         velocity=[f"1e-4*cos({KAPPA}*(1 - x))"],
         material=scenes.material(poisson_ratio=0.0),
     )
-    held = [{"body": body["name"], "face": "-x", "spring": {"stiffness": stiffness}}]
+    held = [{"body": body["name"], "face": "-x", "foundation": {"stiffness": stiffness}}]
     keys = {"integrator": "leapfrog", "end": 2.0 * np.pi / KAPPA, "cfl": 0.5}
     return scenes.scene(body, run={**keys, **run}, boundary=held, output={"history": 1})
 
@@ -58,7 +58,7 @@ def test_a_block_on_soft_springs_swings_as_a_rigid_body(formulation: str, turned
     of a period it is still, however the body is turned."""
     stiffness, up = 1e-3, np.array([-np.sin(np.radians(turned)), np.cos(np.radians(turned))])
     body = scenes.body({**scenes.box(1.0, 1.0), "rotate": turned}, 1.0 / 8.0, state="stress", velocity=list(1e-6 * up))
-    held = [{"body": body["name"], "face": "-y", "spring": {"stiffness": stiffness}}]
+    held = [{"body": body["name"], "face": "-y", "foundation": {"stiffness": stiffness}}]
     run = {"integrator": "rk4", "formulation": formulation, "end": 0.5 * np.pi / np.sqrt(stiffness), "cfl": 0.4}
     result = wsph.run(scenes.scene(body, run=run, boundary=held, output={"history": 1}))
     velocity = result.particles["velocity"] @ up
@@ -80,7 +80,7 @@ def test_a_stiff_one_lowers_the_limit_of_the_time_step() -> None:
 
 
 def test_two_sets_are_refused_by_name() -> None:
-    with pytest.raises(SceneError, match="boundary.0.spring: two-set bodies prescribe stress"):
+    with pytest.raises(SceneError, match="boundary.0.foundation: two-set bodies prescribe stress"):
         wsph.compose(bar(integrator="tsph"))
 
 

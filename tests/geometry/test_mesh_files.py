@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import wsph
-from wsph.geometry.mesh import Mesh
 from wsph.geometry.meshes.files import read_mesh
+from wsph.geometry.meshes.mesh import Mesh
 from wsph.geometry.meshes.meshed import meshed
 from wsph.simulation.compose import compose
 from wsph.validation import meshes

@@ -12,6 +12,9 @@ import numpy as np
 import pytest
 
 import wsph
+from tests import scenes
+from wsph.errors import OutputError
+from wsph.output import view
 from wsph.output.fields import von_mises
 from wsph.output.folder import OutputFolder
 
@@ -119,3 +122,97 @@ def test_two_dimensional_fields_are_padded(tmp_path: Path) -> None:
     mesh = pv.read(tmp_path / "frames" / "frame_000000.vtu")
     assert mesh.point_data["velocity"].tolist() == [[1.0, 1.0, 0.0]] * 4
     assert np.asarray(mesh.points).tolist() == [[1.0, 1.0, 0.0]] * 4
+
+
+def two_bodies(precision: str) -> wsph.Scene:
+    """A body that flows beside one that has no plastic strain."""
+    law = scenes.material("perzyna", yield_stress=1e-3, hardening_modulus=0.1, fluidity=0.02, exponent=1.0)
+    bodies = [
+        scenes.body(scenes.box(1.0, 0.5), 0.25, name="soft, 50 %", material=law, velocity=["-0.1*x", "0"]),
+        scenes.body(scenes.box((2.0, 3.0), 0.5), 0.25, name='<härte> & "more"'),
+    ]
+    wanted = ["velocity", "stress", "plastic_strain", "density", "displacement", "von_mises"]
+    output = {"formats": ["vtu", "xdmf", "npz"], "fields": wanted}
+    return scenes.scene(*bodies, run={"precision": precision, "end": 0.5}, output=output)
+
+
+@pytest.mark.parametrize("precision", ["f64", "f32"])
+def test_files_have_time_units_bodies_and_the_precision_of_the_run(tmp_path: Path, precision: str) -> None:
+    h5py, vtk = pytest.importorskip("h5py"), pytest.importorskip("vtk")
+    result = wsph.run(two_bodies(precision), tmp_path / "out")
+    of, names = {"f64": "float64", "f32": "float32"}[precision], [b.name for b in result.scene.bodies]
+    units = {"position": "m", "velocity": "m/s", "stress": "Pa", "plastic_strain": "1", "density": "kg/m3", "displacement": "m",
+             "von_mises": "Pa"}  # fmt: skip
+    frames = tmp_path / "out" / "frames"
+    mesh = pv.read(frames / "frame_000001.vtu")
+    assert mesh.field_data["TimeValue"].tolist() == [result.time]
+    assert list(mesh.field_data["bodies"]) == names
+    assert list(mesh.field_data["units"]) == [f"{name}: {unit}" for name, unit in units.items()]
+    assert mesh.points.dtype == of
+    for name in units.keys() - {"position"}:
+        assert mesh.point_data[name].dtype == of
+        label = mesh.GetPointData().GetArray(name).GetInformation().Get(vtk.vtkDataArray.UNITS_LABEL())
+        assert label == units[name]
+        assert result.particles[name].dtype == of
+    assert mesh.point_data["id"].dtype == mesh.point_data["body"].dtype == "int64"
+    assert np.array_equal(np.isnan(mesh.point_data["plastic_strain"]), mesh.point_data["body"] == 1)
+    with np.load(frames / "frame_000001.npz") as archive, h5py.File(frames / "frame_000001.h5") as data:
+        assert archive["bodies"].tolist() == list(data.attrs["bodies"]) == names
+        assert dict(archive["units"].tolist()) == units
+        assert archive["TimeValue"] == data.attrs["TimeValue"] == result.time
+        for name in units:
+            assert data[name].attrs["unit"] == units[name]
+            assert archive[name].dtype == data[name].dtype == of
+    root = ElementTree.parse(tmp_path / "out" / "frames.xdmf").getroot()
+    items = root.findall(".//Attribute/DataItem") + root.findall(".//Geometry/DataItem")
+    sizes = {item.text.split(":/")[1]: (item.get("NumberType"), item.get("Precision")) for item in items}
+    assert sizes == {
+        **dict.fromkeys(units, ("Float", {"f64": "8", "f32": "4"}[precision])),
+        "id": ("Int", "8"),
+        "body": ("Int", "8"),
+    }
+    said = {a.get("Name"): a.find("Information") for a in root.findall("./Domain/Grid/Grid")[-1].findall("Attribute")}
+    assert {name: found.get("Value") for name, found in said.items() if found is not None} == {
+        n: u for n, u in units.items() if n != "position"
+    }
+
+
+def test_points_of_single_precision_stay_apart(tmp_path: Path) -> None:
+    """Far from the origin single precision has no digits for a spacing: there points keep theirs."""
+    far = scenes.body(scenes.box((1e4, 1e4 + 0.01)), 0.001)
+    wsph.run(scenes.scene(far, run={"precision": "f32", "end": 1e-3}), tmp_path / "out")
+    mesh = pv.read(tmp_path / "out" / "frames" / "frame_000001.vtu")
+    assert np.diff(mesh.points[:, 0]) == pytest.approx(0.001, rel=1e-6)
+    assert mesh.point_data["velocity"].dtype == "float32"
+
+
+def test_times_are_numbers_where_the_step_adapts(tmp_path: Path) -> None:
+    squeezed = scenes.block(2, 4, model="neo-hookean", run={"cfl": "auto", "end": 1.0}, velocity=["-0.5*x", "-0.5*y"],
+                            tables={"output": {"every": 0.1, "formats": ["vtu", "xdmf"]}})  # fmt: skip
+    result = wsph.run(squeezed, tmp_path / "out")
+    assert result.history["dt"][-1] < result.history["dt"][0]
+    assert type(result.time) is float
+    for name in ("frames.pvd", "frames.xdmf"):
+        assert "np.float64" not in (tmp_path / "out" / name).read_text()
+    times = [time for time, _ in view.frames(tmp_path / "out")]
+    assert times[-1] == result.time
+    assert times == sorted(set(times))
+
+
+def test_a_body_without_the_field_does_not_grey_the_others(tmp_path: Path) -> None:
+    image = pytest.importorskip("PIL.Image")
+    result = wsph.run(two_bodies("f64"))
+    result.plot("plastic_strain", tmp_path / "x.png")
+    with image.open(tmp_path / "x.png") as page:
+        colours = np.unique(np.asarray(page.convert("RGB")).reshape(-1, 3), axis=0).astype(int)
+    assert (np.ptp(colours, axis=1) > 60).sum() > 10
+    nothing = {"position": np.zeros((3, 3)), "damage": np.full(3, np.nan)}
+    with pytest.raises(OutputError, match="'damage' is no finite number anywhere in the frame"):
+        view.picture(nothing, "damage", 0.0, tmp_path / "y.png")
+
+
+def test_a_list_of_frames_that_is_damaged_is_named(tmp_path: Path) -> None:
+    for text in (b"\xff\xfe", b'<DataSet timestep="np.float64(0.1)" part="0" file="frames/f.vtu"/>'):
+        (tmp_path / "frames.pvd").write_bytes(text)
+        with pytest.raises(OutputError, match=r"frames.pvd: cannot be read"):
+            view.frames(tmp_path)

@@ -84,6 +84,7 @@ traction = { x = "1 MPa" }
 body = "d"
 face = "+x"
 pressure = "1 MPa"
+spring = { stiffness = 1e9 }
 [[contact]]
 between = ["a", "b"]
 law = "pinball"

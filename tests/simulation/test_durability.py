@@ -7,9 +7,9 @@ import sys
 import time
 from pathlib import Path
 
-import meshio
 import numpy as np
 import pytest
+import pyvista
 
 import wsph
 from wsph.simulation import checkpoint
@@ -50,7 +50,7 @@ def readable(folder: Path) -> int:
     index = folder / "frames.pvd"
     listed = re.findall(r'file="([^"]+)"', index.read_text()) if index.exists() else []
     for name in listed:
-        mesh = meshio.read(folder / name)
+        mesh = pyvista.read(folder / name)
         assert np.isfinite(mesh.points).all()
         with np.load((folder / name).with_suffix(".npz")) as frame:
             assert len(frame["position"]) == len(mesh.points)

@@ -2,15 +2,20 @@
 
 import csv
 import json
+import re
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
-from wsph import run
+from wsph import Scene, load, run
 from wsph.cli import main
 from wsph.errors import SceneError
+from wsph.output.view import undominated
+from wsph.study.oracle import Oracle
 from wsph.study.runs import run_study
-from wsph.study.tables import load_study
+from wsph.study.tables import Study, load_study
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = f"""
@@ -109,3 +114,114 @@ def test_an_override_or_a_probe_that_is_not_there(tmp_path: Path, capsys: pytest
     wrong = TEXT.replace('column = "stress_xx"', 'column = "stress_yy"').replace("[0.5, 1.0, 1.5]", "[1.0]")
     assert main(["study", str(study(tmp_path, wrong))]) == 2
     assert "no column 'stress_yy' of probe 'fixed-end'; there is time, stress_xx" in capsys.readouterr().err
+
+
+BAR = TEXT.replace("[0.5, 1.0, 1.5]", "[0.5, 1.0]").replace(
+    'exact = "-8e5*(t > 5e-3 and t <= 7.5e-3)"', 'reference = "r.csv"'
+)
+
+
+def test_a_reference_is_compared_with_where_it_has_values(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The pulse until it ends at 7.5 ms, in a run of 10 ms: what comes after would count as an error of constant stress."""
+    (tmp_path / "r.csv").write_text("time,stress\n0,0\n5e-3,0\n5.001e-3,-8e5\n7.4e-3,-8e5\n")
+    assert main(["study", str(study(tmp_path, BAR)), "-o", str(tmp_path / "out")]) == 0
+    rows = json.loads((tmp_path / "out" / "study.json").read_text())["rows"]
+    over = "from 0 to 0.0074 s of 0 to 0.01 s: the reference has no more"
+    assert [row["compared"] for row in rows] == [over] * 4
+    assert rows[1]["error"] < 0.03
+    assert f"({over})" in capsys.readouterr().out
+    (tmp_path / "r.csv").write_text("time,stress\n0,0\n5e-3,0\n5.001e-3,-8e5\n7.5e-3,-8e5\n7.501e-3,0\n2e-2,0\n")
+    assert main(["study", str(study(tmp_path, BAR)), "-o", str(tmp_path / "out"), "--overwrite"]) == 0
+    rows = json.loads((tmp_path / "out" / "study.json").read_text())["rows"]
+    assert {row["compared"] for row in rows} == {"whole run"}
+
+
+REFERENCES = {
+    "not there": (None, "r.csv: cannot be read"),
+    "no numbers": ("time,stress\n", "r.csv: has 0 rows of a time and a value; at least 2 are needed|cannot be read"),
+    "three columns": ("a,b,c\n0,1,2\n1,2,3\n", "r.csv: cannot be read"),
+    "words": ("time,stress\n0,zero\n1,one\n", "r.csv: cannot be read"),
+    "not a number": ("time,stress\n0,0\n1e-3,nan\n1,0\n", "r.csv: line 3: has what is no finite number"),
+    "back in time": ("time,stress\n0,1\n2e-3,0\n1e-3,0\n", "r.csv: line 4: its time is before that of the line above"),
+    "of milliseconds": ("time,stress\n5,1\n10,1\n", "r.csv: is of 5 to 10 s, the run of 0 to 0.01 s"),
+}
+
+
+@pytest.mark.parametrize("each", REFERENCES)
+def test_a_reference_at_fault_is_named_before_anything_runs(tmp_path: Path, each: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:  # fmt: skip
+    content, message = REFERENCES[each]
+    if content is not None:
+        (tmp_path / "r.csv").write_text(content)
+    monkeypatch.setattr("wsph.study.runs.run", lambda *_, **__: pytest.fail("a run was made"))
+    assert main(["study", str(study(tmp_path, BAR)), "-o", str(tmp_path / "out")]) == 2
+    assert re.search(message, capsys.readouterr().err)
+    assert not (tmp_path / "out").exists()
+
+
+def test_answers_that_say_nothing_are_refused(tmp_path: Path) -> None:
+    over = {"name": "over", "where": "x > 0.5", "reduce": "mean", "fields": ["velocity_x"]}
+    two = {"name": "two", "at": [[0.25], [0.75]], "fields": ["velocity_x"]}
+    bar = load(ROOT / "examples" / "shock_bar.toml").with_(probes=[over, two], end="1 ms")
+    for oracle, message in (
+        (
+            {"probe": "over", "column": "velocity_x", "exact": "x*t"},
+            "'x\\*t' uses a place, but probe 'over' is over a selection",
+        ),
+        (
+            {"probe": "none", "column": "velocity_x", "exact": "t"},
+            "no probe is named 'none' in the scene; there is over, two",
+        ),
+        (
+            {"probe": "over", "column": "velocity_x", "exact": "0*t"},
+            "oracle.exact: is zero wherever it is compared with",
+        ),
+        ({"field": "velocity_x", "exact": "0*x"}, "oracle.exact: exact is zero everywhere"),
+    ):
+        with pytest.raises(SceneError, match=message):
+            run_study(Study(schema=1, scene="", oracle=oracle), bar, tmp_path)
+    # Of several points the one that the column is of.
+    moved = bar.with_(boundary=[], **{"bodies.0.velocity": ["x"]}, end="1 us")
+    for k, place in enumerate((0.25, 0.75)):
+        exact = Oracle(probe="two", column=f"velocity_x[{k}]", exact="x")
+        assert exact.error(run(moved), tmp_path).error < 1e-6, place
+
+
+def test_a_study_is_never_written_over_and_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:  # fmt: skip
+    path, out = study(tmp_path), tmp_path / "out"
+    made: list[float] = []
+
+    def counted(scene: Scene, **keys: Any) -> Any:
+        made.append(float(scene.run.cfl or 0.0))
+        if len(made) == 4:
+            raise KeyboardInterrupt
+        return run(scene, **keys)
+
+    monkeypatch.setattr("wsph.study.runs.run", counted)
+    again = ["study", str(path), "-o", str(out), "--workers", "1"]
+    assert main(again) == 130
+    assert f"interrupted; rows that are complete are in {out}: go on with --resume" in capsys.readouterr().err
+    assert len(json.loads((out / "study.json").read_text())["rows"]) == 3
+    assert main(again) == 2
+    assert "holds files already; choose another folder with -o, or give --overwrite" in capsys.readouterr().err
+    made[:] = [0.0] * 4
+    assert main([*again, "--resume"]) == 0
+    assert made[4:] == [0.5, 1.0, 1.5]
+    rows = json.loads((out / "study.json").read_text())["rows"]
+    assert [row["status"] for row in rows] == ["completed", "completed", "refused"] * 2
+    path.write_text(TEXT.replace("norm = 1", "norm = 2"))
+    assert main([*again, "--resume"]) == 0
+    assert made[7:] == [0.5, 1.0, 1.5] * 2
+    with pytest.raises(SystemExit):
+        main([*again, "--resume", "--overwrite"])
+    assert main(["study", str(path), "-o", str(tmp_path / "new"), "--resume"]) == 2
+    assert "holds no study to resume" in capsys.readouterr().err
+    foreign = tmp_path / "photos"
+    foreign.mkdir()
+    (foreign / "cat.jpg").touch()
+    assert main(["study", str(path), "-o", str(foreign), "--overwrite"]) == 2
+    assert "holds no study of wsph, so --overwrite does not touch it" in capsys.readouterr().err
+
+
+def test_a_front_has_no_row_that_another_is_better_than() -> None:
+    assert undominated(np.array([3.0, 4.0, 2.0, 2.0, 1.0, 5.0])).tolist() == [True, False, True, False, True, False]
+    assert undominated(np.array([])).tolist() == []

@@ -21,7 +21,8 @@ class Field:
     `at_points`: it stands where the stress does, which may be other places than those of the velocity. `leads`: it stands
     with the velocity, in what integrators advance by that name. `derived`: it is computed from the other fields, into one
     array that all states share, and is valid for the last state that it was computed for. `hidden`: it is not read by its
-    name. `square`: its numbers are a dim x dim matrix.
+    name. `square`: its numbers are a dim x dim matrix. `bounded`: where it is read between its
+    places, or beyond them, it stays within the range of those around.
     """
 
     name: str
@@ -32,6 +33,7 @@ class Field:
     derived: bool = False
     square: bool = False
     hidden: bool = False
+    bounded: bool = False
 
     def type(self, space: Space) -> type:
         """Its type in kernels."""
@@ -174,6 +176,10 @@ class State:
         address = (self.buffer.ptr or 0) + self.start[name] * np.dtype(self.space.numpy).itemsize
         size = self.counts[name] * self.widths[name]
         return wp.array(ptr=address, dtype=self.space.scalar, shape=size, device=self.device, copy=False)
+
+    def bounded(self, name: str) -> bool:
+        """Whether a field is read within the range of the values around."""
+        return self.layout.by_name[name].bounded
 
     def read(self, name: str) -> np.ndarray:
         """A copy of a field, (n, width), nondimensional, in double precision."""

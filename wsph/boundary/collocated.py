@@ -12,7 +12,7 @@ from wsph.boundary.conditions import (
     selected_conditions,
     velocity_key,
 )
-from wsph.boundary.prescribed import Prescribed, nonzero
+from wsph.boundary.programs.prescribed import Prescribed, nonzero
 from wsph.boundary.tables import Prescribing
 from wsph.errors import Fault, SceneError
 from wsph.expressions import constant_program
@@ -41,6 +41,9 @@ def face_conditions(scene: Prescribing, body: str, lattice: Lattice, labels: tup
             result.put("velocity", AXES.index(axis), nodes, value)
             moved[rows, AXES.index(axis)] = True
             loaded[rows] |= nonzero(value)
+        if condition.normal is not None:
+            text = "two-set bodies prescribe velocities along the axes of their shape: use symmetry, or an integrator of one set"
+            raise SceneError("scene", [Fault(0, f"boundary.{k}.normal", text)])
         for key in condition.acting:
             text = "two-set bodies prescribe stress on their faces: use an integrator of one set"
             raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])

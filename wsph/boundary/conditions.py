@@ -4,7 +4,8 @@ The rule at the faces of a two-set body (Herreros & Mabssout 2011, 3.2.4: essent
 each face prescribes one of (v_n | sigma_nn) and one of (v_t | sigma_nt) per tangent; a particle on several faces takes the
 union, except that among faces in one plane what holds a component of the velocity wins; a face that nothing is said of is
 free. Beside a free face a patch that is held in all components is another face: particles on its rim take the union.
-The faces of a box by name are those of its outside: sides of holes and cracks are free unless `where` selects them. Where
+Faces by name are those of the outside (`wsph.geometry.faces`): sides of holes and cracks are free unless `where` selects
+them. Where
 sigma_nn is prescribed the normal strain rate follows from its rate: also at a corner whose other face holds v_n (without
 it a cantilever's root grows by 2e-4 a step at nu = 0.499, C <= 0.5).
 """
@@ -18,7 +19,8 @@ import numpy as np
 
 from wsph.boundary.loads.acting import Load, LoadedFaces
 from wsph.boundary.loads.rows import FaceLoad
-from wsph.boundary.prescribed import Prescribed, nonzero
+from wsph.boundary.programs.prescribed import Prescribed, nonzero
+from wsph.boundary.slide import Slide
 from wsph.boundary.tables import Boundary, Prescribing
 from wsph.errors import Fault, SceneError
 from wsph.expressions import constant_program
@@ -36,7 +38,8 @@ class Conditions:
     of (particle, axis, signed area [m^(dim-1)]) on faces that move or carry stress. loads: prescribed loads as forces.
     acting: loads that follow the state, by a name, and where they act. mirrored (n,): how often a particle is there with its
     images across planes of symmetry, 1, 2, 4 or 8: its volume times that is a whole particle's. across (n,): bit k where
-    stresses are prescribed in the frame of a face across axis k of the grid, of two-set bodies alone.
+    stresses are prescribed in the frame of a face across axis k of the grid, of two-set bodies alone. slides: velocities
+    along faces' own normals.
     """
 
     entries: dict[tuple[str, int], dict[int, Prescribed]] = field(
@@ -47,6 +50,7 @@ class Conditions:
     work_axis: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     work_area: np.ndarray = field(default_factory=lambda: np.zeros(0))
     loads: list[FaceLoad] = field(default_factory=list[FaceLoad])
+    slides: list[Slide] = field(default_factory=list[Slide])
     acting: list[tuple[str, Load, LoadedFaces]] = field(default_factory=list[tuple[str, Load, LoadedFaces]])
     mirrored: np.ndarray = field(default_factory=lambda: np.ones(0))
     across: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
@@ -54,7 +58,8 @@ class Conditions:
     @property
     def moved(self) -> bool:
         """Whether a value other than zero is prescribed anywhere."""
-        return any(nonzero(value) for values in self.entries.values() for value in values.values())
+        slid = any(nonzero(slide.value) for slide in self.slides)
+        return slid or any(nonzero(value) for values in self.entries.values() for value in values.values())
 
     def prescribed(self, name: str, components: int, count: int) -> np.ndarray:
         """Which of the components of a field are prescribed, (count, components) bool."""
@@ -86,9 +91,12 @@ def velocity_key(k: int, condition: Boundary, axis: str) -> str:
     return f"boundary.{k}.velocity.{axis}" if axis in condition.velocity else f"boundary.{k}.{held}"
 
 
-def _nothing_selected(k: int, condition: Boundary) -> SceneError:
-    key, text = ("where", condition.where) if condition.where else ("face", condition.face)
-    return SceneError("scene", [Fault(0, f"boundary.{k}.{key}", f"{text!r} selects no particle of {condition.body!r}")])
+def _nothing_selected(k: int, condition: Boundary, faces: Faces) -> SceneError:
+    text = f"{condition.where!r} selects no particle of {condition.body!r}"
+    if condition.face:
+        text = f"{condition.face!r} is no face of {condition.body!r}, which has {', '.join(faces.names)}"
+    key = "face" if condition.face else "patch" if condition.patch else "where"
+    return SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
 
 
 def _of_patch(k: int, name: str, body: str, faces: Faces) -> np.ndarray:
@@ -117,5 +125,5 @@ def selected_conditions(
             chosen = select(condition.where or "", position, lattice.spacing)
             particles, rows = np.flatnonzero(chosen), np.all(chosen[on], axis=1)
         if not len(particles):
-            raise _nothing_selected(k, condition)
+            raise _nothing_selected(k, condition, lattice.faces)
         yield k, condition, particles, rows

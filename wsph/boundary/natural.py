@@ -10,7 +10,8 @@ from wsph.boundary.clashes import Claims
 from wsph.boundary.conditions import Conditions, prescribed_velocities, selected_conditions, velocity_key
 from wsph.boundary.loads.acting import LoadedFaces
 from wsph.boundary.loads.rows import stress_load, traction_load
-from wsph.boundary.prescribed import Prescribed
+from wsph.boundary.programs.prescribed import Prescribed
+from wsph.boundary.slide import Slide
 from wsph.boundary.tables import Prescribing
 from wsph.boundary.walls import Wall, Walls
 from wsph.errors import Fault, SceneError
@@ -85,9 +86,18 @@ def _natural_conditions(
         if condition.stress and len(velocities) == dim:
             text = "all velocities are prescribed too: a load there moves nothing"
             raise SceneError("scene", [Fault(0, f"boundary.{k}.stress", text)])
+        if condition.normal is not None:
+            slid = _slide(f"boundary.{k}.normal", scene.value(condition.normal, "m/s"), faces, on, rows)
+            result.slides.append(slid)
         for key, load in condition.acting.items():
             if not rows.any():
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", "acts on no face selected here")])
+            if load.by_corners and position is not lattice.nodes:
+                text = (
+                    'needs particles on the faces: use "stress-points", or "total-lagrangian" with pairs along edges; or a'
+                    " traction, which keeps its direction"
+                )
+                raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
             values = {name: scene.value(getattr(load, name), unit) for name, unit in load.values.items()}
             result.acting.append((f"{k}.{key}", load, _loaded(faces, on, rows, position, values)))
         for key, given in (("stress", condition.stress), ("traction", condition.traction)):
@@ -103,6 +113,21 @@ def _natural_conditions(
                     raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}.{label}", text)])
                 result.loads.append(load)
     return result
+
+
+def _slide(key: str, value: Prescribed, faces: Faces, on: np.ndarray, rows: np.ndarray) -> Slide:
+    """A velocity along the normals of some faces, by their particles."""
+    if not rows.any():
+        raise SceneError("scene", [Fault(0, key, "acts on no face selected here")])
+    whole = on.shape[1] == faces.vector.shape[1]
+    vector = faces.vector[rows] if whole else faces.vector[rows].sum(1, keepdims=True)
+    particle, where = np.unique(on[rows].ravel(), return_inverse=True)
+    dim = vector.shape[2]
+    total = np.stack([np.bincount(where.ravel(), vector[..., k].ravel(), len(particle)) for k in range(dim)], 1)
+    size = np.linalg.norm(total, axis=1, keepdims=True)
+    if not (size > 0.0).all():
+        raise SceneError("scene", [Fault(0, key, "selects two sides of one place, which have no normal in common")])
+    return Slide(key, value, particle, total / size)
 
 
 def _loaded(

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Literal, Protocol, cast
 from pydantic import AfterValidator, BaseModel, Field, create_model, model_validator
 from pydantic.fields import FieldInfo
 
-from wsph.boundary.functions import Function
 from wsph.boundary.loads.acting import Load
 from wsph.boundary.loads.table import LOADS
+from wsph.boundary.programs.functions import Function
 from wsph.expressions import Expression
 from wsph.quantities import Model, Strings, Value
 
@@ -32,6 +32,7 @@ class _Selection(Model):
     symmetry: Literal["x", "y", "z"] | None = None
     stress: dict[str, Value] = {}
     traction: dict[str, Value] = {}
+    normal: Value | None = None
 
 
 if TYPE_CHECKING:
@@ -49,8 +50,9 @@ class Boundary(_WithLoads):
     def _complete(self) -> "Boundary":
         if [self.where, self.face, self.patch].count(None) != 2:
             raise ValueError("exactly one of where, face and patch is needed")
-        if not (self.velocity or self.fixed or self.symmetry or self.stress or self.traction or self.acting):
-            kinds = ["velocity", "fixed", "symmetry", "stress", "traction", *LOADS]
+        given = (self.velocity, self.fixed, self.symmetry, self.stress, self.traction, self.normal is not None)
+        if not (any(given) or self.acting):
+            kinds = ["velocity", "fixed", "symmetry", "stress", "traction", "normal", *LOADS]
             raise ValueError(f"nothing is prescribed: give {', '.join(kinds[:-1])} or {kinds[-1]}")
         return self
 

@@ -17,7 +17,7 @@ from wsph.boundary.values import BoundaryValues
 from wsph.constitutive.evolution import volume_ratio
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
-from wsph.parts.works import Works
+from wsph.parts.works import PowerWorks
 
 
 @cache
@@ -62,7 +62,7 @@ def _work_kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
     return work
 
 
-class ExternalWork(Works):
+class ExternalWork(PowerWorks):
     """Work of the moved and loaded faces of a two-set body, by f rows of a particle on a face.
 
     _particle  # (f,) int32
@@ -90,8 +90,9 @@ class ExternalWork(Works):
             self._axis = wp.array(conditions.work_axis, dtype=wp.int32, device=device)
             self._area = wp.array(conditions.work_area / area_unit, dtype=wp.float64, device=device)
 
-    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object]]:
-        return self._kernel, [self._axes, state.struct, clock.time, self._particle, self._axis, self._area, self._n]
+    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object], list[object]]:
+        inputs = [self._axes, state.struct, clock.time, self._particle, self._axis, self._area, self._n]
+        return self._kernel, inputs, [self._power]
 
     @property
     def total(self) -> float:
@@ -179,7 +180,7 @@ class ConstraintWork:
 
 
 @cache
-def _load_kernel(space: Space, layout: Layout, loading: bool, holding: bool) -> wp.Kernel:
+def _drag_kernel(space: Space, layout: Layout, holding: bool) -> wp.Kernel:
     vec, Fields, drags = space.vec, fields_struct(space, layout), "drag" in dict(layout)
 
     @kernel(ranged=True)
@@ -187,7 +188,6 @@ def _load_kernel(space: Space, layout: Layout, loading: bool, holding: bool) -> 
         first: int,
         fields: Fields,
         clock: wp.array(dtype=wp.float64),
-        loads: wp.array(dtype=vec),
         hold: wp.array(dtype=vec),
         mass: wp.array(dtype=space.scalar),
         count: int,
@@ -197,13 +197,10 @@ def _load_kernel(space: Space, layout: Layout, loading: bool, holding: bool) -> 
         work_out: wp.array2d(dtype=wp.float64),
     ):
         block = first + wp.tid()
-        loaded = wp.float64(0.0)
         dragged = wp.float64(0.0)
         held = wp.float64(0.0)
         for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
             v = fields.velocity[i]
-            if wp.static(loading):
-                loaded += wp.float64(wp.dot(loads[i], v))
             if wp.static(drags):
                 # What it has changed times the mean velocity of the step: exact where the velocity is free, however long the
                 # step is beside the time in which it acts.
@@ -212,62 +209,43 @@ def _load_kernel(space: Space, layout: Layout, loading: bool, holding: bool) -> 
                 drag_out[i] = vec()
             if wp.static(holding):
                 held -= wp.float64(mass[i] * wp.dot(hold[i], v))
-        half = wp.float64(0.5) * dt_of(clock)
-        work_out[block, 0] = work_out[block, 0] + half * (loaded + power_out[block, 0])
-        work_out[block, 1] = work_out[block, 1] + wp.float64(0.5) * dragged
-        power_out[block, 0] = loaded
+        work_out[block, 0] = work_out[block, 0] + wp.float64(0.5) * dragged
         if wp.static(holding):
-            work_out[block, 2] = work_out[block, 2] + half * (held + power_out[block, 2])
-            power_out[block, 2] = held
+            half = wp.float64(0.5) * dt_of(clock)
+            work_out[block, 1] = work_out[block, 1] + half * (held + power_out[block, 1])
+            power_out[block, 1] = held
 
     return work
 
 
-class LoadWork(Works):
-    """Work of loads on a one-set body and of the forces that hold spurious modes (per mass), by the trapezoidal
-    rule. Work of its viscosity, from the velocities that it adds: `before`, (n,) vec, holds those at the start of a step."""
+class DragWork(PowerWorks):
+    """Work of the viscosity of a one-set body, from the velocities that it adds, and of the forces that hold spurious modes
+    (per mass). `before`, (n,) vec, holds the velocities at the start of a step, where there is drag."""
 
-    columns = 3
-
-    def __init__(
-        self,
-        space: Space,
-        state: State,
-        loads: wp.array | None,
-        hold: wp.array | None,
-        mass: np.ndarray,
-        device: str,
-        domain: Domain = WHOLE,
-    ):
+    def __init__(self, space: Space, state: State, hold: wp.array | None, mass: np.ndarray, device: str):
         self._drags = "drag" in state.widths
-        super().__init__(state.n, loads is not None or self._drags or hold is not None, device, domain)
-        self._kernel = _load_kernel(space, state.layout, loads is not None, hold is not None)
+        super().__init__(state.n, self._drags or hold is not None, device)
+        self._kernel = _drag_kernel(space, state.layout, hold is not None)
         self.before = wp.zeros(state.n if self._drags else 1, dtype=space.vec, device=device)
         if self._acts:
             # What the kernel leaves out it is given all the same.
-            self._loads = loads if loads is not None else self.before
             self._hold = hold if hold is not None else self.before
             self._mass = wp.array(mass, dtype=space.scalar, device=device)
 
-    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object]]:
+    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object], list[object]]:
         drag = state.struct.drag if self._drags else self.before
-        inputs = [state.struct, clock.time, self._loads, self._hold, self._mass, self._n]
-        return self._kernel, [*inputs, drag, self.before]
+        inputs = [state.struct, clock.time, self._hold, self._mass, self._n]
+        return self._kernel, inputs, [drag, self.before, self._power]
 
     def kept(self) -> dict[str, wp.array]:
         return super().kept() | ({"before": self.before} if self._drags else {})
 
     @property
-    def total(self) -> float:
-        """Work of the loads so far, nondimensional."""
-        return self._total(0)
-
-    @property
     def dragged(self) -> float:
         """Energy that drag has taken so far, nondimensional."""
-        return self._total(1)
+        return self._total(0)
 
     @property
     def held(self) -> float:
         """Work done against the holding forces so far, nondimensional."""
-        return self._total(2)
+        return self._total(1)

@@ -12,9 +12,11 @@ Every particle is a ball of radius R = `radius` spacings. With delta = R_i + R_j
 pairs; both ends compute the same number with the other sign, so linear momentum is kept to rounding, and angular momentum
 where there is no friction.
 
-A contact is an impulse between two steps, v += dt f/m at the positions there: with a method of second order or higher that
-is Strang's splitting, of second order. The work of the impulses, m dv (v_old + v_new)/2 summed, is the `contact` entry of
-the ledger. Candidates are all pairs within the radii and a skin, found again before a particle can leave it.
+A step of the bodies stands between two halves of an impulse, v += dt/2 f/m, with the forces of the positions there: with a
+method of second order or higher that is Strang's splitting, of second order. Between two steps, where states are read and
+works are summed, velocities so are those of the instant: at rest they are zero, and every entry of the ledger stands still.
+The `contact` entry is the energy that a penalty stores, and what friction and pinball contact have taken, from the change of
+the velocities. Candidates are all pairs within the radii and a skin, found again before a particle can leave it.
 """
 
 # pyright: strict
@@ -28,10 +30,9 @@ import warp as wp
 
 from wsph.backend.clock import Clock
 from wsph.backend.domain import WHOLE, Domain
-from wsph.backend.reduce import total
 from wsph.backend.space import Array, Space
 from wsph.contact.bodies import ContactBody, ContactPair, pushed, without_neighbours
-from wsph.contact.law import ContactLaw, kick_kernel, law_struct, push_kernel
+from wsph.contact.law import ContactLaw, law_struct, push_kernel
 from wsph.errors import Refused
 from wsph.plugins.integrators import publishes
 from wsph.protocols import Entry, PushedBody
@@ -45,7 +46,7 @@ SKIN = 0.6
 
 
 class Contacts:
-    """All contacts of a composition, as one interaction. `follow` before a step, `act` after it."""
+    """All contacts of a composition, as one interaction."""
 
     follows: bool = True
 
@@ -69,7 +70,10 @@ class Contacts:
         for name in taking_part:
             _refuse(named[name])
         origin = np.mean([pushed(named[name]).position.mean(0) for name in taking_part], axis=0)
-        self.sides = {name: ContactBody(named[name], origin, space, scales, clock, domain) for name in taking_part}
+        losing = {name for part in parts if part.law != "penalty" or part.friction > 0.0 for name in part.names}
+        self.sides = {
+            name: ContactBody(named[name], origin, space, scales, clock, domain, name in losing) for name in taking_part
+        }
         self._no_slot: Array = wp.zeros(1, dtype=wp.int32, device=device)
         self._no_weight: Array = wp.zeros(1, dtype=space.scalar, device=device)
         self._contacts: list[ContactPair] = []
@@ -164,8 +168,8 @@ class Contacts:
         self._find()
         return True
 
-    def act(self) -> None:
-        """The impulses of all contacts (launches)."""
+    def start(self) -> None:
+        """Find the forces at the start (launches)."""
         for contact in self._contacts:
             one, other, part = contact.one, contact.other, contact.part
             push = push_kernel(self._space, part.law, part.friction > 0.0, one is other)
@@ -175,26 +179,33 @@ class Contacts:
                 weight = weight if weight is not None else self._no_weight
                 rows = rows_of(self._space, pairs)
                 inputs = [law, rows, side.struct, against.struct, self._clock.time, slot, weight]
-                self._clock.launch(push, side.count, inputs, [side.impulse])
+                self._clock.launch(push, side.count, inputs, [side.force, side.lost, side.stored])
+
+    def begin(self) -> None:
+        """The first half of the impulses of a step, of the forces that stand (launches)."""
         for side in self.sides.values():
-            inputs = [side.volume, side.free, self._space.scalar(side.system.density)]
-            outputs = [side.impulse, side.v, side.system.started_from, side.work, side.held]
-            self._clock.launch(kick_kernel(self._space, side.system.drags), side.count, inputs, outputs)
+            side.kick(opens=True)
+
+    def act(self) -> None:
+        """The forces where the bodies are now, and the second half of the impulses (launches)."""
+        self.start()
+        for side in self.sides.values():
+            side.kick(opens=False)
 
     @property
     def energy(self) -> float:
-        """Energy that contacts have taken from the bodies so far, nondimensional."""
-        return -sum(total(side.work, self._domain) for side in self.sides.values())
+        """Energy that contacts store and have taken from the bodies so far, nondimensional."""
+        return sum(side.energy for side in self.sides.values())
 
     @property
     def held_work(self) -> float:
         """Work that prescribed motion has done against contacts so far, nondimensional."""
-        return sum(total(side.held, self._domain) for side in self.sides.values())
+        return sum(side.held_work for side in self.sides.values())
 
     def kept(self) -> dict[str, Array]:
-        """Works so far, by name: what a checkpoint holds of the contacts."""
-        works = {f"contact.{name}.work": side.work for name, side in self.sides.items()}
-        return works | {f"contact.{name}.held": side.held for name, side in self.sides.items()}
+        """Forces and works so far, by name: what a checkpoint holds of the contacts."""
+        sides = self.sides.items()
+        return {f"contact.{name}.{key}": array for name, side in sides for key, array in side.kept().items()}
 
     def restored(self) -> None:
         """Find the candidates of a state that has been put back."""

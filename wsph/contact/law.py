@@ -78,10 +78,11 @@ def push_size(space: Space, law: str) -> wp.Function:
 
 @cache
 def push_kernel(space: Space, law: str, rubbing: bool, itself: bool) -> wp.Kernel:
-    """Impulses of a step on the particles of a body, from those of another one or of itself. `slot` (pairs,): where the
-    weight of the link between two neighbours stands in `weight`, -1 for others."""
+    """Forces on the particles of a body, from those of another one or of itself, and the energy that they store; of the
+    forces `lost` are those that give none back. `slot` (pairs,): where the weight of the link between two neighbours stands
+    in `weight`, -1 for others."""
     real, vec, Law, Body, Rows = space.scalar, space.vec, law_struct(space), body_struct(space), rows_struct(space)
-    size_of = push_size(space, law)
+    size_of, stores = push_size(space, law), law == "penalty"
 
     @kernel(ranged=True)
     def push(
@@ -93,11 +94,15 @@ def push_kernel(space: Space, law: str, rubbing: bool, itself: bool) -> wp.Kerne
         clock: wp.array(dtype=wp.float64),
         slot: wp.array(dtype=wp.int32),
         weight: wp.array(dtype=real),
-        impulse_out: wp.array(dtype=vec),
+        force_out: wp.array(dtype=vec),
+        lost_out: wp.array(dtype=vec),
+        stored_out: wp.array(dtype=wp.float64),
     ):
         i = first + wp.tid()
         dt = real(dt_of(clock))
         total = vec()
+        lost = vec()
+        stored = real(0.0)
         for k in range(rows.offsets[i], rows.offsets[i + 1]):
             j = rows.indices[k]
             r = (own.x[i] - other.x[j]) + (own.u[i] - other.u[j])
@@ -113,22 +118,34 @@ def push_kernel(space: Space, law: str, rubbing: bool, itself: bool) -> wp.Kerne
                 mine = c.own_density * own.volume[i]
                 theirs = c.other_density * other.volume[j]
                 mass = mine * theirs / (mine + theirs)
-                size = size_of(c, c.reach - distance, closing, mass, dt)
-                total += dt * size * n
+                delta = c.reach - distance
+                size = size_of(c, delta, closing, mass, dt)
+                total += size * n
+                if wp.static(stores):
+                    # Each end holds its half of the pair's.
+                    stored += real(0.25) * size * delta
+                else:
+                    lost += size * n
                 if wp.static(rubbing):
                     sliding = moving + closing * n
                     speed = wp.length(sliding)
                     if speed > real(0.0):
-                        total -= wp.min(c.friction * dt * size, mass * speed) * (sliding / speed)
-        impulse_out[i] = impulse_out[i] + total
+                        rub = wp.min(c.friction * size, mass * speed / dt) * (sliding / speed)
+                        total -= rub
+                        lost -= rub
+        force_out[i] = force_out[i] + total
+        stored_out[i] = stored_out[i] + wp.float64(stored)
+        if wp.static(rubbing or not stores):
+            lost_out[i] = lost_out[i] + lost
 
     return push
 
 
 @cache
-def kick_kernel(space: Space, drags: bool) -> wp.Kernel:
-    """Change the velocities by the impulses, and count the work; the impulses are zero after it. `free` (n,) vec is one
-    along the axes along which a velocity is not prescribed."""
+def kick_kernel(space: Space, loses: bool, opens: bool) -> wp.Kernel:
+    """Change the velocities by half of the forces' impulse, and count the work. `free` (n,) vec is one along the axes along
+    which a velocity is not prescribed. `opens`: a step begins with it, and the forces are zero after it; `loses`: some of
+    them give no energy back."""
     real, vec = space.scalar, space.vec
 
     @kernel(ranged=True)
@@ -137,23 +154,29 @@ def kick_kernel(space: Space, drags: bool) -> wp.Kernel:
         volume: wp.array(dtype=real),
         free: wp.array(dtype=vec),
         density: real,
-        impulse_out: wp.array(dtype=vec),
+        clock: wp.array(dtype=wp.float64),
+        force_out: wp.array(dtype=vec),
+        lost_out: wp.array(dtype=vec),
+        stored_out: wp.array(dtype=wp.float64),
         velocity_out: wp.array(dtype=vec),
-        before_out: wp.array(dtype=vec),
-        work_out: wp.array(dtype=wp.float64),
+        taken_out: wp.array(dtype=wp.float64),
         held_out: wp.array(dtype=wp.float64),
     ):
         i = first + wp.tid()
-        J = impulse_out[i]
+        half = real(0.5) * real(dt_of(clock))
+        J = half * force_out[i]
         if wp.dot(J, J) > real(0.0):
             old = velocity_out[i]
             new = old + wp.cw_mul(free[i], J) / (density * volume[i])
             velocity_out[i] = new
-            if wp.static(drags):
-                before_out[i] = new
-            work_out[i] = work_out[i] + wp.float64(real(0.5) * wp.dot(J, old + new))
+            if wp.static(loses):
+                taken_out[i] = taken_out[i] - wp.float64(real(0.5) * half * wp.dot(lost_out[i], old + new))
             # What holds a prescribed component takes the impulse, and the work.
             held_out[i] = held_out[i] - wp.float64(wp.dot(J - wp.cw_mul(free[i], J), old))
-            impulse_out[i] = vec()
+        if wp.static(opens):
+            force_out[i] = vec()
+            stored_out[i] = wp.float64(0.0)
+            if wp.static(loses):
+                lost_out[i] = vec()
 
     return kick

@@ -11,7 +11,7 @@ def matter_fields(constitutive: Constitutive, *, at_points: bool = False, derive
     """Stress and internals of a material. `derived`: the stress follows from the deformation."""
     return (
         Field("stress", constitutive.width, "Pa", at_points=at_points, derived=derived),
-        Field("internals", len(constitutive.internals), "", at_points=at_points, hidden=True),
+        Field("internals", len(constitutive.internals), "", at_points=at_points, hidden=True, bounded=True),
     )
 
 

@@ -9,20 +9,16 @@ limited by the body's small motions (`wsph.stability.small_motions`).
 
 from collections.abc import Callable
 from functools import cached_property
-from itertools import pairwise
 from typing import Protocol, cast
 
 import numpy as np
 
 from wsph.backend.algebra import combine
-from wsph.backend.clock import Clock
 from wsph.backend.space import Array
 from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.natural import layer_conditions, node_conditions
-from wsph.boundary.values import BoundaryValues
 from wsph.boundary.walls import Wall
-from wsph.boundary.work import ConstraintWork, LoadWork
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.layout import (
     deformation_field,
@@ -32,13 +28,15 @@ from wsph.formulations.layout import (
     velocity_field,
 )
 from wsph.formulations.one_set_setup import Loads, Placement, RateSetup, pair_warnings, remembers
+from wsph.formulations.one_set_works import Prescribed
 from wsph.formulations.setup import Setup
-from wsph.formulations.system import System
+from wsph.formulations.system import HERE, System
 from wsph.parts.body_force import BodyForce
+from wsph.parts.body_force_work import WayWork
 from wsph.parts.fading import Fading
 from wsph.parts.part import Attached, Host, Neighbourhood
 from wsph.protocols import Entry
-from wsph.sph.averages import average, outward_weights, spanning_weights
+from wsph.sph.averages import Averages, average, bounded_average, outward_weights, spanning_weights
 from wsph.sph.pairs import Pairs
 from wsph.sph.weights import Weights
 from wsph.stability.krylov import Moving
@@ -111,18 +109,14 @@ class OneSetSystem(System):
         self.conditions = self._find_conditions(setup)
         self.layout = self._find_layout(host)
         self._derived: Derived | None = None
+        self._accepted: State | None = None
         if any(field.derived for field in self.layout.fields):
             self._derived = Derived(space, self.layout, len(self.point_volume), self.device)
             self.arrays.take("derived", self._derived.buffer)
         self.state = self._make(self.count, self.layout, len(self.point_volume), self._derived, own=True)
-        units = {"velocity": setup.scales.velocity}
-        self.boundary = BoundaryValues(
-            space, self.conditions, self.state, self.position, units, setup.scales.time, self.device
-        )
         self.loads = Loads(setup, self.conditions, self.placement, self.arrays.part("loads"))
-        self.force = BodyForce(
-            setup.scene.gravity, setup.body.damping, space, setup.scales, self.density, self.volume, self.device
-        )
+        self.force = BodyForce(setup.scene.gravity, setup.body.damping, space, setup.scales, self.density)
+        self.force_work = WayWork(self.force, self.volume, self.state, self.device)
         made = RateSetup(
             setup, host, self.placement, self.layout, self.conditions, self.loads, self.force, self.arrays, self.walls
         )
@@ -131,16 +125,20 @@ class OneSetSystem(System):
         self.response, self.breaks, self.total = self.form.response, self.form.breaks, self.form.total
         self.attached = self._attach(host)
         self.warnings = pair_warnings(made, self.form.blocks)
-        self.work = self._works = _Works(self, self.rates.holding if self.form.holds else None)
+        self.work = self._prescribed = Prescribed(
+            self.conditions,
+            self.loads,
+            space,
+            setup.scales,
+            self.state,
+            self.position,
+            self.density * self.volume,
+            self.rates.holding if self.form.holds else None,
+            self.arrays,
+        )
+        self.boundary = self._prescribed.values
         self.motions = SmallMotions(cast(Moving, self))
-        for name, holder in (("boundary", self.boundary), ("loads", self.loads.forces)):
-            self.arrays.part(name).adopt(holder)
-        for name, works in (
-            ("work", self._works.constraints),
-            ("loads.work", self._works.loads),
-            ("force", self.force),
-        ):
-            self.arrays.part(name).adopt(works, works.kept())
+        self.arrays.part("force").adopt(self.force_work, self.force_work.kept())
 
     def _find_conditions(self, setup: Setup) -> Conditions:
         """What is prescribed to its particles."""
@@ -230,26 +228,34 @@ class OneSetSystem(System):
 
     def impose(self, state: State, c: float | tuple[float, float]) -> None:
         """Set the prescribed velocities of a state, and the loads for the rates to come, at t + c dt."""
-        self.boundary.impose(state, self.clock, c)
-        self.loads.impose(self.clock, c)
+        self._set(state, c, counted=False)
 
     def constrain(self, state: State, c: float | tuple[float, float]) -> None:
         """`impose` on the state that the run continues from, in the middle of a step; its work is counted too."""
-        self._works.constraints.before(state, self.clock)
-        self.impose(state, c)
-        self._works.constraints.after(state, self.clock)
+        self._set(state, c, counted=True)
+
+    def _set(self, state: State, c: float | tuple[float, float], *, counted: bool) -> None:
+        """Set what is prescribed; `counted`: with its work."""
+        self._prescribed.impose(state, self.clock, c, counted=counted)
 
     def accept(self, state: State) -> None:
-        """Close the step: the stresses that the law allows, the prescribed values at t + dt, the work of the constraints,
-        loads, body forces and viscosity."""
+        """Close the step: the stresses that the law allows, the prescribed values at t + dt."""
+        self._closes(state)
         self.project(state)
         self.constrain(state, 1.0)
-        self._works.loads.add(state, self.clock)
-        self.force.add(state, self.clock)
-        for load in self.loads.acting:
-            load.advance(state)
+        self._accepted = state
         for part in self.attached.values():
             part.advance()
+
+    def kinetic(self, state: State) -> float:
+        """sum m |v|^2/2 over the free components of a state's velocity, nondimensional (a copy)."""
+        v = state.read("velocity") * self.free_components.reshape(-1, self.space.dim)
+        return 0.5 * self.density * float(self.volume @ (v**2).sum(1))
+
+    def close(self) -> None:
+        state = self._accepted or self.state
+        self._prescribed.close(state, self.clock)
+        self.force_work.add(state, self.clock)
 
     def follow(self) -> bool:
         return self.rates.follow()
@@ -262,7 +268,7 @@ class OneSetSystem(System):
 
     @property
     def ledger(self) -> tuple[Entry, ...]:
-        drag = Entry("dissipated", lambda: self._works.loads.dragged)
+        drag = Entry("dissipated", lambda: self._prescribed.drag.dragged)
         own = super().ledger
         external, rest = own[:3], own[3:]
         loads = (entry for load in self.loads.acting for entry in load.ledger)
@@ -270,7 +276,7 @@ class OneSetSystem(System):
 
     def held_energy(self) -> float:
         """Work done against forces that hold spurious modes so far, and energy of the stabilisation, nondimensional."""
-        return self._works.loads.held + self.rates.held_energy(self.state)
+        return self._prescribed.drag.held + self.rates.held_energy(self.state)
 
     @property
     def neighbours(self) -> Pairs:
@@ -281,12 +287,6 @@ class OneSetSystem(System):
     def breakable_weights(self) -> Array | None:
         """Weights of the `neighbours`, zero where a pair has broken; None where none can."""
         return next((part.weight for part in self.attached.values() if part.weight is not None), None)
-
-    @property
-    def started_from(self) -> Array:
-        """Velocities that the work of drag in a step is measured from, (n,) vec, where there is drag.
-        Whoever changes velocities between steps sets them too."""
-        return self._works.loads.before
 
     @property
     def pairs(self) -> int:
@@ -304,6 +304,10 @@ class OneSetSystem(System):
         for (_, component), values in self.conditions.entries.items():
             free[[self.state.index("velocity", particle, component) for particle in values]] = 0.0
         return free
+
+    def project_free(self, velocity: np.ndarray) -> np.ndarray:
+        """Velocities (n dim,) without what is prescribed of them, by components and along faces' own normals."""
+        return self._prescribed.slides.project(velocity * self.free_components)
 
     @property
     def drags(self) -> bool:
@@ -393,7 +397,9 @@ class OneSetSystem(System):
     def filtered(self, name: str) -> np.ndarray:
         """A field as frames carry it, at the particles, (n, width), nondimensional."""
         values = self.state.read(name)
-        return average(self._outwards, values) if self.points and self.state.counts[name] != self.count else values
+        if not self._apart(name):
+            return values
+        return (bounded_average if self.state.bounded(name) else average)(self._outwards, values)
 
     @cached_property
     def _outwards(self) -> Weights:
@@ -403,37 +409,25 @@ class OneSetSystem(System):
         """rho_0/J of every particle, (n,), nondimensional, J as frames have the deformation."""
         return self.density / self._volume_ratio(self.filtered)
 
-    def sample(self, points: np.ndarray, name: str = "velocity") -> list[tuple[np.ndarray, np.ndarray]]:
-        """Places and weights that a field is read with at each of `points` (m, dim) [m], linear-exact."""
-        at_nodes = self.placement.at_nodes and self.state.counts.get(name, self.count) == self.count
-        geometry = self.geometry
-        grid, sources = geometry.comparable(points, geometry.nodes if at_nodes else geometry.cells)
-        weights = spanning_weights(self.geometry, 1.6, (grid, sources), (grid, sources), np.ones(len(sources)))
-        offsets, indices, values = (a.numpy() for a in (weights.pairs.offsets, weights.pairs.indices, weights.values))
-        rows: list[tuple[np.ndarray, np.ndarray]] = [(indices[a:b], values[a:b]) for a, b in pairwise(offsets)]
-        # A point that is a particle reads that particle.
-        for n, (there, _) in enumerate(rows):
-            on = there[np.linalg.norm(sources[there] - grid[n], axis=1) < 1e-6]
+    def _apart(self, name: str) -> bool:
+        """Whether a field stands at points that are no particles."""
+        return self.points and self.state.counts[name] != self.count
+
+    def at_particles(self, particles: np.ndarray, name: str) -> list[Averages]:
+        if not self._apart(name):
+            return super().at_particles(particles, name)
+        return [Averages.of(self._outwards).only(particles)] * self.state.widths[name]
+
+    def _between(self, points: np.ndarray, name: str) -> Averages:
+        """Linear-exact; a point where the field stands reads that place."""
+        body = self.geometry
+        at_nodes = self.placement.at_nodes and not self._apart(name)
+        grid, sources = body.comparable(points, body.nodes if at_nodes else body.cells)
+        weights = spanning_weights(body, 1.6, (grid, sources), (grid, sources), np.ones(len(sources)))
+        found = Averages.of(weights)
+        for n, point in enumerate(grid):
+            there, _ = found.terms(n)
+            on = there[np.linalg.norm(sources[there] - point, axis=1) < HERE]
             if len(on):
-                rows[n] = (on[:1], np.ones(1))
-        return rows
-
-
-class _Works:
-    """External work of a one-set body: constraints and loads."""
-
-    def __init__(self, system: OneSetSystem, holding: Array | None):
-        space, mass, device = system.space, system.density * system.volume, system.device
-        self.constraints = ConstraintWork(space, system.boundary, mass, device)
-        loads = system.loads.vectors if system.loads.count else None
-        self.loads = LoadWork(space, system.state, loads, holding, mass, device)
-
-    def start(self, state: State, clock: Clock) -> None:
-        """Take the powers and impulses at the start of the run."""
-        self.constraints.start(state, clock)
-        self.loads.start(state, clock)
-
-    @property
-    def total(self) -> float:
-        """Work of constraints and loads so far, nondimensional."""
-        return self.constraints.total + self.loads.total
+                found = found.but(np.array([n]), Averages.themselves(on[:1]))
+        return found

@@ -13,12 +13,10 @@ from wsph.backend.state import State
 from wsph.constitutive.constitutive import Constitutive
 from wsph.geometry.geometry import Geometry
 from wsph.plugins.traits import internal_units
+from wsph.sph.averages import Averages
 from wsph.units import Scales
 
 DENSITY = "density"
-
-Places = list[tuple[np.ndarray, np.ndarray]]
-"""Particles and weights, for each point where a field is read."""
 
 
 class Readable(Protocol):
@@ -65,15 +63,19 @@ class Readable(Protocol):
         """Where the particles are, (n, dim) [m]."""
         ...
 
-    def sample(self, points: np.ndarray, name: str) -> Places:
-        """How to read a field of the state at `points` (m, dim) [m]."""
+    def at_particles(self, particles: np.ndarray, name: str) -> list[Averages]:
+        """How frames read the components of a field of the state at `particles` (m,)."""
+        ...
+
+    def sample(self, points: np.ndarray, name: str) -> list[Averages]:
+        """How to read the components of a field of the state at `points` (m, dim) [m]."""
         ...
 
 
 @dataclass(frozen=True)
 class Field:
     """A primitive field: `width` components in the state's field `stored`, from `first` on; `unit` is its SI unit and
-    `scale` what one inner unit is in it."""
+    `scale` what one inner unit is in it. `bounded`: it is read within the range of the values around."""
 
     name: str
     width: int
@@ -81,6 +83,7 @@ class Field:
     scale: float
     stored: str
     first: int = 0
+    bounded: bool = False
 
 
 def _scale(unit: str, scales: Scales) -> float:
@@ -106,12 +109,11 @@ class Reading:
         found: dict[str, Field] = {}
         for field in system.state.layout.fields:
             if not field.hidden:
-                found[field.name] = Field(
-                    field.name, field.width, field.unit, _scale(field.unit, system.scales), field.name
-                )
+                scale = _scale(field.unit, system.scales)
+                found[field.name] = Field(field.name, field.width, field.unit, scale, field.name, 0, field.bounded)
         places = {name: k for k, name in enumerate(constitutive.internals)}
         for name, unit in internal_units(constitutive.material).items():
-            found[name] = Field(name, 1, unit, constitutive.internal_scales[name], "internals", places[name])
+            found[name] = Field(name, 1, unit, constitutive.internal_scales[name], "internals", places[name], True)
         return found
 
     @property
@@ -149,16 +151,32 @@ class Reading:
         values = system.filtered(field.stored)
         return values[:, field.first : field.first + field.width] * field.scale
 
-    def where(self, name: str) -> np.ndarray:
-        """Where a field of the state stands in the reference configuration, (m, dim) [m]: at the particles, or at the cells
-        where stresses have places of their own."""
-        system = self._system
-        separate = system.state.counts.get(self.fields[name].stored, system.count) != system.count
-        return system.geometry.cells if separate else system.position
+    def unit(self, name: str) -> str:
+        """The SI unit of a primitive field, "1" of a plain number. Raises KeyError for one that the body does not have."""
+        return "kg/m3" if name == DENSITY else self.fields[name].unit or "1"
 
-    def sample(self, points: np.ndarray, name: str) -> Places:
-        """How to read a field of the state at `points` (m, dim) [m]."""
-        return self._system.sample(points, self.fields[name].stored)
+    def apart(self, name: str) -> bool:
+        """Whether a field stands at points of its own, inside the cells, and not at the particles."""
+        system = self._system
+        return system.state.counts.get(self.fields[name].stored, system.count) != system.count
+
+    def where(self, name: str) -> np.ndarray:
+        """Where a field of the state stands in the reference configuration, (m, dim) [m]."""
+        return self._system.geometry.cells if self.apart(name) else self._system.position
+
+    def at_places(self, places: np.ndarray, name: str) -> list[Averages]:
+        """How to read the components of a field at some of the places where it stands, (m,): of particles as frames do, of
+        points of its own as computed."""
+        field = self.fields[name]
+        if self.apart(name):
+            return [Averages.themselves(places)] * field.width
+        return self._system.at_particles(places, field.stored)[field.first : field.first + field.width]
+
+    def sample(self, points: np.ndarray, name: str) -> list[Averages]:
+        """How to read the components of a field of the state at `points` (m, dim) [m]: of a particle as frames do. Raises
+        ValueError for a point that has two values, on a crack."""
+        field = self.fields[name]
+        return self._system.sample(points, field.stored)[field.first : field.first + field.width]
 
     @property
     def buffers(self) -> tuple[Array, Array]:

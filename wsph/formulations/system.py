@@ -16,9 +16,14 @@ from wsph.constitutive.constitutive import project_kernel
 from wsph.formulations.setup import Setup
 from wsph.geometry.lattice import Lattice, on_grid
 from wsph.parts.body_force import BodyForce
+from wsph.parts.body_force_work import ForceWork
 from wsph.parts.part import Attached
 from wsph.parts.terms import Response
 from wsph.protocols import Entry
+from wsph.sph.averages import Averages
+
+HERE = 1e-6
+"""Distance from a particle at which a point is that particle [cells]."""
 
 
 class BodyWork(Protocol):
@@ -47,6 +52,7 @@ class System:
     boundary: BoundaryValues
     work: BodyWork
     force: BodyForce
+    force_work: ForceWork
     response: Response | None = None
     """The answer of a point in place of its law, or None."""
     breaks = False
@@ -66,7 +72,13 @@ class System:
         self.scales, self.clock, self.device = setup.scales, setup.clock, setup.device
         self.spacing, self.density = setup.geometry.spacing, setup.constitutive.density
         self.arrays = Arrays(setup.device)
+        self.accepted: tuple[State, int] | None = None
+        """The state that was last accepted, and how many launches of the step came before, of those that are listed."""
         self._made = 0
+
+    def _closes(self, state: State) -> None:
+        """Note that the step of `state` is closed now."""
+        self.accepted = state, self.clock.listed
 
     @property
     def lattice(self) -> Lattice:
@@ -80,7 +92,11 @@ class System:
     def start_works(self) -> None:
         """Note the powers of the current state, as those at the start of the run."""
         self.work.start(self.state, self.clock)
-        self.force.start(self.state, self.clock)
+        self.force_work.start(self.state, self.clock)
+
+    def close(self) -> None:
+        """Close a step, after all that acts on the body: its works, with the velocities at the end (launches)."""
+        raise NotImplementedError
 
     def hold(self, state: State, c: float | tuple[float, float]) -> None:
         """Impose prescribed values on the state that the run continues from; stresses in the axes of each face."""
@@ -100,8 +116,8 @@ class System:
         """Entries of the energy ledger beside the sums over the state, in the order in which they are added up."""
         force = (
             Entry("external_work", lambda: self.work.total),
-            Entry("external_work", lambda: self.force.gravity_work),
-            Entry("dissipated", lambda: self.force.damped),
+            Entry("external_work", lambda: self.force_work.gravity),
+            Entry("dissipated", lambda: self.force_work.damped),
         )
         return (*force, *(entry for part in self.attached.values() for entry in part.ledger))
 
@@ -160,6 +176,10 @@ class System:
         none. Asked on the host, when energies are."""
         return ""
 
+    def doubt(self) -> str:
+        """What makes the state at the end of a run a wrong answer, in words with the way out; empty where nothing does."""
+        return ""
+
     def filtered(self, name: str) -> np.ndarray:
         """A field as frames carry it, (n, width), nondimensional."""
         return self.state.read(name)
@@ -175,8 +195,24 @@ class System:
         thinning = self.constitutive.laws.kept.thinning
         return ratio * np.exp(read("internals")[:, thinning]) if thinning >= 0 else ratio
 
-    def sample(self, points: np.ndarray, name: str = "velocity") -> list[tuple[np.ndarray, np.ndarray]]:
-        """How to read a field at `points` (m, dim) [m]: its places and weights per point."""
+    def at_particles(self, particles: np.ndarray, name: str) -> list[Averages]:
+        """How frames read the components of a field at `particles` (m,): each with places and weights of its own."""
+        return [Averages.themselves(particles)] * self.state.widths[name]
+
+    def sample(self, points: np.ndarray, name: str) -> list[Averages]:
+        """How to read the components of a field at `points` (m, dim) [m]: at a particle as frames do. Raises ValueError for
+        a point with two values, on a crack."""
+        average = self._between(points, name)
+        grid, sources = self.geometry.comparable(points, self.position)
+        near = [np.flatnonzero(np.linalg.norm(sources - point, axis=1) < HERE) for point in grid]
+        if several := [k for k, there in enumerate(near) if len(there) > 1]:
+            raise ValueError(f"{points[several[0]].tolist()} is on a crack, with a value on either side")
+        on = np.array([k for k, there in enumerate(near) if len(there)], int)
+        particles = np.array([near[k][0] for k in on], int)
+        return [average.but(on, there) for there in self.at_particles(particles, name)]
+
+    def _between(self, points: np.ndarray, name: str) -> Averages:
+        """How to read a field at `points` (m, dim) [m] that are no particles."""
         raise NotImplementedError
 
     @property

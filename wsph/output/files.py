@@ -7,21 +7,32 @@ import os
 import re
 import tempfile
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from xml.etree import ElementTree
 
 from wsph.errors import OutputError
 
+LOCK = ".lock"
+"""The file of a folder that whoever writes there holds a lock on (`wsph.output.claim`)."""
+
 
 def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
-    """Let `write` fill a temporary file beside `path`, then rename it. Raises OutputError, leaving no debris."""
-    temporary = path.with_name(f".{path.stem}.partial{path.suffix}")
+    """Let `write` fill a temporary file beside `path`, then rename it. Raises OutputError; leaves no debris, whatever ends
+    it."""
+    temporary = _partial(path)
     try:
         write(temporary)
         os.replace(temporary, path)
     except OSError as error:
-        temporary.unlink(missing_ok=True)
         raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
+    finally:
+        with suppress(OSError):
+            temporary.unlink()
+
+
+def _partial(path: Path) -> Path:
+    return path.with_name(f".{path.stem}.partial{path.suffix}")
 
 
 def write_text(path: Path, content: str) -> None:
@@ -39,12 +50,17 @@ def _put(path: Path, content: str) -> None:
     path.write_text(content, encoding="utf-8", newline="\n")
 
 
-def check_writable(folder: Path, overwrite: bool, resume: bool = False) -> None:
-    """Whether a run may use `folder`, before anything is computed; leaves nothing behind. Raises OutputError."""
+def check_writable(
+    folder: Path, overwrite: bool, resume: bool = False, is_own: Callable[[Path], bool] | None = None
+) -> None:
+    """Whether a run may use `folder`, before anything is computed; leaves nothing behind. `is_own`: whether it is one that
+    may be written over, by default that of a run. Raises OutputError."""
     if "\0" in str(folder):
         raise OutputError("the output folder's name has a NUL character")
     try:
-        _check(folder, overwrite or resume)
+        if folder.is_symlink():
+            raise OutputError(f"{folder}: is a symbolic link; name the folder itself")
+        check_content(folder, overwrite, resume, is_own)
         ancestor = folder
         while not ancestor.exists():
             ancestor = ancestor.parent
@@ -53,27 +69,35 @@ def check_writable(folder: Path, overwrite: bool, resume: bool = False) -> None:
         raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error
 
 
-def _check(folder: Path, overwrite: bool) -> None:
-    if folder.is_symlink():
-        raise OutputError(f"{folder}: is a symbolic link; name the folder itself")
+def check_content(
+    folder: Path, overwrite: bool, resume: bool = False, is_own: Callable[[Path], bool] | None = None
+) -> None:
+    """Whether what a folder holds may be written over, or gone on with. Arguments as in `check_writable`."""
     if not folder.exists():
         return
     if not folder.is_dir():
         raise OutputError(f"{folder}: is a file, not a folder")
-    if not any(folder.iterdir()):
+    if all(each.name == LOCK for each in folder.iterdir()):
         return
-    if not overwrite:
+    if not overwrite and not resume:
         raise OutputError(f"{folder}: holds files already; choose another folder with -o, or give --overwrite")
-    if not _is_a_run(folder):
-        raise OutputError(f"{folder}: holds no run of wsph, so --overwrite does not touch it")
+    if not (is_own or _is_a_run)(folder):
+        asked = "overwrite does not touch it" if overwrite else "resume finds nothing there"
+        raise OutputError(f"{folder}: holds no {'run' if is_own is None else 'study'} of wsph, so --{asked}")
 
 
 def _is_a_run(folder: Path) -> bool:
-    """A folder that a run made: its summary, or the index of its frames if it was cut off before."""
+    """A folder that a run made: its summary, or what it began with if it was cut off before."""
     try:
         return "particle_steps_per_second" in json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
-        return (folder / "history.csv").is_file() and (folder / "frames").is_dir() and (folder / "probes").is_dir()
+        frames, probes = folder / "frames", folder / "probes"
+        if not (frames.is_dir() and probes.is_dir()):
+            return False
+        begun = (folder / "history.csv").is_file() or (folder / LOCK).is_file()
+        # Cut off before its first table it has frames at most.
+        own = all(re.fullmatch(r"\.?frame_\d{6}(\.partial)?\.\w+", path.name) for path in frames.iterdir())
+        return begun or (own and not any(probes.iterdir()))
 
 
 def own_files(folder: Path, listings: Sequence[str], suffixes: Sequence[str]) -> list[Path]:
@@ -82,5 +106,6 @@ def own_files(folder: Path, listings: Sequence[str], suffixes: Sequence[str]) ->
     frame = re.compile(rf"\.?frame_\d{{6}}(\.partial)?\.({'|'.join(map(re.escape, suffixes))})")
     frames = [path for path in (folder / "frames").glob("*") if frame.fullmatch(path.name)]
     own = [folder / name for name in ("summary.json", "history.csv", *filter(None, listings))]
+    own += [_partial(path) for path in own]
     own += list((folder / "checkpoints").glob("*checkpoint_*.npz"))
     return [*frames, *(folder / "probes").glob("*.csv"), *own]

@@ -27,9 +27,12 @@ from wsph.quantities import is_sequence, is_table
 class OutputFolder:
     """Writes one run. Creates the folder; an earlier run in it is removed first (`check_writable` has allowed it)."""
 
-    def __init__(self, folder: Path, formats: Sequence[str], times: Sequence[Listed] | None = None):
-        """`formats` by their names; `times`: the frames up to the checkpoint that the run in the folder goes on from."""
-        self.folder, self._formats = folder, named(formats)
+    def __init__(
+        self, folder: Path, formats: Sequence[str], times: Sequence[Listed] | None = None, bodies: Sequence[str] = ()
+    ):
+        """`formats` by their names; `times`: the frames up to the checkpoint that the run in the folder goes on from; names
+        of the `bodies`."""
+        self.folder, self._formats, self._bodies = folder, named(formats), tuple(bodies)
         self.times: list[Listed] = [(t, n, list(names)) for t, n, names in times or []]
         listings, suffixes = [each.listing for each in FORMATS], [each.suffix for each in FORMATS]
         try:
@@ -40,16 +43,20 @@ class OutputFolder:
         except OSError as error:
             raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error
 
-    def frame(self, time: float, points: np.ndarray, data: dict[str, np.ndarray]) -> None:
-        """Write one frame: `points` (n, dim) [m], `data` name -> (n,) or (n, width); tensors are (n, 6)."""
-        padded = np.zeros((len(points), 3))
-        padded[:, : points.shape[1]] = points
-        frame = Frame(padded, {name: _padded(values) for name, values in data.items()})
+    def frame(
+        self, time: float, points: np.ndarray, data: dict[str, np.ndarray], units: Mapping[str, str] | None = None
+    ) -> None:
+        """Write one frame: `points` (n, dim) [m], `data` name -> (n,) or (n, width); tensors are (n, 6). Types stay. `units`
+        of the fields by name."""
+        units = dict(units or {})
+        values = {name: _padded(values) for name, values in data.items()}
+        frame = Frame(_padded(points), values, float(time), units, self._bodies)
         for each in self._formats:
             path = self.folder / "frames" / f"{stem(len(self.times))}.{each.suffix}"
             write_atomically(path, lambda temporary, each=each: each.write(temporary, frame))
-        fields = [f"{name}:{1 if v.ndim == 1 else v.shape[1]}" for name, v in frame.data.items()]
-        self.times.append((time, len(points), fields))
+        arrays = {"position": (frame.points, "m"), **{name: (v, units.get(name, "")) for name, v in values.items()}}
+        words = [f"{name}:{1 if v.ndim == 1 else v.shape[1]}:{v.dtype.name}:{u}" for name, (v, u) in arrays.items()]
+        self.times.append((frame.time, len(points), words))
         for each in self._formats:
             each.index(self.folder, self.times)
 
@@ -79,8 +86,7 @@ def _json(value: object) -> object:
 
 
 def _padded(values: np.ndarray) -> np.ndarray:
-    if values.ndim == 2 and values.shape[1] == 2:
-        return np.column_stack([values, np.zeros(len(values))])
-    if values.ndim == 2 and values.shape[1] == 1:
-        return np.column_stack([values, np.zeros((len(values), 2))])
-    return values
+    """Vectors of one and two dimensions with the zeros that make them three."""
+    if values.ndim == 1 or values.shape[1] > 2:
+        return values
+    return np.pad(values, ((0, 0), (0, 3 - values.shape[1])))

@@ -2,7 +2,8 @@
 
 # pyright: strict
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
@@ -11,15 +12,21 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Frame:
-    """The particles at one time: `points` (n, 3) [m], and fields by name, (n,), (n, 3) or, of a tensor, (n, 6) in VTK's
-    order, SI. What is not of three dimensions is padded with zeros."""
+    """The particles at one `time` [s]: `points` (n, 3) [m], and fields by name, (n,), (n, 3) or, of a tensor, (n, 6) in
+    VTK's order, SI. What is not of three dimensions is padded with zeros. Types are those to be written: single precision
+    where the run has it. `units` of the fields by name, "1" of plain numbers; names of the `bodies`, in the order of the
+    numbers that the field "body" has."""
 
     points: np.ndarray
     data: dict[str, np.ndarray]
+    time: float = 0.0
+    units: Mapping[str, str] = field(default_factory=dict[str, str])
+    bodies: tuple[str, ...] = ()
 
 
 Listed = tuple[float, int, list[str]]
-"""A frame that has been written: its time [s], its particles, and its fields, each "NAME:WIDTH"."""
+"""A frame that has been written: its time [s], its particles, and its points and fields, each "NAME:WIDTH:TYPE:UNIT" with
+numpy's name of the type."""
 
 
 def stem(number: int) -> str:

@@ -37,10 +37,14 @@ def frames(folder: Path) -> list[tuple[float, Path]]:
     index = folder / "frames.pvd"
     if not index.exists():
         raise OutputError(f"{folder}: no frames.pvd; is it the folder of a run that wrote vtu?")
-    found = re.findall(r'timestep="([^"]+)".*?file="([^"]+)"', index.read_text(encoding="utf-8"))
-    if not found:
+    try:
+        found = re.findall(r'timestep="([^"]+)".*?file="([^"]+)"', index.read_text(encoding="utf-8"))
+        listed = [(float(time), folder / name) for time, name in found]
+    except (OSError, ValueError) as error:
+        raise OutputError(f"{index}: cannot be read: {error}") from None
+    if not listed:
         raise OutputError(f"{folder}: frames.pvd lists no frame")
-    return [(float(time), folder / name) for time, name in found]
+    return listed
 
 
 def read(path: Path) -> dict[str, np.ndarray]:
@@ -94,8 +98,8 @@ def picture(
         return plotter
     try:
         plotter.screenshot(str(save))
-    except OSError as error:
-        raise OutputError(f"{save}: cannot be written: {error.strerror or error}") from error
+    except (OSError, ValueError) as error:  # a link to a file of another kind is a ValueError
+        raise OutputError(f"{save}: cannot be written: {error}") from error
     plotter.close()
     return None
 
@@ -107,7 +111,8 @@ def _drawn(data: dict[str, np.ndarray], name: str, time: float, limits: tuple[fl
     points[:, : data["position"].shape[1]] = data["position"]
     plotter = pv.Plotter(off_screen=not shown, window_size=list(SIZE))
     title = f"{label}   t = {time:.6g} s"
-    low, high = limits or (float(values.min()), float(values.max()))
+    there = _finite(values, name)
+    low, high = limits or (float(there.min()), float(there.max()))
     if high - low <= 1e-12 * max(abs(high), abs(low)):
         margin = 0.05 * max(abs(high), abs(low)) or 1.0
         low, high = low - margin, high + margin
@@ -115,6 +120,7 @@ def _drawn(data: dict[str, np.ndarray], name: str, time: float, limits: tuple[fl
         chart = pv.Chart2D(x_label="x [m]", y_label=label)
         chart.title = title
         order = np.argsort(points[:, 0])
+        order = order[np.isfinite(values[order])]
         chart.line(points[order, 0], values[order], color="#1f5fa8", width=3.0)
         chart.y_range = [low - 0.05 * (high - low), high + 0.05 * (high - low)]
         plotter.add_chart(chart)
@@ -125,13 +131,14 @@ def _drawn(data: dict[str, np.ndarray], name: str, time: float, limits: tuple[fl
         extent = np.ptp(points, axis=0).max()
         size = float(np.clip(0.95 * min(SIZE) / max(extent / _spacing(points) + 1.0, 1.0), 2.0, 40.0))
         # One particle at a corner must not leave the rest in one colour: what lies far above has a colour of its own.
-        usual = low + 2.0 * (float(np.percentile(values, 99.5)) - low) if limits is None else high
+        usual = low + 2.0 * (float(np.percentile(there, 99.5)) - low) if limits is None else high
         top = min(high, usual) if usual > low else high
         plotter.add_mesh(
             cloud,
             scalars=label,
             cmap="viridis",
             clim=[low, top],
+            nan_color="lightgray",
             above_color="crimson" if top < high else None,
             lighting=not flat,
             render_points_as_spheres=not flat,
@@ -142,6 +149,14 @@ def _drawn(data: dict[str, np.ndarray], name: str, time: float, limits: tuple[fl
         if flat:
             plotter.view_xy()
     return plotter
+
+
+def _finite(values: np.ndarray, name: str) -> np.ndarray:
+    """The values that are numbers: a body without the field has none."""
+    there = values[np.isfinite(values)]
+    if not len(there):
+        raise OutputError(f"{name!r} is no finite number anywhere in the frame: there is nothing to draw")
+    return there
 
 
 def _spacing(points: np.ndarray) -> float:
@@ -175,7 +190,7 @@ def _animate(found: list[tuple[float, Path]], name: str, save: Path) -> None:
     except ImportError:
         raise OutputError("a .gif needs pillow: pip install pillow") from None
     loaded = [(time, read(path)) for time, path in found]
-    values = [_scalar(data, name)[1] for _, data in loaded]
+    values = [_finite(_scalar(data, name)[1], name) for _, data in loaded]
     limits = (float(min(v.min() for v in values)), float(max(v.max() for v in values)))
     with tempfile.TemporaryDirectory() as folder:
         pages: list[Image.Image] = []
@@ -190,8 +205,15 @@ def _animate(found: list[tuple[float, Path]], name: str, save: Path) -> None:
             raise OutputError(f"{save}: cannot be written: {error.strerror or error}") from error
 
 
+def undominated(errors: np.ndarray) -> np.ndarray:
+    """Which of the errors (n,), by rising cost, are below all that cost less, (n,) bool."""
+    before = np.minimum.accumulate(np.concatenate([[np.inf], errors]))[:-1]
+    return errors < before
+
+
 def front(rows: Sequence[Mapping[str, str | int | float]], title: str, save: str | Path) -> None:
-    """Error against right-hand sides of a study's rows, a line for each variant, both axes logarithmic."""
+    """Error against right-hand sides of a study's rows, a point each, both axes logarithmic. A line joins the front of each
+    variant: the rows to which it has no other that is as cheap and as near."""
     pv = _pyvista()
     plotter = pv.Plotter(off_screen=True, window_size=[900, 650])
     chart = pv.Chart2D(x_label="right-hand sides", y_label="relative error")
@@ -202,7 +224,8 @@ def front(rows: Sequence[Mapping[str, str | int | float]], title: str, save: str
         if found:
             x, y = np.array(found, float).T
             color = colors[k % len(colors)]
-            chart.line(x, y, color=color, width=2.0, label=name)
+            best = undominated(y)
+            chart.line(x[best], y[best], color=color, width=2.0, label=name)
             chart.scatter(x, y, color=color, size=8, style="o")
     chart.x_axis.log_scale = chart.y_axis.log_scale = True
     chart.title = title

@@ -3,8 +3,12 @@
 # pyright: strict
 # pyright: reportMissingTypeStubs=false
 
+import io
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
+
+import numpy as np
 
 from wsph.output.files import write_text, xml_text
 from wsph.output.frames import Frame, Listed, stem
@@ -19,11 +23,15 @@ class Xdmf:
         """Write a frame as a file."""
         import h5py
 
-        with h5py.File(path, "w") as file:
-            file["position"] = frame.points
-            for name, v in frame.data.items():
+        # In memory: HDF5 itself falls over where the disk is full.
+        content = io.BytesIO()
+        with h5py.File(content, "w") as file:
+            file.attrs["TimeValue"], file.attrs["bodies"] = frame.time, list(frame.bodies)
+            for name, v in {"position": frame.points, **frame.data}.items():
                 # ParaView reads XDMF's Tensor6 as xx xy xz yy yz zz; all nine leave nothing to guess.
                 file[name] = v[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]] if v.ndim == 2 and v.shape[1] == 6 else v
+                file[name].attrs["unit"] = "m" if name == "position" else frame.units.get(name, "")
+        path.write_bytes(content.getbuffer())
 
     def index(self, folder: Path, frames: list[Listed]) -> None:
         """Write frames.xdmf."""
@@ -40,18 +48,23 @@ class Xdmf:
             grid = ElementTree.SubElement(series, "Grid", Name=f"frame {number}", GridType="Uniform")
             ElementTree.SubElement(grid, "Time", Value=repr(time))
             ElementTree.SubElement(grid, "Topology", TopologyType="Polyvertex", NumberOfElements=str(n))
-            _data_item(ElementTree.SubElement(grid, "Geometry", GeometryType="XYZ"), f"{n} 3", f"{source}:/position")
             for entry in names:
-                name, width = entry.rsplit(":", 1)
-                kind = {"1": "Scalar", "3": "Vector", "6": "Tensor"}.get(width, "Matrix")
-                attribute = ElementTree.SubElement(grid, "Attribute", Name=name, AttributeType=kind, Center="Node")
-                _data_item(attribute, {"1": f"{n}", "6": f"{n} 9"}.get(width, f"{n} {width}"), f"{source}:/{name}")
+                name, width, of, unit = entry.split(":", 3)
+                if name == "position":
+                    parent = ElementTree.SubElement(grid, "Geometry", GeometryType="XYZ")
+                else:
+                    kind = {"1": "Scalar", "3": "Vector", "6": "Tensor"}.get(width, "Matrix")
+                    parent = ElementTree.SubElement(grid, "Attribute", Name=name, AttributeType=kind, Center="Node")
+                if unit:
+                    ElementTree.SubElement(parent, "Information", Name="unit", Value=unit)
+                shape = {"1": f"{n}", "6": f"{n} 9"}.get(width, f"{n} {width}")
+                _data_item(parent, shape, np.dtype(of), f"{source}:/{name}")
         write_text(folder / self.listing, xml_text(root))
 
 
-def _data_item(parent: ElementTree.Element, dimensions: str, source: str) -> None:
-    kind = "Int" if source.endswith(("/id", "/body")) else "Float"
+def _data_item(parent: ElementTree.Element, dimensions: str, of: np.dtype[Any], source: str) -> None:
+    kind, size = "Int" if of.kind == "i" else "Float", str(of.itemsize)
     item = ElementTree.SubElement(
-        parent, "DataItem", Format="HDF", Dimensions=dimensions, NumberType=kind, Precision="8"
+        parent, "DataItem", Format="HDF", Dimensions=dimensions, NumberType=kind, Precision=size
     )
     item.text = source

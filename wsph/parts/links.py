@@ -116,7 +116,7 @@ class Links(Part):
         return f"body {host.name!r}: cracks of links follow the lattice, by up to 30 degrees; phase_field has fracture that does not"
 
     def fields(self, host: Host) -> tuple[Field, ...]:
-        return (Field("damage", 1, "", at_points=True, derived=True),)
+        return (Field("damage", 1, "", at_points=True, derived=True, bounded=True),)
 
     def attach(self, host: Host, seen: Neighbourhood, state: State, clock: Clock, arrays: Arrays) -> Attached | None:
         spacing = host.geometry.spacing

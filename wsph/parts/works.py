@@ -1,4 +1,4 @@
-"""Works by the trapezoidal rule, on the device, for entries of the ledger."""
+"""Works on the device, for entries of the ledger."""
 
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
@@ -13,10 +13,9 @@ from wsph.backend.state import State
 
 
 class Works:
-    """Works by the trapezoidal rule, one a column, summed in blocks of particles (`wsph.backend.reduce`). `_launch` gives
-    the kernel that adds half a step of the power now and the power before, and its inputs.
+    """Works, one a column, summed in blocks of rows (`wsph.backend.reduce`). `_launch` gives the kernel that adds those of a
+    step, its inputs, and what it writes beside them.
 
-    _power  # (blocks, columns) float64, powers at the end of the last step, nondimensional
     _work   # (blocks, columns) float64, works so far, nondimensional
     """
 
@@ -25,27 +24,41 @@ class Works:
     def __init__(self, n: int, acts: bool, device: str, domain: Domain = WHOLE):
         self._n, self._acts, self._domain = n, acts, domain
         if acts:
-            self._power: Array = wp.zeros((blocks(n), self.columns), dtype=wp.float64, device=device)
-            self._work: Array = wp.zeros_like(self._power)
+            self._work: Array = wp.zeros((blocks(n), self.columns), dtype=wp.float64, device=device)
 
-    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object]]:
+    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object], list[object]]:
         raise NotImplementedError
 
     def add(self, state: State, clock: Clock) -> None:
         """Add the work of a step whose final values stand in `state` (a launch, where there is something)."""
         if self._acts:
-            kernel, inputs = self._launch(state, clock)
-            clock.launch(kernel, self._work.shape[0], inputs, [self._power, self._work])
+            kernel, inputs, outputs = self._launch(state, clock)
+            clock.launch(kernel, self._work.shape[0], inputs, [*outputs, self._work])
 
     def start(self, state: State, clock: Clock) -> None:
-        """Take the power at the start of the run."""
+        """Take what is there at the start of the run."""
         if self._acts:
             self.add(state, clock)
             self._work.zero_()
 
     def kept(self) -> dict[str, Array]:
         """The arrays that a checkpoint holds of it, by name."""
-        return {"power": self._power, "work": self._work} if self._acts else {}
+        return {"work": self._work} if self._acts else {}
 
     def _total(self, column: int) -> float:
         return float(totals(self._work, self._domain)[column]) if self._acts else 0.0
+
+
+class PowerWorks(Works):
+    """Works by the trapezoidal rule: the kernel adds half a step of the power now and the power before.
+
+    _power  # (blocks, columns) float64, powers at the end of the last step, nondimensional
+    """
+
+    def __init__(self, n: int, acts: bool, device: str, domain: Domain = WHOLE):
+        super().__init__(n, acts, device, domain)
+        if acts:
+            self._power: Array = wp.zeros_like(self._work)
+
+    def kept(self) -> dict[str, Array]:
+        return super().kept() | ({"power": self._power} if self._acts else {})

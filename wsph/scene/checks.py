@@ -41,10 +41,14 @@ def between_tables(scene: SceneTables) -> Iterator[Fault]:
     for k, condition in enumerate(scene.boundary):
         yield from _body_name_fault(condition.body, names, f"boundary.{k}.body")
         yield from _boundary_faults(scene, condition, f"boundary.{k}")
+    pairs = [frozenset(contact.names) for contact in scene.contact]
     for k, contact in enumerate(scene.contact):
+        key = f"contact.{k}." + ("self" if contact.between is None else "between")
         for name in contact.names:
-            key = f"contact.{k}." + ("self" if contact.between is None else "between")
             yield from _body_name_fault(name, names, key)
+        if pairs.index(pairs[k]) != k:
+            which = " and ".join(map(repr, contact.names))
+            yield Fault(0, key, f"{which} stand in contact.{pairs.index(pairs[k])} already; they would push twice")
     for axis in scene.gravity:
         if axis not in AXES[: scene.dim]:
             yield Fault(0, f"gravity.{axis}", f"is none of {', '.join(AXES[: scene.dim])}")
@@ -147,6 +151,11 @@ def _boundary_faults(scene: SceneTables, condition: Boundary, key: str) -> Itera
                 yield Fault(0, f"{key}.{table}.{component}", f"is none of {', '.join(allowed)}")
             place = f"{key}.{table}.{component}"
             yield from _value_faults(scene, lambda v=value, u=unit: scene.value(v, u), value, place, unit)
+    if condition.normal is not None:
+        slide = condition.normal
+        yield from _value_faults(scene, lambda: scene.value(slide, "m/s"), slide, f"{key}.normal", "m/s")
+        if condition.fixed or condition.velocity or condition.symmetry:
+            yield Fault(0, f"{key}.normal", "goes with no other velocity in one entry: write another for that")
     for load, table in condition.acting.items():
         for name, unit in table.values.items():
             value = getattr(table, name)

@@ -2,6 +2,8 @@
 
 # pyright: strict
 
+from pathlib import Path
+
 import numpy as np
 
 from wsph.errors import Fault, Refused, SceneError
@@ -34,12 +36,19 @@ def geometry_of(scene: Scene, number: int, formulation: Formulation) -> Geometry
         raise Refused(
             f'body {body.name!r}: its surface cannot be fitted: {why}; leave that out, or write surface = "stairs"'
         )
-    if body.surface == "stairs" or why or on_grid_lines(body.shape):
+    if not is_fitted(scene, body, formulation):
         return _lattice(body, body.shape, body.spacing, number, scene.run.seed, formulation.traits.splits_cracks)
     try:
         return meshed(fit(body.shape, body.spacing, scene.run.seed), body.shape.axes)
     except ValueError as error:
         raise SceneError("scene", [Fault(0, f"{key}.surface", f"{error}; {WAY_OUT}")]) from None
+
+
+def is_fitted(scene: Scene, body: Body, formulation: Formulation) -> bool:
+    """Whether the surface of a body is fitted: of one with a shape that no grid meets, by default."""
+    if body.shape is None or body.surface == "stairs" or stairs_because(scene, body, formulation):
+        return False
+    return not on_grid_lines(body.shape)
 
 
 def stairs_because(scene: Scene, body: Body, formulation: Formulation) -> str:
@@ -72,7 +81,7 @@ def _from_file(scene: Scene, body: Body, key: str, formulation: Formulation) -> 
     if any(body.name in contact.names for contact in scene.contact):
         raise Refused(f"body {body.name!r}: contact between balls needs particles of equal size, which a mesh has not")
     try:
-        return meshed(read_mesh(scene.folder / table.file, scene.dim, table.scale, table.part))
+        return meshed(read_mesh(Path(table.file), scene.dim, table.scale, table.part))
     except OSError as error:
         raise SceneError("scene", [Fault(0, f"{key}.mesh.file", str(error))]) from None
     except ValueError as error:

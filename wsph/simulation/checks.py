@@ -8,6 +8,7 @@ a body flies or turns almost undeformed, that is no measure: a twentieth of its 
 
 # pyright: strict
 
+import json
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -15,14 +16,21 @@ from typing import TypedDict
 
 import numpy as np
 
+from wsph.constitutive.sampling import fault_of_law
+from wsph.contact.watch import Watch
 from wsph.errors import Unstable
+from wsph.plugins import integrators
 from wsph.simulation.composition import BodyRun
 from wsph.simulation.diagnostics import BodySums
 from wsph.simulation.ledger import HELD, Account
 from wsph.simulation.timeline import Timeline
+from wsph.stability.limit import SLACK
 
 ENERGY_WARNING, LOSS_WARNING, ENERGY_AFTER = 0.02, 0.10, 20
 """Parts of the largest energy seen beyond which created and lost energy are warned of; steps before the first look."""
+
+
+_SWINGS = "energy swings and does not grow, as that of motions which few steps resolve: use a smaller run.cfl"
 
 
 def warn(text: str) -> None:
@@ -139,20 +147,45 @@ class CheckFacts(TypedDict):
 class Checks:
     """The finite check, the energy stop and their warnings."""
 
-    def __init__(self, bodies: Sequence[BodyRun], timeline: Timeline, energy: float):
-        """`energy`: the part of the largest energy seen that may be created before a run is stopped."""
+    def __init__(self, bodies: Sequence[BodyRun], timeline: Timeline, energy: float, touching: set[frozenset[str]]):
+        """`energy`: the part of the largest energy seen that may be created before a run is stopped; `touching`: the pairs
+        of bodies that contact keeps apart."""
         self._bodies, self._timeline, self._stop = bodies, timeline, energy
-        self._largest, self._warned = 0.0, False
-        self.findings = Findings(bodies)
+        self._largest, self._warned, self._swung = 0.0, False, False
+        self.findings, self.watch = Findings(bodies), Watch(bodies, touching)
 
     def finite(self, step: int, sums: Sequence[BodySums]) -> None:
-        """Raise Unstable where a state is not finite, a particle is turned inside out, or the formulation finds a fault."""
+        """Raise Unstable where a state is not finite, a particle is turned inside out, or the formulation finds a fault.
+        Warn at the end of what makes the answer a wrong one."""
         for run, each in zip(self._bodies, sums, strict=True):
             if each.bad >= 0:
                 name, what = _broken(run, each.bad)
+                if name != "deformation" and (fault := _fault_of_law(run)):
+                    what = f"{what}, because of {fault}"
                 raise unstable(self._timeline, step, run, name, what, each.bad, run.system.position[each.bad])
             if fault := run.system.fault():
                 raise unstable(self._timeline, step, run, "displacement", fault)
+            if step == self._timeline.last and (doubt := run.system.doubt()):
+                warn(doubt)
+
+    def apart(self, step: int) -> None:
+        """Warn of bodies that have run into each other; raise Unstable where contact was to keep them apart."""
+        for met in self.watch.look(step, self._timeline.dt):
+            one, other = self._bodies[met.one], self._bodies[met.other]
+            place = ", ".join(f"{x:.4g}" for x in met.place)
+            names = [self._bodies[k].body.name for k in sorted((met.one, met.other))]
+            if met.named:
+                what = (
+                    f"it is inside of body {other.body.name!r}, which it has passed through or merged with, and contact pushes it"
+                    ' the wrong way: use a smaller step or spacing, law = "penalty", or a larger contact.stiffness'
+                )
+                raise unstable(self._timeline, step, one, "contact", what, met.particle, met.place)
+            if step == 0:
+                continue  # They overlap from the start, which has been said.
+            warn(
+                f"step {step}, t = {self._timeline.time(step):.4g} s: bodies {names[0]!r} and {names[1]!r} run into each other at"
+                f" ({place}) m and pass through each other: nothing acts between them; write [[contact]] between = {json.dumps(names)}"
+            )
 
     def energy(self, step: int, account: Account) -> Unstable | None:
         """The error that stops the run where more energy was created than it allows, or None. Warns earlier, and of a loss
@@ -162,15 +195,26 @@ class Checks:
         total, work = account.total, account.work
         self._largest = max(self._largest, abs(total), abs(work))
         created = (total - work) / self._largest if self._largest > 0.0 else 0.0
-        if created > self._stop:
+        swing = self._swing() / self._largest if created > ENERGY_WARNING else 0.0
+        if created - swing > self._stop:
             what = f"energy was created: {100 * created:.3g} % of the largest seen, beyond stop.energy = {self._stop:g}"
             return unstable(self._timeline, step, self._bodies[0], "energy", what)
-        if created > ENERGY_WARNING and not self._warned:
+        if created - swing > ENERGY_WARNING and not self._warned:
             self._warned = True
             warn(f"step {step}: energy was created, {100 * created:.3g} % of the largest seen")
+        elif created > self._stop and not self._swung:
+            self._swung = True
+            warn(f"step {step}: {_SWINGS}; now by {100 * created:.3g} % of the largest seen")
         if step == self._timeline.last and -created > LOSS_WARNING:
-            warn(f"energy was lost by the end, {-100 * created:.3g} % of the largest seen: numerical dissipation")
+            keeps = all(integrators.keeps(run.integrator) for run in self._bodies)
+            why = _SWINGS if keeps else "numerical dissipation"
+            warn(f"energy was lost by the end, {-100 * created:.3g} % of the largest seen: {why}")
         return None
+
+    def _swing(self) -> float:
+        """Energy that the states hold above what the methods keep, nondimensional, where their steps are stable."""
+        stable = (run for run in self._bodies if run.limit is not None and run.courant <= run.limit * (1.0 + SLACK))
+        return sum(integrators.oscillation(run.integrator) for run in stable)
 
     def kept(self) -> CheckFacts:
         """The numbers that a checkpoint holds of the checks."""
@@ -182,10 +226,22 @@ class Checks:
         self.findings.restore(facts["findings"])
 
 
+def _fault_of_law(run: BodyRun) -> str:
+    return fault_of_law(run.constitutive.material, run.constitutive.who, stressed=True)
+
+
 def _broken(run: BodyRun, particle: int) -> tuple[str, str]:
     """The fault of a particle's state: field and words."""
     state = run.system.state
     finite = all(np.isfinite(state.read(name)[particle]).all() for name in ("velocity", "stress"))
     if finite and "deformation" in state.widths:
         return "deformation", "has turned it inside out (J <= 0)"
+    constitutive = run.constitutive
+    unknown = np.isnan(state.read("stress")[particle]).any() and np.isfinite(state.read("velocity")[particle]).all()
+    if unknown and constitutive.laws.total is not None and constitutive.state.free:
+        law = run.body.material.model
+        return (
+            "stress",
+            f"{law} has no thickness without stress across a body in this state: use another material, or state",
+        )
     return "velocity or stress", "is not finite" if not finite else "is too large to square"

@@ -8,7 +8,8 @@ from typing import Any
 
 
 class Interrupts:
-    """Holds SIGINT and SIGTERM until a block of steps has ended: a state half way through a step is no state."""
+    """Holds SIGINT, SIGTERM and SIGHUP, of a terminal that goes, until a block of steps has ended: a state half way through
+    a step is no state. Asked for again, a signal changes nothing; one that was ignored stays so."""
 
     def __init__(self) -> None:
         self.asked = 0
@@ -16,7 +17,8 @@ class Interrupts:
 
     def __enter__(self) -> "Interrupts":
         if threading.current_thread() is threading.main_thread():
-            for number in (signal.SIGINT, signal.SIGTERM):
+            numbers = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+            for number in (each for each in numbers if signal.getsignal(each) is not signal.SIG_IGN):
                 self._former[number] = signal.signal(number, self._ask)
         return self
 

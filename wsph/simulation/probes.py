@@ -1,7 +1,7 @@
 """Probes: records of fields at material points, kept on the device between reads.
 
-A record is a few weighted sums over the flat state, so one kernel serves every probe of every system; rows go into a ring
-indexed by the step number, and the host reads it between blocks of steps.
+A record is a few weighted averages over the flat state, so one kernel serves every probe of every system; rows go into a
+ring indexed by the step number, and the host reads it between blocks of steps. A field at a particle is that of frames.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,12 +14,13 @@ import warp as wp
 from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
-from wsph.errors import Fault, SceneError
-from wsph.formulations.reading import DENSITY, Places, Reading
+from wsph.errors import CheckpointError, Fault, SceneError
+from wsph.formulations.reading import DENSITY, Reading
 from wsph.formulations.system import System
 from wsph.geometry.selection import select
 from wsph.output import fields
 from wsph.scene.tables import Body, Probe
+from wsph.sph.averages import Averages
 
 RING = 1024
 """Steps between two reads of a probe that records every step."""
@@ -38,6 +39,9 @@ def _kernel(space: Space) -> wp.Kernel:
     @kernel()
     def record(
         step: wp.array(dtype=wp.int64),
+        columns: wp.array(dtype=wp.int32),
+        share: wp.array(dtype=real),
+        bounded: wp.array(dtype=wp.int32),
         offsets: wp.array(dtype=wp.int32),
         place: wp.array(dtype=wp.int32),
         weight: wp.array(dtype=real),
@@ -49,13 +53,26 @@ def _kernel(space: Space) -> wp.Kernel:
         c = wp.tid()
         row = int(step[0] % wp.int64(ring_out.shape[0]))
         total = real(0.0)
-        if largest != 0:
-            total = value(place[offsets[c]], state, derived)
-            for k in range(offsets[c], offsets[c + 1]):
-                total = wp.max(total, value(place[k], state, derived))
-        else:
-            for k in range(offsets[c], offsets[c + 1]):
-                total += weight[k] * value(place[k], state, derived)
+        for e in range(columns[c], columns[c + 1]):
+            low = value(place[offsets[e]], state, derived)
+            high = low
+            x = real(0.0)
+            for k in range(offsets[e], offsets[e + 1]):
+                v = value(place[k], state, derived)
+                x += weight[k] * v
+                if v < low:
+                    low = v
+                if v > high:
+                    high = v
+            # Comparisons, where a clamp would hide what is not a number.
+            if bounded[c] != 0 and x < low:
+                x = low
+            if bounded[c] != 0 and x > high:
+                x = high
+            if largest == 0:
+                total += share[c] * x
+            elif e == columns[c] or x > total:
+                total = x
         ring_out[row, c] = total
 
     return record
@@ -74,9 +91,17 @@ class Probed(Protocol):
     def reading(self) -> Reading: ...
 
 
+Places = Callable[[str], list[list[Averages]]]
+"""Of a field, for each number that a probe records of it, how its components are read, a target of averages a place."""
+
+
+def _fault(key: str, text: str) -> SceneError:
+    return SceneError("scene", [Fault(0, key, text)])
+
+
 def _several(bodies: Sequence[Probed], key: str) -> SceneError:
     names = ", ".join(repr(b.body.name) for b in bodies)
-    return SceneError("scene", [Fault(0, key, f"lies in {names}: name one with `body`")])
+    return _fault(key, f"lies in {names}: name one with `body`")
 
 
 def _holds(run: Probed, points: np.ndarray) -> bool:
@@ -87,44 +112,74 @@ def _holds(run: Probed, points: np.ndarray) -> bool:
     return bool(inside.all())
 
 
-def _at(probe: Probe, points: np.ndarray, key: str, bodies: Sequence[Probed]) -> tuple[Probed, Callable[[str], Places]]:
-    """The body that holds the points of a probe, and where and with which weights a field is read at each."""
+def _extent(run: Probed) -> str:
+    low, high = run.system.geometry.nodes.min(0).tolist(), run.system.geometry.nodes.max(0).tolist()
+    return f"{run.body.name!r} reaches from {[float(f'{x:.6g}') for x in low]} to {[float(f'{x:.6g}') for x in high]} m"
+
+
+def _at(probe: Probe, points: np.ndarray, key: str, bodies: Sequence[Probed]) -> tuple[Probed, Places]:
+    """The body that holds the points of a probe, and how a field is read at each."""
     inside = [b for b in bodies if _holds(b, points)]
     if not inside:
-        text = f"{[list(p) for p in probe.at or ()]} does not lie in one body"
-        raise SceneError("scene", [Fault(0, f"{key}.at", text)])
+        text = f"{points.tolist()} does not lie in one body; {'; '.join(map(_extent, bodies))}"
+        raise _fault(f"{key}.at", text)
     if len(inside) > 1:
         raise _several(inside, f"{key}.at")
     reading = inside[0].reading
-    return inside[0], cache(lambda name: reading.sample(points, name))
+
+    def read(name: str) -> list[list[Averages]]:
+        try:
+            found = reading.sample(points, name)
+        except ValueError as error:
+            raise _fault(f"{key}.at", f"{error}: name a point beside it") from None
+        for empty in np.flatnonzero(np.diff(found[0].offsets) == 0):
+            text = f"{points[empty].tolist()} is too far from every place where {name!r} stands: name a point inside the cells"
+            raise _fault(f"{key}.at", text)
+        return [[each.only(np.array([k])) for each in found] for k in range(len(points))]
+
+    return inside[0], read
 
 
-def _selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tuple[Probed, Callable[[str], Places]]:
-    """The body of which a probe selects particles, and which of those a field is read at, with their weights."""
+def _selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tuple[Probed, Places]:
+    """The body of which a probe selects places, and how those are read that a field stands at."""
 
     def chosen(run: Probed, name: str) -> np.ndarray:
         # Where stresses have places of their own, those are selected.
         return np.flatnonzero(select(text, run.reading.where(name), run.system.spacing))
 
-    hit = [run for run in bodies if len(chosen(run, "velocity"))]
+    wanted = {"velocity", *(fields.primitive(name) for name in probe.fields)}
+    hit = [run for run in bodies if any(len(chosen(run, name)) for name in wanted.intersection(run.reading.fields))]
     if not hit:
-        raise SceneError("scene", [Fault(0, f"{key}.where", f"{probe.where!r} selects no particle")])
+        among = "; ".join(map(_extent, bodies))
+        raise _fault(f"{key}.where", f"{probe.where!r} selects no particle; {among}")
     if len(hit) > 1:
         raise _several(hit, f"{key}.where")
+    run = hit[0]
 
-    def read(name: str) -> Places:
-        there = chosen(hit[0], name)
-        return [(there, np.full(len(there), 1.0 / max(len(there), 1) if probe.reduce == "mean" else 1.0))]
+    def read(name: str) -> list[list[Averages]]:
+        there = chosen(run, name)
+        if not len(there):
+            where = "at the points inside the cells" if run.reading.apart(name) else "at the particles"
+            raise _fault(
+                f"{key}.where",
+                f"{probe.where!r} selects no place of {name!r}, which stands {where} of body {run.body.name!r}: widen it by half"
+                f" a spacing ({0.5 * run.system.spacing:.6g} m), or name points with `at`, which reads every field at any point",
+            )
+        return [run.reading.at_places(there, name)]
 
-    return hit[0], cache(read)
+    return run, read
 
 
 class Recorder:
     """One probe on the device. `record()` is a launch; `flush(steps)` appends the rows of those steps.
 
-    A row has c columns: for each point, the components of each primitive field. All values are nondimensional.
+    A row has c columns: for each point, the components of each primitive field. All values are nondimensional. A column is
+    the sum, or the largest, of what is read at entries, e of them in all, each an average over places.
 
-    _offsets  # (c + 1,) int32, where the terms of each column begin
+    _columns  # (c + 1,) int32, where the entries of each column begin
+    _share    # (c,) scalar, factor of the entries of a column
+    _bounded  # (c,) int32, whether an entry stays within the range of its places
+    _offsets  # (e + 1,) int32, where the terms of each entry begin
     _place    # (terms,) int32, an index into the buffers of the state and of its derived fields
     _weight   # (terms,) scalar
     _ring     # (RING, c) scalar, the row of step s at s modulo RING; (1, c) unless every step is recorded
@@ -133,39 +188,52 @@ class Recorder:
     def __init__(self, probe: Probe, key: str, bodies: Sequence[Probed], space: Space, clock: Clock, every_step: bool):
         self.probe, self._space, self._clock, self.every_step = probe, space, clock, every_step
         able = [b for b in bodies if probe.body in (None, b.body.name)]
+        if DENSITY in probe.fields:
+            text = f"the density cannot be probed in the {able[0].system.formulation} form; frames carry it"
+            raise _fault(f"{key}.fields", text)
         if probe.at is not None:
             body, places = _at(probe, np.array(probe.at), key, able)
         else:
             body, places = _selected(probe, probe.where or "", key, able)
         self._reading = reading = body.reading
-        if DENSITY in probe.fields:
-            text = f"the density cannot be probed in the {body.system.formulation} form; frames carry it"
-            raise SceneError("scene", [Fault(0, f"{key}.fields", text)])
         self._primitives = sorted({fields.primitive(name) for name in probe.fields})
         for name in (name for name in self._primitives if name not in reading.fields):
-            raise SceneError("scene", [Fault(0, f"{key}.fields", f"body {body.body.name!r} has no field {name!r}")])
-        self.points = len(places("velocity"))
-        offsets: list[int] = [0]
-        place: list[int] = []
-        weight: list[float] = []
-        for k in range(self.points):
-            for name in self._primitives:
-                particles, weights = places(name)[k]
-                for c in range(reading.fields[name].width):
-                    place += reading.index(name, particles, c).tolist()
-                    weight += weights.tolist()
-                    offsets.append(len(place))
-        device = clock.device
-        self._offsets = wp.array(offsets, dtype=wp.int32, device=device)
-        self._place = wp.array(place, dtype=wp.int32, device=device)
-        self._weight = wp.array(weight, dtype=space.scalar, device=device)
-        self._ring = wp.zeros((RING if every_step else 1, len(offsets) - 1), dtype=space.scalar, device=device)
+            raise _fault(f"{key}.fields", f"body {body.body.name!r} has no field {name!r}")
+        read = {name: places(name) for name in self._primitives}
+        self.points = len(read[self._primitives[0]])
+        made = [
+            self._column(name, c, read[name][k][c])
+            for k in range(self.points)
+            for name in self._primitives
+            for c in range(reading.fields[name].width)
+        ]
+        entries = [np.diff(each.offsets) for _, _, each in made]
+        kinds = (
+            (np.cumsum([0, *map(len, entries)]), wp.int32),
+            ([share for share, _, _ in made], space.scalar),
+            ([int(bounded) for _, bounded, _ in made], wp.int32),
+            (np.cumsum([0, *np.concatenate(entries)]), wp.int32),
+            (np.concatenate([each.places for _, _, each in made]), wp.int32),
+            (np.concatenate([each.weights for _, _, each in made]), space.scalar),
+        )
+        arrays = [wp.array(numbers, dtype=kind, device=clock.device) for numbers, kind in kinds]
+        self._columns, self._share, self._bounded, self._offsets, self._place, self._weight = arrays
+        self._ring = wp.zeros((RING if every_step else 1, len(made)), dtype=space.scalar, device=clock.device)
         self._rows: list[np.ndarray] = []
         self.steps: list[int] = []
 
+    def _column(self, name: str, component: int, read: Averages) -> tuple[float, bool, Averages]:
+        """A column's factor, whether its entries are bounded, and the entries, over the buffers."""
+        share = 1.0 / read.count if self.probe.reduce == "mean" else 1.0
+        # Where no weight is negative an average is within the range of its places by itself.
+        bounded = self._reading.fields[name].bounded and bool((read.weights < 0.0).any())
+        if self.probe.reduce in ("mean", "sum") and not bounded:
+            read, share = read.together(share), 1.0
+        return share, bounded, Averages(read.offsets, self._reading.index(name, read.places, component), read.weights)
+
     def record(self) -> None:
         """Store the current values in the ring (a launch)."""
-        inputs = [self._clock.step, self._offsets, self._place, self._weight]
+        inputs = [self._clock.step, self._columns, self._share, self._bounded, self._offsets, self._place, self._weight]
         inputs += [*self._reading.buffers, int(self.probe.reduce == "max")]
         self._clock.launch(_kernel(self._space), self._ring.shape[1], inputs, [self._ring])
 
@@ -182,7 +250,11 @@ class Recorder:
         return (np.concatenate(self._rows) if self._rows else np.zeros((0, width))), self.steps
 
     def go_on(self, rows: np.ndarray, steps: list[int]) -> None:
-        """Take up a record where a checkpoint left it."""
+        """Take up a record where a checkpoint left it. Raises CheckpointError for one of other columns."""
+        if len(rows) and rows.shape[1:] != self._ring.shape[1:]:
+            raise CheckpointError(
+                f"probe {self.probe.name!r} has {rows.shape[1]} columns in the checkpoint, not {self._ring.shape[1]}"
+            )
         self._rows, self.steps = ([rows] if len(rows) else []), list(steps)
 
     def columns(self) -> dict[str, np.ndarray]:

@@ -32,7 +32,7 @@ class Records:
         self._bodies, self._timeline = composition.bodies, composition.time_step.timeline
         self._probes, self._folder, self._written = composition.probes, folder, 0.0
         scene, scales = composition.scene, composition.scales
-        self._wanted = scene.output.fields
+        self._wanted, self._single = scene.output.fields, composition.space.precision == "f32"
         axes = [f"momentum_{axis}" for axis in "xyz"[: scene.dim]]
         self._names = ["step", "time", "dt", *energies, *axes]
         self._rows: list[list[float]] = []
@@ -95,10 +95,21 @@ class Records:
             return
         everything = self.particles(self._wanted)
         moved = np.concatenate([run.reading.current_positions for run in self._bodies])
+        fine = 1e-3 * min(run.system.spacing for run in self._bodies)
+        if self._single and np.abs(moved).max() * np.finfo(np.float32).eps < fine:
+            moved = moved.astype(np.float32)
         data = {name: values for name, values in everything.items() if name != "position"}
-        self._folder.frame(self._timeline.time(step), moved, data)
+        self._folder.frame(self._timeline.time(step), moved, data, self._units())
         if time.perf_counter() - self._written > TABLE_SECONDS:
             self.write_tables()
+
+    def _units(self) -> dict[str, str]:
+        """Units of the fields of frames."""
+        found: dict[str, str] = {}
+        for name in (name for name in self._wanted if name not in fields.ALWAYS):
+            having = [run.reading for run in self._bodies if fields.primitive(name) in run.reading.names]
+            found[name] = having[0].unit(fields.primitive(name)) if having else ""
+        return found
 
     def write_tables(self) -> None:
         """Write the history and the probes, whole."""
@@ -118,9 +129,12 @@ class Records:
         return {each.probe.name: {"time": self._timeline.times(each.steps), **each.columns()} for each in self._probes}
 
     def particles(self, names: Sequence[str]) -> dict[str, np.ndarray]:
-        """Fields of all bodies' particles, one body after the other, SI, with position, id and body."""
+        """Fields of all bodies' particles, one body after the other, SI, in the precision of the run, with position, id and
+        body."""
         parts = [_fields(run, number, names) for number, run in enumerate(self._bodies)]
         whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        if self._single:
+            whole = {name: _single(values) if name not in fields.ALWAYS else values for name, values in whole.items()}
         return whole | {"id": np.arange(len(whole["body"])), "body": whole.pop("body")}
 
     def kept(self) -> tuple[dict[str, np.ndarray], list[Recorded]]:
@@ -144,6 +158,13 @@ class Records:
             events.skip(step)
         self._history.skip(step)
         self._frames.skip(step)
+
+
+def _single(values: np.ndarray) -> np.ndarray:
+    """In single precision, unless SI units lead out of what that holds."""
+    sizes = np.abs(values[np.isfinite(values) & (values != 0.0)])
+    limits = np.finfo(np.float32)
+    return values if len(sizes) and not limits.tiny < sizes.max() < limits.max else values.astype(np.float32)
 
 
 def _fields(run: BodyRun, number: int, names: Sequence[str]) -> dict[str, np.ndarray]:

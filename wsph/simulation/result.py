@@ -19,8 +19,8 @@ class Result:
     """Result of a run. `history`: columns of history.csv; `probes[name]`: columns by field; `particles`: final fields, SI.
 
     `status` is "completed", "unstable" (a state is not finite), "stopped" (energy was created) or "interrupted"; `stable` is
-    False for the second and the third. `particles["position"]` is the reference position. `cost` holds steps,
-    right_hand_sides, wall_seconds and particle_steps_per_second.
+    False for the second and the third. `particles["position"]` is the reference position; fields have the precision of the
+    run. `cost` holds steps, right_hand_sides, wall_seconds and particle_steps_per_second.
     """
 
     scene: Scene
@@ -54,7 +54,7 @@ class Result:
         sum|e|/sum|exact|, 2 is sqrt(sum e^2/sum exact^2), inf the largest |e| over the largest |exact|. Raises ValueError
         for another norm, another shape or an exact solution that is zero, KeyError for a field that is not there.
         """
-        computed = self.field(name)
+        computed = self.field(name).astype(np.float64)
         wanted = np.asarray(exact(self.particles["position"], self.time) if callable(exact) else exact, float)
         if wanted.size != computed.size:
             raise ValueError(f"exact has {wanted.size} values for {computed.size} particles")

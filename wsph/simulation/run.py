@@ -6,6 +6,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ import warp as wp
 
 from wsph.errors import Unstable
 from wsph.output import formats
-from wsph.output.files import check_writable
+from wsph.output.claim import Claim
 from wsph.output.folder import OutputFolder
 from wsph.scene.load import load
 from wsph.scene.scene import Scene
@@ -49,23 +50,29 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
     SceneError, Refused, PluginError or OutputError before anything is written, and Unstable where the run left what it
     can vouch for, unless `throw` is False: then the result says so. SIGINT and SIGTERM end the run after a whole step,
     the folder is written, and the signal takes its course (a KeyboardInterrupt); with `throw` False the result says
-    "interrupted". Runs of one process, from any thread, follow one another.
+    "interrupted". Runs of one process, from any thread, follow one another; two never write into one folder at a time, of
+    whatever processes: the later is refused (OutputError).
     """
     if isinstance(scene, (str, Path)):
         scene = load(scene)
     if overrides:
         scene = scene.with_(**overrides)
     folder = Path(out) if out is not None else None
-    if folder is not None:
-        check_writable(folder, overwrite, resume)
-        formats.check_installed(scene.output.formats)
-    started = time.perf_counter()
-    found = checkpoint.last(scene, folder, overwrite) if resume else None
-    # Capturing a graph takes in what any thread launches: runs of one process follow one another.
-    with _ONE_RUN, np.errstate(over="ignore", invalid="ignore"):  # the finite check speaks, numpy need not
-        composition = compose(scene)
-        composition.compile()
-        result, asked = Simulation(composition, folder, started, found).run(progress)
+    claim = Claim(folder, overwrite, resume) if folder is not None else None
+    with claim or nullcontext():
+        if folder is not None:
+            formats.check_installed(scene.output.formats)
+        started = time.perf_counter()
+        found = checkpoint.last(scene, folder, overwrite) if resume else None
+        # Capturing a graph takes in what any thread launches: runs of one process follow one another.
+        with _ONE_RUN, np.errstate(over="ignore", invalid="ignore"):  # the finite check speaks, numpy need not
+            composition = compose(scene)
+            composition.compile()
+            with Interrupts() as interrupts:
+                if claim is not None:
+                    claim.make()
+                result = Simulation(composition, folder, started, found).run(progress, interrupts)
+    asked = interrupts.asked
     if throw and result.failure is not None:
         raise result.failure
     if throw and asked:
@@ -81,13 +88,15 @@ class Simulation:
         scene, self._started, self._found = composition.scene, started, found
         self._composition, self._timeline = composition, composition.time_step.timeline
         frames = found[1]["frames"] if found is not None else None
-        self._folder = OutputFolder(folder, scene.output.formats, frames) if folder is not None else None
+        names = [run.body.name for run in composition.bodies]
+        self._folder = OutputFolder(folder, scene.output.formats, frames, names) if folder is not None else None
         bodies = composition.bodies
         self._ledger = Ledger(
             [run.system.ledger for run in bodies], [interaction.ledger for interaction in composition.interactions]
         )
         self._control = StepControl(composition)
-        self._checks = Checks(bodies, self._timeline, scene.stop.energy)
+        touching = {frozenset(contact.names) for contact in scene.contact}
+        self._checks = Checks(bodies, self._timeline, scene.stop.energy, touching)
         self._records = Records(composition, self._ledger.columns, self._folder)
         self._checkpoints = Checkpoints(
             composition, self._folder, self._ledger, self._checks, self._control, self._records
@@ -95,37 +104,38 @@ class Simulation:
         self._first = 0
         self._inside = 0.0
 
-    def run(self, progress: Progress | None) -> tuple[Result, int]:
-        """Run to the end, to a failure or to an interrupt: the result, and the signal that asked for it or 0."""
+    def run(self, progress: Progress | None, interrupts: Interrupts) -> Result:
+        """Run to the end, to a failure or to an interrupt."""
         status, reason, failure = "completed", "", None
         step = self._first = self._checkpoints.resume(self._found) if self._found is not None else 0
-        with Interrupts() as interrupts:
-            try:
-                if step == 0:
-                    self._begin()
-                while step < self._timeline.last and not interrupts.asked:
-                    step += self._steps(self._block(step), interrupts)
-                    self._records.collect(step)
-                    self._records.take(step, self.check(step))
-                    self._checkpoints.keep(step)
-                    if progress is not None:
-                        progress(step, self._timeline.last, self._timeline.time(step))
-                if interrupts.asked and step < self._timeline.last:
-                    # First what is kept: a run that goes on from there has the records of one that never stopped.
-                    self._checkpoints.keep(step, asked=True)
-                    self._records.take(step, self.check(step), final=True)
-            except Unstable as error:
-                # Energy that grew is a stop that the scene asks for; a state that is not finite is not.
-                status, reason, failure = "stopped" if error.field == "energy" else "unstable", str(error), error
-            if interrupts.asked and failure is None and step < self._timeline.last:
-                status, reason = "interrupted", f"interrupted at step {step}"
+        try:
+            if step == 0:
+                self._begin()
+            while step < self._timeline.last and not interrupts.asked:
+                step += self._steps(self._block(step), interrupts)
+                self._records.collect(step)
+                self._records.take(step, self.check(step))
+                self._checkpoints.keep(step)
+                if progress is not None:
+                    progress(step, self._timeline.last, self._timeline.time(step))
+            if interrupts.asked and step < self._timeline.last:
+                # First what is kept: a run that goes on from there has the records of one that never stopped.
+                self._checkpoints.keep(step, asked=True)
+                self._records.take(step, self.check(step), final=True)
+        except Unstable as error:
+            # Energy that grew is a stop that the scene asks for; a state that is not finite is not.
+            status, reason, failure = "stopped" if error.field == "energy" else "unstable", str(error), error
+        if interrupts.asked and failure is None and step < self._timeline.last:
+            status, reason = "interrupted", f"interrupted at step {step}"
         wall = time.perf_counter() - self._started
         ending = Ending(status, reason, step, self._first, wall, self._inside)
-        return self._result(ending, failure), interrupts.asked
+        return self._result(ending, failure)
 
     def _begin(self) -> None:
         """Take the state at the start: its energy is what the ledger begins with."""
         self._records.begin()
+        for interaction in self._composition.interactions:
+            interaction.start()
         account = self.check(0)
         self._records.collect(0)
         self._records.take(0, account)
@@ -135,6 +145,7 @@ class Simulation:
         due = [self._timeline.last, *self._records.due(), *self._checkpoints.due()]
         if self._control.adapts:
             due.append(self._control.look)
+        due.append(self._checks.watch.due)
         most = RING if self._composition.program.batched else CHECK_STEPS
         return min(min(each for each in due if each > step) - step, most)
 
@@ -158,6 +169,7 @@ class Simulation:
                 run.system.refresh(run.system.state)
         sums = [run.diagnostics.measure(run.system.state) for run in bodies]
         self._checks.finite(step, sums)
+        self._checks.apart(step)
         account = self._ledger.account(sums) if step > 0 else self._ledger.open(sums)
         self._control.check_limits(step, sums)
         stop = self._checks.energy(step, account)

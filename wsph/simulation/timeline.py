@@ -54,7 +54,7 @@ class Timeline:
 
     def shorten(self, step: int, dt: float) -> None:
         """From `step` on every step takes `dt`."""
-        self.pieces.append((step, self.time(step), dt))
+        self.pieces.append((int(step), float(self.time(step)), float(dt)))
 
 
 class UnsetClock(Clock):
@@ -129,8 +129,9 @@ class Events:
             return last
         if isinstance(cadence, int):
             return min((step // cadence + 1) * cadence, last)
+        if cadence <= line.dt:
+            return step + 1
         number = math.floor((line.time(step) + 1e-9 * line.dt) / cadence) + 1
-        # A cadence below the step is every step.
         return min(max(line.at_or_after(number * cadence), step + 1), last)
 
     def skip(self, step: int) -> None:

@@ -39,6 +39,8 @@ class Moving(Protocol):
     @property
     def free_components(self) -> np.ndarray: ...
 
+    def project_free(self, velocity: np.ndarray) -> np.ndarray: ...
+
     def temporary(self) -> State: ...
 
     def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None: ...
@@ -51,12 +53,11 @@ class Products:
 
     def __init__(self, system: Moving):
         self.system = system
-        self.free = system.free_components
         self.mass = np.sqrt(np.repeat(system.volume, system.space.dim))
         self._moved, self._change = system.temporary(), system.temporary()
         self._start = host(system.state.buffer).copy()
         self._velocity, self._place = system.state.span("velocity"), system.state.span("displacement")
-        n = len(self.free)
+        self.count = n = len(self.mass)
         self._eps = 1e-6 if system.space.precision == "f64" else 1e-2
         self._resting = self._changes(np.zeros(n)) if system.evolves else None
         self._rest = self._accelerations(np.zeros(n))
@@ -99,7 +100,8 @@ class Products:
 
     def stiffness(self, x: np.ndarray) -> np.ndarray:
         """K x."""
-        return -(self._accelerations(x / self.mass) - self._rest) / self._eps * self.mass * self.free
+        change = -(self._accelerations(x / self.mass) - self._rest) / self._eps * self.mass
+        return self.system.project_free(change)
 
     def _drag(self, w: np.ndarray) -> np.ndarray:
         state = self._start.astype(np.float64)
@@ -111,14 +113,14 @@ class Products:
     def damping(self, x: np.ndarray) -> np.ndarray:
         """D x, of all pairs."""
         size = float(np.abs(x / self.mass).max())
-        return (self._drag(x / self.mass / size) - self._idle) * size * self.mass * self.free
+        return self.system.project_free((self._drag(x / self.mass / size) - self._idle) * size * self.mass)
 
 
 class _Span:
     """Up to `most` orthonormal vectors and their products."""
 
     def __init__(self, products: Products, most: int, damped: bool):
-        self._p, n = products, len(products.free)
+        self._p, n = products, products.count
         kind = np.float32 if n > LARGE else np.float64
         self._least = 1e-5 if n > LARGE else 1e-8
         self.count, self.most = 0, most
@@ -180,7 +182,7 @@ def spectrum(system: Moving) -> Spectrum:
     products = Products(system)
     lanczos, most = DAMPED_VECTORS if system.drags else (VECTORS, VECTORS)
     span = _Span(products, most, system.drags)
-    start = np.random.default_rng(0).standard_normal(len(products.free)) * products.free
+    start = system.project_free(np.random.default_rng(0).standard_normal(products.count))
     span.add(start)
     while span.count < lanczos:
         known = span.count

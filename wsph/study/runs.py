@@ -12,21 +12,24 @@ probe = "fixed-end"               # or field = "velocity_x" at the end of the ru
 column = "stress_xx"
 exact = "-8e5*(t > 5e-3 and t <= 7.5e-3)"   # or reference = "file.csv": a time and a value a row
 norm = 1
+
+A reference is compared with where it has values; a row that ran further says so in its column `compared`.
 """
 
 # pyright: strict
 
-import importlib
+import hashlib
 import itertools
 import json
 import multiprocessing
 import os
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from functools import partial
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +38,6 @@ import warp as wp
 from wsph.backend.device import pick_device
 from wsph.backend.threads import cores, keep_to
 from wsph.errors import Refused, WsphError
-from wsph.output.files import write_text
 from wsph.scene.scene import Scene
 from wsph.simulation.run import run
 from wsph.study.tables import Study
@@ -58,8 +60,28 @@ def scenes(study: Study, scene: Scene) -> Iterator[Planned]:
             yield variant.name, place, scene.with_(**variant.set, **place)
 
 
+def digests(study: Study, scene: Scene, folder: Path) -> list[str]:
+    """A digest of everything that a row follows from, for each run in order: the row of another study that has it is the
+    same but for its seconds. Raises SceneError for a reference that cannot be read."""
+    oracle = study.oracle
+    answer = [oracle.model_dump_json(), oracle.content(folder)] if oracle is not None else []
+    shared = [*answer, version("wsph"), version("warp-lang")]
+    whole = (
+        json.dumps([name, place, changed.model_dump(mode="json", by_alias=True), shared], default=str)
+        for name, place, changed in scenes(study, scene)
+    )
+    return [hashlib.sha256(each.encode()).hexdigest() for each in whole]
+
+
 def run_study(
-    study: Study, scene: Scene, folder: Path, progress: Callable[[int, int], None] | None = None, workers: int = 1
+    study: Study,
+    scene: Scene,
+    folder: Path,
+    progress: Callable[[int, int], None] | None = None,
+    workers: int = 1,
+    *,
+    known: Sequence[Row | None] | None = None,
+    keep: Callable[[Sequence[Row | None]], None] | None = None,
 ) -> list[Row]:
     """Run a study whose files are in `folder`: one row of plain data a run. What is refused or unstable is a row that says
     so.
@@ -67,27 +89,45 @@ def run_study(
     With more than one of `workers` (0: as many as there are cores for) every run that leaves its threads open takes one
     core, and those after the first go to processes of their own where that is worth it: the same rows, but for their
     seconds. Processes import the main module, which has to be importable. An interrupt ends the study (KeyboardInterrupt).
+    `known` rows, in the order of the runs, are not made again; `keep` is called with all rows whenever there is one more.
+    Raises SceneError before the first run for an answer that cannot be compared with.
     """
     planned = list(scenes(study, scene))
-    rows: list[Row] = []
+    if study.oracle is not None:
+        for _, _, changed in planned:
+            study.oracle.check(changed, folder)
+    rows: list[Row | None] = list(known or [None] * len(planned))
 
-    def keep(row: Row) -> None:
-        rows.append(row)
+    def note(place: int, row: Row) -> None:
+        rows[place] = row
+        if keep is not None:
+            keep(rows)
         if progress is not None:
-            progress(len(rows), len(planned))
+            progress(sum(each is not None for each in rows), len(planned))
 
-    rest = planned[1:]
-    each_takes = max(1, *(changed.run.threads for _, _, changed in planned))
+    todo = [place for place, row in enumerate(rows) if row is None]
+    if todo:
+        _make(study, folder, [(place, planned[place]) for place in todo], workers, note)
+    return [row for row in rows if row is not None]
+
+
+def _make(
+    study: Study, folder: Path, wanted: list[tuple[int, Planned]], workers: int, note: Callable[[int, Row], None]
+) -> None:
+    """Make rows, and note each at its place."""
+    (first, begin), *rest = wanted
+    changes = [changed for _, (_, _, changed) in wanted]
+    each_takes = max(1, *(changed.run.threads for changed in changes))
     workers = min(workers or len(cores()) // each_takes, len(rest))
-    if any(_on_cuda(changed) for _, _, changed in planned):
+    if any(_on_cuda(changed) for changed in changes):
         workers = 1
     row = partial(_row, study, folder, threads=1 if workers > 1 else None)
     started = time.perf_counter()
-    keep(row(planned[0]))
+    note(first, row(begin))
     if workers < 2 or (time.perf_counter() - started) * len(rest) < SPREAD_SECONDS:
-        for each in rest:
-            keep(row(each))
-        return rows
+        for place, each in rest:
+            note(place, row(each))
+        return
     context = multiprocessing.get_context("spawn")
     own = [cores()[k * each_takes : (k + 1) * each_takes] for k in range(max(len(cores()) // each_takes, 1))]
     shares = context.Queue()
@@ -95,8 +135,9 @@ def run_study(
         shares.put(own[k % len(own)])
     with ProcessPoolExecutor(workers, context, _begin, (shares,)) as pool:
         try:
-            for found in pool.map(partial(_in_process, row), rest):
-                keep(found)
+            found = pool.map(partial(_in_process, row), [each for _, each in rest])
+            for (place, _), made in zip(rest, found, strict=True):
+                note(place, made)
         except BrokenProcessPool:
             raise WsphError(
                 "a process of the study ended, by an interrupt or for lack of memory perhaps: use --workers 1"
@@ -104,7 +145,6 @@ def run_study(
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-    return rows
 
 
 def _on_cuda(scene: Scene) -> bool:
@@ -156,23 +196,6 @@ def _row(study: Study, folder: Path, planned: Planned, threads: int | None = Non
         "energy_residual": energy["residual"] / energy["external_work"] if energy["external_work"] else 0.0,
     }
     if study.oracle is not None and result.status == "completed":
-        row["error"] = study.oracle.error(result, folder)
+        compared = study.oracle.error(result, folder)
+        row |= {"error": compared.error, "compared": compared.over or "whole run"}
     return row
-
-
-def write_study(rows: list[Row], study: Study, folder: Path) -> None:
-    """study.csv, study.json and, where there are errors and pyvista, front.png."""
-    folder.mkdir(parents=True, exist_ok=True)
-    columns = list(dict.fromkeys(key for row in rows for key in row))
-    cell: Callable[[object], str] = lambda v: '"' + str(v).replace('"', '""') + '"' if isinstance(v, str) else f"{v}"  # noqa: E731
-    table = "\n".join([",".join(columns), *(",".join(cell(row.get(c, "")) for c in columns) for row in rows)]) + "\n"
-    write_text(folder / "study.csv", table)
-    write_text(folder / "study.json", json.dumps({"title": study.title, "rows": rows}, indent=2) + "\n")
-    if any("error" in row for row in rows):
-        try:
-            importlib.import_module("pyvista")
-        except ImportError:
-            return
-        from wsph.output.view import front
-
-        front(rows, study.title, folder / "front.png")

@@ -49,8 +49,8 @@ def whole_spectrum(system: Moving) -> tuple[np.ndarray, np.ndarray]:
     """Stiffness and damping of all free components of a one-set body, (m, m), mass-weighted and nondimensional: a product
     for every column of the operators that `wsph.stability.spectrum` projects. Without viscosity the damping is zero."""
     products = Products(system)
-    free = np.flatnonzero(products.free)
-    units = np.eye(len(products.free))[free]
+    free = np.flatnonzero(system.free_components)
+    units = np.eye(products.count)[free]
     stiffness = np.array([products.stiffness(x)[free] for x in units]).T
     damping = np.array([products.damping(x)[free] for x in units]).T if system.drags else np.zeros_like(stiffness)
     products.restore()

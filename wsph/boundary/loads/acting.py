@@ -17,7 +17,7 @@ from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
-from wsph.boundary.prescribed import Prescribed
+from wsph.boundary.programs.prescribed import Prescribed
 from wsph.protocols import Entry
 from wsph.quantities import Model
 from wsph.units import Scales
@@ -55,6 +55,9 @@ class ActingLoad:
         """Add its forces in a state to `forces` (n,) vec, nondimensional (launches)."""
         raise NotImplementedError
 
+    def start(self, state: State) -> None:
+        """Take what is there at the start of the run, where its work is summed up."""
+
     def advance(self, state: State) -> None:
         """Close a step (launches), where its work is summed up."""
 
@@ -66,6 +69,8 @@ class Load(Model):
     """Its key in a boundary of a scene."""
     values: ClassVar[dict[str, str]] = {}
     """Those of its keys that are prescribed values, of time and place, with their units."""
+    by_corners: ClassVar[bool] = False
+    """Whether it acts on faces by their corners, and so needs particles there."""
 
     def attach(self, faces: LoadedFaces, space: Space, scales: Scales, clock: Clock, arrays: Arrays) -> ActingLoad:
         """Put the load on the device; its arrays are registered in `arrays`."""

@@ -1,9 +1,8 @@
 """Pressure on faces, which follows them: -p n on the current area.
 
 Of a face whose corners are particles, the force on corner j is -p times the integral of N_j n da over the face as it is
-now, multilinear between its corners. The sum over a closed surface is zero, and so is its torque. Of a face that one
-particle stands for, n da = J F^-T N dA with that particle's own F (Nanson). p is the value at a particle's reference
-position. The thickness of plane stress is that of the reference configuration.
+now, multilinear between its corners. The sum over a closed surface is zero, and so is its torque. p is the value at a
+particle's reference position. The thickness of plane stress is that of the reference configuration.
 """
 
 from functools import cache
@@ -20,10 +19,9 @@ from wsph.backend.kernels import kernel
 from wsph.backend.reduce import BLOCK, blocks, total
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
-from wsph.backend.tensors import determinant_and_inverse
 from wsph.boundary.loads.acting import ActingLoad, Load, LoadedFaces
-from wsph.boundary.prescribed import constant
-from wsph.boundary.stack_machine import Bank, bank_of, evaluate
+from wsph.boundary.programs.prescribed import constant
+from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate
 from wsph.geometry.gradients import GAUSS
 from wsph.protocols import Entry
 from wsph.quantities import Value, is_table
@@ -35,6 +33,7 @@ class Pressure(Load):
 
     key: ClassVar[str] = "pressure"
     values: ClassVar[dict[str, str]] = {"value": "Pa"}
+    by_corners: ClassVar[bool] = True
     value: Value
 
     @model_validator(mode="before")
@@ -137,10 +136,9 @@ def _face_share(space: Space) -> wp.Function:
 
 
 @cache
-def _push_kernel(space: Space, layout: Layout, single: bool) -> wp.Kernel:
-    """f -= p n da, over the particles of the faces; `single`: a particle stands for each face."""
-    real, vec, dim, Fields = space.scalar, space.vec, space.dim, fields_struct(space, layout)
-    share, (determinant, inverse) = _face_share(space), determinant_and_inverse(space)
+def _push_kernel(space: Space, layout: Layout) -> wp.Kernel:
+    """f -= p n da, over the particles of the faces."""
+    real, vec, Fields, share = space.scalar, space.vec, fields_struct(space, layout), _face_share(space)
 
     @kernel(ranged=True)
     def push(
@@ -150,7 +148,7 @@ def _push_kernel(space: Space, layout: Layout, single: bool) -> wp.Kernel:
         face: wp.array(dtype=wp.int32),
         corner: wp.array(dtype=wp.int32),
         corners: wp.array2d(dtype=wp.int32),
-        outward: wp.array(dtype=vec),
+        sign: wp.array(dtype=real),
         node: wp.array(dtype=vec),
         pressure: wp.array(dtype=real),
         fields: Fields,
@@ -161,14 +159,7 @@ def _push_kernel(space: Space, layout: Layout, single: bool) -> wp.Kernel:
         area = vec()
         for k in range(offsets[e], offsets[e + 1]):
             f = face[k]
-            if wp.static(single):
-                area += outward[f]
-            else:
-                # Of a face by its corners `outward` holds the sign by which its normal points out.
-                area += outward[f][0] * share(corners, node, fields.displacement, f, corner[k])
-        if wp.static(single):
-            F = wp.identity(n=dim, dtype=real) + fields.deformation[i]
-            area = determinant(F) * (wp.transpose(inverse(F)) * area)
+            area += sign[f] * share(corners, node, fields.displacement, f, corner[k])
         force_out[i] = force_out[i] - pressure[e] * area
 
     return push
@@ -176,26 +167,28 @@ def _push_kernel(space: Space, layout: Layout, single: bool) -> wp.Kernel:
 
 @cache
 def _work_kernel(space: Space, layout: Layout) -> wp.Kernel:
-    """The trapezoidal rule over the power of forces, in blocks of particles."""
+    """The mean force of a step times the way in it, in blocks of particles."""
     vec, Fields = space.vec, fields_struct(space, layout)
 
     @kernel()
     def work(
         count: int,
-        clock: wp.array(dtype=wp.float64),
         particle: wp.array(dtype=wp.int32),
         force: wp.array(dtype=vec),
         fields: Fields,
-        power_out: wp.array(dtype=wp.float64),
+        before_out: wp.array(dtype=vec),
+        place_out: wp.array(dtype=vec),
         work_out: wp.array(dtype=wp.float64),
     ):
         block = wp.tid()
-        power = wp.float64(0.0)
+        done = wp.float64(0.0)
         for e in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
-            i = particle[e]
-            power += wp.float64(wp.dot(force[i], fields.velocity[i]))
-        work_out[block] = work_out[block] + wp.float64(0.5) * dt_of(clock) * (power + power_out[block])
-        power_out[block] = power
+            f = force[particle[e]]
+            u = fields.displacement[particle[e]]
+            done += wp.float64(wp.dot(f + before_out[e], u - place_out[e]))
+            before_out[e] = f
+            place_out[e] = u
+        work_out[block] = work_out[block] + wp.float64(0.5) * done
 
     return work
 
@@ -206,14 +199,14 @@ class Pressures(ActingLoad):
     _particle  # (k,) int32
     _offsets   # (k + 1,) int32, where the faces of each begin in `_face` and `_corner`, the place it has in them
     _corners   # (f, c) int32, particles of the faces
-    _outward   # (f,) vec: the sign by which the normal of the corners points out, or the area vector of a single particle
+    _sign      # (f,) scalar, 1 where the normal that follows from the order of the corners points out, else -1
     _pressure  # (k,) scalar, of the last time imposed
-    _power     # (blocks,) float64, of the last step's end; `_work` (blocks,) float64, so far
+    _before    # (k,) vec, forces at the end of the last step, and `_place` (k,) vec, displacements there
+    _work      # (blocks,) float64, work so far
     """
 
     def __init__(self, faces: LoadedFaces, space: Space, scales: Scales, clock: Clock, arrays: Arrays):
         self._space, self._clock, self._scales = space, clock, scales
-        self._single = faces.corners.shape[1] == 1 and space.dim > 1
         n = len(faces.particle)
         value = faces.values["value"]
         number = constant(value)
@@ -234,32 +227,13 @@ class Pressures(ActingLoad):
         self._corner = arrays.of("corner", order % faces.corners.shape[1], wp.int32)
         self._corners = arrays.of("corners", faces.corners, wp.int32)
         self._node = arrays.of("node", (faces.place - faces.place.mean(0)) / scales.length, space.vec)
-        self._outward = arrays.of("outward", self._out(faces), space.vec)
+        self._sign = arrays.of("sign", _signs(faces), space.scalar)
         self._force = arrays.zeros("force", len(faces.place), space.vec)
-        self._power = arrays.zeros("power", blocks(n), wp.float64, kept=True)
+        self._before = arrays.zeros("before", n, space.vec, kept=True)
+        self._place = arrays.zeros("place", n, space.vec, kept=True)
         self._work = arrays.zeros("work", blocks(n), wp.float64, kept=True)
         self._count = n
         self.ledger = (Entry("external_work", lambda: total(self._work)),)
-
-    def _out(self, faces: LoadedFaces) -> np.ndarray:
-        """`_outward` of the faces."""
-        whole = faces.vector.sum(1)
-        if self._single:
-            return whole
-        ends = faces.place[faces.corners]
-        if self._space.dim == 1:
-            sign = whole[:, 0]
-        elif self._space.dim == 2:
-            along = ends[:, 1] - ends[:, 0]
-            sign = along[:, 1] * whole[:, 0] - along[:, 0] * whole[:, 1]
-        else:
-            normal = np.cross(
-                ends[:, 2] + ends[:, 3] - ends[:, 0] - ends[:, 1], ends[:, 1] + ends[:, 3] - ends[:, 0] - ends[:, 2]
-            )
-            sign = (normal * whole).sum(1)
-        out = np.zeros_like(whole)
-        out[:, 0] = np.sign(sign)
-        return out
 
     def impose(self, clock: Clock, c: float | tuple[float, float]) -> None:
         if not self._moving:
@@ -270,15 +244,20 @@ class Pressures(ActingLoad):
         clock.launch(_value_kernel(self._space), self._count, inputs, [self._pressure])
 
     def act(self, state: State, forces: wp.array) -> None:
-        kernel = _push_kernel(self._space, state.layout, self._single)
-        inputs = [self._particle, self._offsets, self._face, self._corner, self._corners, self._outward, self._node]
+        kernel = _push_kernel(self._space, state.layout)
+        inputs = [self._particle, self._offsets, self._face, self._corner, self._corners, self._sign, self._node]
         self._clock.launch(kernel, self._count, [*inputs, self._pressure, state.struct], [forces])
+
+    def start(self, state: State) -> None:
+        self.advance(state)
+        self._work.zero_()
 
     def advance(self, state: State) -> None:
         self._clock.launch(_clear_kernel(self._space), self._count, [self._particle], [self._force])
         self.act(state, self._force)
-        inputs = [self._count, self._clock.time, self._particle, self._force, state.struct]
-        self._clock.launch(_work_kernel(self._space, state.layout), len(self._work), inputs, [self._power, self._work])
+        inputs = [self._count, self._particle, self._force, state.struct]
+        outputs = [self._before, self._place, self._work]
+        self._clock.launch(_work_kernel(self._space, state.layout), len(self._work), inputs, outputs)
 
 
 @cache
@@ -290,3 +269,16 @@ def _clear_kernel(space: Space) -> wp.Kernel:
         force_out[particle[first + wp.tid()]] = vec()
 
     return clear
+
+
+def _signs(faces: LoadedFaces) -> np.ndarray:
+    """`Pressures._sign` of the faces."""
+    whole, ends = faces.vector.sum(1), faces.place[faces.corners]
+    dim = whole.shape[1]
+    if dim == 1:
+        return np.sign(whole[:, 0])
+    if dim == 2:
+        along = ends[:, 1] - ends[:, 0]
+        return np.sign(along[:, 1] * whole[:, 0] - along[:, 0] * whole[:, 1])
+    first, second = ends[:, 2] + ends[:, 3] - ends[:, 0] - ends[:, 1], ends[:, 1] + ends[:, 3] - ends[:, 0] - ends[:, 2]
+    return np.sign((np.cross(first, second) * whole).sum(1))

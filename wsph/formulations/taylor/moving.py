@@ -142,12 +142,11 @@ class MovingTwoSetSystem(TwoSetSystem):
         self.clock.launch(self.kernels.turn, n, [self._framed, self._frames, 0], [state.struct])
 
     def accept(self, state: State) -> None:
-        """Close the step: the prescribed values at t + dt, and the work of the faces and of the body forces."""
+        """Close the step: the prescribed values at t + dt."""
+        self._closes(state)
         self.project(state)
         # The displacement has had the first half of its step; the second half is with the velocity at the end.
         self._turn_faces(state, 0.5)
         self._hold(state, 1.0)
-        self._works.add(state, self.clock)
-        self.force.add(state, self.clock)
         drift = drift_kernel(self.space, state.layout)
         self.clock.launch(drift, state.n, [self.clock.time], [state.struct])

@@ -43,8 +43,8 @@ class UpdatedSystem(OneSetSystem):
         leading = sum(field.leads for field in layout.fields)
         return Layout((*layout.fields[:leading], speed, *layout.fields[leading:], place))
 
-    def impose(self, state: State, c: float | tuple[float, float]) -> None:
-        super().impose(state, c)
+    def _set(self, state: State, c: float | tuple[float, float], *, counted: bool) -> None:
+        super()._set(state, c, counted=counted)
         self._driven.impose(state, self.clock, c)
 
     def start_works(self) -> None:

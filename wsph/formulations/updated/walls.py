@@ -18,7 +18,7 @@ from wsph.formulations.lagrangian.form import Form, coefficients_of
 from wsph.formulations.updated.images import Kind, flip_of, seen_image
 from wsph.formulations.updated.memory import memory_struct
 from wsph.parts.terms import answers_struct, points_struct
-from wsph.parts.works import Works
+from wsph.parts.works import PowerWorks
 from wsph.sph.images import images_struct
 from wsph.units import Scales
 
@@ -151,7 +151,7 @@ def _work_kernel(space: Space, layout: Layout, form: Form) -> wp.Kernel:
     return wall_work
 
 
-class WallWork(Works):
+class WallWork(PowerWorks):
     """Work of the driven walls of a body of n particles, from what forces were last computed from: `rates` has that."""
 
     columns = 1
@@ -160,10 +160,10 @@ class WallWork(Works):
         super().__init__(n, acts, device)
         self._rates = rates
 
-    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object]]:
+    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object], list[object]]:
         rates = self._rates
         made = _work_kernel(state.space, state.layout, rates.form)
-        return made, [*rates.wall_inputs(), state.struct, clock.time, self._n]
+        return made, [*rates.wall_inputs(), state.struct, clock.time, self._n], [self._power]
 
     @property
     def total(self) -> float:

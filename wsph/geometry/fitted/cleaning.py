@@ -61,18 +61,20 @@ def _drops(dim: int) -> np.ndarray:
     """For every pattern of filled cells about a node, a bit each, those to drop, (2^2^dim,) int."""
     cells = _corners(dim)
     first, second = np.nonzero(np.triu(np.abs(cells[:, None] - cells).sum(2) == 1))
-    patterns = np.arange(2 ** len(cells))
-    filled = (patterns[:, None] >> np.arange(len(cells)) & 1).astype(bool)
-    sheet = np.zeros(len(patterns), bool)
+    patterns = range(2 ** len(cells))
+    sheet: list[int] = []
     for pattern in patterns:
-        same = filled[pattern][first] == filled[pattern][second]
-        sheet[pattern] = connected(first[same], second[same], len(cells)).max(initial=0) <= 1
+        filled = np.array([pattern >> bit & 1 for bit in range(len(cells))])
+        same = filled[first] == filled[second]
+        if connected(first[same], second[same], len(cells)).max() <= 1:
+            sheet.append(pattern)
     drops = np.zeros(len(patterns), int)
-    for pattern in patterns[~sheet]:
-        left = patterns[sheet & (patterns & ~pattern == 0)]
-        most = filled[left].sum(1)
-        for choice in left[most == most.max()]:
-            drops[pattern] |= pattern & ~choice
+    for pattern in set(patterns).difference(sheet):
+        left = [kept for kept in sheet if not kept & ~pattern]
+        most = max(kept.bit_count() for kept in left)
+        for kept in left:
+            if kept.bit_count() == most:
+                drops[pattern] |= pattern & ~kept
     return drops
 
 

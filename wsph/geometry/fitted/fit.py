@@ -20,7 +20,7 @@ from wsph.geometry.fitted.planning import plan_layers
 from wsph.geometry.fitted.projection import Projection
 from wsph.geometry.fitted.relax.smoothing import smoothed
 from wsph.geometry.fitted.walls import check_walls
-from wsph.geometry.mesh import Mesh
+from wsph.geometry.meshes.mesh import Mesh
 from wsph.geometry.shapes.combined import Shape
 
 
@@ -51,7 +51,8 @@ def fit(shape: Shape, spacing: float | tuple[float, ...], seed: int = 0) -> Mesh
     first = len(cells.corners)
     cells = with_layer(Cells(cells.nodes, cells.corners, cells.sides, cells.owner, label), plan.layered)
     labels = cells.on(len(body.patches))
-    onto = Projection(labels, body.patches, body.spacing)
+    seams = [(edge.first, edge.second) for edge in edges if edge.seam]
+    onto = Projection(labels, body.patches, body.spacing, seams)
     nodes = cells.nodes.copy()
     onto.onto(nodes)
     if plan.layered.any():

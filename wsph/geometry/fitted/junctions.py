@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from wsph.geometry.fitted.outline import OFF, SAME, Outline
-from wsph.geometry.fitted.projection import to_all
+from wsph.geometry.fitted.projection import onto_seam, to_all
 
 NEAR = 1.5
 """Distance, in steps of its samples, below which a patch may meet another one."""
@@ -24,12 +24,13 @@ SMOOTH = 0.2
 class Junction:
     """The patches `first` and `second` meet at an angle at `points` (m, dim) [m]. `passes`: a layer on one of them goes on
     along the other, since a cell would have no room for its corner there: the edge is concave or blunt, or they run into
-    each other."""
+    each other. A `seam` joins them in one plane: heights do not say where."""
 
     first: int
     second: int
     points: np.ndarray
     passes: bool
+    seam: bool = False
 
 
 def junctions(body: Outline) -> list[Junction]:
@@ -41,6 +42,11 @@ def junctions(body: Outline) -> list[Junction]:
         if (ends[a][0] > ends[b][1] + reach).any() or (ends[b][0] > ends[a][1] + reach).any():
             continue
         near = [_near(body, i, j, NEAR * body.steps[i]) for i, j in ((a, b), (b, a))]
+        if _in_one_plane(body, a, b):
+            points = _seam(body, a, b, np.concatenate(near))
+            if len(points):
+                found.append(Junction(a, b, points, passes=True, seam=True))
+            continue
         points = _meeting(body, [a, b], np.concatenate(near))
         edge, passes = _sides(body, a, b, points)
         if edge.any() or passes.any():
@@ -77,6 +83,23 @@ def _near(body: Outline, patch: int, other: int, reach: float) -> np.ndarray:
     height = np.linalg.norm(points - body.patches[other].surface.nearest(points), axis=1)
     points = points[height <= reach]
     return points[body.distance(other, points, reach) <= reach]
+
+
+def _in_one_plane(body: Outline, a: int, b: int) -> bool:
+    normals = [body.patches[i].surface.normal for i in (a, b)]
+    if normals[0] is None or normals[1] is None or normals[0] @ normals[1] < 1.0 - SAME:
+        return False
+    return float(np.abs(body.patches[a].surface.height(body.points[b])[0]).max()) <= SAME * body.spacing
+
+
+def _seam(body: Outline, a: int, b: int, points: np.ndarray) -> np.ndarray:
+    """The points next to `points` (n, dim) [m] on the common border of patches in one plane. Those of shapes that reach
+    into each other have none of their own: either may have what they share."""
+    if not (body.whole[a] and body.whole[b]):
+        return points[:0]
+    points = onto_seam(body.patches[a], body.patches[b], points)
+    apart = np.linalg.norm(points - body.patches[a].surface.nearest(points), axis=1)
+    return points[apart <= SAME * body.spacing]
 
 
 def _meeting(body: Outline, ids: list[int], points: np.ndarray) -> np.ndarray:

@@ -14,14 +14,14 @@ def nearest_distance(sources: np.ndarray, points: np.ndarray, reach: float) -> n
         return squares
     low = np.minimum(sources.min(0), points.min(0)) - 2.0 * reach
     count = np.floor((np.maximum(sources.max(0), points.max(0)) - low) / reach).astype(np.int64) + 3
-    strides = np.concatenate([np.cumprod(count[::-1])[-2::-1], [1]])
+    strides = np.array([int(count[k + 1 :].prod()) for k in range(points.shape[1])])
     keys = np.floor((sources - low) / reach).astype(np.int64) @ strides
     order = np.argsort(keys, kind="stable")
     keys, home = keys[order], np.floor((points - low) / reach).astype(np.int64)
     for offset in product((-1, 0, 1), repeat=points.shape[1]):
         bins = (home + np.array(offset)) @ strides
-        first = np.searchsorted(keys, bins)
-        many = np.searchsorted(keys, bins, side="right") - first
+        first = np.asarray(np.searchsorted(keys, bins), int)
+        many = np.asarray(np.searchsorted(keys, bins, side="right"), int) - first
         rows = np.repeat(np.arange(len(points)), many)
         if not len(rows):
             continue

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wsph.geometry.fitted.junctions import Junction
-from wsph.geometry.fitted.outline import Outline
+from wsph.geometry.fitted.outline import Outline, outline
 from wsph.geometry.grid import FIT, lines
 from wsph.geometry.shapes.combined import Shape
 
@@ -69,6 +69,13 @@ def plan_layers(body: Outline, edges: list[Junction]) -> Plan:
             return Plan(first, body.spacing, count, flat, met, layered)
 
 
+def unmet(shape: Shape, spacing: float) -> tuple[str, ...]:
+    """The patches of a shape that no line of a grid of this `spacing` [m] lies on: those that a lattice meets in steps."""
+    body = outline(shape, spacing)
+    met = plan_layers(body, []).met
+    return tuple(patch.name for patch, on in zip(body.patches, met, strict=True) if not on)
+
+
 def _planes(body: Outline) -> tuple[np.ndarray, np.ndarray]:
     """The axis that a patch lies across, or -1, and the coordinate of its plane [m], (patches,) each."""
     axis, place = np.full(len(body.patches), -1), np.zeros(len(body.patches))
@@ -88,6 +95,6 @@ def _fitting(planes: np.ndarray, areas: np.ndarray, spacing: float) -> np.ndarra
         return planes
     apart = (planes[:, None] - planes) / spacing
     alike = np.abs(apart - np.rint(apart)) <= FIT * np.maximum(np.abs(apart), 1.0)
-    total = np.round(alike @ areas / areas.sum(), 9)
+    total: np.ndarray = (alike @ areas / areas.sum()).round(9)
     chosen = np.sort(planes[alike[total.argmax()]])
     return chosen[np.diff(chosen, prepend=-np.inf) > 0.5 * spacing]

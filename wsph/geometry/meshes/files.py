@@ -19,8 +19,8 @@ import meshio
 import numpy as np
 
 from wsph.geometry.gradients import mean_gradients
-from wsph.geometry.mesh import Mesh
 from wsph.geometry.meshes.abaqus import read_abaqus
+from wsph.geometry.meshes.mesh import Mesh
 from wsph.geometry.meshes.sides import named_sides, outer_sides
 
 UNNAMED = "unnamed"

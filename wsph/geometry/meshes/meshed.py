@@ -17,7 +17,7 @@ from wsph.geometry.cells import edge_lengths
 from wsph.geometry.faces import Faces
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.gradients import PointRows, face_shares, mean_gradients, node_shares
-from wsph.geometry.mesh import Mesh
+from wsph.geometry.meshes.mesh import Mesh
 
 PARALLEL = 1e-9
 """A face lies across an axis if its normal is this near to it."""
@@ -154,7 +154,7 @@ def _faces(mesh: Mesh, middles: np.ndarray, frame: np.ndarray, near: float) -> F
         nodes = np.concatenate([nodes, nodes[:, 2:]], 1)
     share, vector = face_shares(mesh.nodes[nodes], middles[mesh.side_cell])
     whole: np.ndarray = vector.sum(1)
-    along = whole / np.linalg.norm(whole, axis=1, keepdims=True) @ frame
+    along: np.ndarray = whole / np.linalg.norm(whole, axis=1, keepdims=True) @ frame
     nearest = np.abs(np.round(along, 9)).argmax(1)
     rows = np.arange(len(nearest))
     steepest: np.ndarray = along[rows, nearest]
@@ -166,4 +166,4 @@ def _faces(mesh: Mesh, middles: np.ndarray, frame: np.ndarray, near: float) -> F
     outer = height > ends[(sign + 1) // 2, nearest] - near
     axis = np.where(flat, nearest, -1)
     name = 2 * nearest + (sign > 0)
-    return Faces(nodes, mesh.side_cell, axis, sign, share, vector, name, outer, mesh.named)
+    return Faces(nodes, mesh.side_cell, axis, sign, share, vector, name, outer, np.ones(len(outer), bool), mesh.named)

@@ -11,7 +11,7 @@ import numpy as np
 from wsph.geometry.cells import edge_ends
 
 
-def _of_cell(count: int, dim: int) -> np.ndarray:
+def cell_sides(count: int, dim: int) -> np.ndarray:
     """The corners of each side of a cell with `count` corners, rows."""
     if count == dim + 1:
         return np.array(list(combinations(range(count), dim)))
@@ -29,7 +29,7 @@ def outer_sides(nodes: np.ndarray, blocks: tuple[np.ndarray, ...]) -> tuple[np.n
     owners: list[np.ndarray] = []
     before = 0
     for corners in blocks:
-        each = corners[:, _of_cell(corners.shape[1], dim)]
+        each = corners[:, cell_sides(corners.shape[1], dim)]
         each = each.reshape(-1, each.shape[2])
         if each.shape[1] < width:
             each = np.concatenate([each, each[:, -1:]], 1)

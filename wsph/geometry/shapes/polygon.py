@@ -13,6 +13,12 @@ from wsph.geometry.shapes.surfaces.flat import Facet
 from wsph.geometry.shapes.surfaces.surface import Patch
 from wsph.quantities import Point, as_tuple
 
+FLAT = 1e-12
+"""Part of the area around its points below which a polygon has none."""
+
+INSIDE = 1e-9
+"""Part of a side from its ends in which another touches it and does not cross it."""
+
 
 class Polygon(BaseShape):
     """The inside of a closed line through `points` in order, the last joined to the first (2D)."""
@@ -23,6 +29,18 @@ class Polygon(BaseShape):
     @model_validator(mode="after")
     def _of_its_dimension(self) -> "Polygon":
         check_coordinates(self, self.points, 2)
+        points = np.array(self.points)
+        if crossing := _crossing(points):
+            first, second = (f"side {k + 1} from {list(self.points[k])}" for k in crossing)
+            raise ValueError(
+                f"it crosses itself: {first} meets {second}; give its points in the order of a walk around it"
+            )
+        with np.errstate(all="ignore"):  # coordinates whose differences overflow are refused with the grid
+            sides = np.ptp(points, axis=0)
+            x, y = ((points - points.min(0)) / sides).T
+            area = abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+        if (sides == 0.0).any() or area < FLAT:
+            raise ValueError("its points enclose no area")
         return self
 
     @property
@@ -63,3 +81,19 @@ class Polygon(BaseShape):
             normal = np.array([way[1], -way[0]]) / np.hypot(way[0], way[1])
             found.append(Patch(f"side-{number}", Facet(start, way[None], -normal if clockwise else normal)))
         return tuple(found)
+
+
+def _crossing(points: np.ndarray) -> tuple[int, int] | None:
+    """Two sides of a closed line through `points` (n, 2) that cross inside of both, or None: sides that touch do not."""
+    with np.errstate(over="ignore"):
+        start, way = points, np.roll(points, -1, axis=0) - points
+    for k in range(len(points) - 1):
+        with np.errstate(all="ignore"):
+            apart = start[k + 1 :] - start[k]
+            turn = way[k, 0] * way[k + 1 :, 1] - way[k, 1] * way[k + 1 :, 0]
+            mine = (apart[:, 0] * way[k + 1 :, 1] - apart[:, 1] * way[k + 1 :, 0]) / turn
+            theirs = (apart[:, 0] * way[k, 1] - apart[:, 1] * way[k, 0]) / turn
+        inner = (mine > INSIDE) & (mine < 1.0 - INSIDE) & (theirs > INSIDE) & (theirs < 1.0 - INSIDE)
+        if inner.any():
+            return k, k + 1 + int(inner.argmax())
+    return None

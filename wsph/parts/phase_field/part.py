@@ -77,7 +77,7 @@ class PhaseField(Part):
     def fields(self, host: Host) -> tuple[Field, ...]:
         evolved = host.constitutive.laws.total is None
         return (
-            Field("damage", 1, "", at_points=True, derived=True),
+            Field("damage", 1, "", at_points=True, derived=True, bounded=True),
             # An evolved stress goes on undamaged.
             Field("damaged_stress", host.constitutive.width * evolved, "Pa", at_points=True, derived=True, hidden=True),
         )

@@ -1,1 +1,1 @@
-"""Nodes moved to where the cells are best: first to the mean of their neighbours, then to where cells are most like cubes."""
+"""Nodes moved to where the cells are best: to the mean of their neighbours, then to where cells are most like cubes."""

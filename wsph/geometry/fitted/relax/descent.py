@@ -20,6 +20,10 @@ SHORTEST = 1e-3
 ENOUGH = 1e-4
 """Part of the descent by the slope that a step has to bring."""
 
+SETTLED = 0.5
+"""The steepest slope at a node, per spacing, below which descent ends: from there on roundings would grow, and cells hardly
+change."""
+
 BACK = 2
 """Gauss-Newton steps back onto the surface after a step along it."""
 
@@ -43,17 +47,15 @@ def descend(
     value, slope = look(nodes)
     known: list[tuple[np.ndarray, np.ndarray]] = []
     for _ in range(steps):
+        if np.abs(slope).max(initial=0.0) < SETTLED:
+            break
         way = onto.along(nodes, _direction(slope, known) * moving[:, None])
         down = float((way * slope).sum())
-        longest = float(np.linalg.norm(way, axis=1).max(initial=0.0))
-        if not (down < 0.0 and longest > 0.0):
-            if not known:
-                break
+        if not down < 0.0:
             known.clear()
             continue
-        part = min(1.0, FARTHEST / longest)
-        if not known:
-            part = FARTHEST / longest
+        longest = float(np.linalg.norm(way, axis=1).max())
+        part = min(1.0, FARTHEST / longest) if known else FARTHEST / longest
         least = SHORTEST * part
         while part >= least:
             there = nodes + part * spacing * way

@@ -14,7 +14,7 @@ from itertools import product
 
 import numpy as np
 
-CELLS = 2000
+CELLS = 800
 """Cells that are taken at once: so many stay in a cache."""
 
 
@@ -31,17 +31,16 @@ class Measure:
 def distortion(nodes: np.ndarray, corners: np.ndarray, measure: Measure) -> tuple[float, np.ndarray]:
     """The distortion of cells with `corners` (c, 2^dim) at `nodes` (n, dim) in spacings, and its gradient (n, dim)."""
     dim = nodes.shape[1]
-    slopes = _slopes(dim, measure.reach)
-    total, gradient = 0.0, np.zeros_like(nodes)
+    slopes, columns, ids = _slopes(dim, measure.reach), np.ascontiguousarray(nodes.T), corners.T
+    total, back = 0.0, np.empty((dim, *ids.shape))
     for first in range(0, len(corners), CELLS):
-        of = corners[first : first + CELLS]
-        tangents = (nodes[of].transpose(0, 2, 1) @ slopes).reshape(len(of), dim, -1, dim).transpose(0, 2, 3, 1)
-        energy, slope = _of_tangents(np.ascontiguousarray(tangents.reshape(-1, dim, dim)), measure)
-        back = slope.reshape(len(of), -1, dim, dim).transpose(0, 3, 1, 2).reshape(len(of), dim, -1) @ slopes.T
+        of = ids[:, first : first + CELLS]
+        # Cells come last: all that follows runs along them.
+        energy, slope = _of_tangents((slopes.T @ columns[:, of]).reshape(dim, -1, dim, of.shape[1]), measure)
+        back[:, :, first : first + CELLS] = slopes @ slope.reshape(dim, -1, of.shape[1])
         total += energy
-        for k in range(dim):
-            gradient[:, k] += np.bincount(of.ravel(), back[:, k].ravel(), len(nodes))
-    return total, gradient
+    flat = np.ascontiguousarray(ids).ravel()
+    return total, np.stack([np.bincount(flat, part.ravel(), len(nodes)) for part in back], 1)
 
 
 def _slopes(dim: int, reach: float) -> np.ndarray:
@@ -55,23 +54,34 @@ def _slopes(dim: int, reach: float) -> np.ndarray:
 
 
 def _of_tangents(tangents: np.ndarray, measure: Measure) -> tuple[float, np.ndarray]:
-    """The distortion of maps with the rows J (m, dim, dim), and its derivative by J (m, dim, dim)."""
-    dim = tangents.shape[1]
-    squares = (tangents**2).sum((1, 2))
+    """The distortion of maps with the derivatives of components by axes J (dim, points, dim, cells), and its derivative by
+    J."""
+    dim = len(tangents)
+    rows = [[tangents[k, :, a] for k in range(dim)] for a in range(dim)]
+    products = [[sum(x * y for x, y in zip(p, q, strict=True)) for q in rows] for p in rows]
+    squares = sum(products[a][a] for a in range(dim))
     if dim == 2:
-        (a, b), (c, d) = np.moveaxis(tangents, 0, -1)
-        cofactors = np.moveaxis(np.array([[d, -c], [-b, a]]), -1, 0)
-        by_cofactors = tangents
+        (a, b), (c, d) = rows
+        cofactors, by_cofactors = [[d, -c], [-b, a]], rows
     else:
-        a, b, c = np.moveaxis(tangents, 1, 0)
-        cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], 1)
-        by_cofactors = squares[:, None, None] * tangents - (tangents @ tangents.transpose(0, 2, 1)) @ tangents
-    det = (tangents[:, 0] * cofactors[:, 0]).sum(1)
+        cofactors = [_cross(rows[(a + 1) % 3], rows[(a + 2) % 3]) for a in range(3)]
+        by_cofactors = [
+            [squares * rows[a][k] - sum(products[a][b] * rows[b][k] for b in range(3)) for k in range(3)]
+            for a in range(3)
+        ]
+    det = sum(x * y for x, y in zip(rows[0], cofactors[0], strict=True))
     root = np.sqrt(det**2 + 4.0 * measure.least**2)
-    held = 0.5 * (det + root)
-    areas = (cofactors**2).sum((1, 2))
-    each = 0.5 * (squares + areas / held**2) / dim
+    held = (0.5 * (det + root)) ** 2
+    areas = sum(x**2 for row in cofactors for x in row)
+    each = 0.5 * (squares + areas / held) / dim
     outer = measure.power * each ** (measure.power - 1.0) / dim
-    by_det = areas / held**2 / root
-    slope = tangents + by_cofactors / (held**2)[:, None, None] - by_det[:, None, None] * cofactors
-    return float((each**measure.power).sum()), outer[:, None, None] * slope
+    by_det, by_areas = outer * areas / (held * root), outer / held
+    slope = np.empty_like(tangents)
+    for a in range(dim):
+        for k in range(dim):
+            slope[k, :, a] = outer * rows[a][k] + by_areas * by_cofactors[a][k] - by_det * cofactors[a][k]
+    return float((each**measure.power).sum()), slope
+
+
+def _cross(a: list[np.ndarray], b: list[np.ndarray]) -> list[np.ndarray]:
+    return [a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3] for k in range(3)]

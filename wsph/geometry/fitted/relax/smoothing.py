@@ -12,7 +12,7 @@ from wsph.geometry.fitted.projection import Projection
 from wsph.geometry.fitted.relax.descent import descend
 from wsph.geometry.fitted.relax.distortion import Measure
 
-SWEEPS = 40
+SWEEPS = 20
 """Sweeps towards the mean of the neighbours: they bring order, descent brings quality."""
 
 INNER = 0.7
@@ -21,19 +21,19 @@ INNER = 0.7
 OUTER = 0.5
 """The same of nodes on the surface."""
 
-DEEP = 3
+DEEP = 4
 """Cells below the layer within which nodes move: the others stay where the grid has them."""
 
 AGAIN = 2
 """Gauss-Newton steps back onto the surface after a move along it."""
 
 STAGES = (
-    (Measure(reach=0.8, power=1.0, least=0.3), 15),
-    (Measure(reach=0.8, power=1.0, least=0.1), 12),
-    (Measure(reach=0.65, power=4.0, least=0.02), 18),
+    (Measure(reach=0.65, power=2.0, least=0.02), 20),
+    (Measure(reach=0.65, power=4.0, least=0.02), 20),
 )
-"""How distortion is measured in one descent after the other, and the steps of each: first cells that are inside out turn back,
-measured near their corners; then the worst of them count, near the points that integrate their volumes."""
+"""How distortion is measured in one descent after the other, and the steps of each: first so that cells inside out turn
+back, then so that the worst ones count. A cell that is flat at a corner, as where an edge of the body runs along two of its
+edges, is not at these points."""
 
 
 def smoothed(
@@ -46,7 +46,7 @@ def smoothed(
     corners, count = cells.corners[near], labels.sum(1)
     start, end = _edges(corners, len(nodes))
     inner = _Means(start, end, moving & (count == 0), np.ones(len(start), bool))
-    along = (labels[end] | ~labels[start]).all(1)
+    along = np.all(labels[end] | ~labels[start], axis=1)
     outer = _Means(start, end, moving & (count > 0) & (count < dim), along)
     for _ in range(SWEEPS):
         nodes[inner.rows] += INNER * (inner.of(nodes) - nodes[inner.rows])
@@ -76,10 +76,10 @@ def _band(corners: np.ndarray, count: int, first: int) -> tuple[np.ndarray, np.n
     """The nodes (n,) bool within some cells of the layer, and all cells that they have, (c,) bool."""
     moving = np.zeros(count, bool)
     moving[corners[first:]] = True
-    near = moving[corners].any(1)
+    near = np.any(moving[corners], axis=1)
     for _ in range(DEEP):
         moving[corners[near]] = True
-        near = moving[corners].any(1)
+        near = np.any(moving[corners], axis=1)
     return moving, near
 
 

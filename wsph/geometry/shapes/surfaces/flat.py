@@ -26,8 +26,8 @@ class Facet:
     def samples(self, spacing: float) -> tuple[np.ndarray, np.ndarray]:
         lengths = np.linalg.norm(self.sides, axis=1)
         counts = np.maximum(np.ceil(lengths / spacing), 1.0).astype(int)
-        steps = np.meshgrid(*[(np.arange(n) + 0.5) / n for n in counts], indexing="ij")
-        along = np.stack(steps, -1).reshape(-1, len(counts)) if steps else np.zeros((1, 0))
+        index = np.indices(tuple(counts)).reshape(len(counts), int(counts.prod()))
+        along = (index.T + 0.5) / counts
         return self.corner + along @ self.sides, np.full(len(along), lengths.prod() / len(along))
 
 

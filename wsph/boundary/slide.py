@@ -1,0 +1,78 @@
+"""Particles that slide along faces: the velocity along the faces' own normals is prescribed, n.v = g, and what else is free.
+
+The normal of a particle is that of the faces that an entry selects at it, the sum of their N_j n dA, in the reference
+configuration. With all that is prescribed at a particle, rows N of normals and coordinate axes and values g, v becomes
+(I - N^+ N) v + N^+ g: the least change of velocity that meets them, so that without friction a body feels forces along
+the normals alone. Components that are prescribed beside are set first, and stand among the rows, so that both hold.
+"""
+
+# pyright: strict
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wsph.boundary.loads.rows import FaceLoad
+from wsph.boundary.programs.prescribed import Prescribed, nonzero
+from wsph.errors import Fault, SceneError
+
+FLAT = 1e-9
+"""Part of the largest below which a row adds no direction."""
+
+
+@dataclass(frozen=True)
+class Slide:
+    """A prescribed velocity `value` [m/s] along the normals (k, dim) of particles (k,), by the entry at `key`."""
+
+    key: str
+    value: Prescribed
+    particle: np.ndarray
+    normal: np.ndarray
+
+
+@dataclass(frozen=True)
+class Slides:
+    """What of the velocities is left free: of k particles (k,) `free` (k, dim, dim) = I - N^+ N, and what is prescribed of
+    the rest, as rows that add up."""
+
+    particle: np.ndarray
+    free: np.ndarray
+    given: list[FaceLoad]
+
+    def project(self, velocity: np.ndarray) -> np.ndarray:
+        """Velocities (n dim,), or what goes by their components, with what is prescribed taken out."""
+        if not len(self.particle):
+            return velocity
+        result = velocity.reshape(-1, self.free.shape[1]).copy()
+        result[self.particle] = np.einsum("kab,kb->ka", self.free, result[self.particle])
+        return result.ravel()
+
+
+def slides_of(slides: list[Slide], entries: dict[tuple[str, int], dict[int, Prescribed]], dim: int) -> Slides:
+    """All sliding of a body together, with the velocity components that are prescribed beside. Raises SceneError where
+    normals that are alike have values that differ, or are more than there are directions, unless all are zero."""
+    rows: dict[int, list[tuple[np.ndarray, Prescribed, str]]] = {}
+    for slide in slides:
+        for particle, normal in zip(slide.particle.tolist(), slide.normal, strict=True):
+            rows.setdefault(particle, []).append((normal, slide.value, slide.key))
+    for (name, axis), values in entries.items():
+        for particle in rows.keys() & values.keys() if name == "velocity" else ():
+            rows[particle].append((np.eye(dim)[axis], values[particle], slides[0].key))
+    free, given = np.zeros((len(rows), dim, dim)), list[FaceLoad]()
+    pushes: dict[int, tuple[Prescribed, list[int], list[np.ndarray]]] = {}
+    for k, (particle, each) in enumerate(rows.items()):
+        N = np.array([normal for normal, _, _ in each])
+        inverse = np.linalg.pinv(N, rcond=FLAT)
+        free[k] = np.eye(dim) - inverse @ N
+        moved = [nonzero(value) for _, value, _ in each]
+        if any(moved) and np.linalg.matrix_rank(N, tol=FLAT) < len(N):
+            text = "prescribes velocities along normals that another entry prescribes too: select each face once"
+            raise SceneError("scene", [Fault(0, each[moved.index(True)][2], text)])
+        for column, (_, value, _) in enumerate(each):
+            if nonzero(value):
+                _, particles, push = pushes.setdefault(id(value), (value, [], []))
+                particles.append(particle)
+                push.append(inverse[:, column])
+    for value, particles, push in pushes.values():
+        given.append(FaceLoad(value, np.array(particles), np.array(push), np.zeros(len(particles), int)))
+    return Slides(np.array(list(rows), int), free, given)

@@ -1,0 +1,194 @@
+"""A watch over the bodies of a scene: which of them run into each other.
+
+Between two looks no pair of bodies can come together unseen: how fast they close bounds the time to the next. A look costs a
+launch a body and, where boxes about two bodies meet, a search among the particles in both.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from itertools import combinations
+from typing import Protocol
+
+import numpy as np
+import warp as wp
+
+from wsph.backend.kernels import kernel
+from wsph.backend.reduce import BLOCK, blocks
+from wsph.backend.space import Array, Space
+from wsph.backend.state import Layout, State, fields_struct
+from wsph.contact.overlap import first_inside, solid_of
+from wsph.geometry.geometry import Geometry
+from wsph.protocols import BodyTable, Waving
+from wsph.units import Scales
+
+FASTER = 0.01
+"""Part of the wave speeds by which bodies may speed up between two looks."""
+
+CELL = 1.0
+"""Way [spacings] that bodies whose boxes meet may go between two looks."""
+
+LONGEST = 10**9
+"""Steps between two looks at bodies that do not come near each other."""
+
+
+class WatchedSystem(Protocol):
+    """The system of a body, as a watch sees it."""
+
+    state: State
+    position: np.ndarray
+    geometry: Geometry
+    scales: Scales
+    device: str
+
+    @property
+    def count(self) -> int: ...
+
+
+class WatchedBody(Protocol):
+    """A body in a run, as a watch sees it."""
+
+    @property
+    def body(self) -> BodyTable: ...
+
+    @property
+    def system(self) -> WatchedSystem: ...
+
+    @property
+    def constitutive(self) -> Waving: ...
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """Two bodies that have run into each other, by their numbers: a `particle` of the first lies inside of the second, at a
+    `place` (dim,) [m]. `named`: contact was to keep them apart."""
+
+    one: int
+    other: int
+    particle: int
+    place: np.ndarray
+    named: bool
+
+
+@cache
+def _extent_kernel(space: Space, layout: Layout) -> wp.Kernel:
+    """The smallest and the largest displacements and velocities of a block of particles."""
+    dim, Fields = space.dim, fields_struct(space, layout)
+
+    @kernel()
+    def extents(fields: Fields, count: int, extent_out: wp.array2d(dtype=wp.float64)):
+        block = wp.tid()
+        first = block * BLOCK
+        low_u = fields.displacement[first]
+        high_u = low_u
+        low_v = fields.velocity[first]
+        high_v = low_v
+        for i in range(first, wp.min((block + 1) * BLOCK, count)):
+            low_u = wp.min(low_u, fields.displacement[i])
+            high_u = wp.max(high_u, fields.displacement[i])
+            low_v = wp.min(low_v, fields.velocity[i])
+            high_v = wp.max(high_v, fields.velocity[i])
+        for a in range(wp.static(dim)):
+            extent_out[block, a] = wp.float64(low_u[a])
+            extent_out[block, 3 + a] = wp.float64(high_u[a])
+            extent_out[block, 6 + a] = wp.float64(low_v[a])
+            extent_out[block, 9 + a] = wp.float64(high_v[a])
+
+    return extents
+
+
+class Watch:
+    """The watch over all pairs of bodies that move; each is reported once. `due` is the step of the next look."""
+
+    def __init__(self, bodies: Sequence[WatchedBody], named: set[frozenset[str]]):
+        """`named`: the pairs that contact keeps apart."""
+        moving = [k for k, run in enumerate(bodies) if "displacement" in run.system.state.layout]
+        self._pairs = list(combinations(moving, 2))
+        self._named = {pair: frozenset(bodies[k].body.name for k in pair) in named for pair in self._pairs}
+        self._watched = {k: _Watched(bodies[k]) for k in moving} if self._pairs else {}
+        self.due = 0
+
+    def look(self, step: int, dt: float) -> list[Meeting]:
+        """Look at the bodies as they are at a step, whose next one takes `dt` [s]: the meetings that are new."""
+        if not self._pairs or step < self.due:
+            return []
+        boxes = {k: each.box() for k, each in self._watched.items()}
+        found: list[Meeting] = []
+        self.due = step + LONGEST
+        for one, other in list(self._pairs):
+            time = _until(boxes[one], boxes[other])
+            if time == 0.0:
+                meeting, time = self._search(one, other, boxes)
+                if meeting is not None:
+                    found.append(meeting)
+                    self._pairs.remove((one, other))
+                    continue
+            self.due = min(self.due, step + max(int(min(time / dt, LONGEST)), 1))
+        return found
+
+    def _search(self, one: int, other: int, boxes: dict[int, "_Box"]) -> tuple[Meeting | None, float]:
+        """Whether bodies whose boxes meet have run into each other, and for how long they cannot if they have not [s]."""
+        places = {k: self._watched[k].places() for k in (one, other)}
+        for a, b in ((one, other), (other, one)):
+            particle = first_inside(self._watched[a].solid, self._watched[b].solid, places[a], places[b])
+            if particle is not None:
+                return Meeting(a, b, particle, places[a][particle], self._named[one, other]), 0.0
+        around = [replace(boxes[k], low=places[k].min(0), high=places[k].max(0)) for k in (one, other)]
+        way = CELL * min(self._watched[k].solid.geometry.spacing for k in (one, other))
+        return None, max(_until(*around), way / float(_closing(*around).max()))
+
+
+class _Watched:
+    """One body of a watch."""
+
+    def __init__(self, run: WatchedBody):
+        system = run.system
+        self._run, self.solid = (
+            run,
+            solid_of(system.geometry, at_nodes=len(system.position) != len(system.geometry.cells)),
+        )
+        self._low, self._high = system.position.min(0), system.position.max(0)
+        self._extents: Array = wp.zeros((blocks(system.count), 12), dtype=wp.float64, device=system.device)
+
+    def box(self) -> "_Box":
+        """A box about it, and how fast it may go (a launch and a small copy)."""
+        system = self._run.system
+        state, scales, dim = system.state, system.scales, len(self._low)
+        inputs = [state.struct, system.count]
+        made = _extent_kernel(state.space, state.layout)
+        wp.launch(made, len(self._extents), inputs=inputs, outputs=[self._extents], device=system.device)
+        each = self._extents.numpy().reshape(-1, 4, 3)[:, :, :dim]
+        smallest, largest = each.min(0), each.max(0)
+        more = FASTER * self._run.constitutive.wave_speed
+        return _Box(
+            self._low + smallest[0] * scales.length,
+            self._high + largest[1] * scales.length,
+            smallest[2] * scales.velocity - more,
+            largest[3] * scales.velocity + more,
+        )
+
+    def places(self) -> np.ndarray:
+        """Of its particles, (n, dim) [m]."""
+        return self.solid.places + self._run.system.state.read("displacement") * self._run.system.scales.length
+
+
+@dataclass(frozen=True)
+class _Box:
+    """A box about a body, `low` to `high` (dim,) [m], and its velocities, `slow` to `fast` (dim,) [m/s]."""
+
+    low: np.ndarray
+    high: np.ndarray
+    slow: np.ndarray
+    fast: np.ndarray
+
+
+def _closing(one: _Box, other: _Box) -> np.ndarray:
+    """How fast two bodies may close along every axis (dim,) [m/s]."""
+    below = other.low - one.high > one.low - other.high
+    return np.where(below, one.fast - other.slow, other.fast - one.slow)
+
+
+def _until(one: _Box, other: _Box) -> float:
+    """A time in which two boxes do not meet [s], 0 where they do."""
+    gap = np.maximum(other.low - one.high, one.low - other.high)
+    return float(np.max(np.where(gap > 0.0, gap / np.maximum(_closing(one, other), 1e-300), 0.0)))

@@ -1,0 +1,92 @@
+"""What is prescribed to a one-set body in a step, and the works of it: constraints, sliding, loads and drag."""
+
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
+
+import numpy as np
+
+from wsph.backend.arrays import Arrays
+from wsph.backend.clock import Clock
+from wsph.backend.space import Array, Space
+from wsph.backend.state import State
+from wsph.boundary.conditions import Conditions
+from wsph.boundary.loads.forces import LoadWork
+from wsph.boundary.slide import slides_of
+from wsph.boundary.sliding import Sliding
+from wsph.boundary.values import BoundaryValues
+from wsph.boundary.work import ConstraintWork, DragWork
+from wsph.formulations.one_set_setup import Loads
+from wsph.units import Scales
+
+
+class Prescribed:
+    """What is prescribed to a body of n particles, of `mass` (n,), nondimensional: velocities, those along faces' own
+    normals, and loads; with the work that each has done."""
+
+    def __init__(
+        self,
+        conditions: Conditions,
+        loads: Loads,
+        space: Space,
+        scales: Scales,
+        state: State,
+        position: np.ndarray,
+        mass: np.ndarray,
+        holding: Array | None,
+        arrays: Arrays,
+    ):
+        """`holding`: forces per mass that hold spurious modes, (n,) vec, where there are any."""
+        device = arrays.device
+        self.values = BoundaryValues(
+            space, conditions, state, position, {"velocity": scales.velocity}, scales.time, device
+        )
+        self.slides = slides_of(conditions.slides, conditions.entries, space.dim)
+        units = (scales.velocity, scales.time)
+        self._sliding: Sliding | None = None
+        if len(self.slides.particle):
+            part = arrays.part("sliding")
+            self._sliding = Sliding(self.slides, space, position, mass, units, part, state.layout)
+        self._loads = loads
+        self._constraint_work = ConstraintWork(space, self.values, mass, device)
+        self._load_work = LoadWork(loads.forces, device)
+        self.drag = DragWork(space, state, holding, mass, device)
+        arrays.part("boundary").adopt(self.values)
+        arrays.part("loads").adopt(loads.forces)
+        for name, works in (("work", self._constraint_work), ("loads.work", self._load_work), ("drag.work", self.drag)):
+            arrays.part(name).adopt(works, works.kept())
+
+    def impose(self, state: State, clock: Clock, c: float | tuple[float, float], *, counted: bool) -> None:
+        """Set the prescribed velocities of a state, and the loads for the rates to come, at t + c dt. `counted`: of the
+        state that the run continues from, whose work is counted too."""
+        if counted:
+            self._constraint_work.before(state, clock)
+        self.values.impose(state, clock, c)
+        if counted:
+            self._constraint_work.after(state, clock)
+        if self._sliding is not None:
+            self._sliding.impose(state, clock, c)
+        if self._sliding is not None and counted:
+            self._sliding.count_work(state, clock)
+        self._loads.impose(clock, c)
+
+    def start(self, state: State, clock: Clock) -> None:
+        """Take what is there at the start of the run."""
+        for each in (self._constraint_work, self._load_work, self.drag):
+            each.start(state, clock)
+        if self._sliding is not None:
+            self._sliding.start(state)
+        for load in self._loads.acting:
+            load.start(state)
+
+    def close(self, state: State, clock: Clock) -> None:
+        """Add the works of a step (launches)."""
+        self._load_work.add(state, clock)
+        self.drag.add(state, clock)
+        for load in self._loads.acting:
+            load.advance(state)
+
+    @property
+    def total(self) -> float:
+        """Work of constraints and loads so far, nondimensional."""
+        sliding = self._sliding.total if self._sliding is not None else 0.0
+        return self._constraint_work.total + sliding + self._load_work.total
