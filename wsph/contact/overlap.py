@@ -18,7 +18,7 @@ from wsph.contact.point_solid import PointSolid
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.lattice import Lattice, on_grid
 from wsph.geometry.meshes.meshed import Meshed
-from wsph.geometry.scattered import Scattered
+from wsph.geometry.meshes.scattered import Scattered
 from wsph.sph.pairs import find_pairs
 
 SURFACE = 1e-6

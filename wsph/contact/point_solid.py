@@ -4,7 +4,7 @@
 
 import numpy as np
 
-from wsph.geometry.scattered import Scattered
+from wsph.geometry.meshes.scattered import Scattered
 from wsph.sph.pairs import find_pairs
 
 

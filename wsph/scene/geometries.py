@@ -14,7 +14,7 @@ from wsph.geometry.geometry import Geometry
 from wsph.geometry.lattice import Lattice, lattice
 from wsph.geometry.meshes.files import read_mesh
 from wsph.geometry.meshes.meshed import meshed
-from wsph.geometry.scattered import read_points, scattered
+from wsph.geometry.meshes.scattered import read_points, scattered
 from wsph.geometry.shapes.combined import Shape
 from wsph.plugins.formulations import Formulation
 from wsph.scene.scene import Scene
