@@ -22,6 +22,7 @@ from wsph.geometry.gradients import PointRows, face_shares, mean_gradients
 from wsph.geometry.grid import Grid, plan
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import Rotation
+from wsph.geometry.shapes.stair_patches import StairPatches
 
 
 @dataclass(frozen=True)
@@ -178,8 +179,10 @@ def lattice(
     last = outermost(name, outer, turn, axis, (index[cell] + 0.5 + 0.5 * way) * grid.step, grid.step)
     on = face_nodes(corners[cell], offsets, axis, sign)
     share = np.repeat((np.prod(grid.step) / grid.step[axis] / on.shape[1])[:, None], on.shape[1], 1)
-    vector = share[:, :, None] * (sign[:, None] * grid.axes.T[axis])[:, None]
-    faces = Faces(on, cell, axis, sign, share, vector, name, outer, last, {})
+    outward = sign[:, None] * grid.axes.T[axis]
+    vector = share[:, :, None] * outward[:, None]
+    patches = StairPatches(shape, grid.points(index[cell] + 0.5 + 0.5 * way), outward, float(grid.step.min()))
+    faces = Faces(on, cell, axis, sign, share, vector, name, outer, last, patches)
     nodes = grid.points(node_index)
     cell_volume = np.full(len(index), float(np.prod(grid.step)))
     if jitter:

@@ -1,0 +1,31 @@
+"""Patches by name of bodies whose surface is in stairs."""
+
+import numpy as np
+import pytest
+
+from tests import scenes
+from wsph.geometry.lattice import lattice
+
+PLATE = {"type": "difference", "shapes": [
+    {**scenes.box(1.0, 1.0), "name": "plate"}, {"type": "disc", "name": "hole", "center": [0.5, 0.5], "radius": 0.2}]}  # fmt: skip
+
+
+@pytest.mark.parametrize("turn", [0.0, 90.0, 37.0])
+def test_every_face_is_of_one_patch(turn: float) -> None:
+    """The hole has its own stairs, the sides theirs, however the shape is turned."""
+    body = lattice(scenes.shape(**PLATE, rotate=turn), 0.05)
+    patches = body.faces.patches
+    assert set(patches) == {"hole", *(f"plate/{side}" for side in ("-x", "+x", "-y", "+y"))}
+    assert sorted(np.concatenate(list(patches.values()))) == list(range(len(body.faces.cell)))
+    for side in ("-x", "+x", "-y", "+y"):
+        assert body.faces.area[patches[f"plate/{side}"]].sum() == pytest.approx(1.0)
+        np.testing.assert_array_equal(body.faces.named(side), body.faces.of_patch(f"plate/{side}"))
+    middles = body.nodes[body.faces.nodes[patches["hole"]]].mean(1)
+    assert np.linalg.norm(middles - 0.5, axis=1).max() < 0.2 + 0.05
+
+
+def test_a_box_has_its_sides() -> None:
+    body = lattice(scenes.shape(**scenes.cube(3)), 0.25)
+    assert {name: len(rows) for name, rows in body.faces.patches.items()} == dict.fromkeys(
+        ("-x", "+x", "-y", "+y", "-z", "+z"), 16
+    )
