@@ -16,6 +16,9 @@ NEAR = 1.5
 BENT = np.cos(np.radians(45.0))
 """Cosine of the angle between the normals from which a convex edge is sharp enough to end a layer."""
 
+BLUNT = np.cos(np.radians(30.0))
+"""Cosine of the angle between the normals from which an edge of short patches is taken for a bend of one surface."""
+
 SMOOTH = 0.2
 """Sine of the angle between the normals below which patches run into each other."""
 
@@ -24,13 +27,14 @@ SMOOTH = 0.2
 class Junction:
     """The patches `first` and `second` meet at an angle at `points` (m, dim) [m]. `passes`: a layer on one of them goes on
     along the other, since a cell would have no room for its corner there: the edge is concave or blunt, or they run into
-    each other. A `seam` joins them in one plane: heights do not say where."""
+    each other. A `seam` joins them in one plane: heights do not say where. `blunt`: the angle is below 30 degrees."""
 
     first: int
     second: int
     points: np.ndarray
     passes: bool
     seam: bool = False
+    blunt: bool = False
 
 
 def junctions(body: Outline) -> list[Junction]:
@@ -45,12 +49,12 @@ def junctions(body: Outline) -> list[Junction]:
         if _in_one_plane(body, a, b):
             points = _seam(body, a, b, np.concatenate(near))
             if len(points):
-                found.append(Junction(a, b, points, passes=True, seam=True))
+                found.append(Junction(a, b, points, passes=True, seam=True, blunt=True))
             continue
         points = _meeting(body, [a, b], np.concatenate(near))
-        edge, passes = _sides(body, a, b, points)
+        edge, passes, blunt = _sides(body, a, b, points)
         if edge.any() or passes.any():
-            found.append(Junction(a, b, points[edge], bool(passes.any())))
+            found.append(Junction(a, b, points[edge], bool(passes.any()), blunt=bool(blunt.any())))
     return found
 
 
@@ -115,15 +119,15 @@ def _meeting(body: Outline, ids: list[int], points: np.ndarray) -> np.ndarray:
     return found[good]
 
 
-def _sides(body: Outline, a: int, b: int, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Which points, on both surfaces, are on an edge of the body, and where a layer has to pass from one of them to the
-    other, (n,) bool each.
+def _sides(body: Outline, a: int, b: int, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Which points, on both surfaces, are on an edge of the body, where a layer has to pass from one of them to the other,
+    and where the edge is blunt, (n,) bool each.
 
     The surfaces part the space about a point into four sectors. The body fills one of them at a convex edge and three at a
     concave one; with two, one of the surfaces has no patch there.
     """
     if not len(points):
-        return np.zeros(0, bool), np.zeros(0, bool)
+        return np.zeros(0, bool), np.zeros(0, bool), np.zeros(0, bool)
     na, nb = (body.patches[i].surface.height(points)[1] for i in (a, b))
     cosine = (na * nb).sum(1)
     sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
@@ -138,4 +142,5 @@ def _sides(body: Outline, a: int, b: int, points: np.ndarray) -> tuple[np.ndarra
     convex = crossing & under & ~one & ~other & ~above
     concave = crossing & under & one & other & ~above
     blend = ~crossing & (cosine > 0.0) & under & ~above
-    return convex | concave, concave | blend | (convex & (cosine > BENT))
+    edge = convex | concave
+    return edge, concave | blend | (convex & (cosine > BENT)), (edge | blend) & (cosine > BLUNT)

@@ -98,8 +98,10 @@ def outline(shape: Shape, spacing: float) -> Outline:
         found, share = patch.surface.samples(step)
         normal = np.array(patch.surface.height(found)[1])
         on = on_surface(shape, found, normal, OFF * spacing)
-        for other in patches:
+        for other, known in zip(patches, points, strict=True):
             # Of two surfaces in each other the first has what they share.
+            if (found.min(0) > known.max(0) + spacing).any() or (found.max(0) < known.min(0) - spacing).any():
+                continue
             rows = np.flatnonzero(on)
             height, gradient = other.surface.height(found[rows])
             rows = rows[(np.abs(height) <= SAME * spacing) & ((gradient * normal[rows]).sum(1) > 0.99)]
