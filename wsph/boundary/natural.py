@@ -21,7 +21,7 @@ from wsph.geometry.lattice import Lattice
 from wsph.output.fields import AXES
 
 
-def layer_conditions(scene: Prescribing, body: str, lattice: Lattice) -> Conditions:
+def layer_conditions(scene: Prescribing, body: str, lattice: Geometry) -> Conditions:
     """Conditions of a Lagrangian body whose particles are the cells: a face is its first layer of particles."""
     faces = lattice.faces
     return _natural_conditions(scene, body, lattice, lattice.cells, faces.cell[:, None])

@@ -14,9 +14,11 @@ from itertools import product
 import numpy as np
 
 from wsph.contact.mesh_solid import MeshSolid
+from wsph.contact.point_solid import PointSolid
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.lattice import Lattice, on_grid
 from wsph.geometry.meshes.meshed import Meshed
+from wsph.geometry.meshes.scattered import Scattered
 from wsph.sph.pairs import find_pairs
 
 SURFACE = 1e-6
@@ -112,13 +114,15 @@ class Solid:
         return known
 
 
-AnySolid = Solid | MeshSolid
+AnySolid = Solid | MeshSolid | PointSolid
 
 
 def solid_of(geometry: Geometry, *, at_nodes: bool) -> AnySolid:
     """A body as something that takes up room; `at_nodes`: its particles are the nodes, else the cells of a lattice."""
     if isinstance(geometry, Meshed):
         return MeshSolid(geometry)
+    if isinstance(geometry, Scattered):
+        return PointSolid(geometry)
     return Solid(on_grid(geometry), at_nodes)
 
 

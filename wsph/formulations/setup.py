@@ -82,7 +82,12 @@ class Setup:
         can. A scene that names a support or a kernel asks for a kernel's pairs; parts that need every direction, cracks and
         contact between balls take them too."""
         run, placement = self.scene.run, self.body.placement
-        if not self.traits.edges or placement == "cells" or self.geometry.cracks:
+        if (
+            not self.traits.edges
+            or placement == "cells"
+            or self.geometry.cracks
+            or not isinstance(self.geometry, Lattice)
+        ):
             return False
         if run.support is not None or run.kernel != DEFAULT or run.correction == "paper":
             return False

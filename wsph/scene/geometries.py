@@ -14,10 +14,11 @@ from wsph.geometry.geometry import Geometry
 from wsph.geometry.lattice import Lattice, lattice
 from wsph.geometry.meshes.files import read_mesh
 from wsph.geometry.meshes.meshed import meshed
+from wsph.geometry.meshes.scattered import read_points, scattered
 from wsph.geometry.shapes.combined import Shape
 from wsph.plugins.formulations import Formulation
 from wsph.scene.scene import Scene
-from wsph.scene.tables import Body
+from wsph.scene.tables import Body, PointsFile
 
 WAY_OUT = 'choose a smaller spacing, or surface = "stairs", which leaves the surface in steps of a cell'
 
@@ -29,6 +30,8 @@ def geometry_of(scene: Scene, number: int, formulation: Formulation) -> Geometry
     body, key = scene.bodies[number], f"bodies.{number}"
     if body.mesh is not None:
         return _from_file(scene, body, key, formulation)
+    if body.points is not None:
+        return _of_points(scene.dim, body, body.points, key, formulation)
     if body.shape is None or body.spacing is None:
         raise TypeError("a body without a mesh has a shape and a spacing")
     why = stairs_because(scene, body, formulation)
@@ -86,6 +89,20 @@ def _from_file(scene: Scene, body: Body, key: str, formulation: Formulation) -> 
         raise SceneError("scene", [Fault(0, f"{key}.mesh.file", str(error))]) from None
     except ValueError as error:
         raise SceneError("scene", [Fault(0, f"{key}.mesh", str(error))]) from None
+
+
+def _of_points(dim: int, body: Body, table: PointsFile, key: str, formulation: Formulation) -> Geometry:
+    if not (formulation.traits.one_set and formulation.traits.pairwise):
+        raise Refused(
+            f'body {body.name!r}: particles without cells are for run.formulation = "total-lagrangian" and'
+            f' "updated-lagrangian" of one set, not for {formulation.name!r}'
+        )
+    try:
+        return scattered(*read_points(Path(table.file), dim, table.scale))
+    except OSError as error:
+        raise SceneError("scene", [Fault(0, f"{key}.points.file", str(error))]) from None
+    except ValueError as error:
+        raise SceneError("scene", [Fault(0, f"{key}.points", str(error))]) from None
 
 
 def _lattice(
