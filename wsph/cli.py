@@ -217,7 +217,7 @@ class _Progress:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from wsph.boundary.selections import selections
+    from wsph.boundary.selections import patches, selections
     from wsph.plugins import registry
     from wsph.scene.load import load
     from wsph.simulation.compose import compose, memory_need
@@ -225,7 +225,8 @@ def _check(options: argparse.Namespace) -> int:
     scene = load(options.scene, _overrides(options.set))
     composition = compose(scene)
     try:
-        need = f"estimated {memory_need(scene)}"
+        meshed = any(body.mesh is not None for body in scene.bodies)
+        need = "not estimated: a mesh has it from its file" if meshed else f"estimated {memory_need(scene)}"
     except WsphError as error:
         need = f"not estimated: a block of it is refused: {error}"
     rows: list[tuple[str, str]] = [
@@ -253,7 +254,8 @@ def _check(options: argparse.Namespace) -> int:
                 f"time step at most {longest:.4g} s" if longest < 1e300 else "no limit of its own",
             ),
         ]
-        chosen = selections(scene, run.body.name, run.system.lattice, run.system.position, scene.run.end)
+        rows += [(f"  {name}", words) for name, words in patches(run.system.geometry)]
+        chosen = selections(scene, run.body.name, run.system.geometry, run.system.position, scene.run.end)
         rows += [(f"boundary {each.number}", str(each)) for each in chosen]
     name = scene.run.integrator.name
     functions: list[Any] = [kernel.func for kernel in composition.launches()]

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+import meshio
 import numpy as np
 import pytest
 
@@ -14,6 +15,7 @@ from wsph.cli import main
 from wsph.errors import SceneError
 from wsph.scene.load import load
 from wsph.simulation.compose import compose
+from wsph.validation import meshes
 
 METHODS = [("leapfrog", "stress-points"), ("leapfrog", "total-lagrangian"), ("leapfrog", "updated-lagrangian"), ("tsph", "small-strain"), ("ul-tsph", "updated-lagrangian")]  # fmt: skip
 
@@ -24,7 +26,7 @@ def found(method: tuple[str, str], dim: int, boundary: list[Any], **tables: Any)
     run = {"integrator": method[0], "formulation": method[1], "cfl": 0.1, "end": 2.0}
     scene = scenes.scene(scenes.body(**keys), run=run, boundary=boundary, **tables)
     system = compose(scene).bodies[0].system
-    return list(selections(scene, "b", system.lattice, system.position, scene.run.end))
+    return list(selections(scene, "b", system.geometry, system.position, scene.run.end))
 
 
 @pytest.mark.parametrize("dim", [1, 2, 3])
@@ -112,3 +114,43 @@ def test_check_prints_every_condition_and_the_memory(tmp_path: Path, capsys: pyt
     assert re.search(
         r"^memory +estimated .*B of arrays and .*B on the host while they are set up; .*B free$", said, re.MULTILINE
     )
+
+
+def test_patches_of_fitted_bodies_and_their_pressures_are_told() -> None:
+    ring = {"type": "difference", "shapes": [{"type": "disc", "center": [2.0, 0.0], "radius": 1.0},
+                                             {"type": "disc", "name": "bore", "center": [2.0, 0.0], "radius": 0.5}]}  # fmt: skip
+    inside = {"body": "b", "patch": "bore", "pressure": 3.0}
+    half = {"body": "b", "where": "abs((x - 2)**2 + y**2 - 1) < 0.02 and x >= 2", "pressure": 2.0}
+    [bore, pushed] = found(METHODS[0], 2, [inside, half], shape=ring, spacing=0.1)
+    assert "patch bore" in str(bore)
+    assert bore.resultant == pytest.approx([0.0, 0.0], abs=1e-12)
+    assert sum(bore.faces.values()) == pytest.approx(np.pi, rel=2e-3)
+    # On half of the rim: p times the diameter.
+    assert pushed.resultant == pytest.approx([-4.0, 0.0], abs=1e-9)
+
+
+def test_a_body_of_a_mesh_is_checked_with_its_patches(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    nodes, corners = meshes.moved_grid((2.0, 1.0), (4, 2), 0.2)
+    mesh = meshio.Mesh(
+        np.pad(nodes, ((0, 0), (0, 1))),
+        [("quad", meshes.around(corners))],
+        point_sets={"low": np.array([0, 3, 6, 9, 12])},
+    )
+    mesh.write(tmp_path / "block.inp")
+    text = """schema = 1
+dim = 2
+run = { integrator = "leapfrog", formulation = "stress-points", end = 1.0, cfl = 0.5 }
+boundary = [{ body = "b", patch = "low", pressure = 2.0 }]
+[[bodies]]
+name = "b"
+mesh = { file = "block.inp" }
+state = "strain"
+material = { model = "elastic", density = 1.0, youngs_modulus = 1.0, poisson_ratio = 0.3 }
+"""
+    (tmp_path / "block.toml").write_text(text)
+    assert main(["check", str(tmp_path / "block.toml")]) == 0
+    out = capsys.readouterr().out
+    assert "  low          4 faces, 2 m about (1, 0) m, mean normal (0, -1)" in out
+    assert "unnamed" in out
+    assert "boundary 0     b, patch low: 5 particles, faces -y 2 m; resultant (0, 4) N/m" in out
+    assert "not estimated: a mesh" in out

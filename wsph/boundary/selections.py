@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from wsph.boundary.conditions import Prescribed, selected_conditions
+from wsph.boundary.loads.pressure import Pressure
 from wsph.boundary.tables import Boundary, Function, Prescribing
-from wsph.geometry.lattice import Lattice
+from wsph.geometry.geometry import Geometry
 from wsph.output.fields import AXES
 
 LOOKS = 101
@@ -36,7 +37,8 @@ class Selection:
     def __str__(self) -> str:
         """In words."""
         condition, (unit, force) = self.condition, UNITS[self.dim]
-        where = f"face {condition.face}" if condition.face else f"where {condition.where}"
+        asked = {"face": condition.face, "patch": condition.patch, "where": condition.where}
+        where = next(f"{key} {value}" for key, value in asked.items() if value)
         areas = ", ".join(f"{name} {area:.6g}{unit}" for name, area in self.faces.items())
         text = f"{condition.body}, {where}: {self.particles} particles, faces {areas or 'none'}"
         if self.resultant is None:
@@ -55,7 +57,7 @@ class _Push:
 
 
 def selections(
-    scene: Prescribing, body: str, lattice: Lattice, position: np.ndarray, end: float
+    scene: Prescribing, body: str, lattice: Geometry, position: np.ndarray, end: float
 ) -> Iterator[Selection]:
     """What every condition of a body selects of its particles at `position` (n, dim) [m]: the nodes or the cells of its
     lattice. `end` of the run [s]. Raises SceneError where one selects nothing."""
@@ -76,8 +78,9 @@ def selections(
         )
 
 
-def _pushes(scene: Prescribing, condition: Boundary, lattice: Lattice, rows: np.ndarray) -> Iterator[_Push]:
-    """The prescribed loads of a condition: tractions along coordinate axes, stresses along the axes of the shape."""
+def _pushes(scene: Prescribing, condition: Boundary, lattice: Geometry, rows: np.ndarray) -> Iterator[_Push]:
+    """The prescribed loads of a condition: tractions along coordinate axes, stresses along the axes of the shape, and a
+    pressure on the faces as they are at the start."""
     faces, dim = lattice.faces, scene.dim
     for axis, value in condition.traction.items():
         yield _Push(rows, np.tile(np.eye(dim)[AXES.index(axis)], (len(rows), 1)), scene.value(value, "Pa"))
@@ -85,7 +88,26 @@ def _pushes(scene: Prescribing, condition: Boundary, lattice: Lattice, rows: np.
         i, j = (AXES.index(axis) for axis in label)
         along = np.where(faces.axis == i, j, i)
         acting = rows & np.isin(faces.axis, (i, j))
-        yield _Push(acting, faces.sign[:, None] * lattice.frame.axes.T[along], scene.value(value, "Pa"))
+        yield _Push(acting, faces.sign[:, None] * lattice.axes.T[along], scene.value(value, "Pa"))
+    for load in condition.acting.values():
+        if isinstance(load, Pressure):
+            yield _Push(rows, -faces.vector.sum(1) / faces.area[:, None], scene.value(load.value, "Pa"))
+
+
+def patches(geometry: Geometry) -> Iterator[tuple[str, str]]:
+    """Names of the patches of a body, with their areas, middles [m] and mean normals in words."""
+    faces, dim = geometry.faces, geometry.nodes.shape[1]
+    for name, rows in faces.patches.items():
+        area = faces.area[rows]
+        middle: np.ndarray = area @ geometry.nodes[faces.nodes[rows]].mean(1) / area.sum()
+        normal: np.ndarray = faces.vector[rows].sum((0, 1)) / area.sum()
+        where = f"{area.sum():.6g}{UNITS[dim][0]} about ({_rounded(middle, 9)}) m"
+        yield name, f"{len(rows)} faces, {where}, mean normal ({_rounded(normal, 5)})"
+
+
+def _rounded(values: np.ndarray, digits: int) -> str:
+    # A zero in place of what rounding leaves, and of its sign.
+    return ", ".join(f"{x + 0.0:.4g}" for x in values.round(digits).tolist())
 
 
 def _times(pushes: list[_Push], end: float) -> list[float]:
@@ -99,7 +121,7 @@ def _times(pushes: list[_Push], end: float) -> list[float]:
     return sorted(time for time in found if time <= end)
 
 
-def _resultant(pushes: list[_Push], position: np.ndarray, on: np.ndarray, lattice: Lattice, time: float) -> np.ndarray:
+def _resultant(pushes: list[_Push], position: np.ndarray, on: np.ndarray, lattice: Geometry, time: float) -> np.ndarray:
     """The sum of forces on the faces at a time, (dim,)."""
     total, share = np.zeros(position.shape[1]), lattice.faces.shares(on)
     for push in pushes:
