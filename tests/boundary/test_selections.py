@@ -98,7 +98,7 @@ def test_a_load_on_a_face_takes_in_no_side_of_a_hole_and_no_step(
 def test_a_face_that_is_not_there_is_refused_with_those_that_are() -> None:
     body = scenes.body(scenes.cube(2), 0.1, lattice_rotate=45.0)
     with pytest.raises(SceneError, match=r"boundary.0.face: '\+y' is no face of 'b', which has -x, \+x"):
-        compose(scenes.scene(body, boundary=[scenes.driven("+y", x=0.1)]))
+        compose(scenes.scene(body, run={"integrator": "tsph"}, boundary=[scenes.driven("+y", x=0.1)]))
     with pytest.raises(SceneError, match=r"boundary.0.where: 'x > 3' selects no particle of 'b'"):
         compose(scenes.scene(body, boundary=[{"body": "b", "where": "x > 3", "fixed": ["x", "y"]}]))
 

@@ -31,7 +31,7 @@ def wall_conditions(scene: Prescribing, body: str, lattice: Lattice) -> tuple[Co
     """Conditions of a body whose particles are the cells and have images behind its walls, and the walls: their velocities
     are prescribed to no particle."""
     walls, on, taken = Walls(lattice, body), lattice.faces.cell[:, None], set[int]()
-    chosen = list(selected_conditions(scene, body, lattice, lattice.cells, on))
+    chosen = list(selected_conditions(scene, body, lattice.loaded_faces, lattice.spacing, lattice.cells, on))
     for k, condition, particles, rows in chosen:
         velocity = {AXES.index(axis): value for axis, value in prescribed_velocities(scene, condition).items()}
         if velocity and walls.take(condition, particles, rows, velocity):
@@ -63,9 +63,9 @@ def _natural_conditions(
     coordinate axes. All loads add. The velocities of the conditions `walls`, by their numbers, are prescribed to no
     particle.
     """
-    faces, dim = lattice.faces, scene.dim
+    faces, dim = lattice.loaded_faces, scene.dim
     result, claims = Conditions(), Claims(lattice, at_nodes=position is lattice.nodes)
-    for k, condition, particles, rows in selected_conditions(scene, body, lattice, position, on):
+    for k, condition, particles, rows in selected_conditions(scene, body, faces, lattice.spacing, position, on):
         velocities = prescribed_velocities(scene, condition)
         if velocities and len(velocities) < dim and condition.symmetry and not lattice.upright:
             text = (

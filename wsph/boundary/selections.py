@@ -61,9 +61,9 @@ def selections(
 ) -> Iterator[Selection]:
     """What every condition of a body selects of its particles at `position` (n, dim) [m]: the nodes or the cells of its
     lattice. `end` of the run [s]. Raises SceneError where one selects nothing."""
-    faces = lattice.faces
+    faces = lattice.loaded_faces
     on = faces.nodes if len(position) == len(lattice.nodes) else faces.cell[:, None]
-    for k, condition, particles, rows in selected_conditions(scene, body, lattice, position, on):
+    for k, condition, particles, rows in selected_conditions(scene, body, faces, lattice.spacing, position, on):
         pushes = list(_pushes(scene, condition, lattice, rows))
         looks = [(_resultant(pushes, position, on, lattice, time), time) for time in _times(pushes, end)]
         resultant, time = max(looks, key=lambda look: float(np.linalg.norm(look[0])))
@@ -81,7 +81,7 @@ def selections(
 def _pushes(scene: Prescribing, condition: Boundary, lattice: Geometry, rows: np.ndarray) -> Iterator[_Push]:
     """The prescribed loads of a condition: tractions along coordinate axes, stresses along the axes of the shape, and a
     pressure on the faces as they are at the start."""
-    faces, dim = lattice.faces, scene.dim
+    faces, dim = lattice.loaded_faces, scene.dim
     for axis, value in condition.traction.items():
         yield _Push(rows, np.tile(np.eye(dim)[AXES.index(axis)], (len(rows), 1)), scene.value(value, "Pa"))
     for label, value in condition.stress.items():
@@ -96,7 +96,7 @@ def _pushes(scene: Prescribing, condition: Boundary, lattice: Geometry, rows: np
 
 def patches(geometry: Geometry) -> Iterator[tuple[str, str]]:
     """Names of the patches of a body, with their areas, middles [m] and mean normals in words."""
-    faces, dim = geometry.faces, geometry.nodes.shape[1]
+    faces, dim = geometry.loaded_faces, geometry.nodes.shape[1]
     for name, rows in faces.patches.items():
         area = faces.area[rows]
         middle: np.ndarray = area @ geometry.nodes[faces.nodes[rows]].mean(1) / area.sum()
@@ -123,7 +123,7 @@ def _times(pushes: list[_Push], end: float) -> list[float]:
 
 def _resultant(pushes: list[_Push], position: np.ndarray, on: np.ndarray, lattice: Geometry, time: float) -> np.ndarray:
     """The sum of forces on the faces at a time, (dim,)."""
-    total, share = np.zeros(position.shape[1]), lattice.faces.shares(on)
+    total, share = np.zeros(position.shape[1]), lattice.loaded_faces.shares(on)
     for push in pushes:
         if isinstance(push.value, Function):
             value = np.full(share[push.rows].shape, push.value.at(time))

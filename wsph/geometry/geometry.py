@@ -65,6 +65,11 @@ class Geometry:
         raise NotImplementedError
 
     @property
+    def loaded_faces(self) -> Faces:
+        """The faces as loads and selections see them."""
+        return self.faces
+
+    @property
     def size(self) -> float:
         """The edge of a cube of a cell's mean volume [m]."""
         return float(self.cell_volume.mean()) ** (1.0 / self.nodes.shape[1])

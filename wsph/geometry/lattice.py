@@ -10,6 +10,7 @@ side. Everything here is numpy, in metres; grid coordinates are in cells along t
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -54,6 +55,24 @@ class Lattice(Geometry):
     def irregular(self) -> bool:
         """Whether cells differ: by jitter or a map."""
         return self.mapped or bool((self.index != np.rint(self.index)).any())
+
+    @property
+    def loaded_faces(self) -> Faces:
+        return self._sides
+
+    @cached_property
+    def _sides(self) -> Faces:
+        """The faces as loads and selections see them: of a lattice that is turned in its shape each cell face stands for its
+        part of the shape's own side, along that side's normal, so that all of them have its area."""
+        patches = self.faces.patches
+        if self.mapped or not isinstance(patches, StairPatches) or patches.along(self.frame.axes):
+            return self.faces
+        normal, name, last = patches.projected(self.faces.outer)
+        outward = self.faces.sign[:, None] * self.frame.axes.T[self.faces.axis]
+        share = self.faces.share * np.maximum((normal * outward).sum(1), 0.0)[:, None]
+        none = np.full(len(name), -1)
+        vector = share[:, :, None] * normal[:, None]
+        return replace(self.faces, axis=none, share=share, vector=vector, name=name, last=last)
 
     @property
     def rows(self) -> PointRows:

@@ -22,19 +22,46 @@ class StairPatches(Mapping[str, np.ndarray]):
         self._shape, self._spacing = shape, spacing
         self._middles, self._normals = middles, normals
 
+    def along(self, axes: np.ndarray) -> bool:
+        """Whether the axes of a grid, columns (dim, dim), are those of the shape."""
+        turn = np.abs(self._shape.axes.T @ axes)
+        return bool(np.abs(turn - np.rint(turn)).max() < 1e-12)
+
     @cached_property
-    def _rows(self) -> dict[str, np.ndarray]:
+    def _found(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Of every face its patch (m,), and the place on it [m] and the normal there, (m, dim), before the rotation."""
         shape = self._shape
         points = shape.middle + (self._middles - shape.middle) @ shape.axes
         normals = self._normals @ shape.axes
-        patches = shape.patches()
-        costs: list[np.ndarray] = []
-        for patch in patches:
+        least = np.full(len(points), np.inf)
+        label, place, normal = np.zeros(len(points), int), points.copy(), normals.copy()
+        for number, patch in enumerate(shape.patches()):
             nearest = patch.surface.nearest(points)
             away = np.linalg.norm(points - nearest, axis=1) / self._spacing
             _, gradient = patch.surface.height(nearest)
-            costs.append(away + TURNED * (1.0 - (gradient * normals).sum(1)))
-        label = np.argmin(costs, axis=0) if costs else np.zeros(0, int)
+            cost = away + TURNED * (1.0 - (gradient * normals).sum(1))
+            better = cost < least
+            least[better], label[better] = cost[better], number
+            place[better], normal[better] = nearest[better], gradient[better]
+        return label, place, normal
+
+    def projected(self, outer: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Of every face the normal of its patch (m, dim), the name of the face that this makes it (m,), and whether it lies
+        less than a cell behind the outermost of its name and of the `outer` ones (m,) bool."""
+        _, place, normal = self._found
+        rows = np.arange(len(normal))
+        nearest = np.abs(np.round(normal, 9)).argmax(1)
+        name = 2 * nearest + (normal[rows, nearest] > 0.0)
+        height = np.sign(normal[rows, nearest]) * place[rows, nearest]
+        last = np.zeros(len(rows), bool)
+        for each in np.unique(name[outer]):
+            own = outer & (name == each)
+            last |= own & (height > height[own].max() - self._spacing)
+        return normal @ self._shape.axes.T, name, last
+
+    @cached_property
+    def _rows(self) -> dict[str, np.ndarray]:
+        label, patches = self._found[0], self._shape.patches()
         names = dict.fromkeys(patch.name for patch in patches)
         found = {name: [k for k, patch in enumerate(patches) if patch.name == name] for name in names}
         rows = {name: np.flatnonzero(np.isin(label, which)) for name, which in found.items()}
