@@ -253,7 +253,7 @@ def _check(options: argparse.Namespace) -> int:
                 f"time step at most {longest:.4g} s" if longest < 1e300 else "no limit of its own",
             ),
         ]
-        chosen = selections(scene, run.body.name, run.system.lattice, run.system.position, scene.run.end)
+        chosen = selections(scene, run.body.name, run.system.geometry, run.system.position, scene.run.end)
         rows += [(f"boundary {each.number}", str(each)) for each in chosen]
     name = scene.run.integrator.name
     functions: list[Any] = [kernel.func for kernel in composition.launches()]

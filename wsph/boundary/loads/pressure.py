@@ -7,7 +7,7 @@ particle's reference position. The thickness of plane stress is that of the refe
 
 from functools import cache
 from itertools import product
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import warp as wp
@@ -20,6 +20,7 @@ from wsph.backend.reduce import BLOCK, blocks, total
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.boundary.loads.acting import ActingLoad, Load, LoadedFaces
+from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.programs.prescribed import constant
 from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate
 from wsph.geometry.gradients import GAUSS
@@ -38,8 +39,13 @@ class Pressure(Load):
 
     @model_validator(mode="before")
     @classmethod
-    def _shorthand(cls, given: Any) -> Any:
+    def _shorthand(cls, given: object) -> object:
         return given if is_table(given) else {"value": given}
+
+    def at_rest(self, faces: LoadedFaces) -> FaceLoad:
+        count, corners, dim = faces.vector.shape
+        face = np.repeat(np.arange(count), corners)
+        return FaceLoad(faces.values["value"], faces.corners.ravel(), -faces.vector.reshape(-1, dim), face)
 
     def attach(self, faces: LoadedFaces, space: Space, scales: Scales, clock: Clock, arrays: Arrays) -> ActingLoad:
         return Pressures(faces, space, scales, clock, arrays)
