@@ -9,6 +9,7 @@ from itertools import combinations, product
 import numpy as np
 
 from wsph.geometry.cells import edge_ends
+from wsph.units import rounded
 
 
 def cell_sides(count: int, dim: int) -> np.ndarray:
@@ -52,7 +53,8 @@ def outer_sides(nodes: np.ndarray, blocks: tuple[np.ndarray, ...]) -> tuple[np.n
 
 
 def _place(nodes: np.ndarray, side: np.ndarray) -> str:
-    return f"{[float(f'{x:.6g}') for x in nodes[np.unique(side)].mean(0)]} m"
+    """The middle of a side (j,), which may have a node twice, in words."""
+    return f"{rounded(nodes[np.unique(side)].mean(0))} m"
 
 
 def _refuse_meeting(nodes: np.ndarray, sides: np.ndarray) -> None:
