@@ -44,15 +44,15 @@ def wall_conditions(scene: Prescribing, body: str, lattice: Lattice) -> tuple[Co
     return _natural_conditions(scene, body, lattice, lattice.cells, on, taken), walls.found()
 
 
-def node_conditions(scene: Prescribing, body: str, lattice: Geometry) -> Conditions:
+def node_conditions(scene: Prescribing, body: str, geometry: Geometry) -> Conditions:
     """Conditions of a Lagrangian body whose particles are the nodes, those of the faces included."""
-    return _natural_conditions(scene, body, lattice, lattice.nodes, lattice.faces.nodes)
+    return _natural_conditions(scene, body, geometry, geometry.nodes, geometry.faces.nodes)
 
 
 def _natural_conditions(
     scene: Prescribing,
     body: str,
-    lattice: Geometry,
+    geometry: Geometry,
     position: np.ndarray,
     on: np.ndarray,
     walls: Collection[int] = (),
@@ -63,11 +63,11 @@ def _natural_conditions(
     coordinate axes. All loads add. The velocities of the conditions `walls`, by their numbers, are prescribed to no
     particle.
     """
-    faces, dim = lattice.faces, scene.dim
-    result, claims = Conditions(), Claims(lattice, at_nodes=position is lattice.nodes)
-    for k, condition, particles, rows in selected_conditions(scene, body, lattice, position, on):
+    faces, dim = geometry.faces, scene.dim
+    result, claims = Conditions(), Claims(geometry, at_nodes=position is geometry.nodes)
+    for k, condition, particles, rows in selected_conditions(scene, body, geometry, position, on):
         velocities = prescribed_velocities(scene, condition)
-        if velocities and len(velocities) < dim and condition.symmetry and not lattice.upright:
+        if velocities and len(velocities) < dim and condition.symmetry and not geometry.upright:
             text = (
                 f"a turned body prescribes velocities along the coordinate axes; symmetry holds none of its {dim} alone"
             )
@@ -79,7 +79,7 @@ def _natural_conditions(
             if axis in condition.traction:
                 text = f"the velocity {axis} is prescribed too: a load there moves nothing"
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.traction.{axis}", text)])
-        mapped = isinstance(lattice, Lattice) and lattice.mapped
+        mapped = isinstance(geometry, Lattice) and geometry.mapped
         if condition.stress and (mapped or (faces.axis[rows] < 0).any()):
             text = "faces turn from place to place: write traction = { x = ... } along the coordinate axes, or pressure"
             raise SceneError("scene", [Fault(0, f"boundary.{k}.stress", text)])
@@ -92,14 +92,14 @@ def _natural_conditions(
         for key, load in condition.acting.items():
             if not rows.any():
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", "acts on no face selected here")])
-            if load.by_corners and position is not lattice.nodes:
+            if load.by_corners and position is not geometry.nodes:
                 text = (
                     'needs particles on the faces: use "stress-points", or "total-lagrangian" with pairs along edges; or a'
                     " traction, which keeps its direction"
                 )
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
             result.acting.append((f"{k}.{key}", load, loaded_faces(scene, load, faces, on, rows, position)))
-        for key, load in prescribed_loads(scene, condition, lattice, on, rows):
+        for key, load in prescribed_loads(scene, condition, geometry, on, rows):
             if not len(load.particle):
                 text = "acts on no face selected here" + (
                     "; it is a stress on a face across one of its axes" * key.startswith("stress")

@@ -19,7 +19,8 @@ class Geometry:
     """A body cut into cells: `nodes` (n, dim) [m], and points that carry the stress, one a cell or, of triangles and
     tetrahedra, one an edge: their places `cells` (c, dim) [m] and volumes `cell_volume` (c,) [m^dim].
 
-    `node_volume` (n,) [m^dim]; `edges` the shortest and the longest edge of a cell [m].
+    `node_volume` (n,) [m^dim]. `edges` [m]: the shortest edge of a cell of a grid, otherwise that of a cube whose waves
+    swing as fast as the fastest of the body's; and the longest edge of a cell.
     """
 
     nodes: np.ndarray
@@ -31,7 +32,7 @@ class Geometry:
 
     @property
     def spacing(self) -> float:
-        """The shortest edge of a cell [m]."""
+        """The first of `edges` [m]: what Courant numbers count in."""
         return self.edges[0]
 
     @property

@@ -75,7 +75,8 @@ class LoadForces:
         second: float,
         device: str,
     ):
-        """`unit`: the unit of `force` [N per m^(dim-1) of a load's push and Pa of its value]."""
+        """Of the body's particles `position` (n, dim) [m]; `force` (n,) vec is in units of `unit`, that of a push times its
+        value (of loads N, N/m in 2D), and the clock in units of `second` [s]."""
         self.space, self.force, self._second = space, force, second
         self.loaded = np.unique(np.concatenate([load.particle for load in loads] or [np.zeros(0, int)]))
         """The particles that carry loads."""
