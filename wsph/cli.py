@@ -224,8 +224,11 @@ def _check(options: argparse.Namespace) -> int:
 
     scene = load(options.scene, _overrides(options.set))
     composition = compose(scene)
+    meshes = [body.name for body in scene.bodies if body.mesh is not None]
     try:
-        need = f"estimated {memory_need(scene)}"
+        need = f"estimated {memory_need(scene)}" + (f", without {', '.join(meshes)} from mesh files" if meshes else "")
+        if len(meshes) == len(scene.bodies):
+            need = "not estimated: all bodies are from mesh files"
     except WsphError as error:
         need = f"not estimated: a block of it is refused: {error}"
     rows: list[tuple[str, str]] = [

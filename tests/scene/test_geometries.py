@@ -8,6 +8,7 @@ import pytest
 
 import wsph
 from tests import scenes
+from wsph.cli import main
 from wsph.errors import Refused, SceneError
 from wsph.geometry.lattice import Lattice
 from wsph.geometry.meshes.meshed import Meshed
@@ -88,6 +89,25 @@ def test_contact_with_a_mesh_is_refused(tmp_path: Path) -> None:
     beside = scenes.body(scenes.box((3.0, 4.0), 1.0), 0.25, "a")
     with pytest.raises(Refused, match="'b': contact between balls needs particles of equal size"):
         compose(meshed_scene(tmp_path, (beside,), contact=[{"between": ["a", "b"]}]))
+
+
+def test_check_says_of_a_mesh_that_its_memory_is_not_estimated(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    nodes, corners = moved_grid((1.0, 1.0), (4, 4), 0.0)
+    write(tmp_path / "square.vtu", nodes, quad=around(corners))
+    (tmp_path / "scene.toml").write_text("""
+schema = 1
+dim = 2
+run = { integrator = "leapfrog", end = 1.0, cfl = 0.5 }
+[[bodies]]
+name = "b"
+mesh = { file = "square.vtu" }
+state = "strain"
+material = { model = "elastic", density = 1.0, youngs_modulus = 1.0, poisson_ratio = 0.3 }
+""")
+    assert main(["check", str(tmp_path / "scene.toml")]) == 0
+    assert "not estimated: all bodies are from mesh files" in capsys.readouterr().out
 
 
 def test_a_mesh_has_its_own_cells(tmp_path: Path) -> None:
