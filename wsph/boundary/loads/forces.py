@@ -10,7 +10,7 @@ from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.programs.prescribed import Prescribed, constant, same
-from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate
+from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate_mean
 from wsph.boundary.values import CONSTANT
 
 
@@ -36,15 +36,11 @@ def _sum_kernel(space: Space) -> wp.Kernel:
         e = first + wp.tid()
         dt = dt_of(clock) * second
         t = time_of(clock) * second
-        slack = wp.float64(1.0e-9) * dt
         total = exact()
         for row in range(offsets[e], offsets[e + 1]):
             value = wp.float64(1.0)
             if program[row] != wp.static(CONSTANT):
-                value = evaluate(bank, program[row], position[e], t + from_dt * dt, slack)
-                if to_dt != from_dt:
-                    then = evaluate(bank, program[row], position[e], t + to_dt * dt, slack)
-                    value = wp.float64(0.5) * (value + then)
+                value = evaluate_mean(bank, program[row], position[e], t, dt, from_dt, to_dt)
             total += value * push[row]
         force = vec()
         for a in range(wp.static(dim)):

@@ -22,7 +22,7 @@ from wsph.boundary.loads.acting import ActingLoad, Load, LoadedFaces
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.loads.work import LoadWork
 from wsph.boundary.programs.prescribed import constant
-from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate
+from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate_mean
 from wsph.geometry.gradients import GAUSS
 from wsph.protocols import Entry
 from wsph.quantities import Value, is_table
@@ -70,11 +70,7 @@ def _value_kernel(space: Space) -> wp.Kernel:
         e = first + wp.tid()
         dt = dt_of(clock) * second
         t = time_of(clock) * second
-        slack = wp.float64(1.0e-9) * dt
-        value = evaluate(bank, 0, position[e], t + from_dt * dt, slack)
-        if to_dt != from_dt:
-            value = wp.float64(0.5) * (value + evaluate(bank, 0, position[e], t + to_dt * dt, slack))
-        pressure_out[e] = real(value / unit)
+        pressure_out[e] = real(evaluate_mean(bank, 0, position[e], t, dt, from_dt, to_dt) / unit)
 
     return pressures
 
