@@ -114,3 +114,27 @@ def test_a_mesh_has_its_own_cells(tmp_path: Path) -> None:
     found = compose(meshed_scene(tmp_path)).bodies[0].system.geometry
     assert isinstance(found, Meshed)
     assert np.sum(found.cell_volume) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        scenes.body(DISC, 0.1),
+        scenes.body({"type": "ring", "center": [0.0, 0.0], "inner": 0.25, "outer": 0.5}, 0.05),
+        scenes.body({"type": "sphere", "center": [0.0] * 3, "radius": 0.5}, 0.125),
+        scenes.body(scenes.box((0.25, 0.5), (0.0, 6.28)), [0.05, 0.157], map=["x*cos(y)", "x*sin(y)"]),
+    ],
+    ids=["disc", "ring", "sphere", "mapped"],
+)
+def test_points_up_to_a_round_surface_are_inside_and_none_half_a_cell_beyond(body: dict[str, Any]) -> None:
+    found: Any = compose(scenes.scene(body)).bodies[0].system.geometry
+    dim = found.nodes.shape[1]
+    ways = np.random.default_rng(1).standard_normal((50, dim))
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    size = float(found.edges[1])
+    assert found.holds(0.5 * ways).all()
+    assert found.holds(0.3 * ways).all()
+    assert not found.holds((0.5 + 0.3 * size) * ways).any()
+    if dim == 2 and np.hypot(*found.nodes.T).min() > 0.2:
+        assert found.holds(0.2501 * ways).all()
+        assert not found.holds((0.25 - 0.3 * size) * ways).any()

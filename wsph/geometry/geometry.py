@@ -12,6 +12,11 @@ import numpy as np
 from wsph.geometry.cracks import Crack
 from wsph.geometry.faces import Faces
 from wsph.geometry.gradients import PointRows
+from wsph.geometry.meshes.sides import between_sides
+
+BULGE = 0.1
+"""Height of a round surface over the sides of cells that follow it, over half of the diameter of a cell, at most: an arc
+over a chord h rises by h^2/(8 R), and a radius R has at least two cells."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +66,11 @@ class Geometry:
         return ()
 
     @property
+    def blocks(self) -> tuple[np.ndarray, ...]:
+        """The corners of its cells (c, k), by their kind."""
+        raise NotImplementedError
+
+    @property
     def rows(self) -> PointRows:
         """The nodes that each point sees, those of its own cells, and where cells differ the gradients."""
         raise NotImplementedError
@@ -71,12 +81,18 @@ class Geometry:
         return float(self.cell_volume.mean()) ** (1.0 / self.nodes.shape[1])
 
     def holds(self, points: np.ndarray) -> np.ndarray:
-        """Which of `points` (m, dim) [m] are as near to the centre of a cell as its corners are, (m,) bool."""
-        rows = self.rows
-        apart = self.nodes[rows.indices] - np.repeat(self.cells, np.diff(rows.offsets), axis=0)
-        reach = np.maximum.reduceat(np.linalg.norm(apart, axis=1), rows.offsets[:-1])
-        gaps = [np.linalg.norm(point - self.cells, axis=1) for point in points]
-        return np.array([bool((gap <= 1.001 * reach).any()) for gap in gaps], bool)
+        """Which of `points` (m, dim) [m] lie in a cell, or beside one by less than a round surface bulges over its sides,
+        (m,) bool."""
+        found = np.zeros(len(points), bool)
+        for corners in self.blocks:
+            cells = self.nodes[corners]
+            middle = cells.mean(1)
+            reach = np.linalg.norm(cells - middle[:, None], axis=2).max(1)
+            for k in np.flatnonzero(~found):
+                near = np.flatnonzero(np.linalg.norm(points[k] - middle, axis=1) <= (1.0 + BULGE) * reach)
+                row = np.full(len(near), k)
+                found[k] = between_sides(points, cells, (row, near), BULGE * reach[near]).any()
+        return found
 
     def places(self, length: float) -> np.ndarray:
         """Nodes (n, dim) in units of `length` [m] about the middle of the body, along the coordinate axes."""

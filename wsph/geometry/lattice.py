@@ -56,6 +56,10 @@ class Lattice(Geometry):
         return self.mapped or bool((self.index != np.rint(self.index)).any())
 
     @property
+    def blocks(self) -> tuple[np.ndarray, ...]:
+        return (self.corners,)
+
+    @property
     def rows(self) -> PointRows:
         if not self.irregular:
             return PointRows.of_corners(self.corners)

@@ -38,6 +38,10 @@ class Meshed(Geometry):
         return self.frame
 
     @property
+    def blocks(self) -> tuple[np.ndarray, ...]:
+        return self.mesh.blocks
+
+    @property
     def rows(self) -> PointRows:
         return self.seen
 
