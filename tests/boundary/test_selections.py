@@ -80,6 +80,30 @@ def test_what_a_where_takes_in_beside_the_face_shows() -> None:
     assert str(pulled) == "b, where x >= 1.7: 10 particles, faces +x 1 m, -y 0.25 m, +y 0.25 m; resultant (0, 1.5) N/m"
 
 
+@pytest.mark.parametrize("dim", [1, 2, 3])
+@pytest.mark.parametrize("method", METHODS[:2], ids=str)
+def test_a_pressure_pushes_against_its_face_and_a_spring_does_not(method: tuple[str, str], dim: int) -> None:
+    both = [{"body": "b", "face": "+x", "pressure": 3.0}, {"body": "b", "face": "-x", "spring": {"stiffness": 1.0}}]
+    pushed, held = found(method, dim, both)
+    assert pushed.resultant == pytest.approx([-3.0, 0.0, 0.0][:dim])
+    assert held.resultant is None
+
+
+DISCS = {"type": "difference", "shapes": [
+    {"type": "disc", "center": [0.0, 0.0], "radius": 1.0}, {"type": "disc", "name": "bore", "center": [0.0, 0.0], "radius": 0.5}]}  # fmt: skip
+
+
+def test_a_patch_of_a_fitted_body_is_named_and_what_cancels_is_zero() -> None:
+    """Cells of no grid: a pressure balances itself round the bore, and one that grows with x pushes by the bore's area."""
+    inside = {"body": "b", "patch": "bore", "pressure": 2.0}
+    slanted = {"body": "b", "where": "x*x + y*y < 0.3", "pressure": "2*x"}
+    whole, other = found(METHODS[0], 2, [inside, slanted], shape=DISCS, spacing=0.125)
+    assert str(whole).startswith("b, patch bore: ")
+    assert str(whole).endswith("; resultant (0, 0) N/m")
+    assert sum(whole.faces.values()) == pytest.approx(np.pi, rel=0.01)
+    assert other.resultant == pytest.approx([2.0 * np.pi * 0.25, 0.0], rel=0.02)
+
+
 HOLE = {"type": "difference", "shapes": [scenes.box(2.0, 2.0), {"type": "disc", "center": [1.0, 1.0], "radius": 0.5}]}
 STEPPED = {"type": "polygon", "points": [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]]}
 
@@ -103,8 +127,9 @@ def test_a_face_that_is_not_there_is_refused_with_those_that_are() -> None:
         compose(scenes.scene(body, boundary=[{"body": "b", "where": "x > 3", "fixed": ["x", "y"]}]))
 
 
-def test_check_prints_every_condition_and_the_memory(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    example = Path(wsph.__file__).parents[1] / "examples" / "cantilever.toml"
+@pytest.mark.parametrize("name", ["cantilever", "ring"])
+def test_check_prints_every_condition_and_the_memory(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    example = Path(wsph.__file__).parents[1] / "examples" / f"{name}.toml"
     assert main(["check", str(example)]) == 0
     said = capsys.readouterr().out
     conditions = load(example).boundary

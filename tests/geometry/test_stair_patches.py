@@ -35,9 +35,9 @@ def test_a_box_has_its_sides() -> None:
 def test_sides_of_a_turned_lattice_have_the_area_of_the_side(angle: float) -> None:
     """To the corner that a step cuts off; the whole outline closes as before."""
     body = lattice(scenes.shape(**scenes.box(1.0, 0.4)), 0.02, lattice_rotate=angle)
-    faces = body.loaded_faces
+    faces = body.sides
     for side, area in (("-x", 0.4), ("+x", 0.4), ("-y", 1.0), ("+y", 1.0)):
         assert faces.area[faces.named(side)].sum() == pytest.approx(area, abs=0.02)
     assert np.abs(faces.vector.sum((0, 1))).max() < 1e-12
     straight = lattice(scenes.shape(**scenes.box(1.0, 0.4)), 0.02)
-    assert straight.loaded_faces is straight.faces
+    assert straight.sides is straight.faces

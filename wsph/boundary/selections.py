@@ -7,14 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wsph.boundary.conditions import Prescribed, selected_conditions
-from wsph.boundary.loads.pressure import Pressure
-from wsph.boundary.tables import Boundary, Function, Prescribing
+from wsph.boundary.conditions import selected_conditions
+from wsph.boundary.loads.rows import FaceLoad
+from wsph.boundary.natural import loaded_faces, prescribed_loads
+from wsph.boundary.programs.functions import Function
+from wsph.boundary.tables import Boundary, Prescribing
 from wsph.geometry.geometry import Geometry
-from wsph.output.fields import AXES
 
 LOOKS = 101
 """Times from the start to the end at which a load that is an expression of t is looked at."""
+
+ROUNDING = 1e-12
+"""Part of the sum of all forces below which a component of the resultant is rounding."""
 
 UNITS = {1: ("", "N/m2"), 2: (" m", "N/m"), 3: (" m2", "N")}
 """Units of areas and of forces, by the dimension."""
@@ -23,8 +27,8 @@ UNITS = {1: ("", "N/m2"), 2: (" m", "N/m"), 3: (" m2", "N")}
 @dataclass(frozen=True)
 class Selection:
     """What one condition selects: its number, the `condition`, how many `particles`, and the cell `faces` by name with
-    their areas [m^(dim-1)]. `resultant` (dim,) [N in 3D, N/m in 2D] of its prescribed loads at the `time` [s] at which
-    it is largest; None where it has none."""
+    their areas [m^(dim-1)]. `resultant` (dim,) [N in 3D, N/m in 2D, N/m2 in 1D] of its loads on the body
+    at rest, at the `time` [s] at which it is largest; None where it has none."""
 
     number: int
     condition: Boundary
@@ -37,8 +41,8 @@ class Selection:
     def __str__(self) -> str:
         """In words."""
         condition, (unit, force) = self.condition, UNITS[self.dim]
-        asked = {"face": condition.face, "patch": condition.patch, "where": condition.where}
-        where = next(f"{key} {value}" for key, value in asked.items() if value)
+        named = [(key, text) for key in ("face", "patch", "where") if (text := getattr(condition, key))]
+        where = " ".join(named[0])
         areas = ", ".join(f"{name} {area:.6g}{unit}" for name, area in self.faces.items())
         text = f"{condition.body}, {where}: {self.particles} particles, faces {areas or 'none'}"
         if self.resultant is None:
@@ -47,25 +51,20 @@ class Selection:
         return f"{text}; resultant ({parts}) {force}" + (f" at t = {self.time:.4g} s" if self.time else "")
 
 
-@dataclass(frozen=True)
-class _Push:
-    """A load on faces, `rows` (m,) bool: a `value` [Pa] times their areas along `way` (m, dim)."""
-
-    rows: np.ndarray
-    way: np.ndarray
-    value: Prescribed
-
-
 def selections(
-    scene: Prescribing, body: str, lattice: Geometry, position: np.ndarray, end: float
+    scene: Prescribing, body: str, geometry: Geometry, position: np.ndarray, end: float
 ) -> Iterator[Selection]:
     """What every condition of a body selects of its particles at `position` (n, dim) [m]: the nodes or the cells of its
-    lattice. `end` of the run [s]. Raises SceneError where one selects nothing."""
-    faces = lattice.loaded_faces
-    on = faces.nodes if len(position) == len(lattice.nodes) else faces.cell[:, None]
-    for k, condition, particles, rows in selected_conditions(scene, body, faces, lattice.spacing, position, on):
-        pushes = list(_pushes(scene, condition, lattice, rows))
-        looks = [(_resultant(pushes, position, on, lattice, time), time) for time in _times(pushes, end)]
+    geometry. `end` of the run [s]. Raises SceneError where one selects nothing."""
+    faces = geometry.sides
+    on = faces.nodes if len(position) == len(geometry.nodes) else faces.cell[:, None]
+    for k, condition, particles, rows in selected_conditions(scene, body, faces, geometry.spacing, position, on):
+        loads = [load for _, load in prescribed_loads(scene, condition, geometry, on, rows)]
+        acting = [
+            load.at_rest(loaded_faces(scene, load, faces, on, rows, position)) for load in condition.acting.values()
+        ]
+        loads += [load for load in acting if load is not None]
+        looks = [(_resultant(loads, position, time), time) for time in _times(loads, end)]
         resultant, time = max(looks, key=lambda look: float(np.linalg.norm(look[0])))
         yield Selection(
             k,
@@ -73,47 +72,15 @@ def selections(
             scene.dim,
             len(particles),
             faces.parts(rows),
-            resultant if pushes else None,
-            time if pushes else 0.0,
+            resultant if loads else None,
+            time if loads else 0.0,
         )
 
 
-def _pushes(scene: Prescribing, condition: Boundary, lattice: Geometry, rows: np.ndarray) -> Iterator[_Push]:
-    """The prescribed loads of a condition: tractions along coordinate axes, stresses along the axes of the shape, and a
-    pressure on the faces as they are at the start."""
-    faces, dim = lattice.loaded_faces, scene.dim
-    for axis, value in condition.traction.items():
-        yield _Push(rows, np.tile(np.eye(dim)[AXES.index(axis)], (len(rows), 1)), scene.value(value, "Pa"))
-    for label, value in condition.stress.items():
-        i, j = (AXES.index(axis) for axis in label)
-        along = np.where(faces.axis == i, j, i)
-        acting = rows & np.isin(faces.axis, (i, j))
-        yield _Push(acting, faces.sign[:, None] * lattice.axes.T[along], scene.value(value, "Pa"))
-    for load in condition.acting.values():
-        if isinstance(load, Pressure):
-            yield _Push(rows, -faces.vector.sum(1) / faces.area[:, None], scene.value(load.value, "Pa"))
-
-
-def patches(geometry: Geometry) -> Iterator[tuple[str, str]]:
-    """Names of the patches of a body, with their areas, middles [m] and mean normals in words."""
-    faces, dim = geometry.loaded_faces, geometry.nodes.shape[1]
-    for name, rows in faces.patches.items():
-        area = faces.area[rows]
-        middle: np.ndarray = area @ geometry.nodes[faces.nodes[rows]].mean(1) / area.sum()
-        normal: np.ndarray = faces.vector[rows].sum((0, 1)) / area.sum()
-        where = f"{area.sum():.6g}{UNITS[dim][0]} about ({_rounded(middle, 9)}) m"
-        yield name, f"{len(rows)} faces, {where}, mean normal ({_rounded(normal, 5)})"
-
-
-def _rounded(values: np.ndarray, digits: int) -> str:
-    # A zero in place of what rounding leaves, and of its sign.
-    return ", ".join(f"{x + 0.0:.4g}" for x in values.round(digits).tolist())
-
-
-def _times(pushes: list[_Push], end: float) -> list[float]:
+def _times(loads: list[FaceLoad], end: float) -> list[float]:
     """Times at which loads can be largest: the entries of their tables, or a number of times of the run."""
     found = {0.0}
-    for value in (push.value for push in pushes):
+    for value in (load.value for load in loads):
         if isinstance(value, Function):
             found.update(value.t or ())
         elif value.uses("t"):
@@ -121,14 +88,14 @@ def _times(pushes: list[_Push], end: float) -> list[float]:
     return sorted(time for time in found if time <= end)
 
 
-def _resultant(pushes: list[_Push], position: np.ndarray, on: np.ndarray, lattice: Geometry, time: float) -> np.ndarray:
-    """The sum of forces on the faces at a time, (dim,)."""
-    total, share = np.zeros(position.shape[1]), lattice.loaded_faces.shares(on)
-    for push in pushes:
-        if isinstance(push.value, Function):
-            value = np.full(share[push.rows].shape, push.value.at(time))
+def _resultant(loads: list[FaceLoad], position: np.ndarray, time: float) -> np.ndarray:
+    """The sum of the forces of loads at a time, (dim,); of those that cancel zero, not what rounding leaves."""
+    total, size = np.zeros(position.shape[1]), 0.0
+    for load in loads:
+        if isinstance(load.value, Function):
+            forces = load.value.at(time) * load.push
         else:
-            there = on[push.rows]
-            value = push.value(position[there.ravel()], time).reshape(there.shape)
-        total += (value * share[push.rows]).sum(1) @ push.way[push.rows]
-    return total
+            forces = load.value(position[load.particle], time)[:, None] * load.push
+        total += forces.sum(axis=0)
+        size += float(np.abs(forces).sum())
+    return np.where(np.abs(total) > ROUNDING * size, total, 0.0)

@@ -126,11 +126,9 @@ def solid_of(geometry: Geometry, *, at_nodes: bool) -> AnySolid:
     return Solid(on_grid(geometry), at_nodes)
 
 
-def first_inside(
-    one: AnySolid, other: AnySolid, places: np.ndarray, others: np.ndarray, depth: float | None = None
-) -> int | None:
-    """The first particle of `one` inside of `other`, at `places` (n, dim) and `others` (m, dim) [m], or None. `depth`: that
-    of the particles that it has passed, if not said."""
+def first_inside(places: np.ndarray, other: AnySolid, others: np.ndarray, depth: float | None = None) -> int | None:
+    """The first of `places` (n, dim) [m] inside of a body whose particles are at `others` (m, dim) [m], or None. `depth`
+    [cells] below its surface; by default that at which its outermost particles have been passed."""
     low, high = others.min(0), others.max(0)
     near = np.flatnonzero(((places >= low) & (places <= high)).all(1))
     if not len(near):
@@ -144,7 +142,7 @@ def overlapping(one: AnySolid, other: AnySolid) -> np.ndarray | None:
     other."""
     for a, b in ((one, other), (other, one)):
         for places in (a.geometry.nodes, a.geometry.cells):
-            found = first_inside(a, b, places, b.places, SURFACE)
+            found = first_inside(places, b, b.places, SURFACE)
             if found is not None:
                 return places[found]
     return None

@@ -1,9 +1,10 @@
 """Where particles sit: nodes and cells of a grid inside a shape, and the faces of the body.
 
-Two-set methods put real particles at the nodes (faces, edges and corners included) and virtual ones at the cell centres;
-one-set methods put theirs at the cell centres. Faces are found from the cells alone: a cell face that belongs to one cell
-is a face of the body, whatever the shape. A crack cuts the faces that it runs along, and its nodes are there once for each
-side. Everything here is numpy, in metres; grid coordinates are in cells along the grid's own axes.
+Nodes are on the faces, edges and corners too. Two-set methods have real particles at the nodes and virtual ones at the
+cell centres, stress points particles at the nodes and points at the centres; one set has its particles at either. Faces
+are found from the cells alone: a cell face that belongs to one cell is a face of the body, whatever the shape. A crack
+cuts the faces that it runs along, and its nodes are there once for each side. Everything here is numpy, in metres; grid
+coordinates are in cells along the grid's own axes.
 """
 
 # pyright: strict
@@ -57,8 +58,12 @@ class Lattice(Geometry):
         return self.mapped or bool((self.index != np.rint(self.index)).any())
 
     @property
-    def loaded_faces(self) -> Faces:
+    def sides(self) -> Faces:
         return self._sides
+
+    @property
+    def blocks(self) -> tuple[np.ndarray, ...]:
+        return (self.corners,)
 
     @cached_property
     def _sides(self) -> Faces:

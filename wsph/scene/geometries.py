@@ -61,8 +61,8 @@ def stairs_because(scene: Scene, body: Body, formulation: Formulation) -> str:
         return f"the body has {' and '.join(given)}"
     if not formulation.traits.corners:
         return f'the {formulation.name} form has no points in cells of every kind, as "stress-points" has'
-    if scene.run.support is not None:
-        return "run.support asks for the pairs of a kernel"
+    if scene.run.kernel_by:
+        return f"{scene.run.kernel_by} asks for the pairs of a kernel"
     if any(body.name in contact.names for contact in scene.contact):
         return "contact between balls needs particles of equal size"
     if scene.dim == 1 or np.ptp(np.ravel(body.spacing or 0.0)) > 0.0:
@@ -79,8 +79,10 @@ def _from_file(scene: Scene, body: Body, key: str, formulation: Formulation) -> 
             f'body {body.name!r}: cells of a mesh are for run.formulation = "stress-points", not for {formulation.name!r};'
             " give the body a shape and a spacing"
         )
-    if scene.run.support is not None:
-        raise Refused(f"body {body.name!r}: points of a mesh see the corners of their own cells: leave out run.support")
+    if scene.run.kernel_by:
+        raise Refused(
+            f"body {body.name!r}: points of a mesh see the corners of their own cells: leave out {scene.run.kernel_by}"
+        )
     if any(body.name in contact.names for contact in scene.contact):
         raise Refused(f"body {body.name!r}: contact between balls needs particles of equal size, which a mesh has not")
     try:

@@ -138,6 +138,11 @@ class Run(Model):
             )
         return self
 
+    @property
+    def kernel_by(self) -> str:
+        """The key that asks for the pairs of a kernel, where a form has others by default; "" where none does."""
+        return "run.support" if self.support is not None else "run.kernel" if self.kernel != DEFAULT else ""
+
 
 _Point = Annotated[tuple[Annotated[float, Unit("m")], ...], BeforeValidator(as_tuple)]
 

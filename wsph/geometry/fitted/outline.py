@@ -13,6 +13,7 @@ import numpy as np
 from wsph.geometry.fitted.nearby import nearest_distance
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.surfaces.surface import Patch
+from wsph.units import rounded
 
 OFF = 1e-3
 """Height above and below the surface, in spacings, at which a shape is asked."""
@@ -59,7 +60,7 @@ class Outline:
     def place(self, point: np.ndarray) -> str:
         """A position (dim,) [m], given before the rotation of the shape, as messages tell it, after the rotation."""
         there = self.shape.middle + self.shape.axes @ (point - self.shape.middle)
-        return f"{[float(f'{x:.4g}') + 0.0 for x in there]} m"
+        return f"{rounded(there)} m"
 
     def distance(self, patch: int, points: np.ndarray, reach: float) -> np.ndarray:
         """Distances (n,) [m] of `points` (n, dim) to the part of a patch on the surface, perhaps infinite beyond `reach`

@@ -34,6 +34,7 @@ OUTER = {2: ("line",), 3: ("triangle", "quad")}
 """What can be a side of those."""
 
 DIMENSION = {"vertex": 0, "line": 1, "line3": 1, "triangle": 2, "quad": 2, "tetra": 3, "hexahedron": 3}
+"""Dimensions of the cells that a file's groups are of."""
 
 IGNORED = ("vertex", "line", "line3")
 """Cells of a file that are of no interest to a body."""

@@ -18,6 +18,7 @@ from wsph.geometry.faces import Faces
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.gradients import PointRows, face_shares, mean_gradients, node_shares
 from wsph.geometry.meshes.mesh import Mesh
+from wsph.units import rounded
 
 PARALLEL = 1e-9
 """A face lies across an axis if its normal is this near to it."""
@@ -35,6 +36,10 @@ class Meshed(Geometry):
     def axes(self) -> np.ndarray:
         """Directions of the body's own axes, columns (dim, dim)."""
         return self.frame
+
+    @property
+    def blocks(self) -> tuple[np.ndarray, ...]:
+        return self.mesh.blocks
 
     @property
     def rows(self) -> PointRows:
@@ -70,7 +75,7 @@ def meshed(mesh: Mesh, axes: np.ndarray | None = None) -> Meshed:
         longest = max(longest, edge_lengths(nodes, corners))
     if not (node_volume > 0.0).all():
         alone = np.flatnonzero(~(node_volume > 0.0))
-        raise ValueError(f"{len(alone)} nodes, the first at {nodes[alone[0]].tolist()} m, are corners of no cell")
+        raise ValueError(f"{len(alone)} nodes, the first at {rounded(nodes[alone[0]])} m, are corners of no cell")
     rows = _joined([each.rows for each in points])
     volume = np.concatenate([each.volume for each in points])
     frame = np.eye(dim) if axes is None else axes
@@ -84,7 +89,7 @@ def _refuse_inverted(nodes: np.ndarray, corners: np.ndarray, volume: np.ndarray)
     if (volume > 0.0).all():
         return
     worst = int(volume.argmin())
-    place = [float(f"{x:.6g}") for x in nodes[corners[worst]].mean(0)]
+    place = rounded(nodes[corners[worst]].mean(0))
     count = int((volume <= 0.0).sum())
     raise ValueError(
         f"{count} cells have no positive volume, the worst at {place} m: {volume[worst]:.3g} m^{nodes.shape[1]}"
