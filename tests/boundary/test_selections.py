@@ -24,7 +24,7 @@ def found(method: tuple[str, str], dim: int, boundary: list[Any], **tables: Any)
     run = {"integrator": method[0], "formulation": method[1], "cfl": 0.1, "end": 2.0}
     scene = scenes.scene(scenes.body(**keys), run=run, boundary=boundary, **tables)
     system = compose(scene).bodies[0].system
-    return list(selections(scene, "b", system.lattice, system.position, scene.run.end))
+    return list(selections(scene, "b", system.geometry, system.position, scene.run.end))
 
 
 @pytest.mark.parametrize("dim", [1, 2, 3])

@@ -26,6 +26,7 @@ from wsph.errors import Fault, SceneError
 from wsph.expressions import constant_program
 from wsph.geometry.faces import Faces
 from wsph.geometry.geometry import Geometry
+from wsph.geometry.lattice import Lattice
 from wsph.geometry.selection import select
 from wsph.output.fields import AXES
 
@@ -99,11 +100,17 @@ def _nothing_selected(k: int, condition: Boundary, faces: Faces) -> SceneError:
     return SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
 
 
-def _of_patch(k: int, name: str, body: str, faces: Faces) -> np.ndarray:
+def _of_patch(k: int, name: str, body: str, geometry: Geometry) -> np.ndarray:
     """Rows of the faces of a patch."""
+    faces = geometry.faces
     if name not in faces.patches:
-        there = ", ".join(faces.patches) or "none"
-        raise SceneError("scene", [Fault(0, f"boundary.{k}.patch", f"{body!r} has no patch {name!r}: it has {there}")])
+        text = f"{body!r} has no patch {name!r}: it has {', '.join(faces.patches) or 'none'}"
+        if isinstance(geometry, Lattice):
+            text += (
+                ". What of its surface is in steps of a cell, as wsph check says, has no names: select it by where, or have it"
+                ' fitted, in run.formulation = "stress-points"'
+            )
+        raise SceneError("scene", [Fault(0, f"boundary.{k}.patch", text)])
     return faces.of_patch(name)
 
 
@@ -119,7 +126,7 @@ def selected_conditions(
             rows = lattice.faces.named(condition.face)
             particles = np.unique(on[rows])
         elif condition.patch:
-            rows = _of_patch(k, condition.patch, body, lattice.faces)
+            rows = _of_patch(k, condition.patch, body, lattice)
             particles = np.unique(on[rows])
         else:
             chosen = select(condition.where or "", position, lattice.spacing)

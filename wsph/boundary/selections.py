@@ -9,11 +9,14 @@ import numpy as np
 
 from wsph.boundary.conditions import Prescribed, selected_conditions
 from wsph.boundary.tables import Boundary, Function, Prescribing
-from wsph.geometry.lattice import Lattice
+from wsph.geometry.geometry import Geometry
 from wsph.output.fields import AXES
 
 LOOKS = 101
 """Times from the start to the end at which a load that is an expression of t is looked at."""
+
+ROUNDING = 1e-12
+"""Part of what acts in all that a resultant has by rounding."""
 
 UNITS = {1: ("", "N/m2"), 2: (" m", "N/m"), 3: (" m2", "N")}
 """Units of areas and of forces, by the dimension."""
@@ -36,7 +39,9 @@ class Selection:
     def __str__(self) -> str:
         """In words."""
         condition, (unit, force) = self.condition, UNITS[self.dim]
-        where = f"face {condition.face}" if condition.face else f"where {condition.where}"
+        where = f"where {condition.where}"
+        if condition.where is None:
+            where = f"face {condition.face}" if condition.face else f"patch {condition.patch}"
         areas = ", ".join(f"{name} {area:.6g}{unit}" for name, area in self.faces.items())
         text = f"{condition.body}, {where}: {self.particles} particles, faces {areas or 'none'}"
         if self.resultant is None:
@@ -47,24 +52,25 @@ class Selection:
 
 @dataclass(frozen=True)
 class _Push:
-    """A load on faces, `rows` (m,) bool: a `value` [Pa] times their areas along `way` (m, dim)."""
+    """A load on f faces, particles `on` (f, k): a `value` [Pa] times `by` (f, k, dim) [m^(dim-1)]."""
 
-    rows: np.ndarray
-    way: np.ndarray
+    on: np.ndarray
+    by: np.ndarray
     value: Prescribed
 
 
 def selections(
-    scene: Prescribing, body: str, lattice: Lattice, position: np.ndarray, end: float
+    scene: Prescribing, body: str, geometry: Geometry, position: np.ndarray, end: float
 ) -> Iterator[Selection]:
     """What every condition of a body selects of its particles at `position` (n, dim) [m]: the nodes or the cells of its
-    lattice. `end` of the run [s]. Raises SceneError where one selects nothing."""
-    faces = lattice.faces
-    on = faces.nodes if len(position) == len(lattice.nodes) else faces.cell[:, None]
-    for k, condition, particles, rows in selected_conditions(scene, body, lattice, position, on):
-        pushes = list(_pushes(scene, condition, lattice, rows))
-        looks = [(_resultant(pushes, position, on, lattice, time), time) for time in _times(pushes, end)]
-        resultant, time = max(looks, key=lambda look: float(np.linalg.norm(look[0])))
+    geometry. `end` of the run [s]. Raises SceneError where one selects nothing."""
+    faces = geometry.faces
+    on = faces.nodes if len(position) == len(geometry.nodes) else faces.cell[:, None]
+    for k, condition, particles, rows in selected_conditions(scene, body, geometry, position, on):
+        pushes = list(_pushes(scene, condition, geometry, on, rows))
+        looks = [(*_resultant(pushes, position, time), time) for time in _times(pushes, end)]
+        # Where a load has none, as on the side of a hole, it is looked at where it is largest itself.
+        resultant, _, time = max(looks, key=lambda look: (float(np.linalg.norm(look[0])), look[1]))
         yield Selection(
             k,
             condition,
@@ -76,16 +82,26 @@ def selections(
         )
 
 
-def _pushes(scene: Prescribing, condition: Boundary, lattice: Lattice, rows: np.ndarray) -> Iterator[_Push]:
-    """The prescribed loads of a condition: tractions along coordinate axes, stresses along the axes of the shape."""
-    faces, dim = lattice.faces, scene.dim
+def _pushes(
+    scene: Prescribing, condition: Boundary, geometry: Geometry, on: np.ndarray, rows: np.ndarray
+) -> Iterator[_Push]:
+    """The prescribed loads of a condition: tractions along coordinate axes, stresses along the axes of the shape, and those
+    that follow the faces, as the faces are at the start."""
+    faces, dim = geometry.faces, scene.dim
+    share = faces.shares(on)[..., None]
     for axis, value in condition.traction.items():
-        yield _Push(rows, np.tile(np.eye(dim)[AXES.index(axis)], (len(rows), 1)), scene.value(value, "Pa"))
+        yield _Push(on[rows], share[rows] * np.eye(dim)[AXES.index(axis)], scene.value(value, "Pa"))
     for label, value in condition.stress.items():
         i, j = (AXES.index(axis) for axis in label)
         along = np.where(faces.axis == i, j, i)
         acting = rows & np.isin(faces.axis, (i, j))
-        yield _Push(acting, faces.sign[:, None] * lattice.frame.axes.T[along], scene.value(value, "Pa"))
+        way = faces.sign[:, None] * geometry.axes.T[along]
+        yield _Push(on[acting], (share * way[:, None])[acting], scene.value(value, "Pa"))
+    whole = on.shape[1] == faces.vector.shape[1]
+    vector = faces.vector[rows] if whole else faces.vector[rows].sum(1, keepdims=True)
+    for load in condition.acting.values():
+        for name, by in load.at_start(vector).items():
+            yield _Push(on[rows], by, scene.value(getattr(load, name), load.values[name]))
 
 
 def _times(pushes: list[_Push], end: float) -> list[float]:
@@ -99,14 +115,15 @@ def _times(pushes: list[_Push], end: float) -> list[float]:
     return sorted(time for time in found if time <= end)
 
 
-def _resultant(pushes: list[_Push], position: np.ndarray, on: np.ndarray, lattice: Lattice, time: float) -> np.ndarray:
-    """The sum of forces on the faces at a time, (dim,)."""
-    total, share = np.zeros(position.shape[1]), lattice.faces.shares(on)
+def _resultant(pushes: list[_Push], position: np.ndarray, time: float) -> tuple[np.ndarray, float]:
+    """The sum of forces on the faces at a time, (dim,), without what is rounding, and that of their sizes."""
+    total, size = np.zeros(position.shape[1]), 0.0
     for push in pushes:
         if isinstance(push.value, Function):
-            value = np.full(share[push.rows].shape, push.value.at(time))
+            value = np.full(push.on.shape, push.value.at(time))
         else:
-            there = on[push.rows]
-            value = push.value(position[there.ravel()], time).reshape(there.shape)
-        total += (value * share[push.rows]).sum(1) @ push.way[push.rows]
-    return total
+            value = push.value(position[push.on.ravel()], time).reshape(push.on.shape)
+        force = value[..., None] * push.by
+        total += force.sum((0, 1))
+        size += float(np.linalg.norm(force, axis=2).sum())
+    return np.where(np.abs(total) > ROUNDING * size, total, 0.0), size

@@ -9,16 +9,21 @@ another axis.
 
 # pyright: strict
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+
+from wsph.geometry.shapes.surfaces.surface import Patch
 
 FACES = ("-x", "+x", "-y", "+y", "-z", "+z")
 """Names of faces, in the order of their numbers."""
 
 WHOLE = 1e-6
 """A face this near to a whole cell behind another, in cells, is a cell behind it."""
+
+IN_PLANE = 1e-3
+"""A face this near to a plane, in cells, lies in it."""
 
 
 @dataclass(frozen=True)
@@ -123,3 +128,21 @@ np.ndarray
     highest = np.full(len(FACES), -np.inf)
     np.maximum.at(highest, name[outer], height[outer])
     return height > highest[name] - reach
+
+
+def flat_patches(
+    patches: Iterable[Patch], centre: np.ndarray, normal: np.ndarray, spacing: float
+) -> dict[str, np.ndarray]:
+    """The faces, rows, that lie in the flat `patches` of a shape, by the patches' names: of several the nearest has them.
+    `centre` (m, dim) [m] and the outward unit `normal` (m, dim) of the faces before the shape turns; `spacing` [m]."""
+    flat = [(patch.name, patch.surface, way) for patch in patches if (way := patch.surface.normal) is not None]
+    nearest, label = np.full(len(centre), spacing), np.full(len(centre), -1)
+    for k, (_, surface, way) in enumerate(flat):
+        rows = np.flatnonzero(normal @ way > 1.0 - WHOLE)
+        rows = rows[np.abs(surface.height(centre[rows])[0]) < IN_PLANE * spacing]
+        apart = np.linalg.norm(centre[rows] - surface.nearest(centre[rows]), axis=1)
+        closer = apart < nearest[rows] - WHOLE * spacing
+        nearest[rows[closer]], label[rows[closer]] = apart[closer], k
+    names = list(dict.fromkeys(name for name, _, _ in flat))
+    number = np.array([names.index(name) for name, _, _ in flat] + [-1])[label]
+    return {name: np.flatnonzero(number == k) for k, name in enumerate(names) if (number == k).any()}

@@ -9,7 +9,8 @@ import numpy as np
 from wsph.errors import Fault, Refused, SceneError
 from wsph.expressions import compile_expression
 from wsph.geometry.fitted.fit import fit
-from wsph.geometry.fitted.planning import on_grid_lines
+from wsph.geometry.fitted.gate import OUT
+from wsph.geometry.fitted.planning import on_grid_lines, unmet
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.lattice import Lattice, lattice
 from wsph.geometry.meshes.files import read_mesh
@@ -19,7 +20,8 @@ from wsph.plugins.formulations import Formulation
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
 
-WAY_OUT = 'choose a smaller spacing, or surface = "stairs", which leaves the surface in steps of a cell'
+STEPS = 'surface = "stairs", which leaves the surface in steps of a cell'
+"""What any shape can have."""
 
 
 def geometry_of(scene: Scene, number: int, formulation: Formulation) -> Geometry:
@@ -41,7 +43,9 @@ def geometry_of(scene: Scene, number: int, formulation: Formulation) -> Geometry
     try:
         return meshed(fit(body.shape, body.spacing, scene.run.seed), body.shape.axes)
     except ValueError as error:
-        raise SceneError("scene", [Fault(0, f"{key}.surface", f"{error}; {WAY_OUT}")]) from None
+        said = str(error)
+        way = f", or {STEPS}" if said.endswith(OUT) else f"; or choose {STEPS}"
+        raise SceneError("scene", [Fault(0, f"{key}.surface", said + way)]) from None
 
 
 def is_fitted(scene: Scene, body: Body, formulation: Formulation) -> bool:
@@ -65,6 +69,20 @@ def stairs_because(scene: Scene, body: Body, formulation: Formulation) -> str:
     if scene.dim == 1 or np.ptp(np.ravel(body.spacing or 0.0)) > 0.0:
         return "it needs two or three dimensions and one spacing for all axes"
     return ""
+
+
+def stairs_in_words(scene: Scene, body: Body, formulation: Formulation) -> str:
+    """Where the surface of a body with a shape is in steps of a cell, and why; "" where it is not."""
+    if body.shape is None or body.spacing is None or scene.dim == 1 or is_fitted(scene, body, formulation):
+        return ""
+    if on_grid_lines(body.shape) and not body.lattice_rotate:
+        return ""
+    why = (
+        'the body asks for surface = "stairs"' if body.surface == "stairs" else stairs_because(scene, body, formulation)
+    )
+    names = unmet(body.shape, float(np.min(body.spacing)))
+    there = f" at {', '.join(names)}" if names else ""
+    return f"in steps of a cell{there}: {why}"
 
 
 def _from_file(scene: Scene, body: Body, key: str, formulation: Formulation) -> Geometry:

@@ -36,6 +36,7 @@ from wsph.formulations.reading import DENSITY, Reading
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import System
 from wsph.geometry.geometry import Geometry
+from wsph.geometry.inspection import doubts
 from wsph.output import fields
 from wsph.plugins import integrators, registry
 from wsph.plugins.blame import blame
@@ -44,7 +45,7 @@ from wsph.plugins.formulations import offered as worked_in
 from wsph.plugins.options import build
 from wsph.plugins.traits import gives, turns
 from wsph.protocols import Integrator, Interaction, Material
-from wsph.scene.geometries import geometry_of, is_fitted
+from wsph.scene.geometries import geometry_of, is_fitted, stairs_in_words
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
 from wsph.simulation.composition import BodyRun, Composition, Step
@@ -93,6 +94,13 @@ def memory_need(scene: Scene) -> memory.Need:
     form = _method(scene).formulation
     device = pick_device(scene.run.device)
     return memory.estimate(scene, device, _first_system, lambda body: is_fitted(scene, body, form))
+
+
+def stairs(scene: Scene) -> dict[str, str]:
+    """Where the surface of a body is in steps of a cell, and why, by the bodies' names: of those of which it is."""
+    form = _method(scene).formulation
+    told = {body.name: stairs_in_words(scene, body, form) for body in scene.bodies}
+    return {name: said for name, said in told.items() if said}
 
 
 def _first_system(scene: Scene, bounded: bool) -> System:
@@ -246,7 +254,8 @@ def _body_run(setting: Setting, bare: BareBody, space: Space, time_step: TimeSte
             warnings.warn(warning, RuntimeWarning, stacklevel=6)
     with law_named(bare.material, bare.who):
         system = cast(System, method.formulation.build(setup))
-    for warning in system.warnings:
+    told = (f"body {body.name!r}: {doubt}" for doubt in doubts(bare.geometry))
+    for warning in (*told, *system.warnings):
         warnings.warn(warning, RuntimeWarning, stacklevel=6)
     _start(scene, body, system, scales)
     traits = system.traits

@@ -72,6 +72,11 @@ class Load(Model):
     by_corners: ClassVar[bool] = False
     """Whether it acts on faces by their corners, and so needs particles there."""
 
+    def at_start(self, vector: np.ndarray) -> dict[str, np.ndarray]:
+        """What those of `values` that are pressures are times of, on faces with `vector` (f, c, dim), the integrals of N_j n
+        in the reference configuration: the forces on their corners [m^(dim-1)], by key, to tell before a run."""
+        return {}
+
     def attach(self, faces: LoadedFaces, space: Space, scales: Scales, clock: Clock, arrays: Arrays) -> ActingLoad:
         """Put the load on the device; its arrays are registered in `arrays`."""
         raise NotImplementedError

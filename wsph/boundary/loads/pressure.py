@@ -41,6 +41,9 @@ class Pressure(Load):
     def _shorthand(cls, given: Any) -> Any:
         return given if is_table(given) else {"value": given}
 
+    def at_start(self, vector: np.ndarray) -> dict[str, np.ndarray]:
+        return {"value": -vector}
+
     def attach(self, faces: LoadedFaces, space: Space, scales: Scales, clock: Clock, arrays: Arrays) -> ActingLoad:
         return Pressures(faces, space, scales, clock, arrays)
 
