@@ -218,7 +218,7 @@ class _Progress:
 
 def _check(options: argparse.Namespace) -> int:
     from wsph.boundary.selections import selections
-    from wsph.geometry.inspection import in_words
+    from wsph.geometry.meshes.inspection import in_words
     from wsph.plugins import registry
     from wsph.scene.load import load
     from wsph.simulation.compose import compose, memory_need, stairs

@@ -15,7 +15,9 @@ CHUNK = 2**19
 """Cells that are looked at once."""
 
 
-def lattice_counts(shape: Shape, spacing: float | tuple[float, ...], lattice_rotate: Rotation = 0.0) -> np.ndarray:
+def lattice_counts(
+    shape: Shape, spacing: float | tuple[float, ...], lattice_rotate: Rotation = 0.0, *, fitted: bool = False
+) -> np.ndarray:
     """How many nodes a body has, how many cells, and for k = 1 ... dim how many pairs of cells lie a step apart along k
     axes of the grid at once, the mean over those directions: (dim + 2,).
 
@@ -23,7 +25,7 @@ def lattice_counts(shape: Shape, spacing: float | tuple[float, ...], lattice_rot
     of a, b and c that have every power to the first and treat the axes alike, one of them too many. Raises ValueError
     as `plan` does.
     """
-    grid = plan(shape, spacing, lattice_rotate)
+    grid = plan(shape, spacing, lattice_rotate, fitted=fitted)
     if isinstance(shape, Box) and lattice_rotate == 0.0:
         return block_counts(tuple(grid.count.tolist()))
     inside, dim = _inside(shape, grid), len(grid.count)

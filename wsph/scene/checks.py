@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 from wsph.errors import Fault, PluginError
 from wsph.expressions import FUNCTIONS, VARIABLES, Expression, compile_expression
+from wsph.geometry.fitted.planning import on_grid_lines
 from wsph.geometry.grid import plan
 from wsph.output.fields import ALWAYS, AXES, known
 from wsph.plugins import registry
@@ -80,7 +81,10 @@ def _body_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
         yield Fault(0, f"{key}.shape", f"has {body.shape.dim} coordinates in a scene of dim = {scene.dim}")
     elif body.shape is not None and body.spacing is not None:
         try:
-            count = math.prod(int(n) for n in plan(body.shape, body.spacing, body.lattice_rotate).count)
+            # A surface that may be fitted needs no line of the grid on it: `wsph.scene.geometries` knows whether it is.
+            fitted = scene.dim > 1 and body.surface != "stairs" and not on_grid_lines(body.shape)
+            fitted |= body.surface == "fitted"
+            count = math.prod(int(n) for n in plan(body.shape, body.spacing, body.lattice_rotate, fitted=fitted).count)
         except ValueError as error:
             yield Fault(0, f"{key}.{'spacing' if 'rotation' not in str(error) else 'shape.rotate'}", str(error))
         else:

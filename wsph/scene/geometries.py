@@ -12,10 +12,12 @@ from wsph.geometry.fitted.fit import fit
 from wsph.geometry.fitted.gate import OUT
 from wsph.geometry.fitted.planning import on_grid_lines, unmet
 from wsph.geometry.geometry import Geometry
+from wsph.geometry.grid import plan
 from wsph.geometry.lattice import Lattice, lattice
 from wsph.geometry.meshes.files import read_mesh
 from wsph.geometry.meshes.meshed import meshed
 from wsph.geometry.shapes.combined import Shape
+from wsph.geometry.shapes.shape import Rotation
 from wsph.plugins.formulations import Formulation
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
@@ -48,11 +50,36 @@ def geometry_of(scene: Scene, number: int, formulation: Formulation) -> Geometry
         raise SceneError("scene", [Fault(0, f"{key}.surface", said + way)]) from None
 
 
+def refuse_misfits(scene: Scene, formulation: Formulation) -> None:
+    """Raise SceneError for bodies in cells of a grid whose spacing does not fit their edges."""
+    faults: list[Fault] = []
+    for k, body in enumerate(scene.bodies):
+        if body.shape is None or body.spacing is None or is_fitted(scene, body, formulation):
+            continue
+        if why := _misfit(body.shape, body.spacing, body.lattice_rotate):
+            stairs = stairs_in_words(scene, body, formulation)
+            faults.append(Fault(0, f"bodies.{k}.spacing", why + (f"; its surface is {stairs}" if stairs else "")))
+    if faults:
+        raise SceneError("scene", faults)
+
+
 def is_fitted(scene: Scene, body: Body, formulation: Formulation) -> bool:
-    """Whether the surface of a body is fitted: of one with a shape that no grid meets, by default."""
+    """Whether the surface of a body is fitted: of one with a shape that no grid meets, by default; where it is asked for,
+    of one whose edges the spacing does not divide, too."""
     if body.shape is None or body.surface == "stairs" or stairs_because(scene, body, formulation):
         return False
-    return not on_grid_lines(body.shape)
+    if not on_grid_lines(body.shape):
+        return True
+    return body.surface == "fitted" and bool(_misfit(body.shape, body.spacing, body.lattice_rotate))
+
+
+def _misfit(shape: Shape, spacing: float | tuple[float, ...] | None, lattice_rotate: Rotation) -> str:
+    """Why the edges of a shape do not lie on the lines of a grid; "" where they do."""
+    try:
+        plan(shape, spacing or 0.0, lattice_rotate)
+    except ValueError as error:
+        return str(error)
+    return ""
 
 
 def stairs_because(scene: Scene, body: Body, formulation: Formulation) -> str:

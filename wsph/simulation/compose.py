@@ -36,7 +36,7 @@ from wsph.formulations.reading import DENSITY, Reading
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import System
 from wsph.geometry.geometry import Geometry
-from wsph.geometry.inspection import doubts
+from wsph.geometry.meshes.inspection import doubts
 from wsph.output import fields
 from wsph.plugins import integrators, registry
 from wsph.plugins.blame import blame
@@ -45,7 +45,7 @@ from wsph.plugins.formulations import offered as worked_in
 from wsph.plugins.options import build
 from wsph.plugins.traits import gives, turns
 from wsph.protocols import Integrator, Interaction, Material
-from wsph.scene.geometries import geometry_of, is_fitted, stairs_in_words
+from wsph.scene.geometries import geometry_of, is_fitted, refuse_misfits, stairs_in_words
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
 from wsph.simulation.composition import BodyRun, Composition, Step
@@ -70,6 +70,7 @@ def _compose(scene: Scene) -> Composition:
     materials = _materials(scene)
     method = _method(scene)
     device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
+    refuse_misfits(scene, method.formulation)
     memory.refuse_too_large(scene, device, _first_system, lambda body: is_fitted(scene, body, method.formulation))
     bare = _bare_bodies(scene, materials, method)
     scales = _scales(bare)
