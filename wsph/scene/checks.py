@@ -86,7 +86,10 @@ def _body_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
             fitted |= body.surface == "fitted"
             count = math.prod(int(n) for n in plan(body.shape, body.spacing, body.lattice_rotate, fitted=fitted).count)
         except ValueError as error:
-            yield Fault(0, f"{key}.{'spacing' if 'rotation' not in str(error) else 'shape.rotate'}", str(error))
+            wrong = "spacing" if "rotation" not in str(error) else "shape.rotate"
+            could = "not divide" in str(error) and body.surface is None and scene.dim > 1
+            takes_any = '; surface = "fitted" takes any, with stress points' if could else ""
+            yield Fault(0, f"{key}.{wrong}", f"{error}{takes_any}")
         else:
             if count > MOST_CELLS:
                 most = f"gives {count:.3g} particles; a 32-bit index has room for {MOST_CELLS:.3g} and their pairs"

@@ -98,7 +98,7 @@ def _found(path: Path) -> Any:
     except (Exception, SystemExit) as error:
         said = str(error).strip().splitlines()[:1]
         text = f"{path.name} cannot be read as a mesh{': ' + said[0] if said else ''}"
-        if not isinstance(error, ValueError) or not said:
+        if path.suffix.lower() != ".inp":
             text += f"; it is cut short, or of another kind than {path.suffix or 'a name without an ending'} says"
         raise ValueError(text) from error
 

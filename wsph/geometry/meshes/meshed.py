@@ -19,6 +19,9 @@ from wsph.geometry.geometry import Geometry
 from wsph.geometry.gradients import PointRows, corner_volumes, face_shares, mean_gradients, node_shares
 from wsph.geometry.meshes.mesh import Mesh
 
+FOLDED = 0.05
+"""Volume of a cell in its middle, as a part of that at its corners, below which it is turned over on the way."""
+
 PARALLEL = 1e-9
 """A face lies across an axis if its normal is this near to it."""
 
@@ -90,8 +93,10 @@ def _refuse_inverted(nodes: np.ndarray, corners: np.ndarray, volume: np.ndarray)
         )
     if corners.shape[1] != 2 ** nodes.shape[1]:
         return
-    # One that is folded over in half of its corners crosses itself: its nodes are in a wrong order.
-    crossed = (corner_volumes(nodes, corners) <= 0.0).sum(1) >= corners.shape[1] // 2
+    # One that is folded over in half of its corners, or turned over on the way from one side to the other, crosses itself.
+    there, centre = corner_volumes(nodes, corners)
+    folded = (there <= 0.0).sum(1) >= corners.shape[1] // 2
+    crossed = folded | (centre < FOLDED * np.abs(there).mean(1))
     if crossed.any():
         where = _middle(nodes, corners[int(crossed.argmax())])
         raise ValueError(
