@@ -6,6 +6,7 @@ from itertools import combinations, product
 
 import numpy as np
 
+from wsph.geometry.fitted.planning import on_grid_lines
 from wsph.geometry.grid import Grid, plan
 from wsph.geometry.shapes.box import Box
 from wsph.geometry.shapes.combined import Shape
@@ -13,6 +14,21 @@ from wsph.geometry.shapes.shape import Rotation
 
 CHUNK = 2**19
 """Cells that are looked at once."""
+
+
+def cells_along(
+    shape: Shape, spacing: float | tuple[float, ...], lattice_rotate: Rotation, surface: str | None
+) -> list[int]:
+    """Cells along every axis of a body whose `surface` is asked to be "fitted", "stairs" or what its form takes (None). One
+    that may be fitted needs no line of the grid on it. Raises ValueError as `plan` does."""
+    try:
+        return plan(shape, spacing, lattice_rotate).count.tolist()
+    except ValueError as error:
+        if "not divide" not in str(error) or shape.dim == 1 or surface == "stairs":
+            raise
+        if surface is None and on_grid_lines(shape):
+            raise
+    return plan(shape, spacing, lattice_rotate, fitted=True).count.tolist()
 
 
 def lattice_counts(

@@ -56,8 +56,8 @@ def plan(
     """The grid of a shape. `spacing` [m], one number or one for each axis.
 
     Where the shape has edges along an axis, lines fall on them; elsewhere, and where the surface is to be `fitted`, the
-    grid is centred. Raises ValueError where
-    edges do not fit to 1e-6 (with the nearest spacings that do) or a rotation is not for the dimension.
+    grid is centred. Raises ValueError where edges do not fit to 1e-6 (with the nearest spacings that do) or a rotation is
+    not for the dimension.
     """
     dim, middle = shape.dim, shape.middle
     steps = np.broadcast_to(np.asarray(spacing, float), (dim,)) if np.size(spacing) in (1, dim) else None

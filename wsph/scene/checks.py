@@ -13,8 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 from wsph.errors import Fault, PluginError
 from wsph.expressions import FUNCTIONS, VARIABLES, Expression, compile_expression
-from wsph.geometry.fitted.planning import on_grid_lines
-from wsph.geometry.grid import plan
+from wsph.geometry.counts import cells_along
 from wsph.output.fields import ALWAYS, AXES, known
 from wsph.plugins import registry
 from wsph.plugins.options import build
@@ -81,10 +80,7 @@ def _body_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
         yield Fault(0, f"{key}.shape", f"has {body.shape.dim} coordinates in a scene of dim = {scene.dim}")
     elif body.shape is not None and body.spacing is not None:
         try:
-            # A surface that may be fitted needs no line of the grid on it: `wsph.scene.geometries` knows whether it is.
-            fitted = scene.dim > 1 and body.surface != "stairs" and not on_grid_lines(body.shape)
-            fitted |= body.surface == "fitted"
-            count = math.prod(int(n) for n in plan(body.shape, body.spacing, body.lattice_rotate, fitted=fitted).count)
+            count = math.prod(cells_along(body.shape, body.spacing, body.lattice_rotate, body.surface))
         except ValueError as error:
             wrong = "spacing" if "rotation" not in str(error) else "shape.rotate"
             could = "not divide" in str(error) and body.surface is None and scene.dim > 1
