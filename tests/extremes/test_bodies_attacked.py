@@ -275,3 +275,28 @@ def test_a_pressure_in_time_goes_on_from_a_checkpoint_with_the_same_bits(tmp_pat
     assert parts.summary["energy"] == whole.summary["energy"]
     for name in ("velocity", "stress"):
         assert (parts.particles[name] == whole.particles[name]).all()
+
+
+TRIANGLE: Data = {"type": "polygon", "points": [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]}
+
+
+class TestConditions:
+    """What would act on nothing, or not as it says, is refused before anything is compiled."""
+
+    @pytest.mark.parametrize(("shape", "keys", "message"), [
+        (TRIANGLE, {"patch": "side-2", "symmetry": "x"}, r"boundary.0.symmetry: faces .* lie across no axis: write normal = 0"),
+        (DISC, {"face": "-x", "symmetry": "x"}, r"boundary.0.symmetry: faces .* lie across no axis: write normal = 0"),
+        (RING, {"patch": "inner", "fixed": ["x", "y"], "pressure": 1.0}, r"boundary.0.pressure: all velocities are prescr"),
+        (RING, {"patch": "inner", "fixed": ["x", "y"], "spring": {"stiffness": 1.0}}, r"boundary.0.spring: all velocities"),
+        (RING, {"patch": "inner", "normal": 0.0, "pressure": 1.0}, r"boundary.0.pressure: the velocity along the normals"),
+        (RING, {"patch": "inner", "pressure": "1/t"}, "a value prescribed at t = 0, is not finite"),
+        (RING, {"patch": "inner", "normal": "1/t"}, "a value prescribed at t = 0, is not finite"),
+        (RING, {"patch": "inner", "traction": {"x": "1/t"}}, "a value prescribed at t = 0, is not finite"),
+    ], ids=str)  # fmt: skip
+    def test_that_cannot_be_are_named(self, shape: Data, keys: Data, message: str) -> None:
+        with pytest.raises(WsphError, match=message):
+            compose(scenes.scene(scenes.body(shape, 0.06), boundary=[entry(**keys)]))
+
+    def test_symmetry_across_an_axis_and_springs_beside_sliding_are_taken(self) -> None:
+        good = [entry(patch="side-3", symmetry="x"), entry(patch="side-2", normal=0.0, spring={"stiffness": 1.0})]
+        assert len(selected(scenes.scene(scenes.body(TRIANGLE, 0.06), boundary=good))) == 2

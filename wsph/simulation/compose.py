@@ -295,7 +295,8 @@ def _start(scene: Scene, body: Body, system: System, scales: Scales) -> None:
         columns = [value(system.position) for value in values if isinstance(value, Expression)]
         system.state.write("velocity", np.stack(columns, 1) / scales.velocity)
     system.hold(system.state, 0.0)
-    if not np.isfinite(system.state.buffer.numpy()).all():
+    held: list[np.ndarray] = [array.numpy() for array in (system.state.buffer, *system.arrays.kept.values())]
+    if not all(np.isfinite(values).all() for values in held):
         raise Refused(f"body {body.name!r}: its initial velocity, or a value prescribed at t = 0, is not finite")
     system.start_works()
 
