@@ -103,7 +103,7 @@ def _of_patch(k: int, name: str, body: str, faces: Faces) -> np.ndarray:
     if name not in faces.patches:
         there = f"it has {', '.join(faces.patches)}"
         if not faces.patches:
-            there = "only fitted surfaces and meshes have patches; select by face or where"
+            there = "particles alone have none; select by where"
         raise SceneError("scene", [Fault(0, f"boundary.{k}.patch", f"{body!r} has no patch {name!r}: {there}")])
     return faces.of_patch(name)
 

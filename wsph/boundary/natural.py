@@ -72,6 +72,7 @@ def _natural_conditions(
                 f"a turned body prescribes velocities along the coordinate axes; symmetry holds none of its {dim} alone"
             )
             raise SceneError("scene", [Fault(0, f"boundary.{k}.symmetry", text)])
+        _refuse_oblique(k, condition, faces, rows)
         for axis, value in velocities.items():
             claims.take("velocity", AXES.index(axis), particles, value, velocity_key(k, condition, axis))
             if k not in walls:
@@ -92,6 +93,11 @@ def _natural_conditions(
         for key, load in condition.acting.items():
             if not rows.any():
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", "acts on no face selected here")])
+            along = condition.normal is not None and load.by_corners
+            if len(velocities) == dim or along:
+                held = "all velocities are" if not along else "the velocity along the normals is"
+                text = f"{held} prescribed too: a load there moves nothing"
+                raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
             if load.by_corners and position is not geometry.nodes:
                 text = (
                     'needs particles on the faces: use "stress-points", or "total-lagrangian" with pairs along edges; or a'
@@ -107,6 +113,16 @@ def _natural_conditions(
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
             result.loads.append(load)
     return result
+
+
+def _refuse_oblique(k: int, condition: Boundary, faces: Faces, rows: np.ndarray) -> None:
+    """Refuse symmetry on faces that are no planes across an axis: curved and slanted ones."""
+    if condition.symmetry and not condition.where and (faces.axis[rows] < 0).any():
+        text = (
+            f"faces selected here lie across no axis: write normal = 0, which slides along them,"
+            f' or fixed = ["{condition.symmetry}"]'
+        )
+        raise SceneError("scene", [Fault(0, f"boundary.{k}.symmetry", text)])
 
 
 def _slide(key: str, value: Prescribed, faces: Faces, on: np.ndarray, rows: np.ndarray) -> Slide:

@@ -64,8 +64,9 @@ def selections(
             load.at_rest(loaded_faces(scene, load, faces, on, rows, position)) for load in condition.acting.values()
         ]
         loads += [load for load in acting if load is not None]
-        looks = [(_resultant(loads, position, time), time) for time in _times(loads, end)]
-        resultant, time = max(looks, key=lambda look: float(np.linalg.norm(look[0])))
+        looks = [(*_resultant(loads, position, time), time) for time in _times(loads, end)]
+        # Where a load has none, as on the side of a hole, it is looked at where it is largest itself.
+        resultant, _, time = max(looks, key=lambda look: (float(np.linalg.norm(look[0])), look[1]))
         yield Selection(
             k,
             condition,
@@ -88,8 +89,9 @@ def _times(loads: list[FaceLoad], end: float) -> list[float]:
     return sorted(time for time in found if time <= end)
 
 
-def _resultant(loads: list[FaceLoad], position: np.ndarray, time: float) -> np.ndarray:
-    """The sum of the forces of loads at a time, (dim,); of those that cancel zero, not what rounding leaves."""
+def _resultant(loads: list[FaceLoad], position: np.ndarray, time: float) -> tuple[np.ndarray, float]:
+    """The sum of the forces of loads at a time, (dim,), of those that cancel zero, not what rounding leaves; and of their
+    sizes."""
     total, size = np.zeros(position.shape[1]), 0.0
     for load in loads:
         if isinstance(load.value, Function):
@@ -98,4 +100,4 @@ def _resultant(loads: list[FaceLoad], position: np.ndarray, time: float) -> np.n
             forces = load.value(position[load.particle], time)[:, None] * load.push
         total += forces.sum(axis=0)
         size += float(np.abs(forces).sum())
-    return np.where(np.abs(total) > ROUNDING * size, total, 0.0)
+    return np.where(np.abs(total) > ROUNDING * size, total, 0.0), size

@@ -200,7 +200,8 @@ def lattice(
     turn = shape.axes.T @ grid.axes
     name, way = face_names(turn, axis, sign), sign[:, None] * np.eye(dim)[axis]
     outer = whole & ~shape.covers(grid.points(index[cell] + 0.5 + way))
-    last = outermost(name, outer, turn, axis, (index[cell] + 0.5 + 0.5 * way) * grid.step, grid.step)
+    middle = (index[cell] + 0.5 + 0.5 * way) * grid.step
+    last = outermost(name, outer, turn, axis, middle, grid.step)
     on = face_nodes(corners[cell], offsets, axis, sign)
     share = np.repeat((np.prod(grid.step) / grid.step[axis] / on.shape[1])[:, None], on.shape[1], 1)
     outward = sign[:, None] * grid.axes.T[axis]

@@ -185,7 +185,8 @@ class Pressures(ActingLoad):
         number = constant(value)
         self._moving = number is None
         start = np.full(n, 0.0 if number is None else number / scales.stress)
-        self._pressure = arrays.of("pressure", start, space.scalar)
+        # Of the last time imposed, which a method may use again at the start of the next step.
+        self._pressure = arrays.changes("pressure", wp.array(start, dtype=space.scalar, device=arrays.device))
         self._bank = bank_of([value], clock.device)
         padded = np.zeros((n, 3))
         padded[:, : space.dim] = faces.place[faces.particle]
