@@ -217,7 +217,7 @@ class _Progress:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from wsph.boundary.selections import selections
+    from wsph.boundary.selections import patches, selections
     from wsph.plugins import registry
     from wsph.scene.load import load
     from wsph.simulation.compose import compose, memory_need
@@ -228,7 +228,7 @@ def _check(options: argparse.Namespace) -> int:
     try:
         need = f"estimated {memory_need(scene)}" + (f", without {', '.join(meshes)} from mesh files" if meshes else "")
         if len(meshes) == len(scene.bodies):
-            need = "not estimated: all bodies are from mesh files"
+            need = "not estimated: a mesh has it from its file"
     except WsphError as error:
         need = f"not estimated: a block of it is refused: {error}"
     rows: list[tuple[str, str]] = [
@@ -256,6 +256,7 @@ def _check(options: argparse.Namespace) -> int:
                 f"time step at most {longest:.4g} s" if longest < 1e300 else "no limit of its own",
             ),
         ]
+        rows += [(f"  {name}", words) for name, words in patches(run.system.geometry)]
         chosen = selections(scene, run.body.name, run.system.geometry, run.system.position, scene.run.end)
         rows += [(f"boundary {each.number}", str(each)) for each in chosen]
     name = scene.run.integrator.name

@@ -101,9 +101,7 @@ def _nothing_selected(k: int, condition: Boundary, faces: Faces) -> SceneError:
 def _of_patch(k: int, name: str, body: str, faces: Faces) -> np.ndarray:
     """Rows of the faces of a patch."""
     if name not in faces.patches:
-        there = f"it has {', '.join(faces.patches)}"
-        if not faces.patches:
-            there = "only fitted surfaces and meshes have patches; select by face or where"
+        there = f"it has {', '.join(faces.patches) or 'none; select by where'}"
         raise SceneError("scene", [Fault(0, f"boundary.{k}.patch", f"{body!r} has no patch {name!r}: {there}")])
     return faces.of_patch(name)
 

@@ -77,6 +77,22 @@ def selections(
         )
 
 
+def patches(geometry: Geometry) -> Iterator[tuple[str, str]]:
+    """Names of the patches of a body, with their areas, middles [m] and mean normals in words."""
+    faces, dim = geometry.sides, geometry.nodes.shape[1]
+    for name, rows in faces.patches.items():
+        area = faces.area[rows]
+        middle: np.ndarray = area @ geometry.nodes[faces.nodes[rows]].mean(1) / area.sum()
+        normal: np.ndarray = faces.vector[rows].sum((0, 1)) / area.sum()
+        where = f"{area.sum():.6g}{UNITS[dim][0]} about ({_rounded(middle, 9)}) m"
+        yield name, f"{len(rows)} faces, {where}, mean normal ({_rounded(normal, 5)})"
+
+
+def _rounded(values: np.ndarray, digits: int) -> str:
+    # A zero in place of what rounding leaves, and of its sign.
+    return ", ".join(f"{x + 0.0:.4g}" for x in values.round(digits).tolist())
+
+
 def _times(loads: list[FaceLoad], end: float) -> list[float]:
     """Times at which loads can be largest: the entries of their tables, or a number of times of the run."""
     found = {0.0}
