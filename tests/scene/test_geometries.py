@@ -61,13 +61,10 @@ def test_what_keeps_a_body_in_stairs_does_so_by_default_and_refuses_a_fitted_sur
         geometry(surface="fitted", **keys)
 
 
-def test_patches_of_stairs_are_refused_with_what_selects_there() -> None:
-    with pytest.raises(
-        SceneError, match="has no patch 'disc': only fitted surfaces and meshes have patches; select by"
-    ):
-        geometry(surface="stairs", boundary=({"body": "b", "patch": "disc", "pressure": 1.0},))
+@pytest.mark.parametrize("surface", ["stairs", "fitted"])
+def test_a_patch_that_is_not_there_is_refused_with_those_that_are(surface: str) -> None:
     with pytest.raises(SceneError, match="has no patch 'rim': it has disc"):
-        geometry(boundary=({"body": "b", "patch": "rim", "pressure": 1.0},))
+        geometry(surface=surface, boundary=({"body": "b", "patch": "rim", "pressure": 1.0},))
 
 
 @pytest.mark.parametrize(

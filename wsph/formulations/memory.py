@@ -57,6 +57,10 @@ class Small(Protocol):
 Fitted = Callable[[Body], bool]
 """Whether the surface of a body will be fitted."""
 
+FITTED = 1.25
+"""What a fitted body takes of what its lattice would: its layer of cells is more than that, by up to a quarter where most
+cells are near the surface."""
+
 JITTER = 0.1
 """Of the block of a fitted body [spacings]."""
 
@@ -166,7 +170,8 @@ def _needs(scene: Scene, device: str, set_up: SetUp, cuts: list[_Cut]) -> list[N
         if alike not in known:
             known[alike] = _learned(scene, cut, set_up)
         counts = lattice_counts(cut.shape, cut.spacing, cut.body.lattice_rotate, fitted=cut.fitted)
-        found.append(np.maximum(counts @ known[alike], 0.0))
+        more = FITTED if cut.fitted else 1.0
+        found.append(more * np.maximum(counts @ known[alike], 0.0))
     passing = [peak - kept for _, _, kept, peak in found]
     largest = int(np.argmax(passing))
     return [
