@@ -11,7 +11,7 @@ from wsph.geometry.faces import Faces
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.meshes.meshed import Meshed, point_edges
 
-CANCELS = 1e-6
+CANCELS = 0.01
 """Part of its area below which the normals of a patch, added up, are none."""
 
 SMALL = 0.3
