@@ -16,7 +16,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import wsph
-from tests.extremes.form_checks import CHECKS, FORMS, STATES, Row
+from tests.extremes.form_checks import BLOCKS, CHECKS, CUT, FORMS, STATES, Row
 from tests.materials.closed_forms import LAWS
 
 ROWS = [Row(form, law, dim, state) for form in FORMS for law in LAWS for dim, state in STATES]
@@ -79,18 +79,26 @@ HEAD = """\
 # Every form with every law
 
 Made by `python tests/extremes/forms.py --write`. Each figure is the largest error of a stress over the largest right stress,
-of a body of 3 to 12 cells an edge: how far from exact, not how far from converged. Patch: held at one face, loaded at the
-opposite one, free at the others, aligned with the axes, turned, and with jittered cells ({patch:g} allowed; 'updated-lagrangian'
-at rest). Turned under stress: stretched by 5 % and turned by a right angle ({turns:g}). Pulled beyond yield: sides free, to 1 %, five
-times the strain at yield, beside the law's closed form or its fine integration ({tension:g}). Sheared to 3: far from yield ({shear:g}). Rest:
-under gravity on a floor between walls, eight cells high, with a ledger that closes and stands still ({rest:g}). A number in brackets is
-a note: what the program says of that scene. What is beyond its bound has a note, and nothing is there without one.
+in a body of 3 to 12 cells an edge; in brackets here, what is allowed.
+
+- Patch: held at one face, loaded at the opposite one, free at the others; aligned with the axes, turned, and with jittered
+  cells ({patch:g}; 'updated-lagrangian' comes to rest first).
+- Turned under stress: stretched by 5 % and turned by a right angle ({turns:g}).
+- Pulled beyond yield: sides free, to 1 %, five times the strain at yield, beside the law's closed form or its fine
+  integration ({tension:g}).
+- Sheared to 3: far from yield ({shear:g}); of 'updated-lagrangian' in the middle, as its corners lose their neighbours.
+- Rest: under gravity on a floor between walls, eight cells high, with a ledger that closes and stands still ({rest:g}). Of first
+  order in the spacing are 'updated-lagrangian', whose kernel is cut at the free face ({cut:g}), and along edges the laws that
+  flow, where two spacings have one pressure ({blocks:g}).
+
+A number in brackets in the tables is a note: the words by which that scene is refused, stopped or warned of. What is beyond its
+bound has one, about that fault.
 """
 
 
 def table(rows: list[tuple[Row, dict[str, Cell]]]) -> Iterator[str]:
     """docs/forms.md."""
-    yield HEAD.format(**{name: each.tolerance for name, each in CHECKS.items()})
+    yield HEAD.format(cut=CUT, blocks=BLOCKS, **{name: each.tolerance for name, each in CHECKS.items()})
     notes: dict[str, int] = {}
     for form in dict.fromkeys(row.form for row, _ in rows):
         yield f"## {form}\n"

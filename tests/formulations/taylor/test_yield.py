@@ -35,5 +35,5 @@ def test_stress_beside_free_faces_is_one_and_turns_with_the_body(law: str, dim: 
     along, across = standing.particles["stress"][:, 0], standing.particles["stress"][:, 2]
     assert along == pytest.approx(1.5 * YIELD, rel=1e-2)  # what waves are left of
     # In plane strain the stress out of the plane is that of plastic flow, which keeps the volume, not 0.3 of the other.
-    assert across == pytest.approx(0.65 * YIELD if dim == 2 else 0.0, abs=1e-2 * YIELD)
+    assert across == pytest.approx(0.65 * YIELD if dim == 2 else 0.0, abs=2e-2 * YIELD)
     assert turned.particles["von_mises"] == pytest.approx(standing.particles["von_mises"], rel=1e-3)
