@@ -13,6 +13,7 @@ import pytest
 
 import wsph
 from tests import scenes
+from tests.output.readers import READERS, times, vtk
 from wsph.errors import OutputError
 from wsph.output import view
 from wsph.output.fields import von_mises
@@ -90,7 +91,7 @@ def test_xdmf_and_npz_carry_the_same_numbers(folder: Path) -> None:
 
 KILLED = """
 import sys, wsph
-scene = wsph.load(sys.argv[1]).with_(end="10 s", output={"every": 3, "formats": ["vtu"]})
+scene = wsph.load(sys.argv[1]).with_(end="10 s", output={"every": 3, "formats": ["vtu", "vtkhdf", "xdmf", "npz"]})
 wsph.run(scene, sys.argv[2])
 """
 
@@ -114,6 +115,20 @@ def test_a_kill_at_any_instant_leaves_a_readable_folder(tmp_path: Path) -> None:
         for value in reader.time_values:
             reader.set_active_time_value(value)
             assert reader.read()[0].n_points == 101
+        listed = [len(reader.time_values)]
+        for kind, name in ((vtk.vtkHDFReader, "frames.vtkhdf"), (vtk.vtkXdmfReader, "frames.xdmf")):
+            series = kind()
+            series.SetFileName(str(out / name))
+            series.UpdateInformation()
+            listed.append(len(times(series)))
+        # The kill fell between two lists at most.
+        assert max(listed) - min(listed) <= 1
+        for read in READERS.values():
+            for number in (0, min(listed) - 1):
+                assert read(out, number).n_points == 101
+                assert np.isfinite(read(out, number).point_data["velocity"]).all()
+        for path in (out / "frames").glob("frame_*.npz"):
+            assert len(np.load(path)["position"]) == 101
 
 
 def test_two_dimensional_fields_are_padded(tmp_path: Path) -> None:
@@ -165,11 +180,14 @@ def test_files_have_time_units_bodies_and_the_precision_of_the_run(tmp_path: Pat
             assert archive[name].dtype == data[name].dtype == of
     root = ElementTree.parse(tmp_path / "out" / "frames.xdmf").getroot()
     items = root.findall(".//Attribute/DataItem") + root.findall(".//Geometry/DataItem")
+    inside = ("cells/stress", "cells/plastic_strain", "cells/von_mises")
     sizes = {item.text.split(":/")[1]: (item.get("NumberType"), item.get("Precision")) for item in items}
     assert sizes == {
         **dict.fromkeys(units, ("Float", {"f64": "8", "f32": "4"}[precision])),
         "id": ("Int", "8"),
         "body": ("Int", "8"),
+        **dict.fromkeys(inside, ("Float", {"f64": "8", "f32": "4"}[precision])),
+        "cells/body": ("Int", "8"),
     }
     said = {a.get("Name"): a.find("Information") for a in root.findall("./Domain/Grid/Grid")[-1].findall("Attribute")}
     assert {name: found.get("Value") for name, found in said.items() if found is not None} == {

@@ -65,6 +65,17 @@ class Geometry:
         raise NotImplementedError
 
     @property
+    def blocks(self) -> tuple[np.ndarray, ...]:
+        """Corners of the cells (c, k), node ids, by their kind: of quadrilaterals and hexahedra in the order of
+        `itertools.product` of 0 and 1 along the cell's axes."""
+        raise NotImplementedError
+
+    @property
+    def points_of_cells(self) -> tuple[np.ndarray, ...]:
+        """The points of the cells of every block, (c, m): the one in each, or those on its edges."""
+        raise NotImplementedError
+
+    @property
     def size(self) -> float:
         """The edge of a cube of a cell's mean volume [m]."""
         return float(self.cell_volume.mean()) ** (1.0 / self.nodes.shape[1])

@@ -60,6 +60,14 @@ class Lattice(Geometry):
             return PointRows.of_corners(self.corners)
         return PointRows.of_corners(self.corners, mean_gradients(self.nodes, self.corners)[0])
 
+    @property
+    def blocks(self) -> tuple[np.ndarray, ...]:
+        return (self.corners,)
+
+    @property
+    def points_of_cells(self) -> tuple[np.ndarray, ...]:
+        return (np.arange(len(self.corners))[:, None],)
+
     def comparable(self, points: np.ndarray, sources: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if self.mapped:
             return super().comparable(points, sources)
