@@ -38,6 +38,8 @@ PICTURES: dict[str, tuple[str, dict[str, object]]] = {
     "mode_one_strip": ("damage", {}),
     "deep_beam": ("damage", {}),
     "taylor_bar": ("plastic_strain", {}),
+    "ring": ("von_mises", {}),
+    "bracket": ("von_mises", {}),
     "two_rods": ("velocity_x", {"end": "20 us"}),
     "rigid_plastic_beam": ("plastic_strain", {"end": "0.9 ms"}),
     "notched_beam": ("plastic_strain", {"end": "0.5 ms"}),

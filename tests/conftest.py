@@ -1,12 +1,13 @@
 """Shared by all tests: the scenes of the examples and short bars."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 import wsph
+from tests.distributions import seen
 from wsph.backend import graph, threads
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -40,3 +41,9 @@ def share(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
         monkeypatch.setattr(threads, "PIECE_SECONDS", 2e-6)
 
     return begin
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A folder whose distributions this process sees while the test lasts, and in which it stands."""
+    yield from seen(tmp_path, monkeypatch)

@@ -103,7 +103,7 @@ def test_formats_kernels_and_shapes_are_those_that_a_scene_takes(capsys: pytest.
         load(SCENE, {"bodies.0.shape": {"type": "blob"}})
     found = listed("shapes", capsys)
     assert all(repr(name) in str(error.value) for name in found), str(error.value)
-    assert found["cylinder"]["keys"] == ["from", "to", "radius", "rotate"]
+    assert found["cylinder"]["keys"] == ["from", "to", "radius", "rotate", "name"]
     for group in catalogue.GROUPS:
         assert main(["list", group]) == 0
         assert capsys.readouterr().out.count(f"\n{group[:-1]}") == len(listed(group, capsys)) - 1

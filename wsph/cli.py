@@ -1,7 +1,7 @@
 """The command line: run, check, list, study, validate, view.
 
-Exit codes: 0 completed; 1 a published case that does not come out as it should, or a machine that failed; 2 bad input (a
-faulty scene, a refused composition, an unusable folder); 3 unstable; 130 interrupted.
+Exit codes: 0 completed; 1 a published case that does not come out as it should, or a failure of the machine (memory,
+disk); 2 bad input (a faulty scene, a refused composition, an unusable folder); 3 unstable; 130 interrupted.
 """
 
 # pyright: strict
@@ -18,10 +18,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wsph.errors import Unstable, WsphError
+from wsph.errors import Unstable, WsphError, is_out_of_memory
+
+LONGEST = 2000
+"""Characters of a message's line that are printed."""
 
 if TYPE_CHECKING:
     from wsph.backend.graph import Program
+    from wsph.protocols import Integrator
     from wsph.study.runs import Row
 
 
@@ -43,22 +47,32 @@ def main(arguments: list[str] | None = None) -> int:
         return 3
     except WsphError as error:
         for line in str(error).splitlines():
-            print(f"error: {line}", file=sys.stderr)
+            print(f"error: {_shortened(line)}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print("error: interrupted; nothing was written", file=sys.stderr)
         return 130
-    except OSError as error:
-        return _failed(error)
+    except (MemoryError, RuntimeError, ImportError, OSError) as error:
+        if not is_out_of_memory(error) and isinstance(error, OSError):
+            return _failed(str(error))
+        if not is_out_of_memory(error):
+            raise
+        words = " ".join(str(error).split()) or "no more can be had"
+        return _failed(f"out of memory: {words}; use a coarser spacing, or free some")
 
 
-def _failed(error: OSError) -> int:
+def _failed(why: str) -> int:
     """A machine that failed, as where nobody reads what is printed or its disk is full: the exit code, after a sentence."""
     # What Python has still to print at its end goes nowhere either.
     with suppress(OSError, ValueError):  # where it is no file
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    print(f"error: {error}", file=sys.stderr)
+    print(f"error: {why}", file=sys.stderr)
     return 1
+
+
+def _shortened(line: str) -> str:
+    """A line without its middle, where somebody has written a value of pages."""
+    return line if len(line) <= LONGEST else f"{line[: LONGEST // 2]} ... {line[-LONGEST // 2 :]}"
 
 
 def _say(message: Warning | str, *_: object) -> None:
@@ -138,9 +152,15 @@ def _overrides(pairs: list[str]) -> dict[str, Any]:
         if not separator or not key:
             raise WsphError(f"--set {pair}: write it as KEY=VALUE")
         try:
-            result[key] = tomllib.loads(f"v = {text}")["v"]
+            read = tomllib.loads(f"v = {text}")
         except tomllib.TOMLDecodeError:
             result[key] = text
+            continue
+        except RecursionError:
+            raise WsphError(f"--set {key}: its value is nested too deeply to be read") from None
+        if len(read) > 1:
+            raise WsphError(f"--set {key}: gives more than one value; write --set once for each")
+        result[key] = read["v"]
     return result
 
 
@@ -197,12 +217,17 @@ class _Progress:
 
 
 def _check(options: argparse.Namespace) -> int:
+    from wsph.boundary.selections import selections
     from wsph.plugins import registry
     from wsph.scene.load import load
-    from wsph.simulation.compose import compose
+    from wsph.simulation.compose import compose, memory_need
 
-    composition = compose(load(options.scene, _overrides(options.set)))
-    scene = composition.scene
+    scene = load(options.scene, _overrides(options.set))
+    composition = compose(scene)
+    try:
+        need = f"estimated {memory_need(scene)}"
+    except WsphError as error:
+        need = f"not estimated: a block of it is refused: {error}"
     rows: list[tuple[str, str]] = [
         ("scene", scene.title or str(options.scene)),
         ("space", f"{scene.dim}D, {scene.run.precision}, {composition.device}"),
@@ -228,14 +253,17 @@ def _check(options: argparse.Namespace) -> int:
                 f"time step at most {longest:.4g} s" if longest < 1e300 else "no limit of its own",
             ),
         ]
+        chosen = selections(scene, run.body.name, run.system.lattice, run.system.position, scene.run.end)
+        rows += [(f"boundary {each.number}", str(each)) for each in chosen]
     name = scene.run.integrator.name
     functions: list[Any] = [kernel.func for kernel in composition.launches()]
     kernels: list[str] = [function.__name__ for function in functions]
     rows += [
         (
             "integrator",
-            f"{name} ({registry.origin('integrators', name)}), order {composition.bodies[0].integrator.order}",
+            f"{name} ({registry.origin('integrators', name)}), order {_order(composition.bodies[0].integrator)}",
         ),
+        ("memory", need),
         ("time step", f"{composition.dt:.6g} s, {composition.steps} steps to {scene.run.end:g} s"),
         ("kernels", f"{len(set(kernels))} in {len(kernels)} launches per step: {', '.join(kernels)}"),
         ("launches", _replayed(composition.program)),
@@ -248,6 +276,13 @@ def _check(options: argparse.Namespace) -> int:
     for key, value in rows:
         print(f"{key:<14} {value}")
     return 0
+
+
+def _order(integrator: "Integrator") -> str:
+    from wsph.plugins import integrators
+
+    order = integrators.order(integrator)
+    return "not declared" if order is None else f"{order:g}"
 
 
 def _replayed(program: "Program") -> str:

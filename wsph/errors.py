@@ -81,3 +81,14 @@ class Unstable(WsphError):
 
 def _unstable(message: str, values: Mapping[str, Any]) -> Unstable:
     return Unstable(message, **values)
+
+
+_NO_MEMORY = ("Failed to allocate", "failed to map segment", "Cannot allocate memory")
+"""What Warp says where it cannot allocate an array, and the system where it cannot load a library."""
+
+
+def is_out_of_memory(error: BaseException) -> bool:
+    """Whether an error says that memory has come to its end, on the host or on a device."""
+    said = f"{error} {error.__cause__}"
+    kinds = (RuntimeError, ImportError, OSError)
+    return isinstance(error, MemoryError) or (isinstance(error, kinds) and any(words in said for words in _NO_MEMORY))

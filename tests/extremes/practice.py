@@ -161,12 +161,12 @@ def _() -> float:
     root = [{"body": "b", "face": "-x", "fixed": ["x", "y"]}]
     omega = k * k * np.sqrt(2e6 / (1.0 - 0.4999**2) * 0.02**2 / 12.0 / 1e3)
     probe = {"name": "tip", "at": [[0.2, 0.0]], "fields": ["displacement_y"], "every": 1}
-    run = {"formulation": "total-lagrangian", "end": 2.2 * np.pi / omega, "cfl": 0.5}
+    # It begins with a velocity alone: after half a period its displacement is back at zero.
+    run = {"formulation": "total-lagrangian", "end": 1.1 * np.pi / omega, "cfl": 0.5}
     found = result(2, run, beam, boundary=root, probes=[probe]).probes["tip"]
     t, u = found["time"], found["displacement_y"]
-    at = np.flatnonzero(np.diff(np.sign(u[1:])))[:2] + 1
-    zero = t[at] - u[at] * (t[at + 1] - t[at]) / (u[at + 1] - u[at])
-    return float(np.pi / (zero[1] - zero[0]) / omega)
+    at = np.flatnonzero(np.diff(np.sign(u[1:])))[0] + 1
+    return float(np.pi / (t[at] - u[at] * (t[at + 1] - t[at]) / (u[at + 1] - u[at])) / omega)
 
 
 @case("free block under a traction that grows with time, `lf4`: momentum over the impulse", 1.0, 1e-9)

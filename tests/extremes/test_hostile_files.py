@@ -70,7 +70,7 @@ scene_case(
     r"\[3.02, 3.02\] is too far from every place where 'velocity' stands",
     probe(at="[[3.02, 3.02]]").replace(
         '{ type = "box", min = [0.0, 0.0], max = [1.0, 1.0] }',
-        '{ type = "union", shapes = [{ type = "box", min = [0.0, 0.0], max = [1.0, 1.0] }, { type = "disc", center = [3.0, 3.0], radius = 0.05 }] }',
+        '{ type = "union", shapes = [{ type = "box", min = [0.0, 0.0], max = [1.0, 1.0] }, { type = "disc", center = [3.0, 3.0], radius = 0.05 }] }\nsurface = "stairs"',
     ),
 )
 scene_case(

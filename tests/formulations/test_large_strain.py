@@ -11,20 +11,9 @@ import pytest
 
 import wsph
 from tests import scenes
+from tests.materials.closed_forms import HARDENING, LAWS, LINES, PACE, STIFF, elastic_line, sheared
 
-NU, YIELD, HARDENING = 0.3, 2e-3, 5e-3
-SHEAR, BULK = 1.0 / 2.6, 1.0 / 1.2
-LAME = BULK - 2.0 * SHEAR / 3.0
-FLUIDITY, PACE = 0.02, 0.01
-
-LAWS = {
-    "elastic": scenes.material("elastic"),
-    "jaumann": scenes.material("jaumann"),
-    "mises": scenes.material("mises", yield_stress=YIELD, hardening_modulus=HARDENING),
-    "perzyna": scenes.material(
-        "perzyna", yield_stress=YIELD, hardening_modulus=HARDENING, fluidity=FLUIDITY, exponent=1.0
-    ),
-}
+RATES = ("elastic", "jaumann", "mises", "perzyna")
 STATES = [(1, "stress"), (1, "strain"), (2, "stress"), (2, "strain"), (3, None)]
 FORMS = {
     "stress-points": {"integrator": "leapfrog", "formulation": "stress-points"},
@@ -56,77 +45,10 @@ def covering(quick: list[tuple[str, str, int]], states: list[tuple[int, str | No
             law, form, dim, state, id=f"{law}-{form}-{dim}-{state}",
             marks=[] if (law, state, dim) in quick else [pytest.mark.slow],
         )
-        for law in LAWS for form in FORMS for dim, state in states
+        for law in RATES for form in FORMS for dim, state in states
         if law != "elastic" or form == "ul-tsph"
     ]  # fmt: skip
     return pytest.mark.parametrize(("law", "form", "dim", "state"), cases)
-
-
-Line = tuple[np.ndarray, float, float]
-"""Normal stresses (3,), volume over that at the start, and work per volume at the start."""
-
-
-def elastic_line(free: list[int], stretch: float) -> Line:
-    """In closed form: stresses are moduli times ln L, and J = L^a."""
-    n, y = len(free), np.log(stretch)
-    across = -LAME / (n * LAME + 2.0 * SHEAR) if n else 0.0
-    D = np.array([1.0, *(across if k in free else 0.0 for k in (1, 2))])
-    moduli, a = LAME * D.sum() + 2.0 * SHEAR * D, float(D.sum())
-    return moduli * y, stretch**a, moduli[0] * ((a * y - 1.0) * np.exp(a * y) + 1.0) / a**2
-
-
-def plastic_line(free: list[int], stretch: float, steps: int = 400) -> Line:
-    """Mises, brought back radially after equal steps of ln L; what is free by a secant."""
-    part, s, plastic, J, work = np.log(stretch) / steps, np.zeros(3), 0.0, 1.0, 0.0
-
-    def after(x: float) -> tuple[np.ndarray, float, np.ndarray]:
-        D = np.array([part, *(x if k in free else 0.0 for k in (1, 2))])
-        trial = s + LAME * D.sum() + 2.0 * SHEAR * D
-        each = trial - trial.mean()
-        size, limit = np.sqrt(1.5 * (each**2).sum()), YIELD + HARDENING * plastic
-        more = max(size - limit, 0.0) / (3.0 * SHEAR + HARDENING)
-        return trial - 3.0 * SHEAR * more * each / size, plastic + more, D
-
-    for _ in range(steps):
-        x = -0.5 * part
-        if free:
-            before, gap = x - 1e-3 * part, after(x - 1e-3 * part)[0][2]
-            for _ in range(8):
-                there = after(x)[0][2]
-                if abs(there - gap) < 1e-16:
-                    break
-                x, before, gap = x - there * (x - before) / (there - gap), x, there
-        new, plastic, D = after(x)
-        work += J * np.exp(0.5 * D.sum()) * float(0.5 * (s + new) @ D)
-        s, J = new, J * np.exp(D.sum())
-    return s, J, work
-
-
-def viscous_line(free: list[int], stretch: float, steps: int = 1500) -> Line:
-    """Perzyna at the constant speed PACE, by the midpoint rule."""
-    s, plastic, J, work, pace = np.zeros(3), 0.0, 1.0, 0.0, np.sign(stretch - 1.0) * PACE
-    h = (stretch - 1.0) / pace / steps
-
-    def rates(s: np.ndarray, plastic: float, t: float) -> tuple[np.ndarray, float, np.ndarray]:
-        each, D = s - s.mean(), np.array([pace / (1.0 + pace * t), 0.0, 0.0])
-        size = np.sqrt(1.5 * (each**2).sum()) + 1e-30
-        flow = FLUIDITY * max(size / (YIELD + HARDENING * plastic) - 1.0, 0.0)
-        d = 1.5 * flow * each / size
-        if free:
-            rate = LAME * (D - d).sum() + 2.0 * SHEAR * (D - d)[2]
-            D[free] = -rate / (len(free) * LAME + 2.0 * SHEAR)
-        return LAME * (D - d).sum() + 2.0 * SHEAR * (D - d), flow, D
-
-    for n in range(steps):
-        ds, dp, D = rates(s, plastic, n * h)
-        middle = s + 0.5 * h * ds
-        ds, dp, D = rates(middle, plastic + 0.5 * h * dp, (n + 0.5) * h)
-        work += J * np.exp(0.5 * h * D.sum()) * float(middle @ D) * h
-        s, plastic, J = s + h * ds, plastic + h * dp, J * np.exp(h * D.sum())
-    return s, J, work
-
-
-LINES = {"elastic": elastic_line, "jaumann": elastic_line, "mises": plastic_line, "perzyna": viscous_line}
 
 
 @pytest.mark.parametrize("stretch", [1.5, 0.5])
@@ -145,24 +67,6 @@ def test_a_pull_and_a_crush(law: str, form: str, dim: int, state: str | None, st
     assert abs(energy["residual"]) < 3e-3 * energy["external_work"]
     assert energy["strain"] > 0.0
     assert (result.history["dissipated"][1:] >= result.history["dissipated"][:-1]).all()
-
-
-def sheared(law: str, shear: float) -> tuple[float, float]:
-    """sigma_xx = -sigma_yy and sigma_xy in simple shear: of Jaumann's rate, or of the rate in the axes of the material
-    (Dienes 1979)."""
-    if law == "jaumann":
-        return SHEAR * (1.0 - np.cos(shear)), SHEAR * np.sin(shear)
-    b = np.arctan(0.5 * shear)
-    normal = np.cos(2.0 * b) * np.log(np.cos(b)) + b * np.sin(2.0 * b) - np.sin(b) ** 2
-    along = 2.0 * b - 2.0 * np.tan(2.0 * b) * np.log(np.cos(b)) - np.tan(b)
-    return 4.0 * SHEAR * normal, 2.0 * SHEAR * np.cos(2.0 * b) * along
-
-
-STIFF = LAWS | {
-    "mises": LAWS["mises"] | {"yield_stress": 1e3},
-    "perzyna": LAWS["perzyna"] | {"yield_stress": 1e3},
-}
-"""The same that never yield."""
 
 
 @covering([("perzyna", "strain", 2)], [(2, "strain"), (3, None)])

@@ -111,6 +111,14 @@ def test_planes_off_the_grid_get_a_layer() -> None:
     assert local_lengths(mesh).min() > 0.07
 
 
+@pytest.mark.parametrize("turned", [0.0, 10.0])
+def test_sides_in_one_line_meet_where_they_do(turned: float) -> None:
+    points = ((0.0, 0.0), (0.43, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
+    mesh = fit(shape(**polygon(*points, turned=turned)), 0.1)
+    assert patch_areas(mesh)["side-1"] == pytest.approx(0.43, rel=1e-12)
+    assert local_lengths(mesh).min() > 0.05
+
+
 def test_a_turned_shape_has_the_cells_turned() -> None:
     case = BODIES["hole in plate"]
     turned = shape(**case.shape, rotate=30.0)
@@ -164,7 +172,7 @@ class TestRefused:
                 {"type": "cylinder", "from": [1.0, 1.0, 0.2], "to": [1.0, 1.0, 1.2], "radius": 0.8},
                 {"type": "cylinder", "from": [1.0, 1.0, 0.1], "to": [1.0, 1.0, 1.4], "radius": 0.55}]}]}, 0.1,
              r"the wall at \[.*\] m, between difference-1/cylinder-. and difference-1/cylinder-., is 0.25 m thick, 2.5 spacings"),
-            (polygon((0, 0), (1, 0), (1, 0.94), (0.97, 1), (0, 1), turned=10.0), 0.1, "side-3"),
+            (polygon((0, 0), (1, 0), (1, 0.97), (0.97, 1), (0, 1), turned=10.0), 0.1, "side-3"),
             (polygon(*SQUARE), 0.6, "leaves no cells|spacings"),
             (box(1.0), 0.1, "a fitted surface needs 2 or 3 dimensions and one spacing, not 1"),
             (box(1.0, 1.0), (0.1, 0.2), "a fitted surface needs 2 or 3 dimensions and one spacing"),
@@ -175,6 +183,11 @@ class TestRefused:
         with pytest.raises(ValueError, match=message):
             fit(shape(**data), spacing)
 
+    def test_with_the_place_after_the_rotation(self) -> None:
+        hole = {"type": "disc", "name": "hole", "center": [0.45, 0.5], "radius": 0.2}
+        with pytest.raises(ValueError, match=r"the wall at \[0.5\d*, 0.87\d*\] m, between hole and box-1/-x"):
+            fit(shape(type="difference", shapes=[box(1.0, 1.0), hole], rotate=-90.0), 0.1)
+
     def test_not_where_the_grid_meets_both_sides_of_a_wall(self) -> None:
         """A plate of two rows of cells with a hole through it."""
         hole = {"type": "cylinder", "name": "hole", "from": [0.5, 0.5, -1.0], "to": [0.5, 0.5, 1.0], "radius": 0.2}
@@ -184,3 +197,25 @@ class TestRefused:
     def test_an_l_of_any_turn_is_not(self) -> None:
         for turned in (5.0, 33.0, 45.0, 71.0):
             assert volumes(fit(shape(**polygon(*L, turned=turned)), 1 / 16)).sum() == pytest.approx(0.75, rel=1e-12)
+
+
+class TestShortSides:
+    @pytest.mark.parametrize(("count", "spacing"), [(16, 0.1), (40, 0.1), (300, 0.15)])
+    def test_of_a_polygon_along_a_circle_are_one_surface(self, count: int, spacing: float) -> None:
+        angle = np.arange(count) * 2.0 * np.pi / count + 0.1
+        mesh = fit(shape(**polygon(*zip(np.cos(angle), np.sin(angle), strict=True))), spacing)
+        # Chords over several sides lie inside of them.
+        exact = 0.5 * count * np.sin(2.0 * np.pi / count)
+        assert volumes(mesh).sum() == pytest.approx(exact, rel=1e-12 if count == 16 else 5e-3)
+        assert local_lengths(mesh).min() > 0.6 * spacing
+        assert set(mesh.patches) <= {f"side-{k}" for k in range(1, count + 1)}
+
+    def test_leave_long_ones_beside_them_their_ends(self) -> None:
+        """A plate with rounded corners of eight sides each: its straight sides are whole."""
+        arc = 0.3 * np.stack([f(np.linspace(0.0, np.pi / 2.0, 9)) for f in (np.cos, np.sin)], 1)
+        turns = [np.array([[c, -s], [s, c]]) for c, s in ((1, 0), (0, 1), (-1, 0), (0, -1))]
+        middles = [(1.7, 0.7), (0.3, 0.7), (0.3, 0.3), (1.7, 0.3)]
+        points = np.concatenate([m + arc @ turn.T for m, turn in zip(middles, turns, strict=True)])
+        mesh = fit(shape(**polygon(*points.tolist(), turned=17.0)), 0.06)
+        areas = patch_areas(mesh)
+        assert [areas[f"side-{k}"] for k in (9, 18, 27, 36)] == pytest.approx([1.4, 0.4, 1.4, 0.4], rel=1e-9)

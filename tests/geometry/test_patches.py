@@ -9,6 +9,7 @@ from wsph.geometry.connected import connected
 from wsph.geometry.fitted.junctions import corners, junctions
 from wsph.geometry.fitted.nearby import nearest_distance
 from wsph.geometry.fitted.outline import outline
+from wsph.geometry.fitted.planning import unmet
 
 DISC = {"type": "disc", "center": [0.5, 0.5], "radius": 0.2}
 BAR = {"type": "cylinder", "from": [0.5, 0.5, -1.0], "to": [0.5, 0.5, 2.0], "radius": 0.2}
@@ -117,6 +118,22 @@ class TestAreas:
         found = body.distance(top, points, 0.3)
         assert np.isinf(found[0])
         assert found[1:] == pytest.approx([np.hypot(0.1, 0.05), 0.05], abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("data", "names"),
+    [
+        (box(1.0), ()),
+        (box(1.0, 0.5, 0.2), ()),
+        (box(1.03, 1.0), ("+x",)),
+        (DISC, ("disc",)),
+        ({**BAR, "name": "bar"}, ("bar",)),
+        (polygon((0, 0), (2, 0), (0, 1)), ("side-2",)),
+        ({"type": "union", "shapes": [box(1.0, 1.0), box((0.5, 1.55), (0.2, 0.8))]}, ("box-2/+x",)),
+    ],
+)
+def test_patches_that_no_line_lies_on(data: Data, names: tuple[str, ...]) -> None:
+    assert unmet(shape(**data), 0.1) == names
 
 
 class TestJunctions:

@@ -12,6 +12,7 @@ from tests.geometry.fitted_quality import patch_areas, volumes
 from tests.scenes import body, box, material, scene, shape
 from wsph.errors import SceneError
 from wsph.geometry.fitted.fit import fit
+from wsph.geometry.lattice import lattice
 from wsph.geometry.shapes.shape import BaseShape
 from wsph.geometry.shapes.triangulation import triangulate
 
@@ -173,6 +174,12 @@ class TestSurface:
         mesh, other = fit(made, 0.2), fit(known, 0.2)
         assert np.abs(mesh.nodes - other.nodes).max() < 1e-12
         assert patch_areas(mesh) == pytest.approx({f"patch-{k}": 1.0 for k in range(6)}, rel=1e-12)
+
+    def test_a_lattice_fills_it(self, tmp_path: Path) -> None:
+        made = part(tmp_path / "a.stl", bracket(), scale="1 mm")
+        body = lattice(made, 0.001)
+        assert body.cell_volume.sum() == pytest.approx(2.034e-5, rel=0.02)
+        assert body.faces.named("-z").sum() == pytest.approx(60 * 30 - np.pi * 36, rel=0.02)
 
     def test_a_part_of_unions_and_differences(self, tmp_path: Path) -> None:
         write_stl(tmp_path / "a.stl", cube_triangles())

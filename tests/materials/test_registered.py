@@ -24,6 +24,7 @@ OURS = {
         (Elastic(1000.0, 1e6, 0.4999), None),
     ],
     "jaumann": [(Jaumann(2000.0, 8e7, 0.3), None)],
+    "neo-hookean": [(NeoHookean(2000.0, 8e7, 0.3), None), (NeoHookean(1000.0, 1e6, 0.49), None)],
     "mises": [(Mises(2000.0, 8e7, 0.3, 5e5, 8e6), 1e6)],
     "perzyna": [
         (Perzyna(2000.0, 8e7, 0.3, 5e5, -8e6, 25.0, exponent), level)

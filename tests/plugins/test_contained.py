@@ -3,13 +3,12 @@
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from tests.distributions import install
 from wsph.cli import main
-from wsph.plugins import registry
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -106,15 +105,6 @@ KILLS = "import kills"
 """The one fault that no process survives."""
 
 
-def install(folder: Path, distribution: str, kind: str, module: str, code: str) -> None:
-    """A distribution as pip would leave it: its metadata, its entry point `broken`, its module."""
-    info = folder / f"{distribution}-4.2.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {distribution}\nVersion: 4.2\n")
-    (info / "entry_points.txt").write_text(f"[wsph.{kind}s]\nbroken = {module}:Plugin\n")
-    (folder / f"{module}.py").write_text(code)
-
-
 def command(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """wsph in a process of its own that sees what is installed in `folder`."""
     return subprocess.run(
@@ -130,16 +120,6 @@ def scene(kind: str) -> str:
         keys = '[bodies.material]\nmodel = "broken"\ndensity = 2000.0\nstiffness = 8e7\n\n'
         return text[:start] + keys + text[end:]
     return text.replace('integrator = "tsph"', 'integrator = "broken"').replace("cfl = 1.0", "cfl = 0.1")
-
-
-@pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A folder whose distributions this process sees while the test lasts, and in which it stands."""
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.chdir(tmp_path)
-    registry._entries.cache_clear()
-    yield tmp_path
-    registry._entries.cache_clear()
 
 
 @pytest.mark.parametrize("fault", [fault for fault in FAULTS if fault != KILLS])

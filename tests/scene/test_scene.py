@@ -9,6 +9,7 @@ import pytest
 import tomli_w
 
 import wsph
+from tests import scenes
 from wsph.cli import main
 from wsph.errors import SceneError
 
@@ -187,3 +188,23 @@ def test_unknown_keys_do_not_hide_faults_between_tables() -> None:
 def test_overrides_that_lead_nowhere(path: str, entry: str) -> None:
     with pytest.raises(SceneError, match=f"{path}: there is no entry '{entry}'"):
         wsph.Scene(**copy.deepcopy(DATA)).with_(**{path: 1})
+
+
+@pytest.mark.parametrize(
+    ("spacing", "lengths"), [({"cells": 40}, 0.05), ({"cells": [20, 5]}, (0.1, 0.2)), ("50 mm", 0.05)], ids=str
+)
+def test_a_spacing_may_count_cells(spacing: object, lengths: object) -> None:
+    """Across the longest edge, or along every axis."""
+    block = scenes.body(scenes.box(2.0, 1.0), 1.0) | {"spacing": spacing}
+    assert scenes.scene(block).bodies[0].spacing == pytest.approx(lengths, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    "spacing",
+    [{"cells": 0}, {"cells": 2.5}, {"cells": [1, 2, 3]}, {"cell": 3}, {"cells": True}, {"cells": "4"}],
+    ids=str,
+)
+def test_cells_that_count_nothing_are_refused_by_name(spacing: object) -> None:
+    block = scenes.body(scenes.box(2.0, 1.0), 1.0) | {"spacing": spacing}
+    with pytest.raises(SceneError, match=r"bodies.0.spacing: .*cells"):
+        scenes.scene(block)

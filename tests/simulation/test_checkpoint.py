@@ -9,6 +9,7 @@ import pytest
 
 import wsph
 from tests import scenes
+from tests.distributions import install
 from wsph.cli import main
 from wsph.simulation import checkpoint
 
@@ -184,6 +185,75 @@ def run_and_cut(folder: Path) -> Path:
     """A run with checkpoints; the last of them."""
     wsph.run(block(dt=0.02, end=0.5).with_(checkpoint={"every": 10}), folder)
     return checkpoint.listed(folder / "checkpoints")[-1]
+
+
+DAMAGE = {
+    "cut off": lambda whole: whole[: len(whole) // 2],
+    "empty": lambda whole: b"",
+    "zeros": lambda whole: bytes(len(whole)),
+    "a bit flipped": lambda whole: whole[:-100] + bytes([whole[-100] ^ 4]) + whole[-99:],
+    "another file": lambda whole: b"PK\x03\x04" + whole,
+}
+
+
+@pytest.mark.parametrize("damage", list(DAMAGE))
+def test_a_damaged_one_is_passed_over_for_the_one_before(damage: str, tmp_path: Path) -> None:
+    scene = block(dt=0.02).with_(checkpoint={"every": 10, "keep": 3})
+    straight = wsph.run(scene, tmp_path / "straight")
+    wsph.run(scene.with_(end=0.7), tmp_path / "out")
+    *_, before, last = checkpoint.listed(tmp_path / "out" / "checkpoints")
+    last.write_bytes(DAMAGE[damage](last.read_bytes()))
+    with pytest.warns(RuntimeWarning, match=rf"{last.name}: is .*; the run goes on from the one before, {before.name}"):
+        resumed = wsph.run(scene.with_(end=1.2), tmp_path / "out", resume=True)
+    assert resumed.summary["energy"] == straight.summary["energy"]
+    assert files(tmp_path / "straight") == files(tmp_path / "out")
+    for path in checkpoint.listed(tmp_path / "out" / "checkpoints"):
+        checkpoint.read(path)
+
+
+def test_a_damaged_one_does_not_take_the_place_of_one_to_come(tmp_path: Path) -> None:
+    """Where the next are of other steps."""
+    run_and_cut(tmp_path / "out").write_bytes(b"")
+    with pytest.warns(RuntimeWarning, match="the run goes on from the one before"):
+        wsph.run(block(dt=0.02, end=0.5).with_(checkpoint={"every": 7}), tmp_path / "out", resume=True)
+    steps = [checkpoint.read(path)[0]["step"] for path in checkpoint.listed(tmp_path / "out" / "checkpoints")]
+    assert steps == [14, 21]
+
+
+def test_where_none_is_whole_it_is_refused(tmp_path: Path) -> None:
+    run_and_cut(tmp_path / "out")
+    for path in checkpoint.listed(tmp_path / "out" / "checkpoints"):
+        path.write_bytes(b"")
+    before = files(tmp_path / "out")
+    with pytest.raises(
+        wsph.WsphError, match="checkpoint_000000000020.npz: is .*; .*checkpoint_000000000010.npz: is .*: none is whole"
+    ):
+        wsph.run(block(dt=0.02), tmp_path / "out", resume=True)
+    assert files(tmp_path / "out") == before
+
+
+MATERIAL = """
+from dataclasses import dataclass, field
+from wsph_materials.elastic import Elastic
+
+@dataclass(frozen=True)
+class Plugin(Elastic):
+    pass
+"""
+
+
+def test_other_plugins_are_refused_with_both_named(here: Path) -> None:
+    install(here, "some-laws", "material", "some_laws", MATERIAL)
+    scene = block(dt=0.02).with_(**{"bodies.0.material.model": "broken", "checkpoint": {"every": 10}})
+    wsph.run(scene.with_(end=0.5), here / "out")
+    install(here, "some-laws", "material", "some_laws", MATERIAL, version="4.3")
+    with pytest.raises(
+        wsph.WsphError,
+        match="version of material broken is 'some-laws 4.2' there and 'some-laws 4.3' here; run without",
+    ):
+        wsph.run(scene, here / "out", resume=True)
+    install(here, "some-laws", "material", "some_laws", MATERIAL, version="4.2")
+    assert wsph.run(scene, here / "out", resume=True).status == "completed"
 
 
 class TestRefused:

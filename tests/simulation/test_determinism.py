@@ -1,7 +1,6 @@
 """One answer, to the bit: threads, a cold or a warm kernel cache, straight or resumed, whatever is written when."""
 
 import hashlib
-import itertools
 import os
 import subprocess
 import sys
@@ -41,7 +40,9 @@ def test_one_hash(formulation: str, tmp_path: Path, share: Callable[[], None]) -
     captured = digest(wsph.run(scene(formulation)))
     share()
     found = {captured}
-    for threads, every, resumed in itertools.product((1, 2, 4), (3, 50), (False, True)):
+    # Every pair of a number of threads, a cadence, and straight or resumed.
+    pairs = [(threads, every, (threads == 2) == (every == 50)) for threads in (1, 2, 4) for every in (3, 50)]
+    for threads, every, resumed in pairs:
         whole = scene(formulation, threads, every)
         folder = tmp_path / f"{threads}-{every}-{resumed}"
         if resumed:

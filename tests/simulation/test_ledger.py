@@ -163,3 +163,18 @@ def test_energy_that_grows_stops_a_run_at_once(form: str) -> None:
     with pytest.raises(wsph.Unstable, match="energy was created: .* beyond stop.energy = 0.1") as caught:
         wsph.run(shaken(form, "leapfrog", 1.01, guard="off"))
     assert caught.value.step < 300
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_the_ledger_of_an_undamped_body_does_not_drift(form: str) -> None:
+    """A block swings under its weight for ten thousand steps: nothing is dissipated, and the residual stays where it is."""
+    body = scenes.body(scenes.box(2.0, 1.5), 0.5)
+    run = {"formulation": form, "end": 1600.0, "cfl": 0.35}
+    found = entries(
+        scenes.scene(body, run=run, gravity=GRAVITY, boundary=[scenes.held("-y", 2)], output={"history": 10})
+    )
+    assert found["step"][-1] > STEPS
+    assert not found["dissipated"].any()
+    first, last = np.split(np.abs(found["residual"]) / found["external_work"].max(), [len(found["step"]) // 2])
+    assert last.max() < 1.1 * first.max() < 1e-2
+    signs(found)

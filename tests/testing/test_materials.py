@@ -98,3 +98,123 @@ class Still(Bad):
 def test_the_kit_finds_a_material_that_does_not_turn_itself() -> None:
     with pytest.raises(AssertionError, match="turns_itself is True, but a spin does not turn"):
         check_material(Still(), stress_level=1.0, precisions=("f64",))
+
+
+@dataclass(frozen=True)
+class Returning(Still):
+    """A rate of elasticity with a way back to a yield surface that breaks one rule."""
+
+    turns_itself = False
+    back: str = "right"
+
+    def project(self, space, Params):
+        """Back to a yield surface, with a mistake."""
+        real, tensor = space.scalar, space.tensor
+        rule = {"right": -1, "symmetric": 0, "nothing": 1, "frame": 2, "twice": 3, "dissipation": 4, "nan": 5}[
+            self.back
+        ]
+
+        @wp.func
+        def back(p: Params, stress: tensor) -> tensor:
+            mean = wp.trace(stress) / real(3.0) * wp.identity(n=3, dtype=real)
+            s = stress - mean
+            size = wp.sqrt(real(1.5) * wp.ddot(s, s))
+            if wp.static(rule == 1):
+                stress[0, 0] = stress[0, 0] + real(0.1)
+            if wp.static(rule == 5):
+                stress = stress * (real(0.0) / real(0.0))
+            if size <= real(1.0):
+                return stress
+            if wp.static(rule == 0):
+                s[0, 1] = real(0.5) * s[0, 1]
+            if wp.static(rule == 2):
+                s[0, 0] = real(0.5) * s[0, 0]
+            if wp.static(rule == 3):
+                return mean + real(0.9) * s
+            if wp.static(rule == 4):
+                return mean + real(1.1) * s
+            return mean + s / size
+
+        return back
+
+
+@pytest.mark.parametrize(
+    ("back", "message"),
+    [("symmetric", "`project` gives is not symmetric"), ("nothing", "`project` makes a stress where there is none"), ("frame", "another frame gives another stress from"),
+     ("twice", "`project` of what it gave"), ("dissipation", "`project` of what it gave|dissipation is negative"), ("nan", "`project` gives is not finite")],
+)  # fmt: skip
+def test_the_kit_finds_each_mistake_of_a_way_back(back: str, message: str) -> None:
+    with pytest.raises(AssertionError, match=message):
+        check_material(Returning(back=back), stress_level=1.0, precisions=("f64",))
+
+
+def test_a_way_back_without_a_mistake_passes() -> None:
+    check_material(Returning(), stress_level=1.0)
+
+
+@dataclass(frozen=True)
+class Total:
+    """Linear elasticity of the Green strain, as a total law that breaks one rule."""
+
+    density: float = field(default=1.0, metadata={"unit": "kg/m3"})
+    rule: str = "right"
+
+    def moduli(self) -> tuple[float, float]:
+        """Bulk 2/3, shear 1: no other Lame modulus."""
+        return 2.0 / 3.0, 1.0
+
+    def stress(self, space, Params):
+        """St Venant-Kirchhoff, with a mistake."""
+        real, tensor = space.scalar, space.tensor
+        rule = {"right": -1, "rest": 0, "symmetric": 1, "objective": 2, "isotropic": 3, "moduli": 4, "nan": 5}.get(
+            self.rule, -1
+        )
+
+        @wp.func
+        def law(p: Params, H: tensor) -> tensor:
+            one = wp.identity(n=3, dtype=real)
+            F = one + H
+            E = real(0.5) * (wp.transpose(F) * F - one)
+            if wp.static(rule == 2):
+                E = real(0.5) * (H + wp.transpose(H))
+            if wp.static(rule == 3):
+                E[0, 0] = real(0.5) * E[0, 0]
+            S = real(2.0) * p.elastic_shear * E
+            if wp.static(rule == 0):
+                S = S + one
+            if wp.static(rule == 4):
+                S = real(1.5) * S
+            if wp.static(rule == 5):
+                S = S * (real(0.0) / real(0.0))
+            stress = F * S * wp.transpose(F) / wp.determinant(F)
+            if wp.static(rule == 1):
+                stress[0, 1] = stress[0, 1] + p.elastic_shear * E[0, 1]
+            return stress
+
+        return law
+
+    def energy(self, space, Params):
+        """G E:E."""
+        real, tensor = space.scalar, space.tensor
+        factor = 1.5 if self.rule == "work" else 1.0
+
+        @wp.func
+        def stored(p: Params, H: tensor) -> real:
+            E = real(0.5) * (H + wp.transpose(H) + wp.transpose(H) * H)
+            return real(factor) * p.elastic_shear * wp.ddot(E, E)
+
+        return stored
+
+
+@pytest.mark.parametrize(
+    ("rule", "message"),
+    [("rest", "the stress without strain is not zero"), ("symmetric", "not symmetric"), ("objective", "does not turn with the body"), ("isotropic", "a turn before the strain"),
+     ("moduli", r"not that of moduli\(\)"), ("nan", "not finite"), ("work", "the energy is not the work of the stress")],
+)  # fmt: skip
+def test_the_kit_finds_each_mistake_of_a_total_law(rule: str, message: str) -> None:
+    with pytest.raises(AssertionError, match=message):
+        check_material(Total(rule=rule), precisions=("f64",))
+
+
+def test_a_total_law_without_a_mistake_passes() -> None:
+    check_material(Total())

@@ -57,6 +57,11 @@ class Clock:
         """The time step of the steps to come."""
         return float(self.time.numpy()[DT])
 
+    @property
+    def listed(self) -> int:
+        """Launches in the list that is being made so far, 0 where none is."""
+        return len(self._listed or ())
+
     def shorten(self, factor: float) -> None:
         """Steps from the current one on are shorter by a factor."""
         t, dt, _, _ = self.time.numpy()

@@ -1,10 +1,12 @@
-"""The device that a scene runs on."""
+"""The device that a scene runs on, and the memory that is left there."""
 
 # pyright: strict
 
 import os
+import re
 import sys
 import tempfile
+from pathlib import Path
 
 import warp as wp
 
@@ -45,3 +47,67 @@ def pick_device(name: str) -> str:
     if name not in known:
         raise Refused(f"run.device: there is no {name!r} on this machine; there is {', '.join(known)}")
     return name
+
+
+def free_memory(device: str) -> tuple[float | None, float | None]:
+    """Memory that is left to this process [bytes]: on the device, and on the host; None where the system does not say.
+    The CPU's own is that of the host."""
+    host = _free_on_host()
+    return (host if device == "cpu" else float(wp.get_device(device).free_memory)), host
+
+
+def _free_on_host() -> float | None:
+    """The least of what the machine has, what the limits of the process leave, and what its control groups leave."""
+    found = [*_free_of_machine(), *_free_of_limits(), *_free_of_groups()]
+    return max(min(found), 0.0) if found else None
+
+
+def _text(path: str) -> str:
+    """A file of the system, or "" where there is none."""
+    try:
+        return Path(path).read_text()
+    except OSError:
+        return ""
+
+
+def _free_of_machine() -> list[float]:
+    """Memory that can be had without swapping."""
+    return [1024.0 * float(kb) for kb in re.findall(r"MemAvailable:\s+(\d+) kB", _text("/proc/meminfo"))]
+
+
+def _free_of_limits() -> list[float]:
+    """What `ulimit -v` and `ulimit -d` leave."""
+    pages = [float(number) for number in _text("/proc/self/statm").split()]
+    if not pages:
+        return []
+    import resource
+
+    used = {resource.RLIMIT_AS: pages[0], resource.RLIMIT_DATA: pages[5]}
+    limits = {which: resource.getrlimit(which)[0] for which in used}
+    size = resource.getpagesize()
+    return [limits[which] - size * held for which, held in used.items() if limits[which] != resource.RLIM_INFINITY]
+
+
+def _free_of_groups() -> list[float]:
+    """What the control groups of the process leave, of both versions; caches of files can be had back."""
+    found: list[float] = []
+    for line in _text("/proc/self/cgroup").splitlines():
+        controllers, _, path = line.partition(":")[2].partition(":")
+        old = controllers == "memory"
+        if controllers and not old:
+            continue
+        top = Path("/sys/fs/cgroup/memory" if old else "/sys/fs/cgroup")
+        most, used = ("limit_in_bytes", "usage_in_bytes") if old else ("max", "current")
+        group = top / path.lstrip("/")
+        # In a container the path is that of the host, and its own group stands at the top.
+        for folder in dict.fromkeys([*_below(top, group), top]):
+            bound, held = (_text(str(folder / f"memory.{name}")).strip() for name in (most, used))
+            if bound.isdigit() and held.isdigit():
+                cached = re.search(r"^(?:total_)?inactive_file (\d+)", _text(str(folder / "memory.stat")), re.MULTILINE)
+                found.append(float(bound) - float(held) + (float(cached[1]) if cached else 0.0))
+    return found
+
+
+def _below(top: Path, group: Path) -> list[Path]:
+    """A control group and those that it is part of, up to the top."""
+    return [folder for folder in (group, *group.parents) if folder.is_relative_to(top)]

@@ -13,7 +13,7 @@ from math import prod
 
 import numpy as np
 
-from wsph.boundary.prescribed import Prescribed, same
+from wsph.boundary.programs.prescribed import Prescribed, same
 from wsph.errors import Fault, SceneError
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.lattice import Lattice

@@ -12,7 +12,7 @@ from wsph.boundary.conditions import (
     selected_conditions,
     velocity_key,
 )
-from wsph.boundary.prescribed import Prescribed, nonzero
+from wsph.boundary.programs.prescribed import Prescribed, nonzero
 from wsph.boundary.tables import Prescribing
 from wsph.errors import Fault, SceneError
 from wsph.expressions import constant_program

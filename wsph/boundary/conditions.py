@@ -4,7 +4,8 @@ The rule at the faces of a two-set body (Herreros & Mabssout 2011, 3.2.4: essent
 each face prescribes one of (v_n | sigma_nn) and one of (v_t | sigma_nt) per tangent; a particle on several faces takes the
 union, except that among faces in one plane what holds a component of the velocity wins; a face that nothing is said of is
 free. Beside a free face a patch that is held in all components is another face: particles on its rim take the union.
-The faces of a box by name are those of its outside: sides of holes and cracks are free unless `where` selects them. Where
+Faces by name are those of the outside (`wsph.geometry.faces`): sides of holes and cracks are free unless `where` selects
+them. Where
 sigma_nn is prescribed the normal strain rate follows from its rate: also at a corner whose other face holds v_n (without
 it a cantilever's root grows by 2e-4 a step at nu = 0.499, C <= 0.5).
 """
@@ -18,7 +19,7 @@ import numpy as np
 
 from wsph.boundary.loads.acting import Load, LoadedFaces
 from wsph.boundary.loads.rows import FaceLoad
-from wsph.boundary.prescribed import Prescribed, nonzero
+from wsph.boundary.programs.prescribed import Prescribed, nonzero
 from wsph.boundary.slide import Slide
 from wsph.boundary.tables import Boundary, Prescribing
 from wsph.errors import Fault, SceneError
@@ -90,9 +91,12 @@ def velocity_key(k: int, condition: Boundary, axis: str) -> str:
     return f"boundary.{k}.velocity.{axis}" if axis in condition.velocity else f"boundary.{k}.{held}"
 
 
-def _nothing_selected(k: int, condition: Boundary) -> SceneError:
-    key, text = ("where", condition.where) if condition.where else ("face", condition.face)
-    return SceneError("scene", [Fault(0, f"boundary.{k}.{key}", f"{text!r} selects no particle of {condition.body!r}")])
+def _nothing_selected(k: int, condition: Boundary, faces: Faces) -> SceneError:
+    text = f"{condition.where!r} selects no particle of {condition.body!r}"
+    if condition.face:
+        text = f"{condition.face!r} is no face of {condition.body!r}, which has {', '.join(faces.names)}"
+    key = "face" if condition.face else "patch" if condition.patch else "where"
+    return SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
 
 
 def _of_patch(k: int, name: str, body: str, faces: Faces) -> np.ndarray:
@@ -121,5 +125,5 @@ def selected_conditions(
             chosen = select(condition.where or "", position, lattice.spacing)
             particles, rows = np.flatnonzero(chosen), np.all(chosen[on], axis=1)
         if not len(particles):
-            raise _nothing_selected(k, condition)
+            raise _nothing_selected(k, condition, lattice.faces)
         yield k, condition, particles, rows

@@ -10,7 +10,7 @@ from wsph.boundary.clashes import Claims
 from wsph.boundary.conditions import Conditions, prescribed_velocities, selected_conditions, velocity_key
 from wsph.boundary.loads.acting import LoadedFaces
 from wsph.boundary.loads.rows import stress_load, traction_load
-from wsph.boundary.prescribed import Prescribed
+from wsph.boundary.programs.prescribed import Prescribed
 from wsph.boundary.slide import Slide
 from wsph.boundary.tables import Prescribing
 from wsph.boundary.walls import Wall, Walls

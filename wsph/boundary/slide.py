@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wsph.boundary.loads.rows import FaceLoad
-from wsph.boundary.prescribed import Prescribed, nonzero
+from wsph.boundary.programs.prescribed import Prescribed, nonzero
 from wsph.errors import Fault, SceneError
 
 FLAT = 1e-9

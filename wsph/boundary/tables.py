@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Literal, Protocol, cast
 from pydantic import AfterValidator, BaseModel, Field, create_model, model_validator
 from pydantic.fields import FieldInfo
 
-from wsph.boundary.functions import Function
 from wsph.boundary.loads.acting import Load
 from wsph.boundary.loads.table import LOADS
+from wsph.boundary.programs.functions import Function
 from wsph.expressions import Expression
 from wsph.quantities import Model, Strings, Value
 

@@ -1,5 +1,5 @@
 """Prescribed values on the device: a list whose entries are a place in the flat state and a program for the stack machine
-(`wsph.boundary.stack_machine`)."""
+(`wsph.boundary.programs.stack_machine`)."""
 
 from functools import cache
 
@@ -11,8 +11,8 @@ from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import State
 from wsph.boundary.conditions import Conditions
-from wsph.boundary.prescribed import Prescribed, constant
-from wsph.boundary.stack_machine import Bank, bank_of, evaluate
+from wsph.boundary.programs.prescribed import Prescribed, constant
+from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate
 
 CONSTANT = -1
 """The program of an entry that never changes: its scale is its value. Most faces are free: thousands of zeros."""

@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from wsph.boundary.prescribed import Prescribed, nonzero, varies
+from wsph.boundary.programs.prescribed import Prescribed, nonzero, varies
 from wsph.boundary.tables import Boundary
 from wsph.geometry.lattice import Lattice
 

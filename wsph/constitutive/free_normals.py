@@ -23,6 +23,9 @@ LEAST_SECANT = 1e-12
 SECANTS = 6
 """Secant steps for the out-of-plane strain of a total law: the error squares, from the linear answer."""
 
+LEFT = 1e-5
+"""A stress along the free normals, in elastic moduli, with which a strain found by secants is not taken."""
+
 
 def free_rate(space: Space, law: wp.Function, Params: type, internal: type, free: tuple[int, ...]) -> wp.Function:
     """The law with the static free normals at zero stress rate: (p, stress, L, q) -> (stress rate, q rate)."""
@@ -94,6 +97,26 @@ def _whole_gradient(space: Space, law: wp.Function, state: StressState, Params: 
             H += x * unit(2)
         return H
 
+    halvings = 60 if space.precision == "f64" else 30
+
+    @wp.func
+    def bisected(p: Params, h: mat) -> real:
+        # The strain where secants do not find it, far from what is linear; not a number where every thickness has a stress.
+        low = real(-0.9999)
+        high = real(1.0)
+        for _ in range(8):
+            if law(p, widened(h, high))[first, first] < real(0.0):
+                high = real(2.0) * high + real(1.0)
+        if law(p, widened(h, low))[first, first] > real(0.0) or law(p, widened(h, high))[first, first] < real(0.0):
+            return real(wp.NAN)
+        for _ in range(halvings):
+            middle = real(0.5) * (low + high)
+            if law(p, widened(h, middle))[first, first] > real(0.0):
+                high = middle
+            else:
+                low = middle
+        return real(0.5) * (low + high)
+
     @wp.func
     def whole(p: Params, h: mat) -> tensor:
         if wp.static(free == 0):
@@ -116,6 +139,8 @@ def _whole_gradient(space: Space, law: wp.Function, state: StressState, Params: 
                 next_gap = law(p, widened(h, x))[first, first]
                 slope, step = secant(gap, next_gap, step, slope, stiffness)
                 gap = next_gap
+        if not (wp.abs(gap) <= real(LEFT) * stiffness):
+            x = bisected(p, h)
         return widened(h, x)
 
     return whole

@@ -7,8 +7,8 @@ below its surface as is asked."""
 import numpy as np
 
 from wsph.geometry.gradients import face_shares
-from wsph.geometry.meshes.files import cell_sides
 from wsph.geometry.meshes.meshed import Meshed
+from wsph.geometry.meshes.sides import cell_sides
 from wsph.sph.pairs import find_pairs
 
 SLACK = 1e-9

@@ -22,10 +22,10 @@ from wsph.geometry.geometry import Geometry
 from wsph.protocols import BodyTable, Waving
 from wsph.units import Scales
 
-FASTER = 0.02
+FASTER = 0.01
 """Part of the wave speeds by which bodies may speed up between two looks."""
 
-CELL = 0.5
+CELL = 1.0
 """Way [spacings] that bodies whose boxes meet may go between two looks."""
 
 LONGEST = 10**9

@@ -240,6 +240,7 @@ class OneSetSystem(System):
 
     def accept(self, state: State) -> None:
         """Close the step: the stresses that the law allows, the prescribed values at t + dt."""
+        self._closes(state)
         self.project(state)
         self.constrain(state, 1.0)
         self._accepted = state

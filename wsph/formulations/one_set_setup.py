@@ -208,6 +208,11 @@ def pair_warnings(made: RateSetup, blocks: bool) -> tuple[str, ...]:
             " lattice. Pairs along the edges of the cells are exact there: leave out run.support, run.kernel, placement, and what"
             ' else asks for a kernel\'s pairs (contact, cracks, damping of all pairs), or use "stress-points"'
         )
+    if host.traits.pairs_follow and host.geometry.irregular:
+        found.append(
+            f"body {host.name!r}: with pairs of a kernel that follow the motion stress is 5 to 50 % off where a lattice is"
+            ' jittered; leave out jitter, or use "total-lagrangian" or "stress-points"'
+        )
     constrained = host.traits.edges or host.traits.pairs_follow
     return (*found, *(_locking_warnings(host) if constrained and not blocks else ()))
 

@@ -74,7 +74,13 @@ class System:
         self.scales, self.clock, self.device = setup.scales, setup.clock, setup.device
         self.spacing, self.density = setup.geometry.spacing, setup.constitutive.density
         self.arrays = Arrays(setup.device)
+        self.accepted: tuple[State, int] | None = None
+        """The state that was last accepted, and how many launches of the step came before, of those that are listed."""
         self._made = 0
+
+    def _closes(self, state: State) -> None:
+        """Note that the step of `state` is closed now."""
+        self.accepted = state, self.clock.listed
 
     @property
     def lattice(self) -> Lattice:
@@ -170,6 +176,10 @@ class System:
     def fault(self) -> str:
         """The reason, with the way out, for which the state is one that the formulation cannot go on from; empty where it is
         none. Asked on the host, when energies are."""
+        return ""
+
+    def doubt(self) -> str:
+        """What makes the state at the end of a run a wrong answer, in words with the way out; empty where nothing does."""
         return ""
 
     def filtered(self, name: str) -> np.ndarray:

@@ -17,6 +17,9 @@ from wsph.geometry.shapes.shape import Rotation, rotation_matrix
 FIT = 1e-6
 """An edge lies on a line of the grid if it is this near, in cells."""
 
+LOST = 1e-12
+"""Spacing over the largest coordinate below which positions have too few digits for it."""
+
 
 @dataclass(frozen=True)
 class Grid:
@@ -70,6 +73,11 @@ def plan(shape: Shape, spacing: float | tuple[float, ...], lattice_rotate: Rotat
         small = not ((high - low) / steps < 1e15).all()
     if small:
         raise ValueError(f"{steps.min():g} m is too small for a body of {(high - low).max():g} m")
+    farthest = max(float(np.abs(each).max()) for each in (low, high))
+    if steps.min() < LOST * farthest:
+        raise ValueError(
+            f"{steps.min():g} m is lost in the rounding of coordinates of {farthest:g} m: move the body to the origin"
+        )
     found = [lines(k, low[k], high[k], float(steps[k]), edges[k]) for k in range(dim)]
     first, last, count = (np.array(column) for column in zip(*found, strict=True))
     return Grid(middle, first, last, (last - first) / count, count.astype(int), shape.axes @ turn)
@@ -78,6 +86,8 @@ def plan(shape: Shape, spacing: float | tuple[float, ...], lattice_rotate: Rotat
 def lines(axis: int, low: float, high: float, spacing: float, edges: np.ndarray) -> tuple[float, float, int]:
     """First and last line along an axis [m], and the number of cells between them."""
     if not len(edges):
+        if spacing > (1.0 + FIT) * (high - low):
+            raise ValueError(f"{spacing:g} m is larger than the shape, which is {high - low:g} m along {'xyz'[axis]}")
         count = max(int(np.ceil((high - low) / spacing - FIT)), 1)
         half = 0.5 * count * spacing
         return 0.5 * (low + high) - half, 0.5 * (low + high) + half, count

@@ -16,7 +16,7 @@ import numpy as np
 
 from wsph.geometry.cells import cell_volumes, edge_ends, mapped_cells
 from wsph.geometry.cracks import OFF_CENTRE, Crack, cut_faces, part_nodes, parts_cells
-from wsph.geometry.faces import Faces, face_nodes, find_faces
+from wsph.geometry.faces import Faces, face_names, face_nodes, find_faces, outermost
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.gradients import PointRows, face_shares, mean_gradients
 from wsph.geometry.grid import Grid, plan
@@ -181,14 +181,13 @@ def lattice(
         corners, owner = part_nodes(corners, node_index, inside, cut, index, offsets)
         node_index, shift = node_index[owner], shift[owner]
     turn = shape.axes.T @ grid.axes
-    normal = sign[:, None] * turn[:, axis].T
-    nearest = np.abs(np.round(normal, 9)).argmax(1)
-    name = 2 * nearest + (normal[np.arange(len(axis)), nearest] > 0.0)
-    beside = grid.points(index[cell] + 0.5 + sign[:, None] * np.eye(dim)[axis])
+    name, way = face_names(turn, axis, sign), sign[:, None] * np.eye(dim)[axis]
+    outer = whole & ~shape.covers(grid.points(index[cell] + 0.5 + way))
+    last = outermost(name, outer, turn, axis, (index[cell] + 0.5 + 0.5 * way) * grid.step, grid.step)
     on = face_nodes(corners[cell], offsets, axis, sign)
     share = np.repeat((np.prod(grid.step) / grid.step[axis] / on.shape[1])[:, None], on.shape[1], 1)
     vector = share[:, :, None] * (sign[:, None] * grid.axes.T[axis])[:, None]
-    faces = Faces(on, cell, axis, sign, share, vector, name, whole & ~shape.covers(beside), {})
+    faces = Faces(on, cell, axis, sign, share, vector, name, outer, last, {})
     nodes = grid.points(node_index)
     cell_volume = np.full(len(index), float(np.prod(grid.step)))
     if jitter:

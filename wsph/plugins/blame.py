@@ -5,7 +5,7 @@
 from collections.abc import Generator
 from contextlib import contextmanager
 
-from wsph.errors import PluginError, WsphError
+from wsph.errors import PluginError, WsphError, is_out_of_memory
 
 RATE_SIGNATURE = "rate(self, space, Params) -> @wp.func (p: Params, stress: space.tensor, L: space.tensor[, q]) -> stress rate[, q rate]"
 
@@ -19,9 +19,15 @@ def blame(who: str, signature: str = RATE_SIGNATURE) -> Generator[None]:
         if who in str(error):
             raise
         raise PluginError(f"{who}: {error}") from error
-    except (WsphError, MemoryError, OSError):
+    except WsphError:
         raise
-    except Exception as error:  # whatever a third party's code raises
+    except OSError as error:
+        if is_out_of_memory(error):
+            raise
+        raise OSError(f"{error} (while {who} was at work)") from error
+    except (Exception, SystemExit) as error:  # whatever a third party's code raises
+        if is_out_of_memory(error):
+            raise
         lines = [line for line in str(error).strip().splitlines() if line.strip()]
         said = f"{type(error).__name__}: {lines[-1]}" if lines else type(error).__name__
         raise PluginError(f"{who}: its code fails ({said}); expected {signature}") from error

@@ -5,9 +5,31 @@
 import inspect
 from collections.abc import Mapping, Sequence
 
+from wsph.errors import PluginError
 from wsph.protocols import Integrator
 
 SIGNATURE = "a class with sets (1 or 2), formulations, order, __init__(self, system, **options), step(self), limit(self) -> (Courant number, reason) and state"
+
+
+def check(plugin: type) -> None:
+    """Raise PluginError where the declarations of an integrator's class are not what they are expected to be."""
+    counts = {"sets": sets(plugin), "evaluations": getattr(plugin, "evaluations", 1)}
+    for name, value in counts.items():
+        if name == "evaluations" and isinstance(value, property):
+            continue  # it depends on the options
+        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+            raise PluginError(f"its {name} is {value!r}: a whole number from 1 on is expected")
+    given: object = getattr(plugin, "formulations", ())
+    if not isinstance(given, (tuple, list)):
+        raise PluginError(f"its formulations are {given!r}: a tuple of names is expected")
+    if not steps(plugin):
+        raise PluginError("it has no step()")
+
+
+def order(integrator: Integrator) -> float | None:
+    """Its order in time, None where it declares none."""
+    value: object = getattr(integrator, "order", None)
+    return float(value) if isinstance(value, (int, float)) else None
 
 
 def sets(plugin: type) -> int:
@@ -27,7 +49,7 @@ def steps(plugin: type) -> bool:
 
 def evaluations(integrator: Integrator) -> int:
     """Right-hand sides in a step."""
-    return getattr(integrator, "evaluations", 1)
+    return int(getattr(integrator, "evaluations", 1))
 
 
 def begin(integrator: Integrator) -> None:
@@ -65,10 +87,18 @@ def keeps(integrator: Integrator) -> bool:
 
 
 def limit(integrator: Integrator) -> tuple[float | None, str]:
-    """The largest stable Courant number, None where it declares none, and where it comes from."""
-    if hasattr(integrator, "limit"):
-        return getattr(integrator, "limit")()  # noqa: B009
-    return None, "the integrator declares none"
+    """The largest stable Courant number, None where it declares none, and where it comes from. Raises PluginError where
+    that is no number, or not a number."""
+    if not hasattr(integrator, "limit"):
+        return None, "the integrator declares none"
+    value, reason = getattr(integrator, "limit")()  # noqa: B009
+    if value is None:
+        return None, str(reason)
+    if isinstance(value, str) or not float(value) >= 0.0:
+        raise PluginError(
+            f"limit() gives {value!r}: a Courant number, 0 or above, is expected, or None where it is not known"
+        )
+    return float(value), str(reason)
 
 
 def exact(integrator: Integrator) -> float | None:

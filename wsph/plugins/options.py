@@ -10,6 +10,7 @@ from typing import Any
 
 from wsph.errors import Fault, PluginError
 from wsph.plugins import registry
+from wsph.plugins.traits import declaration_faults
 from wsph.units import quantity
 
 
@@ -47,9 +48,14 @@ def build(group: str, name: str, options: Mapping[str, object], key: str, name_k
     if faults:
         return None, faults
     try:
-        return plugin(**values), []
-    except Exception as error:  # whatever a third party's own checks raise is a fault of the scene's values
+        made = plugin(**values)
+    except (Exception, SystemExit) as error:  # whatever a third party's own checks raise is a fault of the values
         return None, [Fault(0, key, f"{name} refuses its fields: {error}")]
+    wrong = declaration_faults(made) if group == "materials" else ()
+    faults = [
+        Fault(0, f"{key}.{name_key}", f"{name!r} from {registry.origin(group, name)}: {words}") for words in wrong
+    ]
+    return (None if faults else made), faults
 
 
 def _checked(value: object, field: dataclasses.Field[Any]) -> object:

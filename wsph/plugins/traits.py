@@ -1,10 +1,13 @@
-"""The declarations of a material: whether its law relaxes, turns or dissipates, and its internals."""
+"""The declarations of a material: whether its law relaxes, turns or dissipates, its internals, and what is wrong with
+them."""
 
 # pyright: strict
 
 import math
-from collections.abc import Mapping
-from typing import Literal
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Literal, cast
+
+from wsph.units import unit as unit_named
 
 
 def relaxes(material: object) -> bool:
@@ -76,3 +79,55 @@ def derived_units(material: object) -> Mapping[str, str]:
 def is_linear(material: object) -> bool:
     """Whether it is linear elasticity with its moduli."""
     return bool(getattr(material, "linear", False))
+
+
+def declaration_faults(material: object) -> Iterator[str]:
+    """What is wrong with the declarations of a material, in words; its laws are not asked."""
+    for name in ("relaxes", "depends_on_stress", "turns_itself", "linear"):
+        if not isinstance(value := getattr(material, name, False), bool):
+            yield f"{name} is {value!r}: True or False is expected"
+    for check in (_internal_faults, _derived_faults, _flow_faults, _time_step_faults):
+        try:
+            yield from check(material)
+        except (Exception, SystemExit) as error:  # whatever a third party's code raises
+            yield f"its declarations cannot be read: {type(error).__name__}: {error}"
+
+
+def _internal_faults(material: object) -> Iterator[str]:
+    given: object = getattr(material, "internals", {})
+    if not isinstance(given, Mapping):
+        yield f"internals are {given!r}: a mapping of names to initial values is expected"
+        return
+    for name, value in own_internals(material).items():
+        initial, unit = value if isinstance(value, tuple) else (value, "")
+        if isinstance(initial, str) or not math.isfinite(float(initial)):
+            yield f"the internal {name!r} begins with {initial!r}: a number is expected"
+        yield from _unit_faults(f"the internal {name!r}", unit)
+
+
+def _derived_faults(material: object) -> Iterator[str]:
+    for name, unit in derived_units(material).items():
+        if not math.isfinite(float(getattr(material, name))):
+            yield f"the property {name!r}, which is declared as derived, is not finite"
+        yield from _unit_faults(f"the property {name!r}", unit)
+
+
+def _flow_faults(material: object) -> Iterator[str]:
+    given: object = getattr(material, "flows", None)
+    if given is None:
+        return
+    pair = isinstance(given, (tuple, list)) and [str(each) for each in cast(Sequence[object], given)]
+    if not pair or len(pair) != 2 or pair[0] not in own_internals(material) or not hasattr(material, pair[1]):
+        yield f"it has flows = {given!r}: an internal, the plastic strain, and a field, the yield stress, are expected"
+
+
+def _time_step_faults(material: object) -> Iterator[str]:
+    if not longest_step(material) > 0.0:
+        yield f"time_step() gives {longest_step(material)!r}: a time above zero is expected"
+
+
+def _unit_faults(whose: str, unit: object) -> Iterator[str]:
+    try:
+        unit_named(str(unit))
+    except ValueError as error:
+        yield f"{whose}: {error}"

@@ -36,12 +36,19 @@ def geometry_of(scene: Scene, number: int, formulation: Formulation) -> Geometry
         raise Refused(
             f'body {body.name!r}: its surface cannot be fitted: {why}; leave that out, or write surface = "stairs"'
         )
-    if body.surface == "stairs" or why or on_grid_lines(body.shape):
+    if not is_fitted(scene, body, formulation):
         return _lattice(body, body.shape, body.spacing, number, scene.run.seed, formulation.traits.splits_cracks)
     try:
         return meshed(fit(body.shape, body.spacing, scene.run.seed), body.shape.axes)
     except ValueError as error:
         raise SceneError("scene", [Fault(0, f"{key}.surface", f"{error}; {WAY_OUT}")]) from None
+
+
+def is_fitted(scene: Scene, body: Body, formulation: Formulation) -> bool:
+    """Whether the surface of a body is fitted: of one with a shape that no grid meets, by default."""
+    if body.shape is None or body.surface == "stairs" or stairs_because(scene, body, formulation):
+        return False
+    return not on_grid_lines(body.shape)
 
 
 def stairs_because(scene: Scene, body: Body, formulation: Formulation) -> str:

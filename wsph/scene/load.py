@@ -21,7 +21,7 @@ def load(path: str | Path, overrides: Mapping[str, object] | None = None) -> Sce
         text = Path(path).read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         raise SceneError(source, [Fault(0, "", "no such file")]) from None
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, ValueError) as error:
         raise SceneError(source, [Fault(0, "", f"cannot be read: {error}")]) from None
     try:
         data = tomllib.loads(text)
@@ -29,6 +29,8 @@ def load(path: str | Path, overrides: Mapping[str, object] | None = None) -> Sce
         message, found = str(error), re.search(r" \(at line (\d+), column (\d+)\)", str(error))
         line = int(found[1]) if found else 0
         raise SceneError(source, [Fault(line, "", f"is not TOML: {message.split(' (at ')[0]}")]) from None
+    except RecursionError:
+        raise SceneError(source, [Fault(0, "", "is nested too deeply to be read")]) from None
     where = lines(text)
     try:
         for key, value in (overrides or {}).items():

@@ -20,6 +20,9 @@ from wsph.scene.lines import line_of
 from wsph.scene.messages import of_validation, scene_path
 from wsph.scene.tables import SceneTables
 
+DEEPEST = 50
+"""Dots in the path of an override."""
+
 
 class Scene(SceneTables):
     """A whole scene. `wsph.Scene(...)` and a TOML file take the same keys; both raise SceneError."""
@@ -76,6 +79,8 @@ class Scene(SceneTables):
 
 def apply_override(data: Table, path: str, value: object) -> None:
     """Set the dotted `path` in a scene's data. Raises SceneError where the path leads nowhere."""
+    if path.count(".") > DEEPEST:
+        raise SceneError("scene", [Fault(0, path[:100], f"leads more than {DEEPEST} tables deep")])
     keys = path.split(".") if "." in path or path in (*Scene.model_fields, "schema") else ["run", path]
     if keys in (["run", "cfl"], ["run", "dt"]) and is_table(run := data.get("run")):
         run.pop("dt" if keys[1] == "cfl" else "cfl", None)
@@ -83,16 +88,20 @@ def apply_override(data: Table, path: str, value: object) -> None:
     for key in keys[:-1]:
         if is_table(place):
             place = place.setdefault(key, {})
-        elif is_list(place) and key.isdigit() and int(key) < len(place):
+        elif is_list(place) and _is_index(key, place):
             place = place[int(key)]
         else:
             raise SceneError("scene", [Fault(0, path, f"there is no entry {key!r}")])
     if is_table(place):
         place[keys[-1]] = value
-    elif is_list(place) and keys[-1].isdigit() and int(keys[-1]) < len(place):
+    elif is_list(place) and _is_index(keys[-1], place):
         place[int(keys[-1])] = value
     else:
         raise SceneError("scene", [Fault(0, path, f"there is no entry {keys[-1]!r}")])
+
+
+def _is_index(key: str, place: list[object]) -> bool:
+    return key.isascii() and key.isdigit() and int(key) < len(place)
 
 
 def _beyond(data: Table, error: ValidationError) -> list[Fault]:

@@ -22,13 +22,25 @@ from pydantic.fields import FieldInfo
 from wsph.boundary.tables import Boundary, Function
 from wsph.expressions import Expression, compile_expression, constant_program
 from wsph.geometry.shapes.combined import Shape
-from wsph.geometry.shapes.shape import Rotation
+from wsph.geometry.shapes.shape import BaseShape, Rotation
 from wsph.output import formats
 from wsph.parts.body_force import Damping
 from wsph.parts.part import Part
 from wsph.parts.table import PARTS
 from wsph.plugins.formulations import names
-from wsph.quantities import Cadence, Model, Strings, Unit, Value, as_tuple, is_sequence, read_cadence, read_switch
+from wsph.quantities import (
+    Cadence,
+    Model,
+    Strings,
+    Table,
+    Unit,
+    Value,
+    as_tuple,
+    is_sequence,
+    is_table,
+    read_cadence,
+    read_switch,
+)
 from wsph.scene.messages import none_of
 from wsph.sph.smoothing import DEFAULT, SMOOTHING
 from wsph.units import looks_like_quantity, quantity
@@ -137,14 +149,34 @@ class CrackLine(Model):
     end: _Point = Field(alias="to")
 
 
-def _spacing(value: object) -> object:
-    """One length, or one for each axis."""
+def _spacing(value: object, info: ValidationInfo) -> object:
+    """One length, or one for each axis, or what a number of cells comes to across the longest edge of the shape's bounds, or
+    numbers for each axis."""
+    if is_table(value):
+        return _of_cells(value, info.data.get("shape"))
     lengths = tuple(quantity(v, "m") for v in value) if is_sequence(value) else quantity(value, "m")
     if not ((isinstance(lengths, tuple) and lengths) or isinstance(lengths, float)):
         raise ValueError(f"{value!r} is no length and no list of lengths")
     if min(lengths if isinstance(lengths, tuple) else (lengths,)) <= 0.0:
         raise ValueError(f"{value!r} is not above zero")
     return lengths
+
+
+def _of_cells(table: Table, shape: BaseShape | None) -> object:
+    if set(table) != {"cells"}:
+        raise ValueError("as a table it is { cells = 40 }, across the longest edge, or { cells = [40, 20] }")
+    if shape is None:
+        raise ValueError("counts cells across a shape, and there is none")
+    low, high = shape.bounds()
+    cells = table["cells"]
+    counts = tuple(cells) if is_sequence(cells) else (cells,)
+    if not all(isinstance(n, int) and not isinstance(n, bool) and n > 0 for n in counts):
+        raise ValueError(f"cells = {cells!r} is no whole number above zero and no list of such")
+    if len(counts) not in (1, len(low)):
+        raise ValueError(f"cells = {cells!r} has {len(counts)} numbers in {len(low)}D")
+    if len(counts) == 1:
+        return float((high - low).max()) / cast(int, counts[0])
+    return tuple(float(side) / cast(int, n) for side, n in zip(high - low, counts, strict=True))
 
 
 def _printable(name: str) -> str:
@@ -181,7 +213,7 @@ class MeshFile(Model):
 class _Matter(Model):
     """The keys of a body, without those of its parts."""
 
-    name: Annotated[str, AfterValidator(_printable)]
+    name: Annotated[str, Field(max_length=100), AfterValidator(_printable)]
     mesh: MeshFile | None = None
     shape: Shape | None = None
     spacing: Annotated[

@@ -1,12 +1,13 @@
 """Checkpoints: a run's whole state between two steps, so that going on from there gives the bits of never having stopped.
 
-A file is a line that says what it is, a digest of the rest, and a npz archive: the device arrays of every body, the clock,
-what has been recorded so far, and as JSON the scene, the versions and where the run stood. The digest is checked before
-anything is read: a file that was cut off or altered is refused by name. Files are data: nothing in them is executed.
+A file is a line that says what it is, a digest of the rest, and a npz archive: the device arrays of every body, the
+clock, what has been recorded so far, and as JSON the scene, the versions and where the run stood. The digest is checked
+before anything is read: a file that was cut off or altered is passed over for the one before, with a warning. Files are
+data: nothing in them is executed.
 
-A checkpoint fits a scene that differs from its own in `end`, `title`, `threads`, `output`, `probes`, `checkpoint` and `stop`
-alone, in the same precision and the same versions of wsph and Warp. A probe that is the same goes on; a new one begins
-there.
+A checkpoint fits a scene that differs from its own in `end`, `title`, `threads`, `output`, `probes`, `checkpoint` and
+`stop` alone, in the same precision and the same versions of wsph, Warp and the plugins. A probe that is the same goes
+on; a new one begins there.
 """
 
 # pyright: strict
@@ -17,6 +18,7 @@ import json
 import os
 import re
 import time
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +35,7 @@ from wsph.simulation.composition import Composition
 from wsph.simulation.ledger import Ledger
 from wsph.simulation.records import Recorded, Records
 from wsph.simulation.step_control import StepControl, StepFacts
+from wsph.simulation.summary import plugins_of
 from wsph.simulation.timeline import Events
 
 FIRST = b"wsph checkpoint 2\n"
@@ -68,7 +71,12 @@ def identity(scene: Scene) -> dict[str, object]:
         for step in path:
             place = place[step]
         place.pop(key, None)
-    return {**_flat(data), "version of wsph": version("wsph"), "version of warp": version("warp-lang")}
+    return {
+        **_flat(data),
+        "version of wsph": version("wsph"),
+        "version of warp": version("warp-lang"),
+        **{f"version of {plugin}": origin for plugin, origin in plugins_of(scene).items()},
+    }
 
 
 def _flat(value: object, path: str = "") -> dict[str, object]:
@@ -115,11 +123,9 @@ def read(path: Path) -> tuple[Facts, dict[str, np.ndarray]]:
         raise CheckpointError(f"{path}: cannot be read: {error.strerror or error}") from error
     head = len(FIRST) + 65
     if not raw.startswith(FIRST):
-        raise CheckpointError(
-            f"{path}: is no checkpoint that this version of wsph wrote; remove it to resume from the one before"
-        )
+        raise CheckpointError(f"{path}: is no checkpoint that this version of wsph wrote")
     if len(raw) < head or hashlib.sha256(raw[head:]).hexdigest().encode() != raw[len(FIRST) : head - 1]:
-        raise CheckpointError(f"{path}: is cut off or altered; remove it to resume from the one before")
+        raise CheckpointError(f"{path}: is cut off or altered")
     with np.load(io.BytesIO(raw[head:]), allow_pickle=False) as archive:
         arrays = {name: archive[name] for name in archive.files}
     return json.loads(arrays.pop("facts").tobytes()), arrays
@@ -138,7 +144,8 @@ def refuse_other(path: Path, facts: Facts, scene: Scene) -> None:
 
 
 def last(scene: Scene, folder: Path | None, overwrite: bool) -> Found:
-    """The last checkpoint in a folder, whole and of this scene. Raises CheckpointError."""
+    """The last checkpoint in a folder that is whole, which has to be of this scene. Warns of later ones that are
+    damaged, and raises CheckpointError where none is whole."""
     if folder is None or overwrite:
         raise CheckpointError(
             "resuming goes on in the output folder and keeps what is there: name the folder, without overwrite"
@@ -146,9 +153,18 @@ def last(scene: Scene, folder: Path | None, overwrite: bool) -> Found:
     files = listed(folder / "checkpoints")
     if not files:
         raise CheckpointError(f"{folder}: holds no checkpoint to resume from; run without --resume")
-    facts, arrays = read(files[-1])
-    refuse_other(files[-1], facts, scene)
-    return files[-1], facts, arrays
+    damaged: list[str] = []
+    for path in reversed(files):
+        try:
+            facts, arrays = read(path)
+        except CheckpointError as error:
+            damaged.append(str(error))
+            continue
+        refuse_other(path, facts, scene)
+        for words in damaged:
+            warnings.warn(f"{words}; the run goes on from the one before, {path.name}", RuntimeWarning, stacklevel=3)
+        return path, facts, arrays
+    raise CheckpointError("; ".join(damaged) + ": none is whole; run without --resume")
 
 
 def kept(composition: Composition) -> dict[str, DeviceArray]:
@@ -238,6 +254,9 @@ class Checkpoints:
                 f"{path}: stands at step {step}; the run ends at step {self._timeline.last}: raise run.end"
             )
         restore(path, self._composition, arrays)
+        for later in listed(path.parent):
+            if later.name > path.name:
+                later.unlink()  # damaged, or this would not be the last: they would take the places of those to come
         self._ledger.initial = float.fromhex(facts["initial"])
         self._checks.restore(facts)
         self._records.restore(step, facts["probes"], arrays)

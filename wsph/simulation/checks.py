@@ -16,6 +16,7 @@ from typing import TypedDict
 
 import numpy as np
 
+from wsph.constitutive.sampling import fault_of_law
 from wsph.contact.watch import Watch
 from wsph.errors import Unstable
 from wsph.plugins import integrators
@@ -154,13 +155,18 @@ class Checks:
         self.findings, self.watch = Findings(bodies), Watch(bodies, touching)
 
     def finite(self, step: int, sums: Sequence[BodySums]) -> None:
-        """Raise Unstable where a state is not finite, a particle is turned inside out, or the formulation finds a fault."""
+        """Raise Unstable where a state is not finite, a particle is turned inside out, or the formulation finds a fault.
+        Warn at the end of what makes the answer a wrong one."""
         for run, each in zip(self._bodies, sums, strict=True):
             if each.bad >= 0:
                 name, what = _broken(run, each.bad)
+                if name != "deformation" and (fault := _fault_of_law(run)):
+                    what = f"{what}, because of {fault}"
                 raise unstable(self._timeline, step, run, name, what, each.bad, run.system.position[each.bad])
             if fault := run.system.fault():
                 raise unstable(self._timeline, step, run, "displacement", fault)
+            if step == self._timeline.last and (doubt := run.system.doubt()):
+                warn(doubt)
 
     def apart(self, step: int) -> None:
         """Warn of bodies that have run into each other; raise Unstable where contact was to keep them apart."""
@@ -220,10 +226,22 @@ class Checks:
         self.findings.restore(facts["findings"])
 
 
+def _fault_of_law(run: BodyRun) -> str:
+    return fault_of_law(run.constitutive.material, run.constitutive.who, stressed=True)
+
+
 def _broken(run: BodyRun, particle: int) -> tuple[str, str]:
     """The fault of a particle's state: field and words."""
     state = run.system.state
     finite = all(np.isfinite(state.read(name)[particle]).all() for name in ("velocity", "stress"))
     if finite and "deformation" in state.widths:
         return "deformation", "has turned it inside out (J <= 0)"
+    constitutive = run.constitutive
+    unknown = np.isnan(state.read("stress")[particle]).any() and np.isfinite(state.read("velocity")[particle]).all()
+    if unknown and constitutive.laws.total is not None and constitutive.state.free:
+        law = run.body.material.model
+        return (
+            "stress",
+            f"{law} has no thickness without stress across a body in this state: use another material, or state",
+        )
     return "velocity or stress", "is not finite" if not finite else "is too large to square"

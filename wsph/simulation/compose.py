@@ -25,11 +25,13 @@ from wsph.backend.graph import Program
 from wsph.backend.space import Space
 from wsph.constitutive.constitutive import Constitutive
 from wsph.constitutive.moduli import warn_of_lost_digits, wave_speed
+from wsph.constitutive.sampling import fault_of_law, law_named
 from wsph.constitutive.stress_state import STRESS_STATES, StressState
 from wsph.contact.overlap import overlapping, solid_of
 from wsph.contact.table import interactions
 from wsph.errors import Fault, PluginError, Refused, SceneError
 from wsph.expressions import Expression
+from wsph.formulations import memory
 from wsph.formulations.reading import DENSITY, Reading
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import System
@@ -42,7 +44,7 @@ from wsph.plugins.formulations import offered as worked_in
 from wsph.plugins.options import build
 from wsph.plugins.traits import gives, turns
 from wsph.protocols import Integrator, Interaction, Material
-from wsph.scene.geometries import geometry_of
+from wsph.scene.geometries import geometry_of, is_fitted
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
 from wsph.simulation.composition import BodyRun, Composition, Step
@@ -67,6 +69,7 @@ def _compose(scene: Scene) -> Composition:
     materials = _materials(scene)
     method = _method(scene)
     device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
+    memory.refuse_too_large(scene, device, _first_system, lambda body: is_fitted(scene, body, method.formulation))
     bare = _bare_bodies(scene, materials, method)
     scales = _scales(bare)
     time_step = given_step(scene.run, scales.time, device, method.who)
@@ -75,13 +78,30 @@ def _compose(scene: Scene) -> Composition:
     _part(scene, bodies)
     between = interactions(scene, bodies, space, scales, time_step.clock)
     _push(bodies, between)
-    settle(time_step, bodies, scales.time, method.who)
+    with blame(method.who, integrators.SIGNATURE):
+        settle(time_step, bodies, scales.time, method.who)
     _guard(setting, bare, bodies, space, time_step)
     probes = _probes(scene, bodies, space, time_step)
     step = Step(bodies, between, time_step.clock, [probe for probe in probes if probe.every_step])
     pairs = sum(run.system.pairs for run in bodies)
     program = Program(step, time_step.clock, pairs, scene.run.threads, step.before)
     return Composition(scene, space, scales, time_step, bodies, between, probes, program, method.who)
+
+
+def memory_need(scene: Scene) -> memory.Need:
+    """The memory that the bodies of a scene will take, by small ones of the same form. Raises as `compose` does."""
+    form = _method(scene).formulation
+    device = pick_device(scene.run.device)
+    return memory.estimate(scene, device, _first_system, lambda body: is_fitted(scene, body, form))
+
+
+def _first_system(scene: Scene, bounded: bool) -> System:
+    """The system of a scene's first body by itself. `bounded`: with the limit of its time step."""
+    method, space = _method(scene), Space(scene.dim, scene.run.precision)
+    bare = _bare_bodies(scene, _materials(scene), method)
+    scales = _scales(bare)
+    time_step = given_step(scene.run, scales.time, pick_device(scene.run.device), method.who)
+    return _body_run(Setting(scene, method, scales), bare[0], space, time_step, bounded=bounded).system
 
 
 def _materials(scene: Scene) -> list[Material]:
@@ -97,9 +117,10 @@ def _materials(scene: Scene) -> list[Material]:
 
 
 def wants_displacement(scene: Scene) -> bool:
-    """Whether a probe or a frame asks for the displacement, or for the density, which may follow from it."""
+    """Whether a probe or a frame asks for the displacement, or for the density, which may follow from it; or there are
+    bodies that may meet."""
     wanted = [*scene.output.fields, *(f for probe in scene.probes for f in probe.fields)]
-    return any(fields.primitive(name) in ("displacement", DENSITY) for name in wanted)
+    return len(scene.bodies) > 1 or any(fields.primitive(name) in ("displacement", DENSITY) for name in wanted)
 
 
 @dataclass(frozen=True)
@@ -125,9 +146,11 @@ def _method(scene: Scene) -> Method:
     name = scene.run.integrator.name
     plugin = registry.load("integrators", name)
     who = f"integrator {name!r} ({registry.origin('integrators', name)})"
+    with blame(who, integrators.SIGNATURE):
+        integrators.check(plugin)
     systems = of_sets(integrators.sets(plugin))
     offered = worked_in(integrators.offered(plugin, tuple(systems)), integrators.sets(plugin))
-    if not integrators.steps(plugin) or not all(each in systems for each in offered) or not offered:
+    if not all(each in systems for each in offered) or not offered:
         raise PluginError(f"{who} is no integrator; expected {integrators.SIGNATURE}")
     chosen = scene.run.formulation or offered[0]
     if chosen not in offered:
@@ -188,9 +211,8 @@ def _refuse_extremes(scales: Scales, body: Body) -> None:
     """Refuse scales whose powers leave double precision."""
     with np.errstate(all="ignore"):
         parts = np.array([scales.length, scales.time, scales.density])
-        powers = np.array(
-            [scales.density * scales.length**2 / np.float64(scales.time) ** 2, scales.density * scales.length**5]
-        )
+        length, time, density = parts
+        powers = np.array([density * length**2 / time**2, density * length**5])
     if not ((parts > 1e-150) & (parts < 1e150)).all() or not (np.isfinite(powers) & (powers > 0.0)).all():
         sizes = (
             f"spacing {scales.length:g} m, spacing over wave speed {scales.time:g} s, density {scales.density:g} kg/m3"
@@ -207,8 +229,8 @@ class Setting:
     scales: Scales
 
 
-def _body_run(setting: Setting, bare: BareBody, space: Space, time_step: TimeStep) -> BodyRun:
-    """A body with its system, its integrator and its limit."""
+def _body_run(setting: Setting, bare: BareBody, space: Space, time_step: TimeStep, *, bounded: bool = True) -> BodyRun:
+    """A body with its system, its integrator and, where it is to be `bounded`, its limit."""
     scene, method, scales, clock = setting.scene, setting.method, setting.scales, time_step.clock
     body = bare.body
     traits = method.formulation.traits
@@ -222,15 +244,25 @@ def _body_run(setting: Setting, bare: BareBody, space: Space, time_step: TimeSte
     for part in setup.host.parts.values():
         if warning := part.warning(setup.host):
             warnings.warn(warning, RuntimeWarning, stacklevel=6)
-    system = cast(System, method.formulation.build(setup))
+    with law_named(bare.material, bare.who):
+        system = cast(System, method.formulation.build(setup))
     for warning in system.warnings:
         warnings.warn(warning, RuntimeWarning, stacklevel=6)
     _start(scene, body, system, scales)
     traits = system.traits
-    with blame(method.who, integrators.SIGNATURE):
+    with law_named(bare.material, bare.who), blame(method.who, integrators.SIGNATURE):
         integrator = method.on(system)
         integrators.begin(integrator)
-        limit = StepLimit(lambda: integrators.limit(integrator), system, traits.measures, traits.courant_follows)
+
+        def ask() -> tuple[float | None, str]:
+            with blame(method.who, integrators.SIGNATURE):
+                return integrators.limit(integrator) if bounded else (None, "it is not asked for")
+
+        limit = StepLimit(ask, system, traits.measures, traits.courant_follows)
+    # A law that gives no numbers leaves no frequency, and so no time step that its integrator could take.
+    lost = limit.value == 0.0 and traits.measures and not np.isfinite(system.frequency)
+    if lost and (fault := fault_of_law(bare.material, bare.who)):
+        raise PluginError(fault)
     diagnostics = Diagnostics(
         space,
         constitutive,
@@ -300,7 +332,8 @@ def _guard(
             again = TimeStep(Clock(ticks, time_step.clock.device), time_step.timeline)
             return _body_run(setting, each, Space(space.dim), again)
 
-        guard(setting.scene, run, time_step.dt, steps, double)
+        with blame(setting.method.who, integrators.SIGNATURE):
+            guard(setting.scene, run, time_step.dt, steps, double)
         run.stability.share = run.courant / run.limit if run.limit else 1.0
 
 

@@ -1,7 +1,7 @@
 """A scene made ready to run."""
 
 # pyright: strict
-# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -11,7 +11,9 @@ import warp as wp
 from wsph.backend.clock import Clock
 from wsph.backend.graph import Program
 from wsph.backend.space import Space
+from wsph.backend.state import State
 from wsph.constitutive.constitutive import Constitutive
+from wsph.errors import PluginError
 from wsph.formulations.reading import Reading
 from wsph.formulations.system import System
 from wsph.plugins import integrators
@@ -160,12 +162,41 @@ class Composition:
     def compile(self) -> None:
         """Compile what a run launches: the step and the diagnostics. Raises PluginError where a law does not compile."""
         with blame(self.integrator, integrators.SIGNATURE):
+            for run in self.bodies:
+                _check_step(run)
             launched = self.launches()
             home = _package(type(self.bodies[0].integrator).__module__)
             self.program.compile([kernel for kernel in launched if _package(kernel.func.__module__) == home])
         measured = [run.diagnostics.kernel(run.system.state) for run in self.bodies]
         with blame(" and ".join(dict.fromkeys(run.constitutive.who for run in self.bodies))):
             self.program.compile([*launched, *measured])
+
+
+def _check_step(run: BodyRun) -> None:
+    """Refuse a step that leaves the body's state as it is. Raises PluginError."""
+    system, integrator = run.system, run.integrator
+    integrators.fresh(integrator)
+    run.time_step.clock.launches(lambda: integrators.publish(integrator))
+    launches = run.time_step.clock.launches(integrator.step)
+    if system.accepted is None:
+        raise PluginError("step() never calls accept(state), which closes a step: the state would stay what it is")
+    state, before = system.accepted
+    if state is not system.state and not integrators.publishes(integrator):
+        raise PluginError(
+            "step() accepts a scratch state: the run goes on from `system.state`; accept that, or make it in publish()"
+        )
+    outputs = [output for launch in launches[:before] for output in launch.outputs]
+    # On one set rates write derived fields beside a state; what advances it writes to its buffer.
+    if not any(_writes(output, state, fields=not system.traits.one_set) for output in outputs):
+        raise PluginError("step() changes nothing of the state that it accepts: its steps do not go on in time")
+
+
+def _writes(output: object, state: State, fields: bool) -> bool:
+    """Whether an output of a launch is a part of a state's buffer, or with `fields` the struct of its fields."""
+    if not isinstance(output, wp.array):
+        return fields and output is state.struct
+    first, here = int(state.buffer.ptr or 0), int(output.ptr or 0)
+    return first <= here < first + int(state.buffer.capacity)
 
 
 def _package(module: str) -> str:

@@ -90,7 +90,7 @@ def summary(
         "device": composition.device,
         "versions": {name: metadata.version(package) for name, package in VERSIONS}
         | {"python": platform.python_version()},
-        "plugins": _plugins(scene),
+        "plugins": plugins_of(scene),
         "scene": scene.data(),
     }
 
@@ -105,7 +105,7 @@ def _fracture(composition: Composition) -> _Fracture:
     return {"fracture": found} if found else {}
 
 
-def _plugins(scene: Scene) -> dict[str, str]:
+def plugins_of(scene: Scene) -> dict[str, str]:
     """Distributions and versions of the plugins that the scene names."""
     name = scene.run.integrator.name
     models = [body.material.model for body in scene.bodies]

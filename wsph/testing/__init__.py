@@ -11,8 +11,9 @@ Each check raises AssertionError with a sentence that says what the plugin did a
 
 # pyright: strict
 
+from wsph.constitutive.sampling import LawSampler
 from wsph.testing.integrators import AMPLITUDE, check_integrator, temporal_order, vibrating_bar
-from wsph.testing.materials import LawSampler, check_material
+from wsph.testing.materials import check_material
 from wsph.testing.steps import drift, spectral_radius, step_matrix, whole_spectrum
 
 __all__ = [

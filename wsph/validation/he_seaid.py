@@ -190,7 +190,7 @@ def plate(full: bool) -> Iterator[Row]:
     published = {0.3: ("0.0272", "0.0357"), 0.2: ("0.0304", "0.0442")}
     asked = {0.3: (0.033, 0.044), 0.2: (0.028, 0.040)}
     square: dict[str, Any] = plate.data()
-    square["bodies"][0] |= {"spacing": 0.02, "shape": {"type": "difference", "shapes": [
+    square["bodies"][0] |= {"spacing": 0.02, "surface": "stairs", "shape": {"type": "difference", "shapes": [
         {"type": "box", "min": [0.0, 0.0], "max": [1.0, 1.0]},
         {"type": "disc", "center": [0.0, 0.0], "radius": 0.3}]}}  # fmt: skip
     del square["bodies"][0]["map"]

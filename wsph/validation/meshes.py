@@ -33,9 +33,10 @@ def around(corners: np.ndarray) -> np.ndarray:
     return corners[:, [0, 2, 3, 1] if corners.shape[1] == 4 else [0, 4, 6, 2, 1, 5, 7, 3]]
 
 
-def triangles(corners: np.ndarray) -> np.ndarray:
-    """Two triangles of each quadrilateral (c, 4), cut one way and the other in turn, (2 c, 3)."""
-    one, other = corners[::2], corners[1::2]
+def triangles(corners: np.ndarray, seed: int = 1) -> np.ndarray:
+    """Two triangles of each quadrilateral (c, 4), cut one way or the other at random, (2 c, 3)."""
+    which = np.random.default_rng(seed).random(len(corners)) < 0.5
+    one, other = corners[which], corners[~which]
     parts = [one[:, [0, 2, 3]], one[:, [0, 3, 1]], other[:, [0, 2, 1]], other[:, [2, 3, 1]]]
     return np.concatenate(parts)
 

@@ -203,3 +203,9 @@ def test_loads_on_opposite_faces_have_one_stress_between_them(turn: float) -> No
     c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
     for column, exact in ((0, c * c), (1, s * s), (3, c * s)):
         assert stress[:, column] == pytest.approx(np.full(len(stress), 1e-4 * exact), abs=3e-7)
+
+
+def test_a_jittered_lattice_is_named() -> None:
+    """Its stress is 5 to 50 % off: the patch test of `tests/extremes/forms.py`."""
+    with pytest.warns(RuntimeWarning, match="pairs of a kernel that follow.*jittered"):
+        compose(scenes.block(2, 4, run=FORM, jitter=0.2))

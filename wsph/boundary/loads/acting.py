@@ -17,7 +17,7 @@ from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
-from wsph.boundary.prescribed import Prescribed
+from wsph.boundary.programs.prescribed import Prescribed
 from wsph.protocols import Entry
 from wsph.quantities import Model
 from wsph.units import Scales

@@ -11,8 +11,8 @@ from wsph.backend.reduce import BLOCK
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.boundary.loads.rows import FaceLoad
-from wsph.boundary.prescribed import Prescribed, constant, same
-from wsph.boundary.stack_machine import Bank, bank_of, evaluate
+from wsph.boundary.programs.prescribed import Prescribed, constant, same
+from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate
 from wsph.boundary.values import CONSTANT
 from wsph.parts.works import Works
 

@@ -20,8 +20,8 @@ from wsph.backend.reduce import BLOCK, blocks, total
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.boundary.loads.acting import ActingLoad, Load, LoadedFaces
-from wsph.boundary.prescribed import constant
-from wsph.boundary.stack_machine import Bank, bank_of, evaluate
+from wsph.boundary.programs.prescribed import constant
+from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate
 from wsph.geometry.gradients import GAUSS
 from wsph.protocols import Entry
 from wsph.quantities import Value, is_table

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wsph.boundary.prescribed import Prescribed
+from wsph.boundary.programs.prescribed import Prescribed
 from wsph.geometry.faces import Faces
 from wsph.geometry.geometry import Geometry
 from wsph.output.fields import AXES

@@ -143,6 +143,7 @@ class MovingTwoSetSystem(TwoSetSystem):
 
     def accept(self, state: State) -> None:
         """Close the step: the prescribed values at t + dt."""
+        self._closes(state)
         self.project(state)
         # The displacement has had the first half of its step; the second half is with the velocity at the end.
         self._turn_faces(state, 0.5)

@@ -19,7 +19,7 @@ from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State
 from wsph.boundary.collocated import face_conditions
 from wsph.boundary.conditions import Conditions
-from wsph.boundary.prescribed import varies
+from wsph.boundary.programs.prescribed import varies
 from wsph.boundary.values import BoundaryValues
 from wsph.boundary.work import ExternalWork
 from wsph.errors import Refused
@@ -29,6 +29,7 @@ from wsph.formulations.system import System
 from wsph.formulations.taylor.carried import CarriedCells
 from wsph.formulations.taylor.faces import faces_struct
 from wsph.formulations.taylor.gather import operator_struct
+from wsph.formulations.taylor.judgement import face_warnings, turned
 from wsph.formulations.taylor.kernels import TaylorKernels, drift_kernel, kernels
 from wsph.geometry.cracks import parted
 from wsph.geometry.lattice import Lattice
@@ -81,6 +82,7 @@ class TwoSetSystem(System):
         nodes, cells = lattice.centred
         moved_nodes, moved_cells = lattice.off_cracks if lattice.cracks else (nodes, cells)
         self.conditions: Conditions = face_conditions(scene, body.name, lattice, constitutive.state.labels)
+        self.warnings = face_warnings(body.name, space.dim, constitutive, self.conditions)
         cell = float(np.prod(lattice.frame.step))
         # With its images: the half of a body that symmetry stands for has the operators of the whole, at a crack's tip too.
         whole = self.conditions.mirrored * lattice.node_volume / cell
@@ -294,6 +296,7 @@ class TwoSetSystem(System):
 
     def accept(self, state: State) -> None:
         """Close the step: the prescribed values at t + dt."""
+        self._closes(state)
         self.project(state)
         self.hold(state, 1.0)
         if self._displacement:
@@ -358,12 +361,23 @@ class TwoSetSystem(System):
         """
         if "deformation" in self.state.layout:
             return super().current_density()
+        dilation = average(self._outwards, np.trace(self._strained(), axis1=1, axis2=2)[:, None])[:, 0]
+        return self.density / (1.0 + dilation)
+
+    def _strained(self) -> np.ndarray:
+        """The gradient of the displacements at the virtual particles, (cells, dim, dim)."""
         weights, gradient = self.to_virtual
         row, indices, g = weights.pairs.rows(), host(weights.pairs.indices), host(gradient.values)
         u = self.state.read("displacement")
-        opened = np.einsum("pk,pk->p", g, u[indices] - average(weights, u)[row])
-        dilation = average(self._outwards, np.bincount(row, opened, weights.pairs.targets)[:, None])[:, 0]
-        return self.density / (1.0 + dilation)
+        found = np.zeros((weights.pairs.targets, self.space.dim, self.space.dim))
+        np.add.at(found, row, (u[indices] - average(weights, u)[row])[:, :, None] * g[:, None, :])
+        return found
+
+    def doubt(self) -> str:
+        """The words for a body that has turned beyond small strain, where its displacements are kept."""
+        if not self.traits.small_strain or self.space.dim == 1 or "displacement" not in self.state.layout:
+            return ""
+        return turned(self.name, self._strained())
 
     def at_virtual(self, name: str) -> np.ndarray:
         """A field interpolated to the virtual particles, (cells, width), nondimensional."""

@@ -18,7 +18,7 @@ from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.loads.rows import FaceLoad
-from wsph.boundary.prescribed import Prescribed, varies
+from wsph.boundary.programs.prescribed import Prescribed, varies
 from wsph.boundary.walls import Wall
 from wsph.formulations.updated.images import find_images, kinds_of, shifts_of
 from wsph.output.fields import AXES

@@ -9,6 +9,7 @@ moved onto their patches, edges and corners; nodes smoothed; and a look at what 
 
 import numpy as np
 
+from wsph.geometry.fitted.chains import joined, side_names
 from wsph.geometry.fitted.cleaning import cleaned
 from wsph.geometry.fitted.core import kept_cells
 from wsph.geometry.fitted.gate import check
@@ -27,7 +28,8 @@ from wsph.geometry.shapes.combined import Shape
 def fit(shape: Shape, spacing: float | tuple[float, ...], seed: int = 0) -> Mesh:
     """Quadrilaterals or hexahedra that fill `shape`, some `spacing` [m] large, with nodes on its surface, edges and corners.
 
-    Where the surface lies on the grid the cells are those of a lattice; elsewhere a layer of cells goes to it. `seed` is
+    Where the surface lies on the grid the cells are those of a lattice; elsewhere a layer of cells goes to it. Sides are
+    turned outward: the normal is to the right of one in 2D, and (c - a) x (b - a) of nodes a, b, c, ... in 3D. `seed` is
     that of the halves that the smoothing of labels waits with. Raises ValueError, with the place, for a wall too thin for
     its layers and wherever cells, corners, areas or the volume are not those of a body; for a shape in 1D, and for a
     spacing that is not one for all axes.
@@ -38,7 +40,7 @@ def fit(shape: Shape, spacing: float | tuple[float, ...], seed: int = 0) -> Mesh
             f"a fitted surface needs 2 or 3 dimensions and one spacing, not {shape.dim} and {steps.tolist()} m"
         )
     body = outline(shape, float(steps[0]))
-    edges = junctions(body)
+    body, edges = joined(body, junctions(body))
     plan = plan_layers(body, edges)
     check_walls(body, plan)
     kept = cleaned(kept_cells(body, plan), body, plan)
@@ -51,15 +53,15 @@ def fit(shape: Shape, spacing: float | tuple[float, ...], seed: int = 0) -> Mesh
     first = len(cells.corners)
     cells = with_layer(Cells(cells.nodes, cells.corners, cells.sides, cells.owner, label), plan.layered)
     labels = cells.on(len(body.patches))
-    onto = Projection(labels, body.patches, body.spacing)
+    seams = [(edge.first, edge.second) for edge in edges if edge.seam]
+    onto = Projection(labels, body.patches, body.spacing, seams)
     nodes = cells.nodes.copy()
     onto.onto(nodes)
     if plan.layered.any():
         nodes = smoothed(nodes, cells, labels, first, onto, body.spacing)
         onto.onto(nodes)
     check(body, edges, cells, nodes, onto.missed(nodes))
+    patch, names = side_names(body, cells.label, nodes[cells.sides].mean(1))
     if shape.rotate != 0.0:
         nodes = shape.middle + (nodes - shape.middle) @ shape.axes.T
-    names = tuple(dict.fromkeys(patch.name for patch in body.patches))
-    named = np.array([names.index(patch.name) for patch in body.patches])
-    return Mesh(nodes, (cells.corners,), cells.sides, cells.owner, named[cells.label], names)
+    return Mesh(nodes, (cells.corners,), cells.sides, cells.owner, patch, names)

@@ -11,7 +11,6 @@ from wsph.geometry.fitted.junctions import Junction, corners
 from wsph.geometry.fitted.layer import Cells
 from wsph.geometry.fitted.nearby import nearest_distance
 from wsph.geometry.fitted.outline import SAME, Outline
-from wsph.geometry.fitted.walls import place
 from wsph.geometry.gradients import face_shares
 
 AREA = 0.10
@@ -30,22 +29,22 @@ def check(body: Outline, edges: list[Junction], cells: Cells, nodes: np.ndarray,
     far = int(missed.argmax())
     if not missed[far] <= SAME * body.spacing:
         on = ", ".join(name for name, held in zip(names, cells.on(len(names))[far], strict=True) if held)
-        raise ValueError(f"{on} do not meet near {place(nodes[far])} as the cells there need it: {OUT}")
+        raise ValueError(f"{on} do not meet near {body.place(nodes[far])} as the cells there need it: {OUT}")
     volume = cell_volumes(nodes[cells.corners], np.array(list(product((0, 1), repeat=dim))))
     worst = int(volume.argmin())
     if not volume[worst] > 0.0:
-        where = place(nodes[cells.corners[worst]].mean(0))
+        where = body.place(nodes[cells.corners[worst]].mean(0))
         raise ValueError(f"the cell at {where} would be inside out where the surface is fitted: {OUT}")
     _check_corners(body, edges, nodes)
     share, _ = face_shares(nodes[cells.sides], nodes[cells.corners[cells.owner]].mean(1))
     areas = np.bincount(cells.label, share.sum(1), len(names))
     for k, (area, own) in enumerate(zip(areas, body.areas, strict=True)):
         if abs(area - own) > AREA * own:
-            where = place(_farthest(body.points[k], nodes[np.unique(cells.sides[cells.label == k])]))
+            where = body.place(_farthest(body.points[k], nodes[np.unique(cells.sides[cells.label == k])]))
             raise ValueError(f"{names[k]} would have {area / own:.3g} of its area, with less near {where}: {OUT}")
     if abs(volume.sum() - body.volume) > VOLUME * body.volume:
         points = np.concatenate(body.points)
-        where = place(_farthest(points, nodes[np.unique(cells.sides)]))
+        where = body.place(_farthest(points, nodes[np.unique(cells.sides)]))
         raise ValueError(f"{volume.sum() / body.volume:.3g} of the volume would be left, with less near {where}: {OUT}")
 
 
@@ -55,7 +54,7 @@ def _check_corners(body: Outline, edges: list[Junction], nodes: np.ndarray) -> N
     for point, ids, distance in zip(points, which, apart, strict=True):
         if distance > 10.0 * SAME * body.spacing:
             names = ", ".join(body.patches[k].name for k in ids)
-            raise ValueError(f"the corner of {names} at {place(point)} has no node: {OUT}")
+            raise ValueError(f"the corner of {names} at {body.place(point)} has no node: {OUT}")
 
 
 def _farthest(points: np.ndarray, nodes: np.ndarray) -> np.ndarray:

@@ -33,17 +33,18 @@ def side_neighbours(sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def label_sides(body: Outline, centres: np.ndarray, normals: np.ndarray, sides: np.ndarray, seed: int) -> np.ndarray:
     """The patches of sides with `centres` and unit `normals` (m, dim), (m,) int: the nearest that faces the same way, and
-    not that of a side alone among others, at which two corners would fall into one."""
+    not that of a side alone among others, or of a row of such sides, whose corners would all fall on one edge."""
     cost = np.stack([_cost(body, patch, centres, normals) for patch in range(len(body.patches))], 1)
     label: np.ndarray = cost.argmin(1)
     side, beside = side_neighbours(sides)
-    most = 0 if sides.shape[1] == 2 else 1
+    most, row = (0 if sides.shape[1] == 2 else 1), np.arange(len(label))
     for turn in range(ROUNDS):
         votes = np.zeros(cost.shape)
         np.add.at(votes, (side, label[beside]), 1.0)
-        row = np.arange(len(label))
         mine, best = votes[row, label], np.where(votes > 0.0, votes - FIRST * cost, -np.inf).argmax(1)
         alone = (mine <= most) & (votes[row, best] > mine) & (votes[row, best] >= sides.shape[1] / 2)
+        between = _between(label, sides, len(body.patches))
+        best, alone = np.where(alone | (between < 0), best, between), alone | (between >= 0)
         if not alone.any():
             break
         if turn:
@@ -51,6 +52,15 @@ def label_sides(body: Outline, centres: np.ndarray, normals: np.ndarray, sides: 
             alone &= np.random.default_rng([seed, turn]).random(len(label)) < 0.5
         label = np.where(alone, best, label)
     return label
+
+
+def _between(label: np.ndarray, sides: np.ndarray, patches: int) -> np.ndarray:
+    """The other patch that all corners of a side lie on, or -1, (m,) int."""
+    there = np.zeros((int(sides.max()) + 1, patches), bool)
+    there[sides.ravel(), np.repeat(label, sides.shape[1])] = True
+    other = np.all(there[sides], axis=1)
+    other[np.arange(len(label)), label] = False
+    return np.where(other.any(1), other.argmax(1), -1)
 
 
 def _cost(body: Outline, patch: int, centres: np.ndarray, normals: np.ndarray) -> np.ndarray:

@@ -56,6 +56,11 @@ class Outline:
         )
         return total / self.shape.dim
 
+    def place(self, point: np.ndarray) -> str:
+        """A position (dim,) [m], given before the rotation of the shape, as messages tell it, after the rotation."""
+        there = self.shape.middle + self.shape.axes @ (point - self.shape.middle)
+        return f"{[float(f'{x:.4g}') + 0.0 for x in there]} m"
+
     def distance(self, patch: int, points: np.ndarray, reach: float) -> np.ndarray:
         """Distances (n,) [m] of `points` (n, dim) to the part of a patch on the surface, perhaps infinite beyond `reach`
         [m]."""
@@ -89,12 +94,14 @@ def outline(shape: Shape, spacing: float) -> Outline:
     whole: list[bool] = []
     for patch in shape.patches():
         area = float(patch.surface.samples(spacing)[1].sum())
-        step = min(0.5 * spacing, area ** (1.0 / (shape.dim - 1)) / SAMPLES)
+        step = min(0.5 * spacing, area ** (1.0 / max(shape.dim - 1, 1)) / SAMPLES)
         found, share = patch.surface.samples(step)
         normal = np.array(patch.surface.height(found)[1])
         on = on_surface(shape, found, normal, OFF * spacing)
-        for other in patches:
+        for other, known in zip(patches, points, strict=True):
             # Of two surfaces in each other the first has what they share.
+            if (found.min(0) > known.max(0) + spacing).any() or (found.max(0) < known.min(0) - spacing).any():
+                continue
             rows = np.flatnonzero(on)
             height, gradient = other.surface.height(found[rows])
             rows = rows[(np.abs(height) <= SAME * spacing) & ((gradient * normal[rows]).sum(1) > 0.99)]

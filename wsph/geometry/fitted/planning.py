@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wsph.geometry.fitted.junctions import Junction
-from wsph.geometry.fitted.outline import Outline
+from wsph.geometry.fitted.outline import Outline, outline
 from wsph.geometry.grid import FIT, lines
 from wsph.geometry.shapes.combined import Shape
 
@@ -67,6 +67,13 @@ def plan_layers(body: Outline, edges: list[Junction]) -> Plan:
                 layered[[edge.first, edge.second]] |= layered[edge.first] | layered[edge.second]
         if (layered == before).all():
             return Plan(first, body.spacing, count, flat, met, layered)
+
+
+def unmet(shape: Shape, spacing: float) -> tuple[str, ...]:
+    """The patches of a shape that no line of a grid of this `spacing` [m] lies on: those that a lattice meets in steps."""
+    body = outline(shape, spacing)
+    met = plan_layers(body, []).met
+    return tuple(patch.name for patch, on in zip(body.patches, met, strict=True) if not on)
 
 
 def _planes(body: Outline) -> tuple[np.ndarray, np.ndarray]:

@@ -35,6 +35,14 @@ def to_all(points: np.ndarray, patches: list[Patch], spacing: float) -> tuple[np
     return points, np.max([np.abs(patch.surface.height(points)[0]) for patch in patches], axis=0)
 
 
+def onto_seam(first: Patch, second: Patch, points: np.ndarray) -> np.ndarray:
+    """`points` (n, dim) in the plane of two patches moved to their common border: to one and to the other in turns, which
+    is exact where the border is straight and they lie on either side of it."""
+    for patch in (first, second, first, second):
+        points = patch.surface.nearest(points)
+    return points
+
+
 def limited(moves: np.ndarray, spacing: float) -> np.ndarray:
     """Moves (n, dim), none longer than half a spacing."""
     length = np.linalg.norm(moves, axis=1, keepdims=True)
@@ -44,11 +52,15 @@ def limited(moves: np.ndarray, spacing: float) -> np.ndarray:
 class Projection:
     """The motion of nodes onto their patches.
 
-    `labels` (n, patches) bool: a node lies on all patches that it is labelled with. Of every patch the heights are found at
-    its own nodes alone.
+    `labels` (n, patches) bool: a node lies on all patches that it is labelled with, and on the border of those that
+    `seams` name, pairs in one plane. Of every patch the heights are found at its own nodes alone.
     """
 
-    def __init__(self, labels: np.ndarray, patches: tuple[Patch, ...], spacing: float) -> None:
+    def __init__(
+        self, labels: np.ndarray, patches: tuple[Patch, ...], spacing: float, seams: list[tuple[int, int]]
+    ) -> None:
+        pairs = [(patches[a], patches[b], np.flatnonzero(labels[:, a] & labels[:, b])) for a, b in seams]
+        self._seams = [(first, second, rows) for first, second, rows in pairs if len(rows)]
         self._patches, self._spacing = patches, spacing
         count = labels.sum(1)
         slot = np.cumsum(labels, axis=1) - 1
@@ -66,6 +78,8 @@ class Projection:
             for _ in range(steps):
                 heights, gradients = self._state(points[rows], parts)
                 points[rows] += limited(least_motion(heights, gradients), self._spacing)
+        for first, second, rows in self._seams:
+            points[rows] = onto_seam(first, second, points[rows])
 
     def missed(self, points: np.ndarray) -> np.ndarray:
         """How far `points` (n, dim) are from the patches that they are labelled with, (n,) [m]."""

@@ -20,11 +20,6 @@ STEP = 0.5
 """Steps in spacings in which the other side is looked for."""
 
 
-def place(point: np.ndarray) -> str:
-    """A position [m] in a message."""
-    return f"{[float(f'{x:.4g}') + 0.0 for x in point]} m"
-
-
 def check_walls(body: Outline, plan: Plan) -> None:
     """Raise ValueError for the thinnest wall with a layer that is thinner than it may be, with its place."""
     worst: tuple[float, str] | None = None
@@ -66,7 +61,7 @@ def _thinnest(body: Outline, plan: Plan, patch: int) -> tuple[float, str] | None
     row = int(np.flatnonzero(thin)[high[thin].argmin()])
     rows_there = high[row] / body.spacing
     return float(rows_there), (
-        f"the wall at {place(0.5 * (points[row] + ends[row]))}, between {body.patches[patch].name} and "
+        f"the wall at {body.place(0.5 * (points[row] + ends[row]))}, between {body.patches[patch].name} and "
         f"{body.patches[int(other[row])].name}, is {high[row]:.3g} m thick, {rows_there:.2g} spacings, and a fitted surface "
         f"needs {needed[row]:g}: a spacing of at most {high[row] / needed[row]:.3g} m"
     )

@@ -12,16 +12,16 @@ import contextlib
 import io
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import combinations, product
 from pathlib import Path
 from typing import Any
 
 import meshio
 import numpy as np
 
-from wsph.geometry.cells import edge_ends
 from wsph.geometry.gradients import mean_gradients
+from wsph.geometry.meshes.abaqus import read_abaqus
 from wsph.geometry.meshes.mesh import Mesh
+from wsph.geometry.meshes.sides import named_sides, outer_sides
 
 UNNAMED = "unnamed"
 """The patch of sides that no group names."""
@@ -32,6 +32,8 @@ INNER = {2: {"quad": (0, 3, 1, 2), "triangle": (0, 1, 2)},
 
 OUTER = {2: ("line",), 3: ("triangle", "quad")}
 """What can be a side of those."""
+
+DIMENSION = {"vertex": 0, "line": 1, "line3": 1, "triangle": 2, "quad": 2, "tetra": 3, "hexahedron": 3}
 
 IGNORED = ("vertex", "line", "line3")
 """Cells of a file that are of no interest to a body."""
@@ -49,15 +51,11 @@ class _Cells:
 def read_mesh(path: Path, dim: int, scale: float, part: str | None = None) -> Mesh:
     """The mesh of a file, its lengths times `scale` [m], or of it the group of cells `part`. Raises ValueError for a file
     that cannot be read, has no cells of the dimension or cells that a body cannot have, and OSError where there is none."""
+    if dim not in INNER:
+        raise ValueError("a mesh has cells of two or three dimensions, and the scene has dim = 1: give it a shape")
     if not path.is_file():
-        raise FileNotFoundError(f"{path} is no file")
-    try:
-        # Readers print, and end the process, where a file is not what its name says.
-        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-            found = meshio.read(path)
-    except (Exception, SystemExit) as error:
-        said = str(error).strip().splitlines()[:1]
-        raise ValueError(f"{path.name} cannot be read as a mesh{': ' + said[0] if said else ''}") from error
+        raise FileNotFoundError(f"{path} is {'a folder' if path.is_dir() else 'no file'}")
+    found = _found(path)
     cells = list(_cells(found))
     inner = [each for each in cells if each.kind in INNER[dim]]
     _refuse_others(path, dim, cells)
@@ -69,24 +67,43 @@ def read_mesh(path: Path, dim: int, scale: float, part: str | None = None) -> Me
     points = _points(found, path, dim, inner) * scale
     merged = {kind: np.concatenate([each.corners for each in inner if each.kind == kind]) for kind in INNER[dim]
               if any(each.kind == kind for each in inner)}  # fmt: skip
-    used, blocks = _renumbered([corners[:, list(INNER[dim][kind])] for kind, corners in merged.items()])
+    used, blocks = _renumbered([_once(corners)[:, list(INNER[dim][kind])] for kind, corners in merged.items()])
     nodes = points[used]
     blocks = tuple(_upright(nodes, corners) for corners in blocks)
     number = np.full(len(points), -1)
     number[used] = np.arange(len(used))
-    sides, owner = outer_sides(blocks, dim)
-    groups = dict(_named_sides(found, cells, dim, number, sides))
+    sides, owner = outer_sides(nodes, blocks)
+    outer = [
+        (name, number[each.corners[rows]])
+        for each in cells
+        if each.kind in OUTER[dim]
+        for name, rows in each.groups.items()
+    ]
+    sets = [(name, number[np.asarray(rows, int)]) for name, rows in (found.point_sets or {}).items()]
+    groups = dict(named_sides(sides, outer, sets))
     named = np.zeros(len(sides), bool)
-    for rows in groups.values():
-        named[rows] = True
+    for name, rows in groups.items():
+        named[rows] |= name != UNNAMED
     if not named.all():
         groups[UNNAMED] = np.flatnonzero(~named)
     return Mesh(nodes, blocks, sides, owner, np.zeros(len(sides), int), (), groups)
 
 
+def _found(path: Path) -> Any:
+    """What a file has, as meshio has it. Its reader of Abaqus' files gives sets to other elements than theirs."""
+    try:
+        # Readers print, and end the process, where a file is not what its name says.
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            return read_abaqus(path) if path.suffix.lower() == ".inp" else meshio.read(path)
+    except (Exception, SystemExit) as error:
+        said = str(error).strip().splitlines()[:1]
+        raise ValueError(f"{path.name} cannot be read as a mesh{': ' + said[0] if said else ''}") from error
+
+
 def _cells(found: Any) -> Iterator[_Cells]:
-    """The blocks of cells of a file with their groups."""
-    names = {int(tag): (name, int(dim)) for name, (tag, dim) in (found.field_data or {}).items()}
+    """The blocks of cells of a file with their groups. Gmsh numbers its groups in every dimension apart; one without a name
+    has its number for one."""
+    names = {(int(tag), int(dim)): name for name, (tag, dim) in _physical(found)}
     physical = (found.cell_data or {}).get("gmsh:physical")
     for k, block in enumerate(found.cells):
         corners = np.asarray(block.data)
@@ -94,11 +111,19 @@ def _cells(found: Any) -> Iterator[_Cells]:
         for name, rows in (found.cell_sets or {}).items():
             if not name.startswith("gmsh:") and rows[k] is not None and len(rows[k]):
                 groups[name] = np.asarray(rows[k], int)
-        if physical is not None and names:
+        if physical is not None:
             for tag in np.unique(physical[k]):
-                if int(tag) in names:
-                    groups[names[int(tag)][0]] = np.flatnonzero(physical[k] == tag)
+                name = names.get((int(tag), DIMENSION.get(block.type, -1)), str(int(tag)))
+                if tag > 0:
+                    groups[name] = np.flatnonzero(physical[k] == tag)
         yield _Cells(block.type, corners, groups)
+
+
+def _physical(found: Any) -> Iterator[tuple[str, np.ndarray]]:
+    """Names of Gmsh's physical groups with their tags and dimensions."""
+    for name, value in (found.field_data or {}).items():
+        if np.shape(value) == (2,):
+            yield name, np.asarray(value)
 
 
 def _refuse_others(path: Path, dim: int, cells: list[_Cells]) -> None:
@@ -131,6 +156,12 @@ def _points(found: Any, path: Path, dim: int, inner: list[_Cells]) -> np.ndarray
     return points
 
 
+def _once(corners: np.ndarray) -> np.ndarray:
+    """Cells without those that a file has again, once for each of their groups."""
+    _, first = np.unique(np.sort(corners, axis=1), axis=0, return_index=True)
+    return corners[np.sort(first)]
+
+
 def _renumbered(blocks: list[np.ndarray]) -> tuple[np.ndarray, list[np.ndarray]]:
     """The nodes that cells use, in the file's order, and the cells by their new numbers."""
     used, where = np.unique(np.concatenate([corners.ravel() for corners in blocks]), return_inverse=True)
@@ -149,60 +180,3 @@ def _upright(nodes: np.ndarray, corners: np.ndarray) -> np.ndarray:
     else:
         order = order.reshape((2,) * dim).swapaxes(0, 1).ravel()
     return np.where((volume < 0.0)[:, None], corners[:, order], corners)
-
-
-def cell_sides(count: int, dim: int) -> np.ndarray:
-    """The corners of each side of a cell with `count` corners, rows."""
-    if count == dim + 1:
-        return np.array(list(combinations(range(count), dim)))
-    offsets = np.array(list(product((0, 1), repeat=dim)))
-    return np.concatenate([np.stack(edge_ends(offsets, axis)) for axis in range(dim)])
-
-
-def outer_sides(blocks: tuple[np.ndarray, ...], dim: int) -> tuple[np.ndarray, np.ndarray]:
-    """The sides that belong to one cell alone, (m, j) nodes, a triangle among quadrilaterals with its last node twice, and
-    the cells that they belong to (m,), counted through all blocks."""
-    width = 2 if dim == 2 else max(3 if corners.shape[1] == 4 else 4 for corners in blocks)
-    sides: list[np.ndarray] = []
-    owners: list[np.ndarray] = []
-    before = 0
-    for corners in blocks:
-        each = corners[:, cell_sides(corners.shape[1], dim)]
-        each = each.reshape(-1, each.shape[2])
-        if each.shape[1] < width:
-            each = np.concatenate([each, each[:, -1:]], 1)
-        owners.append(before + np.repeat(np.arange(len(corners)), len(each) // len(corners)))
-        sides.append(each)
-        before += len(corners)
-    every, owner = np.concatenate(sides), np.concatenate(owners)
-    _, first, count = np.unique(np.sort(every, axis=1), axis=0, return_index=True, return_counts=True)
-    if (count > 2).any():
-        raise ValueError("more than two cells share a side")
-    alone = np.sort(first[count == 1])
-    return every[alone], owner[alone]
-
-
-def _named_sides(
-    found: Any, cells: list[_Cells], dim: int, number: np.ndarray, sides: np.ndarray
-) -> Iterator[tuple[str, np.ndarray]]:
-    """Groups of sides, and of nodes whose sides they make, by name and rows."""
-    keys = {tuple(np.unique(side)): k for k, side in enumerate(sides)}
-    rows: dict[str, list[int]] = {}
-    for each in cells:
-        if each.kind not in OUTER[dim]:
-            continue
-        for name, members in each.groups.items():
-            for corners in number[each.corners[members]]:
-                at = keys.get(tuple(np.unique(corners)))
-                if at is not None:
-                    rows.setdefault(name, []).append(at)
-    for name, members in (found.point_sets or {}).items():
-        chosen = np.zeros(len(number), bool)
-        chosen[np.asarray(members, int)] = True
-        within = np.zeros(int(number.max()) + 1, bool)
-        within[number[chosen & (number >= 0)]] = True
-        at = np.flatnonzero(within[sides].all(1))
-        if len(at):
-            rows.setdefault(name, []).extend(at.tolist())
-    for name, found_rows in rows.items():
-        yield name, np.unique(found_rows)

@@ -13,8 +13,10 @@ class Mesh:
 
     Quadrilaterals and hexahedra have their corners in the order of a lattice's cells (`itertools.product` of 0 and 1 along
     the cell's axes, 2^dim of them), triangles and tetrahedra dim + 1 of them; all have a positive volume. `sides` (m, j) are
-    the nodes of the outer faces, a side with fewer nodes repeats its last, `side_cell` (m,) the cells that they belong to,
-    `side_patch` (m,) indices into `patches`, the names; `groups` of sides by name, rows, which may overlap.
+    the nodes of the outer faces, a side with fewer nodes repeats its last; of a fitted body in the order of a lattice's
+    faces, the outward normal to the right of a side in 2D, and along (c - a) x (b - a) for the nodes a, b, c, ... of one in
+    3D. `side_cell` (m,) are the cells that they belong to, `side_patch` (m,) indices into `patches`, the names; `groups` of
+    sides by name, rows, which may overlap.
     """
 
     nodes: np.ndarray

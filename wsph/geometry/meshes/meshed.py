@@ -186,4 +186,4 @@ def _faces(mesh: Mesh, middles: np.ndarray, frame: np.ndarray, near: float) -> F
     outer = height > ends[(sign + 1) // 2, nearest] - near
     axis = np.where(flat, nearest, -1)
     name = 2 * nearest + (sign > 0)
-    return Faces(nodes, mesh.side_cell, axis, sign, share, vector, name, outer, mesh.named)
+    return Faces(nodes, mesh.side_cell, axis, sign, share, vector, name, outer, np.ones(len(outer), bool), mesh.named)

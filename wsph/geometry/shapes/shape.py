@@ -20,6 +20,17 @@ Edges = list[np.ndarray]
 """Per axis, the coordinates of planes that the lattice has to meet [m]."""
 
 
+MOST_DEGREES = 3600.0
+"""Ten turns: of much larger angles the rounding is an angle itself."""
+
+
+def _degrees(value: object) -> float:
+    degrees = quantity(value, "")
+    if abs(degrees) > MOST_DEGREES:
+        raise ValueError(f"{value!r} is beyond {MOST_DEGREES:g} degrees: whole turns change nothing")
+    return degrees
+
+
 def read_rotation(value: object) -> float | tuple[tuple[float, ...], float]:
     """Degrees in 2D; [axis, degrees] in 3D, the axis "x", "y", "z" or a vector."""
     if is_sequence(value):
@@ -31,8 +42,8 @@ def read_rotation(value: object) -> float | tuple[tuple[float, ...], float]:
         numbers = [quantity(x, "") for x in axis] if is_sequence(axis) else []
         if len(numbers) != 3 or not any(numbers):
             raise ValueError(f"{axis!r} is no axis: write a vector of three numbers that is not zero, or x, y or z")
-        return (tuple(numbers), quantity(degrees, ""))
-    return quantity(value, "")
+        return (tuple(numbers), _degrees(degrees))
+    return _degrees(value)
 
 
 Rotation = Annotated[float | tuple[tuple[float, ...], float], BeforeValidator(read_rotation)]
@@ -121,8 +132,8 @@ class BaseShape(BaseModel):
     def corners(self) -> np.ndarray:
         """Corners of the bounds after rotation, (2^dim, dim) [m]."""
         low, high = self.bounds()
-        ends = np.array(list(product(*zip(low, high, strict=True))))
-        return self.middle + (ends - self.middle) @ self.axes.T
+        middle, ends = 0.5 * (low + high), np.array(list(product(*zip(low, high, strict=True))))
+        return middle + (ends - middle) @ self.axes.T
 
 
 class Typed(Protocol):

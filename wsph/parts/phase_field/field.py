@@ -17,7 +17,7 @@ steps.
 
 Stress points have no pairs among themselves: what they see is the damage averaged to the nodes, once a step, d_j = sum_q
 v_jq d_q with weights v of sum one, so that S = sum_j w_pj d_j is a sum over the points around, of positive weights, and
-c = dim/sum_j w_pj sum_q v_jq |x_q - x_p|^2.
+c = dim/sum_j w_pj sum_q v_jq |x_q - x_p|^2; where cells differ, of each point (`wsph.parts.phase_field.sight`).
 """
 
 from collections.abc import Callable
@@ -37,14 +37,12 @@ from wsph.constitutive.evolution import thickness
 from wsph.constitutive.laws import Laws
 from wsph.parts.part import BROKEN, Attached, Neighbourhood
 from wsph.parts.phase_field.response import left_of_law
+from wsph.parts.phase_field.sums import squares
 from wsph.parts.phase_field.sweep import degradation, phase_struct
 from wsph.parts.terms import points_struct
 from wsph.protocols import Entry
 from wsph.sph.misfit import misfit
 from wsph.sph.rows import rows_of, rows_struct
-
-TINY = 1e-30
-"""A sum of weights below which nothing is seen."""
 
 
 @cache
@@ -68,8 +66,8 @@ def _damage_around(space: Space) -> wp.Function:
 
 
 @cache
-def respond(model: str) -> Callable[[Space, Laws, Layout], wp.Function]:
-    """The answer of a point (`wsph.parts.terms.Response`)."""
+def respond(model: str, graded: bool) -> Callable[[Space, Laws, Layout], wp.Function]:
+    """The answer of a point (`wsph.parts.terms.Response`). `graded`: points differ in the numbers of their Laplacian."""
 
     def make(space: Space, laws: Laws, layout: Layout) -> wp.Function:
         real, mat, Params = space.scalar, space.mat, laws.Params
@@ -80,6 +78,8 @@ def respond(model: str) -> Callable[[Space, Laws, Layout], wp.Function]:
         @wp.func
         def responded(p: Params, phase_out: Phase, rows: Rows, fields_out: Fields, share: real, H: mat, i: int):
             S = around(phase_out, rows, i)
+            if wp.static(graded):
+                S = phase_out.weights[i] * S
             d, opening, g, s, P = answer(
                 p, phase_out, H, fields_out.stress[i], phase_out.damage[i], S, phase_out.weights[i]
             )
@@ -195,8 +195,10 @@ class PhaseDamage(Attached):
         state: State,
         clock: Clock,
         arrays: Arrays,
+        laplacian: np.ndarray | None = None,
     ):
-        """`toughness` and `length` nondimensional; evaluations write the damage to `state`. Beside `phase` the device has
+        """`toughness` and `length` nondimensional, and so is `laplacian`, c of each point (m,), where cells differ;
+        evaluations write the damage to `state`. Beside `phase` the device has
 
         _reached   # places that pairs see and that have damage, int32: (m,) points or (n,) nodes
         _opened    # psi+ of every point at the end of the last step, (m,), nondimensional
@@ -205,13 +207,12 @@ class PhaseDamage(Attached):
         self.model, self.toughness, self.length = model, toughness, length
         self._space, self._seen, self._state, self._clock = space, seen, state, clock
         real, n = space.scalar, len(seen.volume)
-        # Of points inside: those at faces and notches see less.
-        spread = seen.spread if seen.back is None else self._squares(seen.points.centre.numpy().astype(float))
-        self.laplacian = space.dim / float(np.median(spread[spread > 0.999 * np.quantile(spread, 0.9)]))
+        self.laplacian = self._alike() if laplacian is None else laplacian
+        scale = float(np.mean(self.laplacian))
         first = model == "AT1"
         phase = phase_struct(space)()
         phase.per_energy = real((16.0 / 3.0 if first else 2.0) * length / toughness)
-        phase.spread = real((4.0 if first else 2.0) * length**2 * self.laplacian)
+        phase.spread = real((4.0 if first else 2.0) * length**2 * scale)
         phase.damage = arrays.zeros("damage", n, real, kept=True)
         phase.opening = arrays.zeros("opening", n, real)
         phase.near = arrays.zeros("near", n, wp.int32)
@@ -220,13 +221,20 @@ class PhaseDamage(Attached):
             phase.seen = arrays.zeros("seen", seen.back.targets, real)
             self._reached = arrays.zeros("reached", seen.back.targets, wp.int32)
         sums = np.bincount(seen.pairs.rows(), seen.weight.numpy().astype(float), n)
-        phase.weights = arrays.of("weights", sums, real)
+        # Sums of weights over points' own c have that of a point over the mean one in them.
+        phase.weights = arrays.of("weights", sums * (self.laplacian / scale), real)
         self.share = phase.share = arrays.take("share", wp.clone(seen.points.share))
         self._opened = arrays.zeros("opened", n, real, kept=True)
         self._released = arrays.zeros("released", n, real, kept=True)
         self.response = self._phase = phase
         self._rows = rows_of(space, seen.pairs, seen.weight)
         self.ledger = (Entry("dissipated", lambda: self.released),)
+
+    def _alike(self) -> float:
+        """c of points inside: those at faces and notches see less."""
+        seen = self._seen
+        spread = seen.spread if seen.back is None else squares(seen, seen.points.centre.numpy().astype(float))
+        return self._space.dim / float(np.median(spread[spread > 0.999 * np.quantile(spread, 0.9)]))
 
     def advance(self) -> None:
         """Close a step (launches)."""
@@ -262,27 +270,7 @@ class PhaseDamage(Attached):
 
     def _surface_energy(self) -> float:
         d, volume = self._phase.damage.numpy().astype(float), self._seen.points.volume.numpy().astype(float)
-        gradient = self.laplacian * self._squares(d[:, None]) * self.length
+        gradient = self.laplacian * squares(self._seen, d[:, None]) * self.length
         if self.model == "AT1":
             return float(0.375 * self.toughness * volume @ (d / self.length + gradient))
         return float(0.5 * self.toughness * volume @ (d * d / self.length + gradient))
-
-    def _squares(self, values: np.ndarray) -> np.ndarray:
-        """Sum of w times the mean square of what a pair sees of `values` (m, k) less the point's own, (m,)."""
-        pairs, weight = self._seen.pairs, self._seen.weight.numpy().astype(float)
-        indices, rows = pairs.indices.numpy(), pairs.rows()
-        first, second = self._averaged(values), self._averaged((values**2).sum(1))
-        own = values[rows]
-        each = second[indices] - 2.0 * (first[indices] * own).sum(1) + (own**2).sum(1)
-        return np.bincount(rows, weight * each, len(values))
-
-    def _averaged(self, values: np.ndarray) -> np.ndarray:
-        """Values at the points as pairs see them, (m, ...) to (n, ...)."""
-        back, back_weight = self._seen.back, self._seen.back_weight
-        if back is None or back_weight is None:
-            return values
-        weight, rows, points = back_weight.numpy().astype(float), back.rows(), back.indices.numpy()
-        total = np.maximum(np.bincount(rows, weight, back.targets), TINY)
-        flat = values.reshape(len(values), -1)
-        sums = [np.bincount(rows, weight * column[points], back.targets) / total for column in flat.T]
-        return np.stack(sums, 1).reshape(-1, *values.shape[1:])

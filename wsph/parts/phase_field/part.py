@@ -11,6 +11,7 @@ from wsph.errors import Refused
 from wsph.parts.part import Attached, Host, Neighbourhood, Part
 from wsph.parts.phase_field.field import PhaseDamage, respond
 from wsph.parts.phase_field.response import energy_left
+from wsph.parts.phase_field.sight import SKEW, Sight, sight_of
 from wsph.parts.phase_field.sweep import phase_struct
 from wsph.parts.terms import Response
 from wsph.plugins.traits import is_linear, turns
@@ -34,10 +35,11 @@ class PhaseField(Part):
         return traits.one_set and traits.reference
 
     def refuse(self, host: Host) -> None:
-        material, spacing = host.constitutive.material, host.geometry.spacing
-        if host.geometry.mapped:
+        material, spacing = host.constitutive.material, _largest(host)
+        if host.geometry.mapped and not host.corners:
             raise Refused(
-                f"body {host.name!r}: phase_field needs a lattice of one spacing, without `map`: leave one out"
+                f"body {host.name!r}: with pairs of a kernel phase_field needs a lattice of one spacing, without `map`: leave one out, or"
+                ' choose run.formulation = "stress-points" without run.support'
             )
         bulk, shear = material.moduli()
         if host.constitutive.state.free and bulk < 2.0 / 3.0 * shear:
@@ -56,6 +58,22 @@ class PhaseField(Part):
                 f" resolved; use at least {1.5 * spacing:g} m"
             )
 
+        if _differ(host):
+            self._sight(host)
+
+    def _sight(self, host: Host) -> Sight:
+        """What points see where cells differ. Raises Refused where that is too little, or too unlike in its directions."""
+        try:
+            found = sight_of(host.geometry)
+        except ValueError as error:
+            raise Refused(f"body {host.name!r}: phase_field: {error}") from None
+        if found.skew > SKEW:
+            raise Refused(
+                f"body {host.name!r}: its cells are too long for their width: cracks across them would take {100 * found.skew:.0f} % less"
+                f" than fracture_energy, on the mean, and phase_field takes cells of up to {100 * SKEW:g} %: use cells of more equal sides"
+            )
+        return found
+
     def fields(self, host: Host) -> tuple[Field, ...]:
         evolved = host.constitutive.laws.total is None
         return (
@@ -65,9 +83,21 @@ class PhaseField(Part):
         )
 
     def response(self, host: Host) -> Response | None:
-        return Response(self.model, phase_struct, respond(self.model), energy_left)
+        return Response(self.model, phase_struct, respond(self.model, _differ(host)), energy_left)
 
     def attach(self, host: Host, seen: Neighbourhood, state: State, clock: Clock, arrays: Arrays) -> Attached | None:
         toughness = self.fracture_energy / (host.scales.stress * host.scales.length)
         length = self.length / host.scales.length
-        return PhaseDamage(self.model, toughness, length, host.space, seen, state, clock, arrays)
+        laplacian = host.scales.length**2 * self._sight(host).laplacian if _differ(host) else None
+        return PhaseDamage(self.model, toughness, length, host.space, seen, state, clock, arrays, laplacian)
+
+
+def _differ(host: Host) -> bool:
+    """Whether points see their own corners, of cells that differ."""
+    return host.corners and host.geometry.irregular
+
+
+def _largest(host: Host) -> float:
+    """The spacing of the points [m], where cells differ that of the largest."""
+    geometry = host.geometry
+    return float(geometry.cell_volume.max()) ** (1.0 / host.space.dim) if _differ(host) else geometry.spacing

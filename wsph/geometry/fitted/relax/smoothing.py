@@ -28,11 +28,12 @@ AGAIN = 2
 """Gauss-Newton steps back onto the surface after a move along it."""
 
 STAGES = (
-    (Measure(reach=0.8, power=1.0, least=0.05), 20),
+    (Measure(reach=0.65, power=2.0, least=0.02), 20),
     (Measure(reach=0.65, power=4.0, least=0.02), 20),
 )
-"""How distortion is measured in one descent after the other, and the steps of each: first all cells alike, near their
-corners, so that those inside out turn back; then the worst ones, near the points that integrate their volumes."""
+"""How distortion is measured in one descent after the other, and the steps of each: first so that cells inside out turn
+back, then so that the worst ones count. A cell that is flat at a corner, as where an edge of the body runs along two of its
+edges, is not at these points."""
 
 
 def smoothed(

@@ -16,11 +16,15 @@ class Facet:
     sides: np.ndarray
     normal: np.ndarray
 
+    @cached_property
+    def _duals(self) -> np.ndarray:
+        return (self.sides / (self.sides**2).sum(1, keepdims=True)).T
+
     def height(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return (points - self.corner) @ self.normal, np.broadcast_to(self.normal, points.shape)
 
     def nearest(self, points: np.ndarray) -> np.ndarray:
-        along = (points - self.corner) @ (self.sides / (self.sides**2).sum(1, keepdims=True)).T
+        along = (points - self.corner) @ self._duals
         return self.corner + np.clip(along, 0.0, 1.0) @ self.sides
 
     def samples(self, spacing: float) -> tuple[np.ndarray, np.ndarray]:

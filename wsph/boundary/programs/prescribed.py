@@ -4,7 +4,7 @@
 
 from collections.abc import Iterable
 
-from wsph.boundary.functions import Function
+from wsph.boundary.programs.functions import Function
 from wsph.expressions import OPERATIONS, Expression, constant_program
 from wsph.output.fields import AXES
 

@@ -2,8 +2,10 @@
 
 # pyright: strict
 
+from bisect import bisect_left
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import BeforeValidator, model_validator
 
 from wsph.quantities import Model, Unit, as_tuple
@@ -27,3 +29,11 @@ class Function(Model):
             if any(a >= b for a, b in zip(self.t, self.t[1:], strict=False)):
                 raise ValueError("t must increase from entry to entry")
         return self
+
+    def at(self, time: float) -> float:
+        """The value of a table at a time [s]: it holds its first value before, and its last one after; a step holds from
+        just after an entry to the next."""
+        t, value = self.t or (0.0,), self.value or (0.0,)
+        if self.interp == "linear":
+            return float(np.interp(time, t, value))
+        return value[max(bisect_left(t, time) - 1, 0)]

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import warp as wp
 
-from wsph.boundary.prescribed import Prescribed
+from wsph.boundary.programs.prescribed import Prescribed
 from wsph.expressions import OPERATIONS, Expression
 
 Stack = wp.types.vector(length=16, dtype=wp.float64)

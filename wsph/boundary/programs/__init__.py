@@ -1,0 +1,1 @@
+"""Prescribed values as a scene writes them, and as programs on the device."""

@@ -1,0 +1,69 @@
+"""Counts of a body's nodes, cells and pairs of cells, found without laying out a lattice."""
+
+# pyright: strict
+
+from itertools import combinations, product
+
+import numpy as np
+
+from wsph.geometry.grid import Grid, plan
+from wsph.geometry.shapes.box import Box
+from wsph.geometry.shapes.combined import Shape
+from wsph.geometry.shapes.shape import Rotation
+
+CHUNK = 2**19
+"""Cells that are looked at once."""
+
+
+def lattice_counts(shape: Shape, spacing: float | tuple[float, ...], lattice_rotate: Rotation = 0.0) -> np.ndarray:
+    """How many nodes a body has, how many cells, and for k = 1 ... dim how many pairs of cells lie a step apart along k
+    axes of the grid at once, the mean over those directions: (dim + 2,).
+
+    Faces, edges and pairs within any reach of a block of a x b x c cells are sums of these: they span the polynomials
+    of a, b and c that have every power to the first and treat the axes alike, one of them too many. Raises ValueError
+    as `plan` does.
+    """
+    grid = plan(shape, spacing, lattice_rotate)
+    if isinstance(shape, Box) and lattice_rotate == 0.0:
+        return block_counts(tuple(grid.count.tolist()))
+    inside, dim = _inside(shape, grid), len(grid.count)
+    found = [float(_nodes(inside)), float(inside.sum())]
+    for steps in range(1, dim + 1):
+        ways = [way for way in product((-1, 0, 1), repeat=dim) if np.count_nonzero(way) == steps and way > (0,) * dim]
+        found.append(float(np.mean([_apart(inside, way) for way in ways])))
+    return np.array(found)
+
+
+def block_counts(cells: tuple[int, ...]) -> np.ndarray:
+    """The same of a block with so many `cells` along its axes."""
+    axes, found = range(len(cells)), [float(np.prod([n + 1.0 for n in cells]))]
+    for steps in range(len(cells) + 1):
+        apart = [np.prod([float(n - (k in moved)) for k, n in enumerate(cells)]) for moved in combinations(axes, steps)]
+        found.append(float(np.mean(apart)))
+    return np.array(found)
+
+
+def _inside(shape: Shape, grid: Grid) -> np.ndarray:
+    """Which cells of a grid lie in a shape, of the grid's shape, bool."""
+    count = tuple(grid.count.tolist())
+    cells = np.zeros(int(np.prod(grid.count)), bool)
+    for first in range(0, len(cells), CHUNK):
+        number = np.arange(first, min(first + CHUNK, len(cells)))
+        index = np.stack(np.unravel_index(number, count), 1)
+        cells[number] = shape.contains(grid.points(index + 0.5))
+    return cells.reshape(count)
+
+
+def _apart(inside: np.ndarray, way: tuple[int, ...]) -> int:
+    """Pairs of cells that lie `way` apart."""
+    here = tuple(slice(max(0, -step), n - max(0, step)) for step, n in zip(way, inside.shape, strict=True))
+    there = tuple(slice(max(0, step), n - max(0, -step)) for step, n in zip(way, inside.shape, strict=True))
+    return int(np.count_nonzero(inside[here] & inside[there]))
+
+
+def _nodes(inside: np.ndarray) -> int:
+    """Corners of cells, each once."""
+    touched = np.zeros([n + 1 for n in inside.shape], bool)
+    for corner in product((0, 1), repeat=inside.ndim):
+        touched[tuple(slice(k, k + n) for k, n in zip(corner, inside.shape, strict=True))] |= inside
+    return int(np.count_nonzero(touched))
