@@ -106,7 +106,9 @@ class Records:
             moved = moved.astype(np.float32)
         data = {name: values for name, values in everything.items() if name != "position"}
         of = "current" if self._moved else "reference"
-        self._folder.frame(self._timeline.time(step), moved, data, self._units(), self._cells(), of)
+        self._folder.frame(
+            self._timeline.time(step), moved, data, self.units(self._wanted), self.cells(self._wanted), of
+        )
         if time.perf_counter() - self._written > TABLE_SECONDS:
             self.write_tables()
 
@@ -116,13 +118,13 @@ class Records:
         blocks = [run.reading.cells for run in self._bodies]
         return Gathered(blocks, [run.reading.count for run in self._bodies], self._dim) if any(blocks) else None
 
-    def _cells(self) -> Cells | None:
-        """The cells of a frame: with their body, and with what stands at points inside them, as computed."""
+    def cells(self, names: Sequence[str]) -> Cells | None:
+        """The cells of all bodies: with their body, and those of the fields that stand at points inside, as computed."""
         if self._gathered is None:
             return None
         standing = [
             name
-            for name in self._wanted
+            for name in names
             if name not in fields.ALWAYS and any(_inside(run, fields.primitive(name)) for run in self._bodies)
         ]
         parts = [_cell_fields(run, number, standing) for number, run in enumerate(self._bodies)]
@@ -131,10 +133,10 @@ class Records:
             whole = {name: _single(values) if name not in fields.ALWAYS else values for name, values in whole.items()}
         return self._gathered.having(whole)
 
-    def _units(self) -> dict[str, str]:
-        """Units of the fields of frames."""
+    def units(self, names: Sequence[str]) -> dict[str, str]:
+        """SI units of fields by their names."""
         found: dict[str, str] = {}
-        for name in (name for name in self._wanted if name not in fields.ALWAYS):
+        for name in (name for name in names if name not in fields.ALWAYS):
             having = [run.reading for run in self._bodies if fields.primitive(name) in run.reading.names]
             found[name] = having[0].unit(fields.primitive(name)) if having else ""
         return found
