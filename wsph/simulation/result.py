@@ -5,6 +5,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from wsph.output import fields
 from wsph.output.cells import Cells
 from wsph.scene.scene import Scene
 from wsph.simulation.summary import Summary
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 ENERGIES = (
     "kinetic",
@@ -98,7 +102,7 @@ class Result:
         except IndexError:
             raise KeyError(f"no component {name!r} in {self.scene.dim}D") from None
 
-    def plot(self, name: str = "velocity", save: str | Path | None = None) -> object:
+    def plot(self, name: str = "velocity", save: str | Path | None = None) -> "Figure":
         """A picture of a final field or component, of a probe over time by its name, or of the ledger, "energy" (needs the
         extra "view"). Returns matplotlib's figure; with `save` it is written too. Raises OutputError for another name."""
         from wsph.output.view import pictures, recorded
@@ -113,7 +117,7 @@ class Result:
             pictures.save_figure(made, save)
         return made
 
-    def _curves(self, name: str) -> object:
+    def _curves(self, name: str) -> "Figure | None":
         """The figure of a probe or of the energies; None for a field."""
         from wsph.output.view.curves import over_time
 

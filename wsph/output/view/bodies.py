@@ -1,9 +1,10 @@
 """The image of bodies, without words: cells as surfaces, particles as squares or balls of the size of their spacing."""
 
 # pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from wsph.output.view.packages import pyvista
 from wsph.output.view.recorded import Shot
 from wsph.output.view.scalars import Scalar
 from wsph.output.view.window import Window
+
+if TYPE_CHECKING:
+    from pyvista import Plotter, PolyData, UnstructuredGrid
 
 SHOWN = "shown"
 """The name that the scalar of a picture has in its meshes."""
@@ -28,8 +32,8 @@ SAMPLE = 300
 class Drawn:
     """What of a frame is drawn: `surface`, None where there are no cells, and `points` that are none's corners."""
 
-    surface: Any
-    points: Any
+    surface: "PolyData | None"
+    points: "UnstructuredGrid | None"
     size: np.ndarray
     """Of a particle, along the axes (3,) [m]."""
 
@@ -109,9 +113,9 @@ def _squares(points: np.ndarray, size: np.ndarray) -> Any:
     return pyvista().PolyData(corners, rows)
 
 
-def paint(plotter: Any, bodies: Drawn, look: Look, limits: tuple[float, float], flat: bool, pixel: float) -> None:
+def paint(plotter: "Plotter", bodies: Drawn, look: Look, limits: tuple[float, float], flat: bool, pixel: float) -> None:
     """Put the meshes into a pyvista plotter; `pixel` [m] is the size of one."""
-    shared = {
+    shared: dict[str, Any] = {
         "scalars": SHOWN,
         "cmap": look.colours,
         "clim": list(limits),
@@ -160,13 +164,13 @@ def image(
     return found[..., :3]
 
 
-def point_at(plotter: Any, window: Window) -> None:
+def point_at(plotter: "Plotter", window: Window) -> None:
     """Point a plotter's camera at a window."""
     far = float(np.linalg.norm(window.high - window.low)) + window.width + window.height
     camera = plotter.camera
     camera.focal_point = window.centre.tolist()
     camera.position = (window.centre + far * window.towards).tolist()
     camera.up = window.up.tolist()
-    plotter.enable_parallel_projection()
+    camera.parallel_projection = True
     camera.parallel_scale = window.height / 2.0
     camera.clipping_range = (1e-3 * far, 3.0 * far)

@@ -4,7 +4,7 @@
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false, reportUnknownArgumentType=false
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,11 +13,14 @@ from wsph.output.view.packages import figure, ticks
 from wsph.output.view.recorded import Shot
 from wsph.output.view.scalars import Scalar
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 SMALL, USUAL, LARGE = 8.5, 9.5, 11.0
 """Sizes of letters [points]."""
 
 
-def along(shot: Shot, shown: Scalar, limits: tuple[float, float], ends: tuple[float, float], title: str) -> Any:
+def along(shot: Shot, shown: Scalar, limits: tuple[float, float], ends: tuple[float, float], title: str) -> "Figure":
     """The figure of a field along x, a line a body; `ends` [m] of the axis."""
     places = np.asarray(shot.grid.cell_centers().points if shown.in_cells else shot.grid.points, float)[:, 0]
     data = shot.grid.cell_data if shown.in_cells else shot.grid.point_data
@@ -42,7 +45,7 @@ def along(shot: Shot, shown: Scalar, limits: tuple[float, float], ends: tuple[fl
     return made
 
 
-def over_time(times: np.ndarray, columns: Mapping[str, np.ndarray], units: Mapping[str, str], title: str) -> Any:
+def over_time(times: np.ndarray, columns: Mapping[str, np.ndarray], units: Mapping[str, str], title: str) -> "Figure":
     """The figure of columns over `times` [s], a panel for each unit; units of the columns by name, SI."""
     panels: dict[str, list[str]] = {}
     for name in columns:
@@ -63,7 +66,7 @@ def over_time(times: np.ndarray, columns: Mapping[str, np.ndarray], units: Mappi
         last = number == len(panels) - 1
         _dress(axes, titled("time", of_time) if last else "", titled(_shared(names) or title, written))
         if len(names) > 1:
-            place = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.02), "borderaxespad": 0.0}
+            place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.02), "borderaxespad": 0.0}
             axes.legend(fontsize=SMALL, frameon=False, **place)
         if number == 0:
             axes.set_title(title, loc="left", fontsize=LARGE)

@@ -5,6 +5,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -32,7 +33,10 @@ def front(rows: Sequence[Mapping[str, str | int | float]], title: str, save: str
         if found:
             x, y = np.array(found, float).T
             best = undominated(y)
-            look = {"color": COLOURS[k % len(COLOURS)], "marker": MARKS[(k + k // len(COLOURS)) % len(MARKS)]}
+            look: dict[str, Any] = {
+                "color": COLOURS[k % len(COLOURS)],
+                "marker": MARKS[(k + k // len(COLOURS)) % len(MARKS)],
+            }
             axes.plot(x[best], y[best], linestyle=STYLES[k % len(STYLES)], markersize=5, label=str(name), **look)
             axes.plot(x[~best], y[~best], linestyle="", markersize=3.5, alpha=0.5, **look)
     axes.set_xscale("log")

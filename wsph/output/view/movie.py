@@ -8,11 +8,14 @@ import importlib
 import tempfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wsph.errors import OutputError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 MOVIES = (".gif", ".mp4")
 
@@ -26,12 +29,12 @@ LAST = 1.0
 Pages = Iterable[np.ndarray]
 
 
-def writer(path: Path) -> Callable[[Iterable[Any]], None]:
+def writer(path: Path) -> "Callable[[Iterable[Figure]], None]":
     """A function that saves figures of one size as a movie. It raises OutputError, and so does this where what writes it is
     not installed."""
     save = _gif(path) if path.suffix == ".gif" else _mp4(path)
 
-    def movie(figures: Iterable[Any]) -> None:
+    def movie(figures: "Iterable[Figure]") -> None:
         try:
             save(map(_pixels, figures))
         except OSError as error:
@@ -40,10 +43,11 @@ def writer(path: Path) -> Callable[[Iterable[Any]], None]:
     return movie
 
 
-def _pixels(made: Any) -> np.ndarray:
+def _pixels(made: "Figure") -> np.ndarray:
     """A figure as (height, width, 3) uint8, both even, as MP4 has them."""
-    made.canvas.draw()
-    whole = np.asarray(made.canvas.buffer_rgba())[..., :3]
+    canvas: Any = made.canvas
+    canvas.draw()
+    whole = np.asarray(canvas.buffer_rgba())[..., :3]
     return whole[: whole.shape[0] // 2 * 2, : whole.shape[1] // 2 * 2].copy()
 
 

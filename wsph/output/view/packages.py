@@ -5,12 +5,17 @@
 
 import importlib
 import sys
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
 from wsph.errors import OutputError
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
 
-def pyvista() -> Any:
+
+def pyvista() -> ModuleType:
     """pyvista. Raises OutputError where it is not installed."""
     try:
         import pyvista
@@ -22,7 +27,7 @@ def pyvista() -> Any:
     return pyvista
 
 
-def matplotlib() -> Any:
+def matplotlib() -> ModuleType:
     """matplotlib, with the modules of figures that belong to no window. Raises OutputError where it is not installed."""
     try:
         for module in ("backends.backend_agg", "cm", "colors", "figure", "ticker"):
@@ -32,17 +37,18 @@ def matplotlib() -> Any:
     return sys.modules["matplotlib"]
 
 
-def figure(width: float, height: float) -> Any:
+def figure(width: float, height: float) -> "Figure":
     """A figure of that size [inches] that belongs to no window."""
-    mpl = matplotlib()
+    mpl: Any = matplotlib()
     made = mpl.figure.Figure(figsize=(width, height), dpi=DPI)
     mpl.backends.backend_agg.FigureCanvasAgg(made)
     return made
 
 
-def ticks(most: int) -> Any:
+def ticks(most: int) -> "MaxNLocator":
     """Places of round numbers on an axis, at most so many intervals."""
-    return matplotlib().ticker.MaxNLocator(most, steps=[1, 2, 2.5, 5, 10], min_n_ticks=1)
+    mpl: Any = matplotlib()
+    return mpl.ticker.MaxNLocator(most, steps=[1, 2, 2.5, 5, 10], min_n_ticks=1)
 
 
 DPI = 100

@@ -5,7 +5,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from wsph.output.fields import AXES
 from wsph.output.view.labels import scaled, shown_in, titled
 from wsph.output.view.packages import DPI, figure, matplotlib, ticks
 from wsph.output.view.window import Window
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 WIDTH, HIGHEST, NARROWEST = 8.6, 5.6, 4.6
 """Of a page, of the image on it, and the least width of a page [inches]."""
@@ -68,12 +71,12 @@ class Frame:
         """Of the image."""
         return max(round(self.width * DPI), 1), max(round(self.height * DPI), 1)
 
-    def place(self, left: float, bottom: float, width: float, height: float) -> list[float]:
+    def place(self, left: float, bottom: float, width: float, height: float) -> tuple[float, float, float, float]:
         """A rectangle [inches] in parts of the page."""
-        return [left / self.page[0], bottom / self.page[1], width / self.page[0], height / self.page[1]]
+        return left / self.page[0], bottom / self.page[1], width / self.page[0], height / self.page[1]
 
 
-def page(window: Window, legend: Legend, image: Callable[[tuple[int, int]], np.ndarray]) -> Any:
+def page(window: Window, legend: Legend, image: Callable[[tuple[int, int]], np.ndarray]) -> "Figure":
     """The figure of an image that is made for a number of pixels."""
     frame = Frame.of(window)
     made = figure(*frame.page)
@@ -107,7 +110,7 @@ def _flat_axes(axes: Any, along: tuple[int, int], frame: Frame, unit: str) -> No
 
 def _bar(made: Any, frame: Frame, legend: Legend) -> None:
     """The bar of the colours, with its unit; a pointed end says that values go on beyond it."""
-    mpl = matplotlib()
+    mpl: Any = matplotlib()
     low, high = legend.limits
     factor, unit = shown_in(legend.unit, max(abs(low), abs(high)))
     slack = 1e-9 * (high - low)

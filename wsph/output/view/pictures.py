@@ -1,13 +1,14 @@
 """Pictures of a run: one frame as a figure, or many with one range of colours and one window."""
 
 # pyright: strict
+# pyright: reportUnknownMemberType=false
 
 import os
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,6 +25,9 @@ from wsph.output.view.page import Legend, page
 from wsph.output.view.recorded import Shot
 from wsph.output.view.scalars import Scalar, scalar
 from wsph.output.view.window import window
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 USUAL = 99.5
 """Colours go up to twice as far as this part of the values does [%]: one particle does not leave all others alike."""
@@ -100,7 +104,7 @@ def _is_curve(shot: Shot) -> bool:
     return bool((ends[1:, 1] == ends[1:, 0]).all())
 
 
-def figure(frame: Prepared, look: Look, whole: Range) -> Any:
+def figure(frame: Prepared, look: Look, whole: Range) -> "Figure":
     """The figure of a frame, with what it has in common with others. Raises OutputError where nothing is a number."""
     own, limits = frame.range, whole.limits(look.limits)
     title = ",  ".join([time_label(frame.shot.time, whole.longest), *_said(look, frame.shot)])
@@ -132,13 +136,13 @@ def _place(plane: Plane, shot: Shot) -> str:
     return f"{AXES[plane.axis]} = {at * factor:.4g} {unit}"
 
 
-def picture(shot: Shot, look: Look) -> Any:
+def picture(shot: Shot, look: Look) -> "Figure":
     """The figure of a frame by itself."""
     frame = prepared(shot, look)
     return figure(frame, look, frame.range)
 
 
-def save_figure(made: Any, path: str | Path) -> None:
+def save_figure(made: "Figure", path: str | Path) -> None:
     """Save a figure as .png, or another kind that matplotlib writes. Raises OutputError."""
     if Path(path).suffix not in (".png", ".pdf", ".svg"):
         raise OutputError(f"{path}: a picture is .png, .pdf or .svg")

@@ -2,12 +2,13 @@
 
 # pyright: strict
 # pyright: reportMissingTypeStubs=false
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,13 +16,16 @@ from wsph.errors import OutputError
 from wsph.output.cells import Cells, vertices
 from wsph.output.view.packages import pyvista
 
+if TYPE_CHECKING:
+    from pyvista import UnstructuredGrid
+
 
 @dataclass(frozen=True)
 class Shot:
     """A frame: its `grid` (pyvista's), `time` [s], `units` by field, names of the `bodies`, and whether points are where
     particles are."""
 
-    grid: Any
+    grid: "UnstructuredGrid"
     time: float
     units: Mapping[str, str] = field(default_factory=dict[str, str])
     bodies: tuple[str, ...] = ()
