@@ -1,7 +1,6 @@
 """Pictures of the examples, each made by one command: python docs/pictures.py [NAME ...] [--list]
 
-`--list` prints the commands, without a name of all. Pictures of one run share it. Files are brought to a palette of 256
-colours, which is small, and looks the same.
+`--list` prints the commands, without a name of all. Pictures of one run share it.
 """
 
 import argparse
@@ -13,6 +12,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 TARGET = "docs/pictures"
+
+LARGEST = 150_000
+"""Size of a picture from which on it gets a palette [bytes]."""
 
 POINTS = "--set run.formulation=stress-points"
 """Bodies of cells, where the example is one of particles."""
@@ -54,9 +56,9 @@ PICTURES = {
     "twisting_column": "--field von_mises --time '90 ms'",
     "kalthoff_winkler": "--field damage --warp 3",
     "kalthoff_links": "--field damage",
-    "mode_one_strip": "--field stress_yy --warp 20 --broken 0.9",
+    "mode_one_strip": "--field stress_yy --warp 20 --broken 0.9 --time '175 us'",
     "deep_beam": "--field damage",
-    "taylor_bar": "--field plastic_strain --clip y",
+    "taylor_bar": "--field plastic_strain --clip 'y>0'",
     "two_rods": "--field velocity_x --time '20 us'",
     "rigid_plastic_beam": "--field plastic_strain",
     "notched_beam": "--field plastic_strain",
@@ -113,7 +115,10 @@ def _small(path: Path) -> None:
     from PIL import Image
 
     with Image.open(path) as page:
-        page.convert("RGB").quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)
+        whole = page.convert("RGB")
+    whole.save(path, optimize=True)
+    if path.stat().st_size > LARGEST:
+        whole.quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)
 
 
 def main() -> None:

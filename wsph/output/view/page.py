@@ -23,6 +23,9 @@ WIDTH, HIGHEST, NARROWEST = 8.6, 5.6, 4.6
 UPRIGHT = 0.4
 """From this height of an image, over its width, on the bar stands beside it, and otherwise under it."""
 
+NOTHING = 1e-12
+"""Part of the largest value from which on a value is not nothing."""
+
 SMALL, USUAL, LARGE = 8.5, 9.5, 11.0
 """Sizes of letters [points]."""
 
@@ -93,8 +96,10 @@ def page(window: Window, legend: Legend, image: Callable[[tuple[int, int]], np.n
     _bar(made, frame, legend)
     inner = frame.place(frame.left if window.axes else 0.3, frame.bottom + frame.height, 0.0, 0.0)
     made.text(inner[0], inner[1] + 0.38 / frame.page[1], legend.title, fontsize=LARGE, va="baseline")
-    scale, named = shown_in(legend.unit, max(map(abs, legend.ends)))
-    values = f"from {legend.ends[0] * scale:.4g} to {legend.ends[1] * scale:.4g}{f' {named}' if named else ''}"
+    largest = max(map(abs, legend.ends))
+    scale, named = shown_in(legend.unit, largest)
+    least, most = (value * scale if abs(value) > NOTHING * largest else 0.0 for value in legend.ends)
+    values = f"from {least:.4g} to {most:.4g}{f' {named}' if named else ''}"
     words = ",  ".join([values, *said])
     made.text(inner[0], inner[1] + 0.14 / frame.page[1], words, fontsize=SMALL, color="#404040", va="baseline")
     return made
