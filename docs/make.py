@@ -23,40 +23,6 @@ import wsph
 from wsph.validation import measures, oracles, validate
 
 ROOT = Path(__file__).resolve().parents[1]
-PICTURES: dict[str, tuple[str, dict[str, object]]] = {
-    "shock_bar": ("stress_xx", {"end": "6.5 ms"}),
-    "shock_bar_ul": ("stress_xx", {"end": "6.5 ms"}),
-    "vibrating_bar": ("stress_xx", {}),
-    "shear_band": ("plastic_strain", {}),
-    "crack_dsif": ("stress_yy", {"end": "0.8 ms", "bodies.0.spacing": 0.05}),
-    "cantilever": ("displacement_y", {}),
-    "magnesium_bar": ("stress_xx", {}),
-    "plate_with_void": ("stress_yy", {}),
-    "twisting_column": ("von_mises", {"end": "0.09 s", "bodies.0.spacing": 0.1}),
-    "kalthoff_winkler": ("damage", {}),
-    "kalthoff_links": ("damage", {}),
-    "mode_one_strip": ("damage", {}),
-    "deep_beam": ("damage", {}),
-    "taylor_bar": ("plastic_strain", {}),
-    "ring": ("von_mises", {}),
-    "bracket": ("von_mises", {}),
-    "two_rods": ("velocity_x", {"end": "20 us"}),
-    "rigid_plastic_beam": ("plastic_strain", {"end": "0.9 ms"}),
-    "notched_beam": ("plastic_strain", {"end": "0.5 ms"}),
-    "oscillating_beam": (
-        "stress_xx",
-        {
-            "end": "0.8 ms",
-            "bodies.0.velocity": [
-                "0",
-                "10*(4.138133775978785*(cosh(3.750208*x)-cos(3.750208*x))-3.03778544028026*(sinh(3.750208*x)-sin(3.750208*x)))*(x>0)",
-            ],
-        },
-    ),
-}
-"""Example, field and changes of every picture."""
-
-
 _NAME, _ROW = (
     re.compile(r"^## ([\w-]+)$", re.MULTILINE),
     re.compile(r"^(\| `([\w-]+)` \| .* of \d+ \| [\d.]+ \|)$", re.MULTILINE),
@@ -80,8 +46,8 @@ def validation(names: tuple[str, ...] = ()) -> list[str]:
         )
         picture = case.name.replace("-", "_")
         lines = ["", "", f"{case.source}; oracle: {case.oracle}; {outcome.seconds:.1f} s."]
-        if picture in PICTURES:
-            lines += ["", f"![{case.name}]({picture}.png)"]
+        if (ROOT / "docs" / "pictures" / f"{picture}.png").is_file():
+            lines += ["", f"![{case.name}](pictures/{picture}.png)"]
         lines += ["", "| figure | published | asked | reached | verdict |", "| --- | --- | --- | --- | --- |"]
         for row in outcome.rows:
             verdict = "" if row.asked == "reported" else "meets" if row.meets else "**misses**"
@@ -283,17 +249,6 @@ def accuracy() -> list[str]:
     return rows
 
 
-def pictures() -> None:
-    """docs/*.png by the commands that the README shows."""
-    for name, (field, changes) in PICTURES.items():
-        with tempfile.TemporaryDirectory() as folder:
-            out = Path(folder) / "out"
-            wsph.run(wsph.load(ROOT / "examples" / f"{name}.toml").with_(**changes), out)
-            target = str(ROOT / "docs" / f"{name}.png")
-            command = [sys.executable, "-m", "wsph.cli", "view", str(out), "--field", field, "--save", target]
-            subprocess.run(command, check=True)
-
-
 def fronts() -> None:
     """docs/front_*.png from the shipped studies."""
     for name in ("shock_bar", "beam"):
@@ -331,7 +286,7 @@ def main() -> None:
         readme = f"{before}<!-- {name} -->\n" + "\n".join(rows) + f"\n<!-- /{name} -->{after}"
     (ROOT / "README.md").write_text(readme)
     if not options.only and not options.cases:
-        pictures()
+        subprocess.run([sys.executable, str(ROOT / "docs" / "pictures.py")], check=True)
         fronts()
 
 

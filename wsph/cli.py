@@ -140,7 +140,26 @@ def _parser() -> argparse.ArgumentParser:
     view = commands.add_parser("view", help="show or save a picture of a run")
     view.add_argument("folder", type=Path, metavar="DIR")
     view.add_argument("--field", default="velocity", help="field to draw, e.g. stress_xx (default: velocity)")
-    view.add_argument("--save", type=Path, metavar="FILE", help="a .png of the last frame or a .gif of all")
+    view.add_argument(
+        "--save", type=Path, metavar="FILE", help="a .png, .pdf or .svg of the last frame, a .gif or .mp4 of all"
+    )
+    view.add_argument("--body", metavar="NAME", help="draw this body alone")
+    view.add_argument("--time", metavar="T|FROM:TO", help='the frame nearest to a time ("2 ms"), or those in a range')
+    view.add_argument(
+        "--warp", type=float, metavar="FACTOR", help="draw displacements times a factor (0: the body as it was)"
+    )
+    view.add_argument(
+        "--camera", choices=["xy", "xz", "yz", "iso"], help="from where to look (default: flat bodies xy)"
+    )
+    view.add_argument("--slice", metavar="AXIS[=AT]", help="a slice across an axis, in the middle or at a coordinate")
+    view.add_argument("--clip", metavar="AXIS[<AT]", help="keep the half behind the middle, or what is <AT or >AT")
+    view.add_argument("--range", metavar="LOW:HIGH", help='values from which to which colours go, e.g. "0:80 MPa"')
+    view.add_argument(
+        "--smooth", action="store_true", help="values recovered at nodes, not those of the cells as computed"
+    )
+    view.add_argument("--mesh", action="store_true", help="draw the edges of the cells")
+    view.add_argument("--broken", type=float, metavar="DAMAGE", help="leave out what is damaged beyond this, e.g. 0.9")
+    view.add_argument("--colours", default="viridis", choices=["viridis", "cividis", "gray"], help="default: viridis")
     view.set_defaults(command=_view)
     return parser
 
@@ -408,9 +427,23 @@ def _validate(options: argparse.Namespace) -> int:
 
 
 def _view(options: argparse.Namespace) -> int:
-    from wsph.output.view import view
+    from wsph.output.view.look import Look, plane, span
+    from wsph.output.view.pictures import view
 
-    view(options.folder, options.field, options.save)
+    look = Look(
+        options.field,
+        options.body,
+        options.warp,
+        options.camera,
+        plane(options.slice) if options.slice else None,
+        plane(options.clip, "<>") if options.clip else None,
+        span(options.range) if options.range else None,
+        options.smooth,
+        options.mesh,
+        options.colours,
+        options.broken,
+    )
+    view(options.folder, look, options.save, options.time)
     return 0
 
 

@@ -18,7 +18,7 @@ import pytest
 
 import wsph
 from tests.extremes.hostile import ALL, BODY, CASES, Answer, Hostile, case, named, probe, process, run, scene_case, told
-from wsph.output import view
+from wsph.output.view.recorded import frames
 
 # Probes.
 scene_case(
@@ -91,7 +91,7 @@ def _(folder: Path) -> Answer:
 @case("a cadence of 1e-320 s: every state", "completed: 10 steps", 0)
 def _(folder: Path) -> Answer:
     answer = run(folder, BODY + "[output]\nevery = 1e-320\nhistory = 5e-324\n")
-    assert len(view.frames(folder / "out")) == len((folder / "out" / "history.csv").read_text().splitlines()) - 1 == 11
+    assert len(frames(folder / "out")) == len((folder / "out" / "history.csv").read_text().splitlines()) - 1 == 11
     return answer
 
 

@@ -13,10 +13,13 @@ import pytest
 
 import wsph
 from tests import scenes
+from tests.output.readers import READERS, times, vtk
 from wsph.errors import OutputError
-from wsph.output import view
 from wsph.output.fields import von_mises
 from wsph.output.folder import OutputFolder
+from wsph.output.view.look import Look
+from wsph.output.view.pictures import picture
+from wsph.output.view.recorded import frames, shot
 
 pv = pytest.importorskip("pyvista")
 
@@ -90,7 +93,7 @@ def test_xdmf_and_npz_carry_the_same_numbers(folder: Path) -> None:
 
 KILLED = """
 import sys, wsph
-scene = wsph.load(sys.argv[1]).with_(end="10 s", output={"every": 3, "formats": ["vtu"]})
+scene = wsph.load(sys.argv[1]).with_(end="10 s", output={"every": 3, "formats": ["vtu", "vtkhdf", "xdmf", "npz"]})
 wsph.run(scene, sys.argv[2])
 """
 
@@ -114,6 +117,20 @@ def test_a_kill_at_any_instant_leaves_a_readable_folder(tmp_path: Path) -> None:
         for value in reader.time_values:
             reader.set_active_time_value(value)
             assert reader.read()[0].n_points == 101
+        listed = [len(reader.time_values)]
+        for kind, name in ((vtk.vtkHDFReader, "frames.vtkhdf"), (vtk.vtkXdmfReader, "frames.xdmf")):
+            series = kind()
+            series.SetFileName(str(out / name))
+            series.UpdateInformation()
+            listed.append(len(times(series)))
+        # The kill fell between two lists at most.
+        assert max(listed) - min(listed) <= 1
+        for read in READERS.values():
+            for number in (0, min(listed) - 1):
+                assert read(out, number).n_points == 101
+                assert np.isfinite(read(out, number).point_data["velocity"]).all()
+        for path in (out / "frames").glob("frame_*.npz"):
+            assert len(np.load(path)["position"]) == 101
 
 
 def test_two_dimensional_fields_are_padded(tmp_path: Path) -> None:
@@ -143,8 +160,8 @@ def test_files_have_time_units_bodies_and_the_precision_of_the_run(tmp_path: Pat
     of, names = {"f64": "float64", "f32": "float32"}[precision], [b.name for b in result.scene.bodies]
     units = {"position": "m", "velocity": "m/s", "stress": "Pa", "plastic_strain": "1", "density": "kg/m3", "displacement": "m",
              "von_mises": "Pa"}  # fmt: skip
-    frames = tmp_path / "out" / "frames"
-    mesh = pv.read(frames / "frame_000001.vtu")
+    folder = tmp_path / "out" / "frames"
+    mesh = pv.read(folder / "frame_000001.vtu")
     assert mesh.field_data["TimeValue"].tolist() == [result.time]
     assert list(mesh.field_data["bodies"]) == names
     assert list(mesh.field_data["units"]) == [f"{name}: {unit}" for name, unit in units.items()]
@@ -156,7 +173,7 @@ def test_files_have_time_units_bodies_and_the_precision_of_the_run(tmp_path: Pat
         assert result.particles[name].dtype == of
     assert mesh.point_data["id"].dtype == mesh.point_data["body"].dtype == "int64"
     assert np.array_equal(np.isnan(mesh.point_data["plastic_strain"]), mesh.point_data["body"] == 1)
-    with np.load(frames / "frame_000001.npz") as archive, h5py.File(frames / "frame_000001.h5") as data:
+    with np.load(folder / "frame_000001.npz") as archive, h5py.File(folder / "frame_000001.h5") as data:
         assert archive["bodies"].tolist() == list(data.attrs["bodies"]) == names
         assert dict(archive["units"].tolist()) == units
         assert archive["TimeValue"] == data.attrs["TimeValue"] == result.time
@@ -165,11 +182,14 @@ def test_files_have_time_units_bodies_and_the_precision_of_the_run(tmp_path: Pat
             assert archive[name].dtype == data[name].dtype == of
     root = ElementTree.parse(tmp_path / "out" / "frames.xdmf").getroot()
     items = root.findall(".//Attribute/DataItem") + root.findall(".//Geometry/DataItem")
+    inside = ("cells/stress", "cells/plastic_strain", "cells/von_mises")
     sizes = {item.text.split(":/")[1]: (item.get("NumberType"), item.get("Precision")) for item in items}
     assert sizes == {
         **dict.fromkeys(units, ("Float", {"f64": "8", "f32": "4"}[precision])),
         "id": ("Int", "8"),
         "body": ("Int", "8"),
+        **dict.fromkeys(inside, ("Float", {"f64": "8", "f32": "4"}[precision])),
+        "cells/body": ("Int", "8"),
     }
     said = {a.get("Name"): a.find("Information") for a in root.findall("./Domain/Grid/Grid")[-1].findall("Attribute")}
     assert {name: found.get("Value") for name, found in said.items() if found is not None} == {
@@ -194,7 +214,7 @@ def test_times_are_numbers_where_the_step_adapts(tmp_path: Path) -> None:
     assert type(result.time) is float
     for name in ("frames.pvd", "frames.xdmf"):
         assert "np.float64" not in (tmp_path / "out" / name).read_text()
-    times = [time for time, _ in view.frames(tmp_path / "out")]
+    times = [time for time, _ in frames(tmp_path / "out")]
     assert times[-1] == result.time
     assert times == sorted(set(times))
 
@@ -208,11 +228,11 @@ def test_a_body_without_the_field_does_not_grey_the_others(tmp_path: Path) -> No
     assert (np.ptp(colours, axis=1) > 60).sum() > 10
     nothing = {"position": np.zeros((3, 3)), "damage": np.full(3, np.nan)}
     with pytest.raises(OutputError, match="'damage' is no finite number anywhere in the frame"):
-        view.picture(nothing, "damage", 0.0, tmp_path / "y.png")
+        picture(shot(nothing, 0.0), Look("damage"))
 
 
 def test_a_list_of_frames_that_is_damaged_is_named(tmp_path: Path) -> None:
     for text in (b"\xff\xfe", b'<DataSet timestep="np.float64(0.1)" part="0" file="frames/f.vtu"/>'):
         (tmp_path / "frames.pvd").write_bytes(text)
         with pytest.raises(OutputError, match=r"frames.pvd: cannot be read"):
-            view.frames(tmp_path)
+            frames(tmp_path)

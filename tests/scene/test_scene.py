@@ -99,7 +99,7 @@ ROWS: list[tuple[dict, str]] = [
     ({"probes.0.every": 0}, r"^probes.0.every: 0 steps: from 1 to 2\^53 "),
     ({"probes.1.name": "fixed-end"}, r"^probes.1.name: 'fixed-end' names another probe"),
     ({"probes.0.reduce": "max"}, r"^probes.0: reduce .* goes with where"),
-    ({"output.formats": ["vtk"]}, r"^output.formats.0: 'vtk' is none of 'vtu', 'xdmf' or 'npz'; did you mean 'vtu'\?"),
+    ({"output.formats": ["vtk"]}, r"^output.formats.0: 'vtk' is none of 'vtu', 'vtkhdf', 'xdmf' or 'npz'; did you mean 'vtu'\?"),
     ({"output.every": "-1 ms"}, r"^output.every: '-1 ms' is not above zero"),
     ({"output.fields": ["velocity", "velocity"]}, r"^output.fields: 'velocity' is named twice"),
     ({"boundary.0.where": "x", "boundary.0.face": None}, r"^boundary.0.where: 'x' is no comparison"),

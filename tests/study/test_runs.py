@@ -13,7 +13,7 @@ from tests import scenes
 from wsph import Scene, load, run
 from wsph.cli import main
 from wsph.errors import SceneError
-from wsph.output.view import undominated
+from wsph.output.view.front import undominated
 from wsph.study.oracle import Oracle
 from wsph.study.runs import digests, run_study
 from wsph.study.tables import Study, load_study

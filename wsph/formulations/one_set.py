@@ -279,6 +279,11 @@ class OneSetSystem(System):
         return self._prescribed.drag.held + self.rates.held_energy(self.state)
 
     @property
+    def joined(self) -> bool:
+        """Whether its particles are the corners of its cells: with points of their own, and with pairs along the edges."""
+        return self.placement.at_nodes and (self.points or self._host.edges)
+
+    @property
     def neighbours(self) -> Pairs:
         """Pairs of each particle with those that it is joined to."""
         return self.rates.neighbours

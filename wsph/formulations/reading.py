@@ -51,6 +51,11 @@ class Readable(Protocol):
         """Particles that carry the state."""
         ...
 
+    @property
+    def joined(self) -> bool:
+        """Whether its particles are the corners of its cells."""
+        ...
+
     def filtered(self, name: str) -> np.ndarray:
         """A field as frames carry it, (n, width), nondimensional."""
         ...
@@ -150,6 +155,27 @@ class Reading:
         field = self.fields[name]
         values = system.filtered(field.stored)
         return values[:, field.first : field.first + field.width] * field.scale
+
+    @property
+    def cells(self) -> tuple[np.ndarray, ...]:
+        """Corners of the cells that its particles are the corners of, as `Geometry.blocks` has them; none where particles
+        are but points."""
+        return self._system.geometry.blocks if self._system.joined else ()
+
+    @cached_property
+    def _points_of_cells(self) -> tuple[np.ndarray, ...]:
+        return self._system.geometry.points_of_cells
+
+    def of_cells(self, name: str) -> np.ndarray:
+        """A primitive field of the `cells`, block after block, (c, width), SI: of the point in each, as computed, or the
+        mean of the points on its edges; of a field of the particles the mean of its corners. A particle that is but a point
+        has its own."""
+        if name == DENSITY or not self.apart(name):
+            values = self.si(name)
+            return np.concatenate([values[corners].mean(1) for corners in self.cells]) if self.cells else values
+        field = self.fields[name]
+        values = self._system.state.read(field.stored)[:, field.first : field.first + field.width] * field.scale
+        return np.concatenate([values[points].mean(1) for points in self._points_of_cells])
 
     def unit(self, name: str) -> str:
         """The SI unit of a primitive field, "1" of a plain number. Raises KeyError for one that the body does not have."""

@@ -59,6 +59,8 @@ class System:
     """Whether the body can break."""
     total = False
     """Whether its stress is that which the total law gives of the deformation; otherwise it is integrated from rates."""
+    joined = False
+    """Whether its particles are the corners of its cells."""
     attached: Mapping[str, Attached] = {}
     """The parts of the body on the device, by their keys."""
     warnings: tuple[str, ...] = ()

@@ -66,11 +66,6 @@ class Geometry:
         return ()
 
     @property
-    def blocks(self) -> tuple[np.ndarray, ...]:
-        """The corners of its cells (c, k), by their kind."""
-        raise NotImplementedError
-
-    @property
     def rows(self) -> PointRows:
         """The nodes that each point sees, those of its own cells, and where cells differ the gradients."""
         raise NotImplementedError
@@ -79,6 +74,17 @@ class Geometry:
     def sides(self) -> Faces:
         """The faces as loads and selections see them."""
         return self.faces
+
+    @property
+    def blocks(self) -> tuple[np.ndarray, ...]:
+        """Corners of the cells (c, k), node ids, by their kind: of quadrilaterals and hexahedra in the order of
+        `itertools.product` of 0 and 1 along the cell's axes."""
+        raise NotImplementedError
+
+    @property
+    def points_of_cells(self) -> tuple[np.ndarray, ...]:
+        """The points of the cells of every block, (c, m): the one in each, or those on its edges."""
+        raise NotImplementedError
 
     @property
     def size(self) -> float:

@@ -61,10 +61,6 @@ class Lattice(Geometry):
     def sides(self) -> Faces:
         return self._sides
 
-    @property
-    def blocks(self) -> tuple[np.ndarray, ...]:
-        return (self.corners,)
-
     @cached_property
     def _sides(self) -> Faces:
         """The faces as loads and selections see them: of a lattice that is turned in its shape each cell face stands for its
@@ -84,6 +80,14 @@ class Lattice(Geometry):
         if not self.irregular:
             return PointRows.of_corners(self.corners)
         return PointRows.of_corners(self.corners, mean_gradients(self.nodes, self.corners)[0])
+
+    @property
+    def blocks(self) -> tuple[np.ndarray, ...]:
+        return (self.corners,)
+
+    @property
+    def points_of_cells(self) -> tuple[np.ndarray, ...]:
+        return (np.arange(len(self.corners))[:, None],)
 
     def comparable(self, points: np.ndarray, sources: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if self.mapped:

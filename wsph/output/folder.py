@@ -12,12 +12,14 @@ import io
 import json
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from wsph.errors import OutputError
+from wsph.output.cells import Cells
 from wsph.output.files import own_files, write_atomically, write_text
 from wsph.output.formats import FORMATS, named
 from wsph.output.frames import Frame, Listed, stem
@@ -44,19 +46,24 @@ class OutputFolder:
             raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error
 
     def frame(
-        self, time: float, points: np.ndarray, data: dict[str, np.ndarray], units: Mapping[str, str] | None = None
+        self,
+        time: float,
+        points: np.ndarray,
+        data: dict[str, np.ndarray],
+        units: Mapping[str, str] | None = None,
+        cells: Cells | None = None,
+        positions: str = "current",
     ) -> None:
         """Write one frame: `points` (n, dim) [m], `data` name -> (n,) or (n, width); tensors are (n, 6). Types stay. `units`
-        of the fields by name."""
-        units = dict(units or {})
+        of the fields by name; `cells` with data of the same shapes; `positions` as a `Frame` has them."""
         values = {name: _padded(values) for name, values in data.items()}
-        frame = Frame(_padded(points), values, float(time), units, self._bodies)
+        if cells is not None:
+            cells = replace(cells, data={name: _padded(values) for name, values in cells.data.items()})
+        frame = Frame(_padded(points), values, float(time), dict(units or {}), self._bodies, cells, positions)
         for each in self._formats:
             path = self.folder / "frames" / f"{stem(len(self.times))}.{each.suffix}"
             write_atomically(path, lambda temporary, each=each: each.write(temporary, frame))
-        arrays = {"position": (frame.points, "m"), **{name: (v, units.get(name, "")) for name, v in values.items()}}
-        words = [f"{name}:{1 if v.ndim == 1 else v.shape[1]}:{v.dtype.name}:{u}" for name, (v, u) in arrays.items()]
-        self.times.append((frame.time, len(points), words))
+        self.times.append(frame.listed)
         for each in self._formats:
             each.index(self.folder, self.times)
 

@@ -11,10 +11,11 @@ from collections.abc import Sequence
 from wsph.errors import OutputError
 from wsph.output.frames import Format
 from wsph.output.npz import Npz
+from wsph.output.vtkhdf import Vtkhdf
 from wsph.output.vtu import Vtu
 from wsph.output.xdmf import Xdmf
 
-FORMATS: list[Format] = [Vtu(), Xdmf(), Npz()]
+FORMATS: list[Format] = [Vtu(), Vtkhdf(), Xdmf(), Npz()]
 
 
 def names() -> list[str]:

@@ -5,9 +5,11 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
+
+from wsph.output.cells import Cells
 
 
 @dataclass(frozen=True)
@@ -15,18 +17,65 @@ class Frame:
     """The particles at one `time` [s]: `points` (n, 3) [m], and fields by name, (n,), (n, 3) or, of a tensor, (n, 6) in
     VTK's order, SI. What is not of three dimensions is padded with zeros. Types are those to be written: single precision
     where the run has it. `units` of the fields by name, "1" of plain numbers; names of the `bodies`, in the order of the
-    numbers that the field "body" has."""
+    numbers that the field "body" has. `cells` where the particles are corners of cells, with fields of their own, which have
+    names and units as those of points do; otherwise None. `positions`: whether points are where particles are, "current", or
+    where they were, "reference"."""
 
     points: np.ndarray
     data: dict[str, np.ndarray]
     time: float = 0.0
     units: Mapping[str, str] = field(default_factory=dict[str, str])
     bodies: tuple[str, ...] = ()
+    cells: Cells | None = None
+    positions: str = "current"
+
+    @property
+    def named_units(self) -> dict[str, str]:
+        """Units by the names of the arrays that have one, points and fields."""
+        return {"position": "m", **{name: unit for name, unit in self.units.items() if name in self.data}}
+
+    @property
+    def listed(self) -> "Listed":
+        """How it is listed once it has been written."""
+        words = [_word(name, v, unit) for name, v, unit in (("position", self.points, "m"), *self._united(self.data))]
+        if self.cells is not None:
+            for kind, corners in self.cells.blocks.items():
+                words.append(_word(f"corners/{kind}", corners, str(len(corners))))
+            words += [_word(f"cells/{name}", v, unit) for name, v, unit in self._united(self.cells.data)]
+        return self.time, len(self.points), words
+
+    def _united(self, data: Mapping[str, np.ndarray]) -> list[tuple[str, np.ndarray, str]]:
+        return [(name, values, self.units.get(name, "")) for name, values in data.items()]
+
+
+def _word(name: str, values: np.ndarray, unit: str) -> str:
+    return f"{name}:{1 if values.ndim == 1 else values.shape[1]}:{values.dtype.name}:{unit}"
 
 
 Listed = tuple[float, int, list[str]]
 """A frame that has been written: its time [s], its particles, and its points and fields, each "NAME:WIDTH:TYPE:UNIT" with
-numpy's name of the type."""
+numpy's name of the type; then where it has cells "corners/KIND:WIDTH:TYPE:COUNT" of every kind, and of every field of the
+cells "cells/NAME:WIDTH:TYPE:UNIT"."""
+
+
+class Entry(NamedTuple):
+    """An array as a list of frames has it."""
+
+    name: str
+    width: int
+    type: str
+    unit: str
+
+
+def arrays(words: list[str], cells: bool = False) -> list[Entry]:
+    """The arrays of a listed frame's points, or of its `cells`."""
+    found: list[Entry] = []
+    for word in words:
+        name, width, of, unit = word.split(":", 3)
+        room, _, own = name.rpartition("/")
+        if room == ("cells" if cells else ""):
+            found.append(Entry(own, int(width), of, unit))
+    return found
 
 
 def stem(number: int) -> str:

@@ -1,8 +1,8 @@
 """Frames as VTU, with a PVD index.
 
 The arrays stand behind the XML as they are in memory, so that a frame is written as fast as the disk takes it. Field data,
-of the frame as a whole: `TimeValue` [s], names of the `bodies`, in the order of the numbers in "body", and `units`,
-"NAME: UNIT" of every array; each array has its unit as VTK's UNITS_LABEL too.
+of the frame as a whole: `TimeValue` [s], names of the `bodies`, in the order of the numbers in "body", `positions`, and
+`units`, "NAME: UNIT" of every array; each array has its unit as VTK's UNITS_LABEL too.
 """
 
 # pyright: strict
@@ -14,18 +14,16 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from wsph.output.cells import vertices
 from wsph.output.files import write_text, xml_text
 from wsph.output.frames import Frame, Listed, stem
-
-VERTEX = 1
-"""VTK's number of the kind of cell that is a point."""
 
 TYPES = {"float32": "Float32", "float64": "Float64", "int32": "Int32", "int64": "Int64", "uint8": "UInt8"}
 """VTK's names of numpy's types."""
 
 
 class Vtu:
-    """VTK's unstructured grids, a vertex a particle."""
+    """VTK's unstructured grids: cells, or a vertex a particle."""
 
     name, needs, suffix, listing = "vtu", "", "vtu", "frames.pvd"
 
@@ -41,16 +39,17 @@ class Vtu:
         )
         grid = ElementTree.SubElement(root, "UnstructuredGrid")
         _field_data(ElementTree.SubElement(grid, "FieldData"), frame)
-        piece = ElementTree.SubElement(grid, "Piece", NumberOfPoints=str(count), NumberOfCells=str(count))
+        cells = vertices(count) if frame.cells is None else frame.cells
+        piece = ElementTree.SubElement(grid, "Piece", NumberOfPoints=str(count), NumberOfCells=str(cells.count))
         blocks = _Blocks()
         blocks.add(ElementTree.SubElement(piece, "Points"), "Points", frame.points, "m")
-        cells = ElementTree.SubElement(piece, "Cells")
-        blocks.add(cells, "connectivity", np.arange(count, dtype=np.int32))
-        blocks.add(cells, "offsets", np.arange(1, count + 1, dtype=np.int32))
-        blocks.add(cells, "types", np.full(count, VERTEX, np.uint8))
-        points = ElementTree.SubElement(piece, "PointData")
-        for name, values in frame.data.items():
-            blocks.add(points, name, values, frame.units.get(name, ""))
+        grid = ElementTree.SubElement(piece, "Cells")
+        for name, values in zip(("connectivity", "offsets", "types"), cells.flat, strict=True):
+            blocks.add(grid, name, values)
+        for part, data in (("PointData", frame.data), ("CellData", cells.data)):
+            parent = ElementTree.SubElement(piece, part)
+            for name, values in data.items():
+                blocks.add(parent, name, values, frame.units.get(name, ""))
         blocks.write(path, root)
 
     def index(self, folder: Path, frames: list[Listed]) -> None:
@@ -68,9 +67,9 @@ def _field_data(parent: ElementTree.Element, frame: Frame) -> None:
         parent, "DataArray", type="Float64", Name="TimeValue", NumberOfTuples="1", format="ascii"
     )
     time.text = repr(frame.time)
-    units = {"position": "m", **{name: unit for name, unit in frame.units.items() if name in frame.data}}
     _words(parent, "bodies", frame.bodies)
-    _words(parent, "units", [f"{name}: {unit}" for name, unit in units.items()])
+    _words(parent, "positions", [frame.positions])
+    _words(parent, "units", [f"{name}: {unit}" for name, unit in frame.named_units.items()])
 
 
 def _words(parent: ElementTree.Element, name: str, words: Sequence[str]) -> None:

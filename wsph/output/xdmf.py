@@ -10,8 +10,15 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from wsph.output.cells import KINDS, Cells, counted
 from wsph.output.files import write_text, xml_text
-from wsph.output.frames import Frame, Listed, stem
+from wsph.output.frames import Entry, Frame, Listed, arrays, stem
+
+COUNTED = ("vertex", "line")
+"""Kinds that in XDMF can have any number of corners, and say it."""
+
+CORNERS = "mesh/corners"
+"""Where the cells of a frame are."""
 
 
 class Xdmf:
@@ -23,14 +30,21 @@ class Xdmf:
         """Write a frame as a file."""
         import h5py
 
+        data = {"position": frame.points, **frame.data}
+        if frame.cells is not None:
+            data |= {f"cells/{name}": values for name, values in frame.cells.data.items()}
         # In memory: HDF5 itself falls over where the disk is full.
         content = io.BytesIO()
         with h5py.File(content, "w") as file:
             file.attrs["TimeValue"], file.attrs["bodies"] = frame.time, list(frame.bodies)
-            for name, v in {"position": frame.points, **frame.data}.items():
+            file.attrs["positions"] = frame.positions
+            for name, v in data.items():
                 # ParaView reads XDMF's Tensor6 as xx xy xz yy yz zz; all nine leave nothing to guess.
                 file[name] = v[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]] if v.ndim == 2 and v.shape[1] == 6 else v
-                file[name].attrs["unit"] = "m" if name == "position" else frame.units.get(name, "")
+                unit = frame.units.get(name.removeprefix("cells/"), "")
+                file[name].attrs["unit"] = "m" if name == "position" else unit
+            if frame.cells is not None:
+                file[CORNERS] = _corners(frame.cells)
         path.write_bytes(content.getbuffer())
 
     def index(self, folder: Path, frames: list[Listed]) -> None:
@@ -43,23 +57,64 @@ class Xdmf:
             GridType="Collection",
             CollectionType="Temporal",
         )
-        for number, (time, n, names) in enumerate(frames):
+        for number, (time, n, words) in enumerate(frames):
             source = f"frames/{stem(number)}.{self.suffix}"
             grid = ElementTree.SubElement(series, "Grid", Name=f"frame {number}", GridType="Uniform")
             ElementTree.SubElement(grid, "Time", Value=repr(time))
-            ElementTree.SubElement(grid, "Topology", TopologyType="Polyvertex", NumberOfElements=str(n))
-            for entry in names:
-                name, width, of, unit = entry.split(":", 3)
-                if name == "position":
-                    parent = ElementTree.SubElement(grid, "Geometry", GeometryType="XYZ")
+            cells = _topology(grid, words, n, source)
+            for entry in arrays(words):
+                if entry.name == "position":
+                    _array(ElementTree.SubElement(grid, "Geometry", GeometryType="XYZ"), entry, n, source)
                 else:
-                    kind = {"1": "Scalar", "3": "Vector", "6": "Tensor"}.get(width, "Matrix")
-                    parent = ElementTree.SubElement(grid, "Attribute", Name=name, AttributeType=kind, Center="Node")
-                if unit:
-                    ElementTree.SubElement(parent, "Information", Name="unit", Value=unit)
-                shape = {"1": f"{n}", "6": f"{n} 9"}.get(width, f"{n} {width}")
-                _data_item(parent, shape, np.dtype(of), f"{source}:/{name}")
+                    _array(_attribute(grid, entry, "Node"), entry, n, source)
+            for entry in arrays(words, cells=True):
+                _array(_attribute(grid, entry, "Cell"), entry, cells, f"{source}:/cells")
         write_text(folder / self.listing, xml_text(root))
+
+
+def _corners(cells: Cells) -> np.ndarray:
+    """The corners (c, k) of cells of one kind, as XDMF has them; of more kinds the number of its kind in front of each."""
+    if len(cells.blocks) == 1:
+        return next(iter(cells.blocks.values()))
+    flat: list[np.ndarray] = []
+    for name, corners in cells.blocks.items():
+        kind = [KINDS[name].number, *([corners.shape[1]] if name in COUNTED else [])]
+        flat.append(np.concatenate([np.tile(np.array(kind, corners.dtype), (len(corners), 1)), corners], 1).ravel())
+    return np.concatenate(flat)
+
+
+def _topology(grid: ElementTree.Element, words: list[str], points: int, source: str) -> int:
+    """Say what cells a listed frame of that many points has; returns how many."""
+    kinds = counted(words)
+    if not kinds:
+        ElementTree.SubElement(grid, "Topology", TopologyType="Polyvertex", NumberOfElements=str(points))
+        return points
+    count, one = sum(kinds.values()), next(iter(kinds))
+    parent = ElementTree.SubElement(
+        grid, "Topology", TopologyType=KINDS[one].xdmf if len(kinds) == 1 else "Mixed", NumberOfElements=str(count)
+    )
+    if len(kinds) == 1:
+        if one in COUNTED:
+            parent.set("NodesPerElement", str(len(KINDS[one].order)))
+        shape = f"{count} {len(KINDS[one].order)}"
+    else:
+        shape = str(sum(n * (len(KINDS[kind].order) + 1 + (kind in COUNTED)) for kind, n in kinds.items()))
+    of = next(word.split(":", 3)[2] for word in words if word.startswith("corners/"))
+    _data_item(parent, shape, np.dtype(of), f"{source}:/{CORNERS}")
+    return count
+
+
+def _attribute(grid: ElementTree.Element, entry: Entry, center: str) -> ElementTree.Element:
+    kind = {1: "Scalar", 3: "Vector", 6: "Tensor"}.get(entry.width, "Matrix")
+    return ElementTree.SubElement(grid, "Attribute", Name=entry.name, AttributeType=kind, Center=center)
+
+
+def _array(parent: ElementTree.Element, entry: Entry, count: int, room: str) -> None:
+    """The unit of an array, and where it is: in a `room`, a file with or without a group in it."""
+    if entry.unit:
+        ElementTree.SubElement(parent, "Information", Name="unit", Value=entry.unit)
+    shape = {1: f"{count}", 6: f"{count} 9"}.get(entry.width, f"{count} {entry.width}")
+    _data_item(parent, shape, np.dtype(entry.type), f"{room}{'/' if ':' in room else ':/'}{entry.name}")
 
 
 def _data_item(parent: ElementTree.Element, dimensions: str, of: np.dtype[Any], source: str) -> None:

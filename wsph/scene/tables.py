@@ -346,6 +346,7 @@ class Output(Model):
     every: Cadence | None = None
     formats: Annotated[tuple[Annotated[str, BeforeValidator(_format)], ...], BeforeValidator(as_tuple)] = ("vtu",)
     fields: Strings = ("velocity", "stress")
+    positions: Literal["current", "reference"] = "current"
     history: Cadence | None = None
 
 

@@ -3,11 +3,13 @@
 # pyright: strict
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 
 import numpy as np
 
 from wsph.output import fields
+from wsph.output.cells import Cells, Gathered
 from wsph.output.folder import OutputFolder
 from wsph.simulation.checks import warn
 from wsph.simulation.composition import BodyRun, Composition
@@ -33,6 +35,7 @@ class Records:
         self._probes, self._folder, self._written = composition.probes, folder, 0.0
         scene, scales = composition.scene, composition.scales
         self._wanted, self._single = scene.output.fields, composition.space.precision == "f32"
+        self._moved, self._dim = scene.output.positions == "current", scene.dim
         axes = [f"momentum_{axis}" for axis in "xyz"[: scene.dim]]
         self._names = ["step", "time", "dt", *energies, *axes]
         self._rows: list[list[float]] = []
@@ -80,7 +83,7 @@ class Records:
                 events.advance()
         if self._frames.next <= step or final:
             self._frames.advance()
-            self._frame(step)
+            self.frame(step)
 
     def row(self, step: int, account: Account) -> None:
         """Append a row of the history; at most one a step."""
@@ -90,23 +93,50 @@ class Records:
         momentum = account.momentum * self._impulse
         self._rows.append([step, self._timeline.time(step), self._timeline.dt, *energies, *momentum])
 
-    def _frame(self, step: int) -> None:
+    def frame(self, step: int) -> None:
+        """Write a frame of the state, which is that after `step`."""
         if self._folder is None:
             return
         everything = self.particles(self._wanted)
-        moved = np.concatenate([run.reading.current_positions for run in self._bodies])
+        moved = everything["position"]
+        if self._moved:
+            moved = np.concatenate([run.reading.current_positions for run in self._bodies])
         fine = 1e-3 * min(run.system.spacing for run in self._bodies)
         if self._single and np.abs(moved).max() * np.finfo(np.float32).eps < fine:
             moved = moved.astype(np.float32)
         data = {name: values for name, values in everything.items() if name != "position"}
-        self._folder.frame(self._timeline.time(step), moved, data, self._units())
+        of = "current" if self._moved else "reference"
+        self._folder.frame(
+            self._timeline.time(step), moved, data, self.units(self._wanted), self.cells(self._wanted), of
+        )
         if time.perf_counter() - self._written > TABLE_SECONDS:
             self.write_tables()
 
-    def _units(self) -> dict[str, str]:
-        """Units of the fields of frames."""
+    @cached_property
+    def _gathered(self) -> Gathered | None:
+        """The cells of all bodies, None where no body has any."""
+        blocks = [run.reading.cells for run in self._bodies]
+        return Gathered(blocks, [run.reading.count for run in self._bodies], self._dim) if any(blocks) else None
+
+    def cells(self, names: Sequence[str]) -> Cells | None:
+        """The cells of all bodies: with their body, and those of the fields that stand at points inside, as computed."""
+        if self._gathered is None:
+            return None
+        standing = [
+            name
+            for name in names
+            if name not in fields.ALWAYS and any(_inside(run, fields.primitive(name)) for run in self._bodies)
+        ]
+        parts = [_cell_fields(run, number, standing) for number, run in enumerate(self._bodies)]
+        whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        if self._single:
+            whole = {name: _single(values) if name not in fields.ALWAYS else values for name, values in whole.items()}
+        return self._gathered.having(whole)
+
+    def units(self, names: Sequence[str]) -> dict[str, str]:
+        """SI units of fields by their names."""
         found: dict[str, str] = {}
-        for name in (name for name in self._wanted if name not in fields.ALWAYS):
+        for name in (name for name in names if name not in fields.ALWAYS):
             having = [run.reading for run in self._bodies if fields.primitive(name) in run.reading.names]
             found[name] = having[0].unit(fields.primitive(name)) if having else ""
         return found
@@ -170,13 +200,29 @@ def _single(values: np.ndarray) -> np.ndarray:
 def _fields(run: BodyRun, number: int, names: Sequence[str]) -> dict[str, np.ndarray]:
     """Fields of a body's particles by name, NaN where the body has no such field, with position and body."""
     reading = run.reading
+    found = _shown(run, names, reading.si, reading.count)
+    return {"position": reading.positions, **found, "body": np.full(reading.count, number)}
+
+
+def _cell_fields(run: BodyRun, number: int, names: Sequence[str]) -> dict[str, np.ndarray]:
+    """The same of a body's cells, without their position."""
+    reading = run.reading
+    count = sum(len(corners) for corners in reading.cells) or reading.count
+    return {**_shown(run, names, reading.of_cells, count), "body": np.full(count, number)}
+
+
+def _shown(run: BodyRun, names: Sequence[str], read: Callable[[str], np.ndarray], count: int) -> dict[str, np.ndarray]:
+    """Fields of a body at `count` places, of primitives that are `read` there."""
+    reading = run.reading
     known = {fields.primitive(name) for name in names}.intersection(reading.names)
-    values = {name: reading.si(name) for name in known}
-    found = {"position": reading.positions}
+    values = {name: read(name) for name in known}
+    found: dict[str, np.ndarray] = {}
     for name in (n for n in names if n not in fields.ALWAYS):
         base = values.get(fields.primitive(name))
-        if base is None:
-            found[name] = np.full(reading.count, np.nan)
-        else:
-            found[name] = fields.shown(name, base, reading.labels)
-    return found | {"body": np.full(reading.count, number)}
+        found[name] = np.full(count, np.nan) if base is None else fields.shown(name, base, reading.labels)
+    return found
+
+
+def _inside(run: BodyRun, name: str) -> bool:
+    """Whether a primitive field stands at points inside a body's cells."""
+    return name in run.reading.fields and run.reading.apart(name)

@@ -5,13 +5,30 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from wsph.errors import Unstable
 from wsph.output import fields
+from wsph.output.cells import Cells
 from wsph.scene.scene import Scene
 from wsph.simulation.summary import Summary
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+ENERGIES = (
+    "kinetic",
+    "strain",
+    "dissipated",
+    "hourglass",
+    "contact",
+    "fracture",
+    "external_work",
+    "residual",
+)
+"""Columns of the history that are energies."""
 
 
 @dataclass
@@ -20,7 +37,9 @@ class Result:
 
     `status` is "completed", "unstable" (a state is not finite), "stopped" (energy was created) or "interrupted"; `stable` is
     False for the second and the third. `particles["position"]` is the reference position; fields have the precision of the
-    run. `cost` holds steps, right_hand_sides, wall_seconds and particle_steps_per_second.
+    run. `cells`: those that the particles are corners of, with what stands inside them as computed, None where they are but
+    points; `units` of fields by their names. `cost` holds steps, right_hand_sides, wall_seconds and
+    particle_steps_per_second.
     """
 
     scene: Scene
@@ -32,6 +51,8 @@ class Result:
     particles: dict[str, np.ndarray]
     summary: Summary
     failure: Unstable | None = field(default=None, repr=False)
+    cells: Cells | None = field(default=None, repr=False)
+    units: dict[str, str] = field(default_factory=dict[str, str], repr=False)
 
     @property
     def stable(self) -> bool:
@@ -81,11 +102,36 @@ class Result:
         except IndexError:
             raise KeyError(f"no component {name!r} in {self.scene.dim}D") from None
 
-    def plot(self, name: str = "velocity", save: str | Path | None = None) -> object:
-        """A picture of a final field (needs pyvista). Returns the plotter, or writes `save`."""
-        from wsph.output import view
+    def plot(self, name: str = "velocity", save: str | Path | None = None) -> "Figure":
+        """A picture of a final field or component, of a probe over time by its name, or of the ledger, "energy" (needs the
+        extra "view"). Returns matplotlib's figure; with `save` it is written too. Raises OutputError for another name."""
+        from wsph.output.view import pictures, recorded
+        from wsph.output.view.look import Look
 
-        return view.picture(self.particles, name, self.time, save=save)
+        made = self._curves(name)
+        if made is None:
+            names = tuple(body.name for body in self.scene.bodies)
+            shot = recorded.shot(self.particles, self.time, self.cells, self.units, names)
+            made = pictures.picture(shot, Look(name))
+        if save is not None:
+            pictures.save_figure(made, save)
+        return made
+
+    def _curves(self, name: str) -> "Figure | None":
+        """The figure of a probe or of the energies; None for a field."""
+        from wsph.output.view.curves import over_time
+
+        if fields.primitive(name) in self.particles:
+            return None
+        if name in self.probes:
+            columns = {key: values for key, values in self.probes[name].items() if key != "time"}
+            of = {key: self.units.get(fields.primitive(key.partition("[")[0]), "") for key in columns}
+            return over_time(self.probes[name]["time"], columns, of, f"probe {name}")
+        if name != "energy":
+            return None
+        columns = {key: self.history[key] for key in ENERGIES if np.any(self.history.get(key, 0.0))}
+        unit = {1: "J/m2", 2: "J/m", 3: "J"}[self.scene.dim]
+        return over_time(self.history["time"], columns, dict.fromkeys(columns, unit), "energy")
 
 
 def _euclidean(values: np.ndarray) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 import warp as wp
 
 from wsph.errors import Unstable
-from wsph.output import formats
+from wsph.output import fields, formats
 from wsph.output.claim import Claim
 from wsph.output.folder import OutputFolder
 from wsph.scene.load import load
@@ -192,4 +192,9 @@ class Simulation:
         wanted = tuple(dict.fromkeys(("velocity", "stress", *scene.output.fields)))
         particles, t = self._records.particles(wanted), self._timeline.time(ending.step)
         probes = self._records.probes()
-        return Result(scene, ending.status, ending.reason, t, history, probes, particles, said, failure)
+        cells = self._records.cells(wanted)
+        read = [
+            fields.primitive(key.partition("[")[0]) for columns in probes.values() for key in columns if key != "time"
+        ]
+        units = self._records.units(tuple(dict.fromkeys((*wanted, *read))))
+        return Result(scene, ending.status, ending.reason, t, history, probes, particles, said, failure, cells, units)

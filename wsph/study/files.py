@@ -66,9 +66,9 @@ def write_study(rows: Sequence[Row], study: Study, folder: Path) -> None:
     write_text(folder / TABLE, table)
     if any("error" in row for row in rows):
         try:
-            importlib.import_module("pyvista")
+            importlib.import_module("matplotlib")
         except ImportError:
             return
-        from wsph.output.view import front
+        from wsph.output.view.front import front
 
         front(rows, study.title, folder / PICTURE)

@@ -41,12 +41,23 @@ class Meshed(Geometry):
         return self.frame
 
     @property
+    def rows(self) -> PointRows:
+        return self.seen
+
+    @property
     def blocks(self) -> tuple[np.ndarray, ...]:
         return self.mesh.blocks
 
     @property
-    def rows(self) -> PointRows:
-        return self.seen
+    def points_of_cells(self) -> tuple[np.ndarray, ...]:
+        n, dim = self.nodes.shape
+        found: list[np.ndarray] = []
+        first = 0
+        for corners in self.mesh.blocks:
+            own = np.arange(len(corners))[:, None] if corners.shape[1] != dim + 1 else _edge_points(n, corners)[1]
+            found.append(own + first)
+            first += int(own.max()) + 1
+        return tuple(found)
 
 
 @dataclass(frozen=True)
@@ -120,25 +131,30 @@ def _in_cells(nodes: np.ndarray, corners: np.ndarray, slope: np.ndarray, volume:
     return _Points(nodes[corners].mean(1), volume, PointRows.of_corners(np.take_along_axis(corners, order, 1), slope))
 
 
-def _on_edges(nodes: np.ndarray, corners: np.ndarray, slope: np.ndarray, volume: np.ndarray) -> _Points:
-    """Points on the edges of simplices, each of which takes an equal share of the cells at it."""
-    n, many = len(nodes), corners.shape[1]
-    ends = np.array(list(combinations(range(many), 2)))
-    share = 1.0 / len(ends)
-    edge = np.sort(corners[:, ends], axis=2)
+def _edge_points(n: int, corners: np.ndarray) -> tuple[int, np.ndarray]:
+    """How many edges simplices with `corners` (c, k) among `n` nodes have, and the edges of each, (c, k (k - 1)/2)."""
+    edge = np.sort(corners[:, np.array(list(combinations(range(corners.shape[1]), 2)))], axis=2)
     keys = edge[..., 0].astype(np.int64) * n + edge[..., 1]
     found, point = np.unique(keys, return_inverse=True)
-    point = point.reshape(keys.shape)
-    total = share * np.bincount(point.ravel(), np.repeat(volume, len(ends)))
+    return len(found), point.reshape(keys.shape)
+
+
+def _on_edges(nodes: np.ndarray, corners: np.ndarray, slope: np.ndarray, volume: np.ndarray) -> _Points:
+    """Points on the edges of simplices, each of which takes an equal share of the cells at it."""
+    n = len(nodes)
+    count, point = _edge_points(n, corners)
+    edges = point.shape[1]
+    share = 1.0 / edges
+    total = share * np.bincount(point.ravel(), np.repeat(volume, edges))
     middle = nodes[corners].mean(1)
-    place = [np.bincount(point.ravel(), np.repeat(share * volume * column, len(ends))) / total for column in middle.T]
+    place = [np.bincount(point.ravel(), np.repeat(share * volume * column, edges)) / total for column in middle.T]
     # Every corner of a cell is seen from each of its edges.
     seen = (point[:, :, None].astype(np.int64) * n + corners[:, None, :]).ravel()
     pairs, where = np.unique(seen, return_inverse=True)
-    each = np.repeat(share * slope[:, None], len(ends), axis=1).reshape(-1, slope.shape[2])
+    each = np.repeat(share * slope[:, None], edges, axis=1).reshape(-1, slope.shape[2])
     whole = np.stack([np.bincount(where.ravel(), column) for column in each.T], 1)
-    offsets = np.concatenate([[0], np.cumsum(np.bincount(pairs // n, minlength=len(found)))])
-    held = np.zeros(len(found), bool)
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(pairs // n, minlength=count))])
+    held = np.zeros(count, bool)
     return _Points(np.stack(place, 1), total, PointRows(offsets, (pairs % n).astype(np.int64), whole, held))
 
 

@@ -1,0 +1,72 @@
+"""The scalar that stands for a field in a picture."""
+
+# pyright: strict
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from wsph.errors import OutputError
+from wsph.output.fields import AXES, TENSOR, primitive, von_mises
+from wsph.output.view.recorded import Shot
+
+UNITS = {"velocity": "m/s", "displacement": "m", "stress": "Pa", "density": "kg/m3"}
+"""Of fields that a file without units has."""
+
+
+@dataclass(frozen=True)
+class Scalar:
+    """Numbers of a picture: their `name` and `unit`, and `values` of its cells, or of its points."""
+
+    name: str
+    unit: str
+    values: np.ndarray
+    in_cells: bool
+
+    @property
+    def finite(self) -> np.ndarray:
+        """The values that are numbers: a body without the field has none."""
+        there = self.values[np.isfinite(self.values)]
+        if not len(there):
+            raise OutputError(f"{self.name!r} is no finite number anywhere in the frame: there is nothing to draw")
+        return there
+
+
+def scalar(shot: Shot, name: str, smooth: bool = False) -> Scalar:
+    """The scalar of a field: of cells as computed where there is such, unless it is to be `smooth`; otherwise of points. A
+    vector stands by its length and a stress by von Mises', in one dimension both by their component. Raises OutputError for
+    a field that the frame does not have."""
+    points = {key: np.asarray(shot.grid.point_data[key]) for key in shot.grid.point_data}
+    cells = {} if smooth else {key: np.asarray(shot.grid.cell_data[key]) for key in shot.grid.cell_data}
+    ids = ("id", "body")
+    for data, inside in (({k: v for k, v in cells.items() if k not in ids}, True), (points, False)):
+        found = _component(data, name)
+        if found is not None:
+            label, values = found
+            base = primitive(label.strip("|"))
+            unit = shot.units.get(label) or shot.units.get(base) or shot.units.get(name) or UNITS.get(base, "")
+            return Scalar(label, unit, values.astype(float), inside)
+    known = ", ".join(key for key in points if key not in ids)
+    raise OutputError(f"no field {name!r} in the frame; there is {known}")
+
+
+def _component(data: dict[str, np.ndarray], name: str) -> tuple[str, np.ndarray] | None:
+    """The label and the values (n,) of a field; None where the data have none."""
+    match = re.fullmatch(r"(velocity|displacement)_([xyz])", name)
+    if match and match[1] in data and AXES.index(match[2]) < data[match[1]].shape[1]:
+        return name, data[match[1]][:, AXES.index(match[2])]
+    match = re.fullmatch(rf"stress_({'|'.join(TENSOR)})", name)
+    if match and "stress" in data:
+        return name, data["stress"][:, TENSOR.index(match[1])]
+    if name == "von_mises" and name not in data and "stress" in data:
+        return name, von_mises(data["stress"])
+    if name == "pressure" and name not in data and "stress" in data:
+        return name, -data["stress"][:, :3].mean(1)
+    values = data.get(name)
+    if values is None or values.ndim == 1:
+        return None if values is None else (name, values)
+    alone = not np.any(values[:, 1:])
+    if name == "stress":
+        return ("stress_xx", values[:, 0]) if alone else ("von_mises", von_mises(values))
+    return (f"{name}_x", values[:, 0]) if alone else (f"|{name}|", np.linalg.norm(values, axis=1))
