@@ -24,8 +24,6 @@ LONGEST = 2000
 """Characters of a message's line that are printed."""
 
 if TYPE_CHECKING:
-    from wsph.backend.graph import Program
-    from wsph.protocols import Integrator
     from wsph.study.runs import Row
 
 
@@ -236,84 +234,12 @@ class _Progress:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from wsph.boundary.selections import selections
-    from wsph.geometry.meshes.inspection import in_words
-    from wsph.plugins import registry
+    from wsph.checking import described
     from wsph.scene.load import load
-    from wsph.simulation.compose import compose, memory_need, stairs
 
-    scene = load(options.scene, _overrides(options.set))
-    composition, stepped = compose(scene), stairs(scene)
-    meshes = [body.name for body in scene.bodies if body.mesh is not None]
-    try:
-        need = f"estimated {memory_need(scene)}" + (f", without {', '.join(meshes)} from mesh files" if meshes else "")
-        if len(meshes) == len(scene.bodies):
-            need = "not estimated: all bodies are from mesh files"
-    except WsphError as error:
-        need = f"not estimated: a block of it is refused: {error}"
-    rows: list[tuple[str, str]] = [
-        ("scene", scene.title or str(options.scene)),
-        ("space", f"{scene.dim}D, {scene.run.precision}, {composition.device}"),
-    ]
-    for run in composition.bodies:
-        material = f"{run.body.material.model} ({registry.origin('materials', run.body.material.model)})"
-        longest = min(run.longest_steps.values())
-        device, host = (size / run.system.count for size in (run.system.nbytes, run.system.host_bytes))
-        limit = (
-            f"limit {run.limit:.3f} ({run.limit_reason})"
-            if run.limit is not None
-            else f"limit not known: {run.limit_reason}"
-        )
-        rows += [
-            (f"body {run.body.name}", f"{material}, {run.constitutive.state.name}, {run.system.formulation}"),
-            (
-                "  particles",
-                f"{run.system.count}, {run.system.pairs} pairs, {device:.0f} bytes per particle on the device, {host:.0f} on the host",
-            ),
-            ("  stability", f"Courant number {run.courant:.6g}, {limit}"),
-            (
-                "  material",
-                f"time step at most {longest:.4g} s" if longest < 1e300 else "no limit of its own",
-            ),
-        ]
-        rows += [(f"  {about}", said) for about, said in in_words(run.system.geometry)]
-        rows += [("  surface", stepped[run.body.name])] if run.body.name in stepped else []
-        chosen = selections(scene, run.body.name, run.system.geometry, run.system.position, scene.run.end)
-        rows += [(f"boundary {each.number}", str(each)) for each in chosen]
-    name = scene.run.integrator.name
-    functions: list[Any] = [kernel.func for kernel in composition.launches()]
-    kernels: list[str] = [function.__name__ for function in functions]
-    rows += [
-        (
-            "integrator",
-            f"{name} ({registry.origin('integrators', name)}), order {_order(composition.bodies[0].integrator)}",
-        ),
-        ("memory", need),
-        ("time step", f"{composition.dt:.6g} s, {composition.steps} steps to {scene.run.end:g} s"),
-        ("kernels", f"{len(set(kernels))} in {len(kernels)} launches per step: {', '.join(kernels)}"),
-        ("launches", _replayed(composition.program)),
-        ("probes", ", ".join(p.name for p in scene.probes) or "none"),
-    ]
-    rows += [
-        ("contact", f"{' and '.join(c.names) if c.between else f'{c.self_} with itself'}, {c.law}")
-        for c in scene.contact
-    ]
-    for key, value in rows:
+    for key, value in described(load(options.scene, _overrides(options.set)), str(options.scene)):
         print(f"{key:<14} {value}")
     return 0
-
-
-def _order(integrator: "Integrator") -> str:
-    from wsph.plugins import integrators
-
-    order = integrators.order(integrator)
-    return "not declared" if order is None else f"{order:g}"
-
-
-def _replayed(program: "Program") -> str:
-    return "replayed from a captured graph" + (
-        f", long launches shared by {program.threads} cores" if program.threads > 1 else ""
-    )
 
 
 def _list(options: argparse.Namespace) -> int:

@@ -1,0 +1,99 @@
+"""What `wsph check` tells of a scene: its composition, without a run."""
+
+# pyright: strict
+
+from typing import Any
+
+from wsph.backend.graph import Program
+from wsph.boundary.selections import selections
+from wsph.errors import WsphError
+from wsph.geometry.meshes.inspection import in_words
+from wsph.plugins import integrators, registry
+from wsph.protocols import Integrator
+from wsph.scene.scene import Scene
+from wsph.simulation.compose import compose, memory_need, stairs
+from wsph.simulation.composition import BodyRun
+
+Row = tuple[str, str]
+"""What is told of, and the words."""
+
+
+def described(scene: Scene, source: str) -> list[Row]:
+    """The rows of a scene that comes from `source`. Raises what `wsph.compose` raises."""
+    composition, stepped = compose(scene), stairs(scene)
+    rows: list[Row] = [
+        ("scene", scene.title or source),
+        ("space", f"{scene.dim}D, {scene.run.precision}, {composition.device}"),
+    ]
+    for run in composition.bodies:
+        rows += _of_body(scene, run, stepped.get(run.body.name, ""))
+    name = scene.run.integrator.name
+    functions: list[Any] = [kernel.func for kernel in composition.launches()]
+    kernels: list[str] = [function.__name__ for function in functions]
+    rows += [
+        (
+            "integrator",
+            f"{name} ({registry.origin('integrators', name)}), order {_order(composition.bodies[0].integrator)}",
+        ),
+        ("memory", _needed(scene)),
+        ("time step", f"{composition.dt:.6g} s, {composition.steps} steps to {scene.run.end:g} s"),
+        ("kernels", f"{len(set(kernels))} in {len(kernels)} launches per step: {', '.join(kernels)}"),
+        ("launches", _replayed(composition.program)),
+        ("probes", ", ".join(p.name for p in scene.probes) or "none"),
+    ]
+    rows += [
+        ("contact", f"{' and '.join(c.names) if c.between else f'{c.self_} with itself'}, {c.law}")
+        for c in scene.contact
+    ]
+    return rows
+
+
+def _of_body(scene: Scene, run: BodyRun, steps: str) -> list[Row]:
+    """The rows of one body; `steps`: why its surface is in steps of a cell."""
+    material = f"{run.body.material.model} ({registry.origin('materials', run.body.material.model)})"
+    longest = min(run.longest_steps.values())
+    device, host = (size / run.system.count for size in (run.system.nbytes, run.system.host_bytes))
+    limit = (
+        f"limit {run.limit:.3f} ({run.limit_reason})"
+        if run.limit is not None
+        else f"limit not known: {run.limit_reason}"
+    )
+    rows = [
+        (f"body {run.body.name}", f"{material}, {run.constitutive.state.name}, {run.system.formulation}"),
+        (
+            "  particles",
+            f"{run.system.count}, {run.system.pairs} pairs, {device:.0f} bytes per particle on the device, {host:.0f} on the host",
+        ),
+        ("  stability", f"Courant number {run.courant:.6g}, {limit}"),
+        (
+            "  material",
+            f"time step at most {longest:.4g} s" if longest < 1e300 else "no limit of its own",
+        ),
+    ]
+    rows += [(f"  {about}", said) for about, said in in_words(run.system.geometry)]
+    rows += [("  surface", steps)] if steps else []
+    chosen = selections(scene, run.body.name, run.system.geometry, run.system.position, scene.run.end)
+    rows += [(f"boundary {each.number}", str(each)) for each in chosen]
+    return rows
+
+
+def _needed(scene: Scene) -> str:
+    """The memory that its bodies will take."""
+    meshes = [body.name for body in scene.bodies if body.mesh is not None]
+    if len(meshes) == len(scene.bodies):
+        return "not estimated: all bodies are from mesh files"
+    try:
+        return f"estimated {memory_need(scene)}" + (f", without {', '.join(meshes)} from mesh files" if meshes else "")
+    except WsphError as error:
+        return f"not estimated: a block of it is refused: {error}"
+
+
+def _order(integrator: Integrator) -> str:
+    order = integrators.order(integrator)
+    return "not declared" if order is None else f"{order:g}"
+
+
+def _replayed(program: Program) -> str:
+    return "replayed from a captured graph" + (
+        f", long launches shared by {program.threads} cores" if program.threads > 1 else ""
+    )
