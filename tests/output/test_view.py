@@ -183,6 +183,9 @@ def test_words_of_options() -> None:
     assert plane("y>0.1", "<>") == Plane(1, 0.1, True)
     assert span("0:80 MPa") == (0.0, 8e7)
     assert span("-1e-3:2") == (-0.001, 2.0)
+    assert span("-100:1e2 MPa") == (-1e8, 1e8)
+    assert span("1 ms:1 s") == (0.001, 1.0)
+    assert chosen(np.array([0.0, 1e-3, 2e-3]), "1:2 ms", False) == [1, 2]
     times = np.array([0.0, 1e-3, 2e-3, 3e-3])
     assert chosen(times, None, False) == [3]
     assert chosen(times, None, True) == [0, 1, 2, 3]
