@@ -237,14 +237,18 @@ class _Progress:
 
 def _check(options: argparse.Namespace) -> int:
     from wsph.boundary.selections import selections
+    from wsph.geometry.meshes.inspection import in_words
     from wsph.plugins import registry
     from wsph.scene.load import load
-    from wsph.simulation.compose import compose, memory_need
+    from wsph.simulation.compose import compose, memory_need, stairs
 
     scene = load(options.scene, _overrides(options.set))
-    composition = compose(scene)
+    composition, stepped = compose(scene), stairs(scene)
+    meshes = [body.name for body in scene.bodies if body.mesh is not None]
     try:
-        need = f"estimated {memory_need(scene)}"
+        need = f"estimated {memory_need(scene)}" + (f", without {', '.join(meshes)} from mesh files" if meshes else "")
+        if len(meshes) == len(scene.bodies):
+            need = "not estimated: all bodies are from mesh files"
     except WsphError as error:
         need = f"not estimated: a block of it is refused: {error}"
     rows: list[tuple[str, str]] = [
@@ -272,7 +276,9 @@ def _check(options: argparse.Namespace) -> int:
                 f"time step at most {longest:.4g} s" if longest < 1e300 else "no limit of its own",
             ),
         ]
-        chosen = selections(scene, run.body.name, run.system.lattice, run.system.position, scene.run.end)
+        rows += [(f"  {about}", said) for about, said in in_words(run.system.geometry)]
+        rows += [("  surface", stepped[run.body.name])] if run.body.name in stepped else []
+        chosen = selections(scene, run.body.name, run.system.geometry, run.system.position, scene.run.end)
         rows += [(f"boundary {each.number}", str(each)) for each in chosen]
     name = scene.run.integrator.name
     functions: list[Any] = [kernel.func for kernel in composition.launches()]

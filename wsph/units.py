@@ -12,6 +12,7 @@ import difflib
 import math
 import numbers
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from decimal import Decimal, DecimalException
 
@@ -156,3 +157,8 @@ def looks_like_quantity(text: str) -> bool:
     """A number followed by a unit's name, as in "1 m/s"; "2 * x" and "1e3" are not."""
     match = _NUMBER.fullmatch(text)
     return bool(match and re.match(r"(?!x\b|y\b|z\b|t\b|and\b|or\b)[A-Za-zµ]|1\s*/\s*[A-Za-z]", match[2]))
+
+
+def rounded(place: Iterable[float]) -> list[float]:
+    """A position as messages tell it: six digits of each coordinate, and no negative zero."""
+    return [float(f"{x:.6g}") + 0.0 for x in place]

@@ -89,7 +89,7 @@ SCENES: dict[str, tuple[str, str, int, str]] = {
     "sixty unions in each other": (SHAPE, nested(60), 0, "25 particles"),
     "four hundred unions in each other": (SHAPE, nested(400), 2, "is nested too deeply to be read"),
     "a union of nothing": (SHAPE, 'shape = { type = "union", shapes = [] }', 2, "bodies.0.shape.shapes: "),
-    "a difference that leaves nothing": (SHAPE, f'shape = {{ type = "difference", shapes = [{SQUARE}, {{ type = "disc", center = [0.5, 0.5], radius = 2.0 }}] }}', 2, "leaves no cell inside the shape"),
+    "a difference that leaves nothing": (SHAPE, f'shape = {{ type = "difference", shapes = [{SQUARE}, {{ type = "disc", center = [0.5, 0.5], radius = 2.0 }}] }}', 2, "leaves no cells inside the shape"),
     "a disc smaller than a cell": (SHAPE, 'shape = { type = "disc", center = [0.0, 0.0], radius = 1e-6 }', 2, "bodies.0.spacing: 0.25 m is larger than the shape, which is 2e-06 m"),
     "a ring without width": (SHAPE, 'shape = { type = "ring", center = [0.0, 0.0], inner = 1.0, outer = 1.0 }', 2, "inner 1 m must lie below outer 1 m"),
     "a box at the end of the numbers": (SHAPE, 'shape = { type = "box", min = [1e15, 0.0], max = [1000000000000001.0, 1.0] }', 2, "is lost in the rounding of coordinates of 1e\\+15 m"),

@@ -9,7 +9,7 @@ from wsph.geometry.connected import connected
 from wsph.geometry.fitted.junctions import corners, junctions
 from wsph.geometry.fitted.nearby import nearest_distance
 from wsph.geometry.fitted.outline import outline
-from wsph.geometry.fitted.planning import unmet
+from wsph.geometry.fitted.planning import plan_layers
 
 DISC = {"type": "disc", "center": [0.5, 0.5], "radius": 0.2}
 BAR = {"type": "cylinder", "from": [0.5, 0.5, -1.0], "to": [0.5, 0.5, 2.0], "radius": 0.2}
@@ -133,7 +133,9 @@ class TestAreas:
     ],
 )
 def test_patches_that_no_line_lies_on(data: Data, names: tuple[str, ...]) -> None:
-    assert unmet(shape(**data), 0.1) == names
+    body = outline(shape(**data), 0.1)
+    met = plan_layers(body, []).met
+    assert tuple(patch.name for patch, on in zip(body.patches, met, strict=True) if not on) == names
 
 
 class TestJunctions:

@@ -104,6 +104,19 @@ def test_on_a_mapped_lattice_a_strip_tears_as_on_a_lattice() -> None:
     assert other == pytest.approx(energy, rel=0.05)
 
 
+@pytest.mark.parametrize(("model", "dim", "precision"), [("elastic", 2, "f64"), ("elastic", 2, "f32"), ("jaumann", 2, "f64"),
+                                                         ("elastic", 3, "f64")])  # fmt: skip
+def test_a_tearing_body_with_a_fitted_surface_creates_no_energy(model: str, dim: int, precision: str) -> None:
+    round_one = {"type": "disc" if dim == 2 else "sphere", "center": [0.0] * dim, "radius": 0.5}
+    spacing = 0.1 if dim == 2 else 0.125
+    made = scenes.body(round_one, spacing, material={**ELASTIC, "model": model}, phase_field={**TOUGH, "length": 0.2},
+                       velocity=["0.8*x - 0.3*y", "0.3*x - 0.1*y", "0.0"][:dim])  # fmt: skip
+    result = wsph.run(scenes.scene(made, run={"formulation": FORM, "end": 1.5, "cfl": 0.15, "precision": precision}))
+    energy = result.summary["energy"]
+    assert result.summary["fracture"]["b"]["broken"] > 0
+    assert -1e-3 < energy["residual"] / energy["external_work"] < {"elastic": 1e-3, "jaumann": 2e-2}[model]
+
+
 @pytest.mark.parametrize(("keys", "text"), [
     ({"map": ["2*x", "y"]}, "too long for their width"),
     ({"map": WAVY, "phase_field": {**TOUGH, "length": 0.04}}, "below the spacing, 0.05"),

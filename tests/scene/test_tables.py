@@ -65,6 +65,11 @@ name = "d"
 mesh = { file = "part.msh", scale = "1 mm", part = "steel" }
 state = "stress"
 material = { model = "elastic", density = 7800.0, youngs_modulus = "200 GPa", poisson_ratio = 0.3 }
+[[bodies]]
+name = "e"
+points = { file = "particles.csv", scale = "1 mm" }
+state = "stress"
+material = { model = "elastic", density = 7800.0, youngs_modulus = "200 GPa", poisson_ratio = 0.3 }
 [functions.ramp]
 t = [0.0, 1e-3]
 value = [0.0, 1.0]

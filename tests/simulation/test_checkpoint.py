@@ -11,7 +11,9 @@ import wsph
 from tests import scenes
 from tests.distributions import install
 from wsph.cli import main
+from wsph.errors import CheckpointError
 from wsph.simulation import checkpoint
+from wsph.validation.meshes import around, moved_grid, write
 
 
 def block(**run: object) -> wsph.Scene:
@@ -123,6 +125,40 @@ BREAKING = {
     },
     "links": {"links": {"criterion": "stretch", "threshold": 0.02}, "material.model": "jaumann"},
 }
+
+
+DISC = {"type": "disc", "center": [0.0, 0.0], "radius": 0.5}
+
+
+def test_what_acts_on_a_fitted_surface_is_kept(tmp_path: Path) -> None:
+    """Works of a pressure that changes in time, springs and sliding go on where they were."""
+    boundary = [{"body": "b", "where": "x > 0.3", "pressure": "1e-2*(1 + t)"}, {"body": "b", "where": "x < -0.3", "spring": {"stiffness": 1.0}},
+                {"body": "b", "where": "y < -0.3", "normal": "1e-2*t"}]  # fmt: skip
+    scene = scenes.scene(scenes.body(DISC, 0.1), boundary=boundary, output={"every": 9, "history": 3})
+    wsph.run(scene, tmp_path / "whole")
+    wsph.run(scene.with_(**{"end": 0.5, "checkpoint": {"every": 5}}), tmp_path / "parts")
+    wsph.run(scene.with_(**{"checkpoint": {"every": 5}}), tmp_path / "parts", resume=True)
+    assert files(tmp_path / "parts") == files(tmp_path / "whole")
+
+
+def test_a_body_from_another_file_is_refused(tmp_path: Path) -> None:
+    """Nodes that have moved in the file are another body, though nothing in the scene says so."""
+    path, (nodes, corners) = tmp_path / "square.vtu", moved_grid((1.0, 1.0), (4, 4), 0.0)
+    write(path, nodes, quad=around(corners))
+    body = {
+        "name": "b",
+        "mesh": {"file": str(path)},
+        "state": "strain",
+        "material": scenes.material(),
+        "velocity": ["x", "0"],
+    }
+    run = {"integrator": "leapfrog", "end": 1.0, "cfl": 0.3}
+    scene = wsph.Scene(schema=1, dim=2, run=run, bodies=[body], checkpoint={"every": 2})
+    wsph.run(scene, tmp_path / "out")
+    wsph.run(scene, tmp_path / "out", resume=True, end=1.5)
+    write(path, nodes * 1.01, quad=around(corners))
+    with pytest.raises(CheckpointError, match=r"is of another scene: content of bodies.0.mesh.file is"):
+        wsph.run(scene, tmp_path / "out", resume=True, end=2.0)
 
 
 @pytest.mark.filterwarnings("ignore:.*follow the lattice", "ignore:.*energy was created")

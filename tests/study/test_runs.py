@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests import scenes
 from wsph import Scene, load, run
 from wsph.cli import main
 from wsph.errors import SceneError
 from wsph.output.view.front import undominated
 from wsph.study.oracle import Oracle
-from wsph.study.runs import run_study
+from wsph.study.runs import digests, run_study
 from wsph.study.tables import Study, load_study
+from wsph.validation.meshes import around, moved_grid, write
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = f"""
@@ -220,6 +222,19 @@ def test_a_study_is_never_written_over_and_goes_on(tmp_path: Path, capsys: pytes
     (foreign / "cat.jpg").touch()
     assert main(["study", str(path), "-o", str(foreign), "--overwrite"]) == 2
     assert "holds no study of wsph, so --overwrite does not touch it" in capsys.readouterr().err
+
+
+def test_a_row_is_of_the_mesh_that_its_file_held(tmp_path: Path) -> None:
+    path, (nodes, corners) = tmp_path / "square.vtu", moved_grid((1.0, 1.0), (2, 2), 0.0)
+    body = {"name": "b", "mesh": {"file": str(path)}, "state": "strain", "material": scenes.material()}
+    scene = Scene(schema=1, dim=2, run={"integrator": "leapfrog", "end": 1.0, "cfl": 0.3}, bodies=[body])
+    one = Study.model_validate({"schema": 1, "scene": "scene.toml", "variants": [{"name": "a"}]})
+    found: list[list[str]] = []
+    for size in (1.0, 1.0, 1.1):
+        write(path, size * nodes, quad=around(corners))
+        found.append(digests(one, scene, tmp_path))
+    assert found[0] == found[1]
+    assert found[0] != found[2]
 
 
 def test_a_front_has_no_row_that_another_is_better_than() -> None:

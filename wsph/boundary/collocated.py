@@ -29,7 +29,9 @@ def face_conditions(scene: Prescribing, body: str, lattice: Lattice, labels: tup
     loaded = np.zeros(faces.nodes.shape, bool)
     loads: list[tuple[str, np.ndarray, np.ndarray, Prescribed, str]] = []
     zero = constant_program(0.0)
-    for k, condition, nodes, rows in selected_conditions(scene, body, lattice, lattice.nodes, faces.nodes):
+    for k, condition, nodes, rows in selected_conditions(
+        scene, body, faces, lattice.spacing, lattice.nodes, faces.nodes
+    ):
         velocities = prescribed_velocities(scene, condition)
         if condition.symmetry:
             result.mirrored[nodes] *= 2.0

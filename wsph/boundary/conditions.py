@@ -25,7 +25,6 @@ from wsph.boundary.tables import Boundary, Prescribing
 from wsph.errors import Fault, SceneError
 from wsph.expressions import constant_program
 from wsph.geometry.faces import Faces
-from wsph.geometry.geometry import Geometry
 from wsph.geometry.selection import select
 from wsph.output.fields import AXES
 
@@ -102,28 +101,30 @@ def _nothing_selected(k: int, condition: Boundary, faces: Faces) -> SceneError:
 def _of_patch(k: int, name: str, body: str, faces: Faces) -> np.ndarray:
     """Rows of the faces of a patch."""
     if name not in faces.patches:
-        there = ", ".join(faces.patches) or "none"
-        raise SceneError("scene", [Fault(0, f"boundary.{k}.patch", f"{body!r} has no patch {name!r}: it has {there}")])
+        there = f"it has {', '.join(faces.patches)}"
+        if not faces.patches:
+            there = "particles alone have none; select by where"
+        raise SceneError("scene", [Fault(0, f"boundary.{k}.patch", f"{body!r} has no patch {name!r}: {there}")])
     return faces.of_patch(name)
 
 
 def selected_conditions(
-    scene: Prescribing, body: str, lattice: Geometry, position: np.ndarray, on: np.ndarray
+    scene: Prescribing, body: str, faces: Faces, spacing: float, position: np.ndarray, on: np.ndarray
 ) -> Iterator[tuple[int, Boundary, np.ndarray, np.ndarray]]:
-    """The conditions of a body: number, condition, the particles that it selects and the rows of the faces (m,) bool. `on`
-    (m, k) are the particles of each face. Raises SceneError where one selects nothing."""
+    """The conditions of a body: number, condition, the particles that it selects and the rows of its `faces` (m,) bool. `on`
+    (m, k) are the particles of each face, `spacing` [m]. Raises SceneError where one selects nothing."""
     for k, condition in enumerate(scene.boundary):
         if condition.body != body:
             continue
         if condition.face:
-            rows = lattice.faces.named(condition.face)
+            rows = faces.named(condition.face)
             particles = np.unique(on[rows])
         elif condition.patch:
-            rows = _of_patch(k, condition.patch, body, lattice.faces)
+            rows = _of_patch(k, condition.patch, body, faces)
             particles = np.unique(on[rows])
         else:
-            chosen = select(condition.where or "", position, lattice.spacing)
+            chosen = select(condition.where or "", position, spacing)
             particles, rows = np.flatnonzero(chosen), np.all(chosen[on], axis=1)
         if not len(particles):
-            raise _nothing_selected(k, condition, lattice.faces)
+            raise _nothing_selected(k, condition, faces)
         yield k, condition, particles, rows

@@ -2,17 +2,17 @@
 
 # pyright: strict
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 
 import numpy as np
 
 from wsph.boundary.clashes import Claims
 from wsph.boundary.conditions import Conditions, prescribed_velocities, selected_conditions, velocity_key
-from wsph.boundary.loads.acting import LoadedFaces
-from wsph.boundary.loads.rows import stress_load, traction_load
+from wsph.boundary.loads.acting import Load, LoadedFaces
+from wsph.boundary.loads.rows import FaceLoad, stress_load, traction_load
 from wsph.boundary.programs.prescribed import Prescribed
 from wsph.boundary.slide import Slide
-from wsph.boundary.tables import Prescribing
+from wsph.boundary.tables import Boundary, Prescribing
 from wsph.boundary.walls import Wall, Walls
 from wsph.errors import Fault, SceneError
 from wsph.geometry.faces import Faces
@@ -21,7 +21,7 @@ from wsph.geometry.lattice import Lattice
 from wsph.output.fields import AXES
 
 
-def layer_conditions(scene: Prescribing, body: str, lattice: Lattice) -> Conditions:
+def layer_conditions(scene: Prescribing, body: str, lattice: Geometry) -> Conditions:
     """Conditions of a Lagrangian body whose particles are the cells: a face is its first layer of particles."""
     faces = lattice.faces
     return _natural_conditions(scene, body, lattice, lattice.cells, faces.cell[:, None])
@@ -31,7 +31,7 @@ def wall_conditions(scene: Prescribing, body: str, lattice: Lattice) -> tuple[Co
     """Conditions of a body whose particles are the cells and have images behind its walls, and the walls: their velocities
     are prescribed to no particle."""
     walls, on, taken = Walls(lattice, body), lattice.faces.cell[:, None], set[int]()
-    chosen = list(selected_conditions(scene, body, lattice, lattice.cells, on))
+    chosen = list(selected_conditions(scene, body, lattice.sides, lattice.spacing, lattice.cells, on))
     for k, condition, particles, rows in chosen:
         velocity = {AXES.index(axis): value for axis, value in prescribed_velocities(scene, condition).items()}
         if velocity and walls.take(condition, particles, rows, velocity):
@@ -44,15 +44,15 @@ def wall_conditions(scene: Prescribing, body: str, lattice: Lattice) -> tuple[Co
     return _natural_conditions(scene, body, lattice, lattice.cells, on, taken), walls.found()
 
 
-def node_conditions(scene: Prescribing, body: str, lattice: Geometry) -> Conditions:
+def node_conditions(scene: Prescribing, body: str, geometry: Geometry) -> Conditions:
     """Conditions of a Lagrangian body whose particles are the nodes, those of the faces included."""
-    return _natural_conditions(scene, body, lattice, lattice.nodes, lattice.faces.nodes)
+    return _natural_conditions(scene, body, geometry, geometry.nodes, geometry.faces.nodes)
 
 
 def _natural_conditions(
     scene: Prescribing,
     body: str,
-    lattice: Geometry,
+    geometry: Geometry,
     position: np.ndarray,
     on: np.ndarray,
     walls: Collection[int] = (),
@@ -63,15 +63,16 @@ def _natural_conditions(
     coordinate axes. All loads add. The velocities of the conditions `walls`, by their numbers, are prescribed to no
     particle.
     """
-    faces, dim = lattice.faces, scene.dim
-    result, claims = Conditions(), Claims(lattice, at_nodes=position is lattice.nodes)
-    for k, condition, particles, rows in selected_conditions(scene, body, lattice, position, on):
+    faces, dim = geometry.sides, scene.dim
+    result, claims = Conditions(), Claims(geometry, at_nodes=position is geometry.nodes)
+    for k, condition, particles, rows in selected_conditions(scene, body, faces, geometry.spacing, position, on):
         velocities = prescribed_velocities(scene, condition)
-        if velocities and len(velocities) < dim and condition.symmetry and not lattice.upright:
+        if velocities and len(velocities) < dim and condition.symmetry and not geometry.upright:
             text = (
                 f"a turned body prescribes velocities along the coordinate axes; symmetry holds none of its {dim} alone"
             )
             raise SceneError("scene", [Fault(0, f"boundary.{k}.symmetry", text)])
+        _refuse_oblique(k, condition, faces, rows)
         for axis, value in velocities.items():
             claims.take("velocity", AXES.index(axis), particles, value, velocity_key(k, condition, axis))
             if k not in walls:
@@ -79,7 +80,7 @@ def _natural_conditions(
             if axis in condition.traction:
                 text = f"the velocity {axis} is prescribed too: a load there moves nothing"
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.traction.{axis}", text)])
-        mapped = isinstance(lattice, Lattice) and lattice.mapped
+        mapped = isinstance(geometry, Lattice) and geometry.mapped
         if condition.stress and (mapped or (faces.axis[rows] < 0).any()):
             text = "faces turn from place to place: write traction = { x = ... } along the coordinate axes, or pressure"
             raise SceneError("scene", [Fault(0, f"boundary.{k}.stress", text)])
@@ -92,35 +93,43 @@ def _natural_conditions(
         for key, load in condition.acting.items():
             if not rows.any():
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", "acts on no face selected here")])
-            if load.by_corners and position is not lattice.nodes:
+            along = condition.normal is not None and load.by_corners
+            if len(velocities) == dim or along:
+                held = "all velocities are" if not along else "the velocity along the normals is"
+                text = f"{held} prescribed too: a load there moves nothing"
+                raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
+            if load.by_corners and position is not geometry.nodes:
                 text = (
                     'needs particles on the faces: use "stress-points", or "total-lagrangian" with pairs along edges; or a'
                     " traction, which keeps its direction"
                 )
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
-            values = {name: scene.value(getattr(load, name), unit) for name, unit in load.values.items()}
-            result.acting.append((f"{k}.{key}", load, _loaded(faces, on, rows, position, values)))
-        for key, given in (("stress", condition.stress), ("traction", condition.traction)):
-            for label, value in given.items():
-                if key == "stress":
-                    load = stress_load(faces, on, rows, label, scene.value(value, "Pa"), lattice)
-                else:
-                    load = traction_load(faces, on, rows, label, scene.value(value, "Pa"), dim)
-                if not len(load.particle):
-                    text = "acts on no face selected here" + (
-                        "; it is a stress on a face across one of its axes" * (key == "stress")
-                    )
-                    raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}.{label}", text)])
-                result.loads.append(load)
+            result.acting.append((f"{k}.{key}", load, loaded_faces(scene, load, faces, on, rows, position)))
+        for key, load in prescribed_loads(scene, condition, geometry, on, rows):
+            if not len(load.particle):
+                text = "acts on no face selected here" + (
+                    "; it is a stress on a face across one of its axes" * key.startswith("stress")
+                )
+                raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
+            result.loads.append(load)
     return result
+
+
+def _refuse_oblique(k: int, condition: Boundary, faces: Faces, rows: np.ndarray) -> None:
+    """Refuse symmetry on faces that are no planes across an axis: curved and slanted ones."""
+    if condition.symmetry and not condition.where and (faces.axis[rows] < 0).any():
+        text = (
+            f"faces selected here lie across no axis: write normal = 0, which slides along them,"
+            f' or fixed = ["{condition.symmetry}"]'
+        )
+        raise SceneError("scene", [Fault(0, f"boundary.{k}.symmetry", text)])
 
 
 def _slide(key: str, value: Prescribed, faces: Faces, on: np.ndarray, rows: np.ndarray) -> Slide:
     """A velocity along the normals of some faces, by their particles."""
     if not rows.any():
         raise SceneError("scene", [Fault(0, key, "acts on no face selected here")])
-    whole = on.shape[1] == faces.vector.shape[1]
-    vector = faces.vector[rows] if whole else faces.vector[rows].sum(1, keepdims=True)
+    vector = _vectors(faces, on, rows)
     particle, where = np.unique(on[rows].ravel(), return_inverse=True)
     dim = vector.shape[2]
     total = np.stack([np.bincount(where.ravel(), vector[..., k].ravel(), len(particle)) for k in range(dim)], 1)
@@ -130,13 +139,26 @@ def _slide(key: str, value: Prescribed, faces: Faces, on: np.ndarray, rows: np.n
     return Slide(key, value, particle, total / size)
 
 
-def _loaded(
-    faces: Faces, on: np.ndarray, rows: np.ndarray, position: np.ndarray, values: dict[str, Prescribed]
+def prescribed_loads(
+    scene: Prescribing, condition: Boundary, geometry: Geometry, on: np.ndarray, rows: np.ndarray
+) -> Iterator[tuple[str, FaceLoad]]:
+    """The stresses and tractions of a condition on the faces `rows` (m,) bool, by their keys in it. `on` (m, k): the
+    particles of each face."""
+    faces = geometry.sides
+    for label, value in condition.stress.items():
+        yield f"stress.{label}", stress_load(faces, on, rows, label, scene.value(value, "Pa"), geometry)
+    for axis, value in condition.traction.items():
+        yield f"traction.{axis}", traction_load(faces, on, rows, axis, scene.value(value, "Pa"), scene.dim)
+
+
+def loaded_faces(
+    scene: Prescribing, load: Load, faces: Faces, on: np.ndarray, rows: np.ndarray, position: np.ndarray
 ) -> LoadedFaces:
-    """Some faces and their particles, SI, with the values that are prescribed there."""
+    """The faces `rows` (m,) bool as a load that follows the state has them, SI. `on` (m, k): the particles of each face;
+    `position` (n, dim) [m] of all particles."""
     n, dim = position.shape
-    whole = on.shape[1] == faces.vector.shape[1]
-    vector = faces.vector[rows] if whole else faces.vector[rows].sum(1, keepdims=True)
+    values = {name: scene.value(getattr(load, name), unit) for name, unit in load.values.items()}
+    vector = _vectors(faces, on, rows)
     flat = on[rows].ravel()
     area = np.bincount(flat, faces.shares(on)[rows].ravel(), n)
     particle = np.unique(flat)
@@ -144,3 +166,9 @@ def _loaded(
     size = np.linalg.norm(mean, axis=1, keepdims=True)
     normal = np.divide(mean, size, out=np.zeros_like(mean), where=size > 0.0)
     return LoadedFaces(particle, area[particle], normal, on[rows], vector, position, values)
+
+
+def _vectors(faces: Faces, on: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """The integrals of N_j n over some faces, by their nodes or, where one particle stands for each, whole."""
+    whole = on.shape[1] == faces.vector.shape[1]
+    return faces.vector[rows] if whole else faces.vector[rows].sum(1, keepdims=True)

@@ -49,8 +49,9 @@ class Slides:
 
 
 def slides_of(slides: list[Slide], entries: dict[tuple[str, int], dict[int, Prescribed]], dim: int) -> Slides:
-    """All sliding of a body together, with the velocity components that are prescribed beside. Raises SceneError where
-    normals that are alike have values that differ, or are more than there are directions, unless all are zero."""
+    """All sliding of a body together, with the velocity components that are prescribed beside. Raises SceneError where what
+    is prescribed at a particle is not independent, normals alike or more of them than there are directions, unless all of
+    it is zero."""
     rows: dict[int, list[tuple[np.ndarray, Prescribed, str]]] = {}
     for slide in slides:
         for particle, normal in zip(slide.particle.tolist(), slide.normal, strict=True):

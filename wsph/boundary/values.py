@@ -12,7 +12,7 @@ from wsph.backend.space import Space
 from wsph.backend.state import State
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.programs.prescribed import Prescribed, constant
-from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate
+from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate_mean
 
 CONSTANT = -1
 """The program of an entry that never changes: its scale is its value. Most faces are free: thousands of zeros."""
@@ -41,11 +41,7 @@ def _impose_kernel(space: Space) -> wp.Kernel:
         if program[e] != wp.static(CONSTANT):
             dt = dt_of(clock) * second
             t = time_of(clock) * second
-            slack = wp.float64(1.0e-9) * dt
-            now = evaluate(bank, program[e], position[e], t + from_dt * dt, slack)
-            if to_dt != from_dt:
-                now = wp.float64(0.5) * (now + evaluate(bank, program[e], position[e], t + to_dt * dt, slack))
-            value = now * value
+            value = evaluate_mean(bank, program[e], position[e], t, dt, from_dt, to_dt) * value
         state_out[place[e]] = real(value)
 
     return impose

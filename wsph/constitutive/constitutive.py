@@ -101,12 +101,30 @@ class Constitutive:
         return len(self.state.components)
 
 
+def counted(space: Space, laws: Laws, layout: Layout) -> wp.Function:
+    """Warp function (p, fields, i, stress before and after a return, internals before and after) -> the internals, with what
+    was dissipated and what is stored per volume at the start."""
+    Params, energy, stored, last = laws.Params, laws.energy, laws.kept.stored, laws.kept.dissipation
+    stress, internal = laws.stress, laws.internal
+    Fields, ratio = fields_struct(space, layout), volume_ratio(space, laws, layout)
+
+    @wp.func
+    def of_start(p: Params, fields: Fields, i: int, before: stress, after: stress, old: internal, q: internal):
+        if wp.static("deformation" in layout):
+            J = ratio(fields, i)
+            q[last] = old[last] + J * (q[last] - old[last])
+            if wp.static(stored >= 0):
+                q[stored] = q[stored] + J * (energy(p, after) - energy(p, before))
+        return q
+
+    return of_start
+
+
 @cache
 def project_kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
     """Bring the stresses of a state back, over its points."""
-    Params, project, energy = laws.Params, laws.project or laws.respond, laws.energy
-    stored, last = laws.kept.stored, laws.kept.dissipation
-    fields, ratio = fields_struct(space, layout), volume_ratio(space, laws, layout)
+    Params, project, fields = laws.Params, laws.project or laws.respond, fields_struct(space, layout)
+    of_start = counted(space, laws, layout)
 
     @kernel(ranged=True)
     def bring_back(first: int, p: Params, fields_out: fields):
@@ -114,12 +132,32 @@ def project_kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
         before = fields_out.stress[i]
         old = fields_out.internals[i]
         stress, q = project(p, before, old)
-        if wp.static("deformation" in layout):
-            J = ratio(fields_out, i)
-            q[last] = old[last] + J * (q[last] - old[last])
-            if wp.static(stored >= 0):
-                q[stored] = q[stored] + J * (energy(p, stress) - energy(p, before))
         fields_out.stress[i] = stress
-        fields_out.internals[i] = q
+        fields_out.internals[i] = of_start(p, fields_out, i, before, stress, old, q)
+
+    return bring_back
+
+
+@cache
+def project_faces_kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
+    """Bring the stresses of a state back, over its particles. Where bits of `free` are set the stress is in the axes of the
+    particle's face, and these normals keep theirs."""
+    Params, project, fields = laws.Params, laws.project or laws.respond, fields_struct(space, layout)
+    at_face, of_start, internal = laws.project_face or laws.respond, counted(space, laws, layout), laws.internal
+    packed = laws.stress
+
+    @kernel(ranged=True)
+    def bring_back(first: int, p: Params, free: wp.array(dtype=wp.int32), fields_out: fields):
+        i = first + wp.tid()
+        before = fields_out.stress[i]
+        old = fields_out.internals[i]
+        stress = packed()
+        q = internal()
+        if free[i] == 0:
+            stress, q = project(p, before, old)
+        else:
+            stress, q = at_face(p, before, old, free[i])
+        fields_out.stress[i] = stress
+        fields_out.internals[i] = of_start(p, fields_out, i, before, stress, old, q)
 
     return bring_back

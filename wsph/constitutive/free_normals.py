@@ -190,6 +190,48 @@ def total_laws(
     return total, stored
 
 
+def returning(space: Space, law: wp.Function, Params: type, count: int) -> wp.Function:
+    """Warp function (p, stress, own internals) -> both, brought back by a plugin's `law` of `count` internals."""
+    tensor, own = space.tensor, space.vector(max(count, 1))
+
+    @wp.func
+    def returned(p: Params, s: tensor, mine: own):
+        if wp.static(count == 0):
+            return law(p, s), mine
+        else:
+            t, changed = law(p, s, mine)
+            return t, changed
+
+    return returned
+
+
+def straining(space: Space, Params: type) -> wp.Function:
+    """Warp function (p, stress, strain) -> the stress after an elastic strain."""
+    real, tensor = space.scalar, space.tensor
+
+    @wp.func
+    def strained(p: Params, s: tensor, strain: tensor) -> tensor:
+        lame = p.elastic_bulk - real(2.0) / real(3.0) * p.elastic_shear
+        return s + lame * wp.trace(strain) * wp.identity(n=3, dtype=real) + real(2.0) * p.elastic_shear * strain
+
+    return strained
+
+
+def flowed(space: Space, Params: type) -> wp.Function:
+    """Warp function (p, stress, stress lost in a return to it) -> the work of the stress on the plastic strain."""
+    real, tensor = space.scalar, space.tensor
+
+    @wp.func
+    def plastic(p: Params, t: tensor, lost: tensor) -> real:
+        mean = wp.trace(t) / real(3.0)
+        mean_lost = wp.trace(lost) / real(3.0)
+        one = wp.identity(n=3, dtype=real)
+        deviatoric = wp.ddot(t - mean * one, lost - mean_lost * one) / (real(2.0) * p.elastic_shear)
+        return deviatoric + mean * mean_lost / p.elastic_bulk
+
+    return plastic
+
+
 def projection(
     space: Space, material: object, state: StressState, Params: type, internal: type, kept: Kept
 ) -> wp.Function | None:
@@ -201,32 +243,12 @@ def projection(
     if not isinstance(law, wp.Function) or len(inspect.signature(law.func).parameters) != (3 if count else 2):
         wanted = f"{3 if count else 2} arguments"
         raise PluginError(f"{type(material).__name__}.project gave no law of {wanted}; expected {PROJECT_SIGNATURE}")
-    real, tensor, stress, own = (
-        space.scalar,
-        space.tensor,
-        space.vector(len(state.components)),
-        space.vector(max(count, 1)),
-    )
+    real, stress = space.scalar, space.vector(len(state.components))
+    own = space.vector(max(count, 1))
     (unpack, pack), unit, secant, free = packing(space, state), unit_normal(space), _secant(space), len(state.free)
     first = state.free[0] if free else 0
     last, thinning = kept.dissipation, kept.thinning
-
-    @wp.func
-    def returned(p: Params, s: tensor, mine: own):
-        if wp.static(count == 0):
-            return law(p, s), mine
-        else:
-            t, changed = law(p, s, mine)
-            return t, changed
-
-    @wp.func
-    def strained(p: Params, s: tensor, x: real) -> tensor:
-        # The elastic stress of a strain x along each free normal.
-        strain = x * unit(first)
-        if wp.static(free > 1):
-            strain += x * unit(2)
-        lame = p.elastic_bulk - real(2.0) / real(3.0) * p.elastic_shear
-        return s + lame * wp.trace(strain) * wp.identity(n=3, dtype=real) + real(2.0) * p.elastic_shear * strain
+    returned, strained, plastic = returning(space, law, Params, count), straining(space, Params), flowed(space, Params)
 
     @wp.func
     def project(p: Params, packed: stress, q: internal):
@@ -248,20 +270,18 @@ def projection(
             for _ in range(SECANTS):
                 if wp.abs(step) > real(LEAST_SECANT):
                     x += step
-                    trial = strained(p, s, x)
+                    strain = x * unit(first)
+                    if wp.static(free > 1):
+                        strain += x * unit(2)
+                    trial = strained(p, s, strain)
                     t, changed = returned(p, trial, mine)
                     slope, step = secant(gap, t[first, first], step, slope, stiffness)
                     gap = t[first, first]
             if wp.static(thinning >= 0):
                 after[thinning] = q[thinning] + real(free) * x
-        mean = wp.trace(t) / real(3.0)
-        lost = trial - t
-        mean_lost = wp.trace(lost) / real(3.0)
-        one = wp.identity(n=3, dtype=real)
-        plastic = wp.ddot(t - mean * one, lost - mean_lost * one) / (real(2.0) * p.elastic_shear)
         for k in range(wp.static(count)):
             after[k] = changed[k]
-        after[last] = q[last] + plastic + mean * mean_lost / p.elastic_bulk
+        after[last] = q[last] + plastic(p, t, trial - t)
         return pack(t), after
 
     return project

@@ -25,6 +25,7 @@ from functools import cache, lru_cache
 import warp as wp
 
 from wsph.backend.space import Space
+from wsph.constitutive.face_return import face_return
 from wsph.constitutive.free_normals import free_rate, projection, total_laws
 from wsph.constitutive.kept import Kept
 from wsph.constitutive.stress_state import StressState, packing, unit_normal
@@ -62,6 +63,8 @@ class Laws:
                                                                rate kk is target[k] and the normal strain rate is free
     energy(p, stress) -> elastic energy density
     project(p, stress, q) -> (stress, q)                       brought back to where the law allows it; None: anywhere
+    project_face(p, stress, q, mask) -> (stress, q)            the same where bit k of `mask` says that the normal stress
+                                                               kk is to stay what it is, its normal strain free
     total(p, H) -> (stress, first Piola stress dim x dim)      of a total law, static free normals at zero stress;
                                                                None: the law is a rate
     total_energy(p, H) -> energy per reference volume          where a total law gives it
@@ -84,6 +87,7 @@ class Laws:
     depends_on_stress: bool
     dissipates: bool
     project: wp.Function | None = None
+    project_face: wp.Function | None = None
     total: wp.Function | None = None
     total_energy: wp.Function | None = None
 
@@ -323,6 +327,7 @@ def laws_of(space: Space, material: object, state: StressState, evolves: bool = 
             dq -= dq_rest
         return pack(rate) + S, dq + Q
 
+    project = projection(space, material, state, Params, internal, kept)
     total, total_energy = total_laws(space, material, state, Params)
     return Laws(
         state=state,
@@ -338,7 +343,8 @@ def laws_of(space: Space, material: object, state: StressState, evolves: bool = 
         energy=_stored(space, Params, state),
         depends_on_stress=depends_on_stress(material) or turned,
         dissipates=dissipating,
-        project=projection(space, material, state, Params, internal, kept),
+        project=project,
+        project_face=face_return(space, material, state, Params, internal, kept, project),
         total=total,
         total_energy=total_energy,
     )

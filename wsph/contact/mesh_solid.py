@@ -8,7 +8,7 @@ import numpy as np
 
 from wsph.geometry.gradients import face_shares
 from wsph.geometry.meshes.meshed import Meshed
-from wsph.geometry.meshes.sides import cell_sides
+from wsph.geometry.meshes.sides import between_sides
 from wsph.sph.pairs import find_pairs
 
 SLACK = 1e-9
@@ -63,19 +63,10 @@ class MeshSolid:
 
 def _in_cells(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """Which points (k, dim) lie in one of some cells (c, corners, dim), between the planes of their sides, (k,) bool."""
-    dim, middle = points.shape[1], cells.mean(1)
+    middle = cells.mean(1)
     reach = float(np.linalg.norm(cells - middle[:, None], axis=2).max())
     found = np.zeros(len(points), bool)
     pairs = find_pairs(points / reach, middle / reach, 1.0 + SLACK)
     row, cell = pairs.rows(), pairs.indices.numpy()
-    within = np.ones(len(row), bool)
-    for corners in cell_sides(cells.shape[1], dim):
-        ends = cells[:, corners]
-        if dim == 3 and len(corners) == 3:
-            ends = ends[:, [0, 1, 2, 2]]
-        _, vector = face_shares(ends, middle)
-        normal, on = vector.sum(1), ends.mean(1)
-        height = np.einsum("ka,ka->k", points[row] - on[cell], normal[cell])
-        within &= height <= SLACK * reach * np.linalg.norm(normal[cell], axis=1)
-    found[row[within]] = True
+    found[row[between_sides(points, cells, (row, cell), SLACK * reach)]] = True
     return found

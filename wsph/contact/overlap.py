@@ -14,9 +14,11 @@ from itertools import product
 import numpy as np
 
 from wsph.contact.mesh_solid import MeshSolid
+from wsph.contact.point_solid import PointSolid
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.lattice import Lattice, on_grid
 from wsph.geometry.meshes.meshed import Meshed
+from wsph.geometry.meshes.scattered import Scattered
 from wsph.sph.pairs import find_pairs
 
 SURFACE = 1e-6
@@ -112,21 +114,21 @@ class Solid:
         return known
 
 
-AnySolid = Solid | MeshSolid
+AnySolid = Solid | MeshSolid | PointSolid
 
 
 def solid_of(geometry: Geometry, *, at_nodes: bool) -> AnySolid:
     """A body as something that takes up room; `at_nodes`: its particles are the nodes, else the cells of a lattice."""
     if isinstance(geometry, Meshed):
         return MeshSolid(geometry)
+    if isinstance(geometry, Scattered):
+        return PointSolid(geometry)
     return Solid(on_grid(geometry), at_nodes)
 
 
-def first_inside(
-    one: AnySolid, other: AnySolid, places: np.ndarray, others: np.ndarray, depth: float | None = None
-) -> int | None:
-    """The first particle of `one` inside of `other`, at `places` (n, dim) and `others` (m, dim) [m], or None. `depth`: that
-    of the particles that it has passed, if not said."""
+def first_inside(places: np.ndarray, other: AnySolid, others: np.ndarray, depth: float | None = None) -> int | None:
+    """The first of `places` (n, dim) [m] inside of a body whose particles are at `others` (m, dim) [m], or None. `depth`
+    [cells] below its surface; by default that at which its outermost particles have been passed."""
     low, high = others.min(0), others.max(0)
     near = np.flatnonzero(((places >= low) & (places <= high)).all(1))
     if not len(near):
@@ -140,7 +142,7 @@ def overlapping(one: AnySolid, other: AnySolid) -> np.ndarray | None:
     other."""
     for a, b in ((one, other), (other, one)):
         for places in (a.geometry.nodes, a.geometry.cells):
-            found = first_inside(a, b, places, b.places, SURFACE)
+            found = first_inside(places, b, b.places, SURFACE)
             if found is not None:
                 return places[found]
     return None

@@ -130,7 +130,7 @@ class Watch:
         """Whether bodies whose boxes meet have run into each other, and for how long they cannot if they have not [s]."""
         places = {k: self._watched[k].places() for k in (one, other)}
         for a, b in ((one, other), (other, one)):
-            particle = first_inside(self._watched[a].solid, self._watched[b].solid, places[a], places[b])
+            particle = first_inside(places[a], self._watched[b].solid, places[b])
             if particle is not None:
                 return Meeting(a, b, particle, places[a][particle], self._named[one, other]), 0.0
         around = [replace(boxes[k], low=places[k].min(0), high=places[k].max(0)) for k in (one, other)]
@@ -143,10 +143,8 @@ class _Watched:
 
     def __init__(self, run: WatchedBody):
         system = run.system
-        self._run, self.solid = (
-            run,
-            solid_of(system.geometry, at_nodes=len(system.position) != len(system.geometry.cells)),
-        )
+        self._run = run
+        self.solid = solid_of(system.geometry, at_nodes=len(system.position) != len(system.geometry.cells))
         self._low, self._high = system.position.min(0), system.position.max(0)
         self._extents: Array = wp.zeros((blocks(system.count), 12), dtype=wp.float64, device=system.device)
 

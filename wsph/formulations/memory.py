@@ -57,6 +57,10 @@ class Small(Protocol):
 Fitted = Callable[[Body], bool]
 """Whether the surface of a body will be fitted."""
 
+FITTED = 1.25
+"""What a fitted body takes of what its lattice would: its layer of cells is more than that, by up to a quarter where most
+cells are near the surface."""
+
 JITTER = 0.1
 """Of the block of a fitted body [spacings]."""
 
@@ -165,8 +169,9 @@ def _needs(scene: Scene, device: str, set_up: SetUp, cuts: list[_Cut]) -> list[N
         alike = _likeness(scene, cut)
         if alike not in known:
             known[alike] = _learned(scene, cut, set_up)
-        counts = lattice_counts(cut.shape, cut.spacing, cut.body.lattice_rotate)
-        found.append(np.maximum(counts @ known[alike], 0.0))
+        counts = lattice_counts(cut.shape, cut.spacing, cut.body.lattice_rotate, fitted=cut.fitted)
+        more = FITTED if cut.fitted else 1.0
+        found.append(more * np.maximum(counts @ known[alike], 0.0))
     passing = [peak - kept for _, _, kept, peak in found]
     largest = int(np.argmax(passing))
     return [
@@ -264,7 +269,7 @@ def _conditions(scene: Scene, body: Body) -> Iterator[Boundary]:
 
 
 def _count(cut: _Cut) -> tuple[int, ...]:
-    return tuple(plan(cut.shape, cut.spacing, cut.body.lattice_rotate).count.tolist())
+    return tuple(plan(cut.shape, cut.spacing, cut.body.lattice_rotate, fitted=cut.fitted).count.tolist())
 
 
 def _way_out(scene: Scene, cuts: list[_Cut], share: float) -> str:
@@ -282,12 +287,13 @@ def _coarser(cut: _Cut, factor: float) -> str | None:
     """The smallest spacing, at least `factor` times a body's, that divides the edges of its shape; None where there is
     none."""
     divisor = math.gcd(*_count(cut))
-    bound = any(len(edges) for edges in cut.shape.edges()) and cut.body.lattice_rotate == 0.0
+    bound = any(len(edges) for edges in cut.shape.edges()) and cut.body.lattice_rotate == 0.0 and not cut.fitted
     ratios = [divisor / cells for cells in range(int(divisor / factor), 0, -1)] if bound else []
     for ratio in [*([] if bound else [factor]), *ratios]:
         spacing = np.asarray(cut.spacing, float) * ratio
         try:
-            plan(cut.shape, tuple(spacing.tolist()) if spacing.ndim else float(spacing), cut.body.lattice_rotate)
+            coarser = tuple(spacing.tolist()) if spacing.ndim else float(spacing)
+            plan(cut.shape, coarser, cut.body.lattice_rotate, fitted=cut.fitted)
         except ValueError:
             continue
         return _spacing(tuple(spacing.tolist()) if spacing.ndim else float(spacing))

@@ -144,7 +144,7 @@ class OneSetSystem(System):
         """What is prescribed to its particles."""
         if self.placement.at_nodes:
             return node_conditions(setup.scene, self.name, self.geometry)
-        return layer_conditions(setup.scene, self.name, self.lattice)
+        return layer_conditions(setup.scene, self.name, self.geometry)
 
     def _find_layout(self, host: Host) -> Layout:
         """The fields of its states."""

@@ -204,7 +204,7 @@ def pair_warnings(made: RateSetup, blocks: bool) -> tuple[str, ...]:
     faces = bool(conditions.entries) or made.loads.count > 0 or bool(made.loads.acting)
     if host.traits.edges and faces and not host.edges and not host.breaks and host.correction != "paper":
         found.append(
-            f"body {host.name!r}: with pairs of a kernel stress is 20 to 45 % off beside held and loaded faces, however fine the"
+            f"body {host.name!r}: with pairs of a kernel stress is 20 to 70 % off beside held and loaded faces, however fine the"
             " lattice. Pairs along the edges of the cells are exact there: leave out run.support, run.kernel, placement, and what"
             ' else asks for a kernel\'s pairs (contact, cracks, damping of all pairs), or use "stress-points"'
         )

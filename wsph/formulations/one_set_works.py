@@ -10,7 +10,7 @@ from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.boundary.conditions import Conditions
-from wsph.boundary.loads.forces import LoadWork
+from wsph.boundary.loads.work import LoadWork
 from wsph.boundary.slide import slides_of
 from wsph.boundary.sliding import Sliding
 from wsph.boundary.values import BoundaryValues
@@ -48,7 +48,7 @@ class Prescribed:
             self._sliding = Sliding(self.slides, space, position, mass, units, part, state.layout)
         self._loads = loads
         self._constraint_work = ConstraintWork(space, self.values, mass, device)
-        self._load_work = LoadWork(loads.forces, device)
+        self._load_work = LoadWork(loads.forces.loaded, loads.vectors, space, device)
         self.drag = DragWork(space, state, holding, mass, device)
         arrays.part("boundary").adopt(self.values)
         arrays.part("loads").adopt(loads.forces)

@@ -14,7 +14,6 @@ from wsph.plugins.formulations import Formulation
 from wsph.protocols import Traits
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
-from wsph.sph.smoothing import DEFAULT
 from wsph.units import Scales
 
 
@@ -73,8 +72,7 @@ class Setup:
     def at_corners(self) -> bool:
         """Whether points see the corners of their own cells alone: by default, where they have places of their own. A scene
         that names a support or a kernel asks for a kernel's pairs."""
-        run = self.scene.run
-        return self.traits.corners and run.support is None and run.kernel == DEFAULT
+        return self.traits.corners and not self.scene.run.kernel_by
 
     @property
     def along_edges(self) -> bool:
@@ -82,9 +80,14 @@ class Setup:
         can. A scene that names a support or a kernel asks for a kernel's pairs; parts that need every direction, cracks and
         contact between balls take them too."""
         run, placement = self.scene.run, self.body.placement
-        if not self.traits.edges or placement == "cells" or self.geometry.cracks:
+        if (
+            not self.traits.edges
+            or placement == "cells"
+            or self.geometry.cracks
+            or not isinstance(self.geometry, Lattice)
+        ):
             return False
-        if run.support is not None or run.kernel != DEFAULT or run.correction == "paper":
+        if run.kernel_by or run.correction == "paper":
             return False
         if any(part.acts and part.every_direction for part in self.body.parts.values()):
             return False

@@ -6,6 +6,8 @@ from itertools import combinations, product
 
 import numpy as np
 
+from wsph.units import rounded
+
 
 def edge_ends(offsets: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
     """Corners at the low and at the high end of a cell's edges along an axis, in pairs."""
@@ -33,7 +35,7 @@ def mapped_cells(cells: np.ndarray, offsets: np.ndarray) -> tuple[np.ndarray, tu
     volume = cell_volumes(cells, offsets)
     if not (volume > 0.0).all():
         where = cells[np.flatnonzero(~(volume > 0.0))[0]].mean(0)
-        raise ValueError(f"the map turns the cell at {[float(f'{x:.6g}') for x in where]} m inside out")
+        raise ValueError(f"the map turns the cell at {rounded(where)} m inside out")
     lengths: list[np.ndarray] = []
     for axis in range(cells.shape[2]):
         low, high = edge_ends(offsets, axis)

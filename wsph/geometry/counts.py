@@ -6,6 +6,7 @@ from itertools import combinations, product
 
 import numpy as np
 
+from wsph.geometry.fitted.planning import on_grid_lines
 from wsph.geometry.grid import Grid, plan
 from wsph.geometry.shapes.box import Box
 from wsph.geometry.shapes.combined import Shape
@@ -15,7 +16,24 @@ CHUNK = 2**19
 """Cells that are looked at once."""
 
 
-def lattice_counts(shape: Shape, spacing: float | tuple[float, ...], lattice_rotate: Rotation = 0.0) -> np.ndarray:
+def cells_along(
+    shape: Shape, spacing: float | tuple[float, ...], lattice_rotate: Rotation, surface: str | None
+) -> list[int]:
+    """Cells along every axis of a body whose `surface` is asked to be "fitted", "stairs" or what its form takes (None). One
+    that may be fitted needs no line of the grid on it. Raises ValueError as `plan` does."""
+    try:
+        return plan(shape, spacing, lattice_rotate).count.tolist()
+    except ValueError as error:
+        if "not divide" not in str(error) or shape.dim == 1 or surface == "stairs":
+            raise
+        if surface is None and on_grid_lines(shape):
+            raise
+    return plan(shape, spacing, lattice_rotate, fitted=True).count.tolist()
+
+
+def lattice_counts(
+    shape: Shape, spacing: float | tuple[float, ...], lattice_rotate: Rotation = 0.0, *, fitted: bool = False
+) -> np.ndarray:
     """How many nodes a body has, how many cells, and for k = 1 ... dim how many pairs of cells lie a step apart along k
     axes of the grid at once, the mean over those directions: (dim + 2,).
 
@@ -23,7 +41,7 @@ def lattice_counts(shape: Shape, spacing: float | tuple[float, ...], lattice_rot
     of a, b and c that have every power to the first and treat the axes alike, one of them too many. Raises ValueError
     as `plan` does.
     """
-    grid = plan(shape, spacing, lattice_rotate)
+    grid = plan(shape, spacing, lattice_rotate, fitted=fitted)
     if isinstance(shape, Box) and lattice_rotate == 0.0:
         return block_counts(tuple(grid.count.tolist()))
     inside, dim = _inside(shape, grid), len(grid.count)

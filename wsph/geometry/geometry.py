@@ -12,6 +12,11 @@ import numpy as np
 from wsph.geometry.cracks import Crack
 from wsph.geometry.faces import Faces
 from wsph.geometry.gradients import PointRows
+from wsph.geometry.meshes.sides import between_sides
+
+BULGE = 0.1
+"""Height of a round surface over the sides of cells that follow it, over half of the diameter of a cell, at most: an arc
+over a chord h rises by h^2/(8 R), and a radius R has at least two cells."""
 
 
 @dataclass(frozen=True)
@@ -19,7 +24,8 @@ class Geometry:
     """A body cut into cells: `nodes` (n, dim) [m], and points that carry the stress, one a cell or, of triangles and
     tetrahedra, one an edge: their places `cells` (c, dim) [m] and volumes `cell_volume` (c,) [m^dim].
 
-    `node_volume` (n,) [m^dim]; `edges` the shortest and the longest edge of a cell [m].
+    `node_volume` (n,) [m^dim]. `edges` [m]: the shortest edge of a cell of a grid, otherwise that of a cube whose waves
+    swing as fast as the fastest of the body's; and the longest edge of a cell.
     """
 
     nodes: np.ndarray
@@ -31,7 +37,7 @@ class Geometry:
 
     @property
     def spacing(self) -> float:
-        """The shortest edge of a cell [m]."""
+        """The first of `edges` [m]: what Courant numbers count in."""
         return self.edges[0]
 
     @property
@@ -65,6 +71,11 @@ class Geometry:
         raise NotImplementedError
 
     @property
+    def sides(self) -> Faces:
+        """The faces as loads and selections see them."""
+        return self.faces
+
+    @property
     def blocks(self) -> tuple[np.ndarray, ...]:
         """Corners of the cells (c, k), node ids, by their kind: of quadrilaterals and hexahedra in the order of
         `itertools.product` of 0 and 1 along the cell's axes."""
@@ -81,12 +92,18 @@ class Geometry:
         return float(self.cell_volume.mean()) ** (1.0 / self.nodes.shape[1])
 
     def holds(self, points: np.ndarray) -> np.ndarray:
-        """Which of `points` (m, dim) [m] are as near to the centre of a cell as its corners are, (m,) bool."""
-        rows = self.rows
-        apart = self.nodes[rows.indices] - np.repeat(self.cells, np.diff(rows.offsets), axis=0)
-        reach = np.maximum.reduceat(np.linalg.norm(apart, axis=1), rows.offsets[:-1])
-        gaps = [np.linalg.norm(point - self.cells, axis=1) for point in points]
-        return np.array([bool((gap <= 1.001 * reach).any()) for gap in gaps], bool)
+        """Which of `points` (m, dim) [m] lie in a cell, or beside one by less than a round surface bulges over its sides,
+        (m,) bool."""
+        found = np.zeros(len(points), bool)
+        for corners in self.blocks:
+            cells = self.nodes[corners]
+            middle = cells.mean(1)
+            reach = np.linalg.norm(cells - middle[:, None], axis=2).max(1)
+            for k in np.flatnonzero(~found):
+                near = np.flatnonzero(np.linalg.norm(points[k] - middle, axis=1) <= (1.0 + BULGE) * reach)
+                row = np.full(len(near), k)
+                found[k] = between_sides(points, cells, (row, near), BULGE * reach[near]).any()
+        return found
 
     def places(self, length: float) -> np.ndarray:
         """Nodes (n, dim) in units of `length` [m] about the middle of the body, along the coordinate axes."""

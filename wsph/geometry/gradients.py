@@ -106,6 +106,15 @@ def node_shares(places: np.ndarray, corners: np.ndarray) -> np.ndarray:
     return shares
 
 
+def corner_volumes(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The volumes that quadrilaterals or hexahedra with `corners` (c, 2^dim) at `places` (n, dim) would have if they were
+    everywhere as they are at a corner, (c, 2^dim), and in the middle, (c,): negative where the cell is folded over there."""
+    dim = places.shape[1]
+    spots = [*product((0.0, 1.0), repeat=dim), (0.5,) * dim]
+    found = [_scaled(places[corners], slopes)[1] for _, slopes in _shapes(iter(spots), dim)]
+    return np.stack(found[:-1], 1), found[-1]
+
+
 def _simplices(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The same of simplices (c, dim + 1, dim)."""
     dim = cells.shape[2]

@@ -50,11 +50,14 @@ class Grid:
         return (local - self.low) / self.step
 
 
-def plan(shape: Shape, spacing: float | tuple[float, ...], lattice_rotate: Rotation = 0.0) -> Grid:
+def plan(
+    shape: Shape, spacing: float | tuple[float, ...], lattice_rotate: Rotation = 0.0, *, fitted: bool = False
+) -> Grid:
     """The grid of a shape. `spacing` [m], one number or one for each axis.
 
-    Where the shape has edges along an axis, lines fall on them; elsewhere the grid is centred. Raises ValueError where
-    edges do not fit to 1e-6 (with the nearest spacings that do) or a rotation is not for the dimension.
+    Where the shape has edges along an axis, lines fall on them; elsewhere, and where the surface is to be `fitted`, the
+    grid is centred. Raises ValueError where edges do not fit to 1e-6 (with the nearest spacings that do) or a rotation is
+    not for the dimension.
     """
     dim, middle = shape.dim, shape.middle
     steps = np.broadcast_to(np.asarray(spacing, float), (dim,)) if np.size(spacing) in (1, dim) else None
@@ -64,7 +67,7 @@ def plan(shape: Shape, spacing: float | tuple[float, ...], lattice_rotate: Rotat
         )
     turn = rotation_matrix(lattice_rotate, dim)
     low, high = shape.bounds()
-    edges = shape.edges()
+    edges = [np.zeros(0)] * dim if fitted else shape.edges()
     if lattice_rotate != 0.0:
         ends = np.array(list(product(*zip(low, high, strict=True))))
         turned = middle + (ends - middle) @ turn

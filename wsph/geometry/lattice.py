@@ -1,15 +1,17 @@
 """Where particles sit: nodes and cells of a grid inside a shape, and the faces of the body.
 
-Two-set methods put real particles at the nodes (faces, edges and corners included) and virtual ones at the cell centres;
-one-set methods put theirs at the cell centres. Faces are found from the cells alone: a cell face that belongs to one cell
-is a face of the body, whatever the shape. A crack cuts the faces that it runs along, and its nodes are there once for each
-side. Everything here is numpy, in metres; grid coordinates are in cells along the grid's own axes.
+Nodes are on the faces, edges and corners too. Two-set methods have real particles at the nodes and virtual ones at the
+cell centres, stress points particles at the nodes and points at the centres; one set has its particles at either. Faces
+are found from the cells alone: a cell face that belongs to one cell is a face of the body, whatever the shape. A crack
+cuts the faces that it runs along, and its nodes are there once for each side. Everything here is numpy, in metres; grid
+coordinates are in cells along the grid's own axes.
 """
 
 # pyright: strict
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -22,6 +24,7 @@ from wsph.geometry.gradients import PointRows, face_shares, mean_gradients
 from wsph.geometry.grid import Grid, plan
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import Rotation
+from wsph.geometry.shapes.stair_patches import StairPatches
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,24 @@ class Lattice(Geometry):
     def irregular(self) -> bool:
         """Whether cells differ: by jitter or a map."""
         return self.mapped or bool((self.index != np.rint(self.index)).any())
+
+    @property
+    def sides(self) -> Faces:
+        return self._sides
+
+    @cached_property
+    def _sides(self) -> Faces:
+        """The faces as loads and selections see them: of a lattice that is turned in its shape each cell face stands for its
+        part of the shape's own side, along that side's normal, so that all of them have its area."""
+        patches = self.faces.patches
+        if self.mapped or not isinstance(patches, StairPatches) or patches.along(self.frame.axes):
+            return self.faces
+        normal, name, last = patches.projected(self.faces.outer)
+        outward = self.faces.sign[:, None] * self.frame.axes.T[self.faces.axis]
+        share = self.faces.share * np.maximum((normal * outward).sum(1), 0.0)[:, None]
+        none = np.full(len(name), -1)
+        vector = share[:, :, None] * normal[:, None]
+        return replace(self.faces, axis=none, share=share, vector=vector, name=name, last=last)
 
     @property
     def rows(self) -> PointRows:
@@ -183,11 +204,14 @@ def lattice(
     turn = shape.axes.T @ grid.axes
     name, way = face_names(turn, axis, sign), sign[:, None] * np.eye(dim)[axis]
     outer = whole & ~shape.covers(grid.points(index[cell] + 0.5 + way))
-    last = outermost(name, outer, turn, axis, (index[cell] + 0.5 + 0.5 * way) * grid.step, grid.step)
+    middle = (index[cell] + 0.5 + 0.5 * way) * grid.step
+    last = outermost(name, outer, turn, axis, middle, grid.step)
     on = face_nodes(corners[cell], offsets, axis, sign)
     share = np.repeat((np.prod(grid.step) / grid.step[axis] / on.shape[1])[:, None], on.shape[1], 1)
-    vector = share[:, :, None] * (sign[:, None] * grid.axes.T[axis])[:, None]
-    faces = Faces(on, cell, axis, sign, share, vector, name, outer, last, {})
+    outward = sign[:, None] * grid.axes.T[axis]
+    vector = share[:, :, None] * outward[:, None]
+    patches = StairPatches(shape, grid.points(index[cell] + 0.5 + 0.5 * way), outward, float(grid.step.min()))
+    faces = Faces(on, cell, axis, sign, share, vector, name, outer, last, patches)
     nodes = grid.points(node_index)
     cell_volume = np.full(len(index), float(np.prod(grid.step)))
     if jitter:

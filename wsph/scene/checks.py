@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 from wsph.errors import Fault, PluginError
 from wsph.expressions import FUNCTIONS, VARIABLES, Expression, compile_expression
-from wsph.geometry.grid import plan
+from wsph.geometry.counts import cells_along
 from wsph.output.fields import ALWAYS, AXES, known
 from wsph.plugins import registry
 from wsph.plugins.options import build
@@ -80,9 +80,12 @@ def _body_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
         yield Fault(0, f"{key}.shape", f"has {body.shape.dim} coordinates in a scene of dim = {scene.dim}")
     elif body.shape is not None and body.spacing is not None:
         try:
-            count = math.prod(int(n) for n in plan(body.shape, body.spacing, body.lattice_rotate).count)
+            count = math.prod(cells_along(body.shape, body.spacing, body.lattice_rotate, body.surface))
         except ValueError as error:
-            yield Fault(0, f"{key}.{'spacing' if 'rotation' not in str(error) else 'shape.rotate'}", str(error))
+            wrong = "spacing" if "rotation" not in str(error) else "shape.rotate"
+            could = "not divide" in str(error) and body.surface is None and scene.dim > 1
+            takes_any = '; surface = "fitted" takes any, with stress points' if could else ""
+            yield Fault(0, f"{key}.{wrong}", f"{error}{takes_any}")
         else:
             if count > MOST_CELLS:
                 most = f"gives {count:.3g} particles; a 32-bit index has room for {MOST_CELLS:.3g} and their pairs"

@@ -1,7 +1,8 @@
-"""Files that bodies name, found from the folder of their scene."""
+"""Files that bodies name, found from the folder of their scene, and what they hold."""
 
 # pyright: strict
 
+import hashlib
 from pathlib import Path
 
 from wsph.quantities import is_list, is_table
@@ -24,3 +25,25 @@ def find_files(bodies: object, folder: Path) -> None:
     elif is_list(bodies):
         for body in bodies:
             find_files(body, folder)
+
+
+def file_digests(bodies: object, key: str = "bodies") -> dict[str, str]:
+    """A digest of every file that tables under `bodies` name, by its key in the scene; "" of one that cannot be read."""
+    found: dict[str, str] = {}
+    if is_list(bodies):
+        for k, body in enumerate(bodies):
+            found |= file_digests(body, f"{key}.{k}")
+    elif is_table(bodies):
+        for name, value in bodies.items():
+            if name == KEY and isinstance(value, str):
+                found[f"{key}.{name}"] = _digest(Path(value))
+            else:
+                found |= file_digests(value, f"{key}.{name}")
+    return found
+
+
+def _digest(path: Path) -> str:
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return ""

@@ -9,17 +9,22 @@ import numpy as np
 from wsph.errors import Fault, Refused, SceneError
 from wsph.expressions import compile_expression
 from wsph.geometry.fitted.fit import fit
-from wsph.geometry.fitted.planning import on_grid_lines
+from wsph.geometry.fitted.gate import OUT
+from wsph.geometry.fitted.planning import on_grid_lines, unmet
 from wsph.geometry.geometry import Geometry
+from wsph.geometry.grid import plan
 from wsph.geometry.lattice import Lattice, lattice
 from wsph.geometry.meshes.files import read_mesh
 from wsph.geometry.meshes.meshed import meshed
+from wsph.geometry.meshes.scattered import read_points, scattered
 from wsph.geometry.shapes.combined import Shape
+from wsph.geometry.shapes.shape import Rotation
 from wsph.plugins.formulations import Formulation
 from wsph.scene.scene import Scene
-from wsph.scene.tables import Body
+from wsph.scene.tables import Body, PointsFile
 
-WAY_OUT = 'choose a smaller spacing, or surface = "stairs", which leaves the surface in steps of a cell'
+STEPS = 'surface = "stairs", which leaves the surface in steps of a cell'
+"""What any shape can have."""
 
 
 def geometry_of(scene: Scene, number: int, formulation: Formulation) -> Geometry:
@@ -29,6 +34,8 @@ def geometry_of(scene: Scene, number: int, formulation: Formulation) -> Geometry
     body, key = scene.bodies[number], f"bodies.{number}"
     if body.mesh is not None:
         return _from_file(scene, body, key, formulation)
+    if body.points is not None:
+        return _of_points(scene.dim, body, body.points, key, formulation)
     if body.shape is None or body.spacing is None:
         raise TypeError("a body without a mesh has a shape and a spacing")
     why = stairs_because(scene, body, formulation)
@@ -41,14 +48,41 @@ def geometry_of(scene: Scene, number: int, formulation: Formulation) -> Geometry
     try:
         return meshed(fit(body.shape, body.spacing, scene.run.seed), body.shape.axes)
     except ValueError as error:
-        raise SceneError("scene", [Fault(0, f"{key}.surface", f"{error}; {WAY_OUT}")]) from None
+        said = str(error)
+        way = f", or {STEPS}" if said.endswith(OUT) else f"; or choose {STEPS}"
+        raise SceneError("scene", [Fault(0, f"{key}.surface", said + way)]) from None
+
+
+def refuse_misfits(scene: Scene, formulation: Formulation) -> None:
+    """Raise SceneError for bodies in cells of a grid whose spacing does not fit their edges."""
+    faults: list[Fault] = []
+    for k, body in enumerate(scene.bodies):
+        if body.shape is None or body.spacing is None or is_fitted(scene, body, formulation):
+            continue
+        if why := _misfit(body.shape, body.spacing, body.lattice_rotate):
+            stairs = stairs_in_words(scene, body, formulation)
+            faults.append(Fault(0, f"bodies.{k}.spacing", why + (f"; its surface is {stairs}" if stairs else "")))
+    if faults:
+        raise SceneError("scene", faults)
 
 
 def is_fitted(scene: Scene, body: Body, formulation: Formulation) -> bool:
-    """Whether the surface of a body is fitted: of one with a shape that no grid meets, by default."""
+    """Whether the surface of a body is fitted: of one with a shape that no grid meets, by default; where it is asked for,
+    of one whose edges the spacing does not divide, too."""
     if body.shape is None or body.surface == "stairs" or stairs_because(scene, body, formulation):
         return False
-    return not on_grid_lines(body.shape)
+    if not on_grid_lines(body.shape):
+        return True
+    return body.surface == "fitted" and bool(_misfit(body.shape, body.spacing, body.lattice_rotate))
+
+
+def _misfit(shape: Shape, spacing: float | tuple[float, ...] | None, lattice_rotate: Rotation) -> str:
+    """Why the edges of a shape do not lie on the lines of a grid; "" where they do."""
+    try:
+        plan(shape, spacing or 0.0, lattice_rotate)
+    except ValueError as error:
+        return str(error)
+    return ""
 
 
 def stairs_because(scene: Scene, body: Body, formulation: Formulation) -> str:
@@ -58,13 +92,27 @@ def stairs_because(scene: Scene, body: Body, formulation: Formulation) -> str:
         return f"the body has {' and '.join(given)}"
     if not formulation.traits.corners:
         return f'the {formulation.name} form has no points in cells of every kind, as "stress-points" has'
-    if scene.run.support is not None:
-        return "run.support asks for the pairs of a kernel"
+    if scene.run.kernel_by:
+        return f"{scene.run.kernel_by} asks for the pairs of a kernel"
     if any(body.name in contact.names for contact in scene.contact):
         return "contact between balls needs particles of equal size"
     if scene.dim == 1 or np.ptp(np.ravel(body.spacing or 0.0)) > 0.0:
         return "it needs two or three dimensions and one spacing for all axes"
     return ""
+
+
+def stairs_in_words(scene: Scene, body: Body, formulation: Formulation) -> str:
+    """Where the surface of a body with a shape is in steps of a cell, and why; "" where it is not."""
+    if body.shape is None or body.spacing is None or scene.dim == 1 or is_fitted(scene, body, formulation):
+        return ""
+    if on_grid_lines(body.shape) and not body.lattice_rotate:
+        return ""
+    why = (
+        'the body asks for surface = "stairs"' if body.surface == "stairs" else stairs_because(scene, body, formulation)
+    )
+    names = unmet(body.shape, float(np.min(body.spacing)))
+    there = f" at {', '.join(names)}" if names else ""
+    return f"in steps of a cell{there}: {why}"
 
 
 def _from_file(scene: Scene, body: Body, key: str, formulation: Formulation) -> Geometry:
@@ -76,8 +124,10 @@ def _from_file(scene: Scene, body: Body, key: str, formulation: Formulation) -> 
             f'body {body.name!r}: cells of a mesh are for run.formulation = "stress-points", not for {formulation.name!r};'
             " give the body a shape and a spacing"
         )
-    if scene.run.support is not None:
-        raise Refused(f"body {body.name!r}: points of a mesh see the corners of their own cells: leave out run.support")
+    if scene.run.kernel_by:
+        raise Refused(
+            f"body {body.name!r}: points of a mesh see the corners of their own cells: leave out {scene.run.kernel_by}"
+        )
     if any(body.name in contact.names for contact in scene.contact):
         raise Refused(f"body {body.name!r}: contact between balls needs particles of equal size, which a mesh has not")
     try:
@@ -86,6 +136,20 @@ def _from_file(scene: Scene, body: Body, key: str, formulation: Formulation) -> 
         raise SceneError("scene", [Fault(0, f"{key}.mesh.file", str(error))]) from None
     except ValueError as error:
         raise SceneError("scene", [Fault(0, f"{key}.mesh", str(error))]) from None
+
+
+def _of_points(dim: int, body: Body, table: PointsFile, key: str, formulation: Formulation) -> Geometry:
+    if not (formulation.traits.one_set and formulation.traits.pairwise):
+        raise Refused(
+            f'body {body.name!r}: particles without cells are for run.formulation = "total-lagrangian" and'
+            f' "updated-lagrangian" of one set, not for {formulation.name!r}'
+        )
+    try:
+        return scattered(*read_points(Path(table.file), dim, table.scale))
+    except OSError as error:
+        raise SceneError("scene", [Fault(0, f"{key}.points.file", str(error))]) from None
+    except ValueError as error:
+        raise SceneError("scene", [Fault(0, f"{key}.points", str(error))]) from None
 
 
 def _lattice(

@@ -138,6 +138,11 @@ class Run(Model):
             )
         return self
 
+    @property
+    def kernel_by(self) -> str:
+        """The key that asks for the pairs of a kernel, where a form has others by default; "" where none does."""
+        return "run.support" if self.support is not None else "run.kernel" if self.kernel != DEFAULT else ""
+
 
 _Point = Annotated[tuple[Annotated[float, Unit("m")], ...], BeforeValidator(as_tuple)]
 
@@ -196,7 +201,7 @@ def _file_name(name: str) -> str:
 
 
 def _spaced(value: float | tuple[float, ...] | None, info: ValidationInfo) -> float | tuple[float, ...] | None:
-    if value is None and info.data.get("mesh") is None:
+    if value is None and info.data.get("mesh") is None and info.data.get("points") is None:
         raise ValueError("is missing")
     return value
 
@@ -210,11 +215,19 @@ class MeshFile(Model):
     part: str | None = None
 
 
+class PointsFile(Model):
+    """Particles alone, from a `file` of comma-separated x, y, z and volume in units of `scale`, beside the scene."""
+
+    file: Annotated[str, Field(min_length=1)]
+    scale: Annotated[float, Unit("m", gt=0)] = 1.0
+
+
 class _Matter(Model):
     """The keys of a body, without those of its parts."""
 
     name: Annotated[str, Field(max_length=100), AfterValidator(_printable)]
     mesh: MeshFile | None = None
+    points: PointsFile | None = None
     shape: Shape | None = None
     spacing: Annotated[
         Annotated[float | tuple[float, ...], BeforeValidator(_spacing)] | None,
@@ -250,17 +263,27 @@ class Body(_WithParts):
     velocity: Annotated[tuple[Value, ...], BeforeValidator(as_tuple)] | None = None
     material: MaterialSpec
 
+    @model_validator(mode="before")
+    @classmethod
+    def _points_as_a_shape(cls, data: object) -> object:
+        """`shape = { type = "points", file = ... }` is `points = { file = ... }`."""
+        shape = data.get("shape") if is_table(data) else None
+        if is_table(data) and is_table(shape) and shape.get("type") == "points" and "points" not in data:
+            rest = {key: value for key, value in data.items() if key != "shape"}
+            return {**rest, "points": {key: value for key, value in shape.items() if key != "type"}}
+        return data
+
     @model_validator(mode="after")
     def _of_shape_or_mesh(self) -> "Body":
-        if (self.shape is None) == (self.mesh is None):
-            raise ValueError("exactly one of shape and mesh is needed")
+        if [self.shape, self.mesh, self.points].count(None) != 2:
+            raise ValueError("exactly one of shape, mesh and points is needed")
         given = [
             key
             for key in ("spacing", "lattice_rotate", "map", "surface", "jitter", "cracks", "placement")
             if getattr(self, key)
         ]
-        if self.mesh is not None and given:
-            raise ValueError(f"{', '.join(given)} is of bodies with a shape; a mesh has its own cells")
+        if self.shape is None and given:
+            raise ValueError(f"{', '.join(given)} is of bodies with a shape; a file has its own cells or particles")
         return self
 
     @property

@@ -29,6 +29,7 @@ from wsph.output.folder import OutputFolder
 from wsph.output.frames import Listed
 from wsph.protocols import DeviceArray
 from wsph.quantities import is_list, is_table
+from wsph.scene.files import file_digests
 from wsph.scene.scene import Scene
 from wsph.simulation.checks import CheckFacts, Checks
 from wsph.simulation.composition import Composition
@@ -61,8 +62,9 @@ Found = tuple[Path, Facts, dict[str, np.ndarray]]
 _NAME = re.compile(r"checkpoint_(\d{12})\.npz")
 
 
-def identity(scene: Scene) -> dict[str, object]:
-    """The facts in which a checkpoint and a scene have to agree: the keys that matter, flat, and the versions."""
+def identity(scene: Scene, files: dict[str, str]) -> dict[str, object]:
+    """The facts in which a checkpoint and a scene have to agree: the keys that matter, flat, what the `files` of its bodies
+    held when they were read, and the versions."""
     from importlib.metadata import version
 
     data = scene.model_dump(mode="json", by_alias=True)
@@ -73,6 +75,7 @@ def identity(scene: Scene) -> dict[str, object]:
         place.pop(key, None)
     return {
         **_flat(data),
+        **{f"content of {key}": digest for key, digest in files.items()},
         "version of wsph": version("wsph"),
         "version of warp": version("warp-lang"),
         **{f"version of {plugin}": origin for plugin, origin in plugins_of(scene).items()},
@@ -133,7 +136,7 @@ def read(path: Path) -> tuple[Facts, dict[str, np.ndarray]]:
 
 def refuse_other(path: Path, facts: Facts, scene: Scene) -> None:
     """Refuse the checkpoint of another scene or version, naming what differs."""
-    there, here = facts["identity"], json.loads(json.dumps(identity(scene)))
+    there, here = facts["identity"], json.loads(json.dumps(identity(scene, file_digests(scene.data()["bodies"]))))
     differing = sorted(key for key in {*there, *here} if there.get(key) != here.get(key))
     if differing:
         key = differing[0]
@@ -204,6 +207,7 @@ class Checkpoints:
         records: Records,
     ):
         self._composition, self._folder, self._ledger = composition, folder, ledger
+        self._files = file_digests(composition.scene.data()["bodies"])
         self._checks, self._control, self._records = checks, control, records
         self._timeline = composition.time_step.timeline
         self._settings = settings = composition.scene.checkpoint
@@ -233,7 +237,7 @@ class Checkpoints:
         recorded, probes = self._records.kept()
         arrays = {name: array.numpy() for name, array in kept(self._composition).items()} | recorded
         facts: Facts = {
-            "identity": identity(self._composition.scene),
+            "identity": identity(self._composition.scene, self._files),
             "step": step,
             "initial": self._ledger.initial.hex(),
             "frames": self._folder.times,

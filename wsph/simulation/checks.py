@@ -232,12 +232,15 @@ def _fault_of_law(run: BodyRun) -> str:
 
 def _broken(run: BodyRun, particle: int) -> tuple[str, str]:
     """The fault of a particle's state: field and words."""
-    state = run.system.state
-    finite = all(np.isfinite(state.read(name)[particle]).all() for name in ("velocity", "stress"))
+    state, whole = run.system.state, {name: run.system.state.read(name) for name in ("velocity", "stress")}
+    # Points that carry the stress have numbers of their own.
+    apart = len(whole["stress"]) != len(whole["velocity"])
+    velocity, stress = whole["velocity"][particle], whole["stress"] if apart else whole["stress"][particle]
+    finite = bool(np.isfinite(velocity).all() and np.isfinite(stress).all())
     if finite and "deformation" in state.widths:
         return "deformation", "has turned it inside out (J <= 0)"
     constitutive = run.constitutive
-    unknown = np.isnan(state.read("stress")[particle]).any() and np.isfinite(state.read("velocity")[particle]).all()
+    unknown = bool(np.isnan(stress).any() and np.isfinite(velocity).all())
     if unknown and constitutive.laws.total is not None and constitutive.state.free:
         law = run.body.material.model
         return (

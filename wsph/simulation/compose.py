@@ -36,6 +36,7 @@ from wsph.formulations.reading import DENSITY, Reading
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import System
 from wsph.geometry.geometry import Geometry
+from wsph.geometry.meshes.inspection import doubts
 from wsph.output import fields
 from wsph.plugins import integrators, registry
 from wsph.plugins.blame import blame
@@ -44,7 +45,7 @@ from wsph.plugins.formulations import offered as worked_in
 from wsph.plugins.options import build
 from wsph.plugins.traits import gives, turns
 from wsph.protocols import Integrator, Interaction, Material
-from wsph.scene.geometries import geometry_of, is_fitted
+from wsph.scene.geometries import geometry_of, is_fitted, refuse_misfits, stairs_in_words
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
 from wsph.simulation.composition import BodyRun, Composition, Step
@@ -69,6 +70,7 @@ def _compose(scene: Scene) -> Composition:
     materials = _materials(scene)
     method = _method(scene)
     device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
+    refuse_misfits(scene, method.formulation)
     memory.refuse_too_large(scene, device, _first_system, lambda body: is_fitted(scene, body, method.formulation))
     bare = _bare_bodies(scene, materials, method)
     scales = _scales(bare)
@@ -93,6 +95,13 @@ def memory_need(scene: Scene) -> memory.Need:
     form = _method(scene).formulation
     device = pick_device(scene.run.device)
     return memory.estimate(scene, device, _first_system, lambda body: is_fitted(scene, body, form))
+
+
+def stairs(scene: Scene) -> dict[str, str]:
+    """Where the surface of a body is in steps of a cell, and why, by the bodies' names: of those of which it is."""
+    form = _method(scene).formulation
+    told = {body.name: stairs_in_words(scene, body, form) for body in scene.bodies}
+    return {name: said for name, said in told.items() if said}
 
 
 def _first_system(scene: Scene, bounded: bool) -> System:
@@ -246,7 +255,8 @@ def _body_run(setting: Setting, bare: BareBody, space: Space, time_step: TimeSte
             warnings.warn(warning, RuntimeWarning, stacklevel=6)
     with law_named(bare.material, bare.who):
         system = cast(System, method.formulation.build(setup))
-    for warning in system.warnings:
+    told = (f"body {body.name!r}: {doubt}" for doubt in doubts(bare.geometry))
+    for warning in (*told, *system.warnings):
         warnings.warn(warning, RuntimeWarning, stacklevel=6)
     _start(scene, body, system, scales)
     traits = system.traits
@@ -285,7 +295,8 @@ def _start(scene: Scene, body: Body, system: System, scales: Scales) -> None:
         columns = [value(system.position) for value in values if isinstance(value, Expression)]
         system.state.write("velocity", np.stack(columns, 1) / scales.velocity)
     system.hold(system.state, 0.0)
-    if not np.isfinite(system.state.buffer.numpy()).all():
+    held: list[np.ndarray] = [array.numpy() for array in (system.state.buffer, *system.arrays.kept.values())]
+    if not all(np.isfinite(values).all() for values in held):
         raise Refused(f"body {body.name!r}: its initial velocity, or a value prescribed at t = 0, is not finite")
     system.start_works()
 

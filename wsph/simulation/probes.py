@@ -21,6 +21,7 @@ from wsph.geometry.selection import select
 from wsph.output import fields
 from wsph.scene.tables import Body, Probe
 from wsph.sph.averages import Averages
+from wsph.units import rounded
 
 RING = 1024
 """Steps between two reads of a probe that records every step."""
@@ -113,12 +114,12 @@ def _holds(run: Probed, points: np.ndarray) -> bool:
 
 
 def _extent(run: Probed) -> str:
-    low, high = run.system.geometry.nodes.min(0).tolist(), run.system.geometry.nodes.max(0).tolist()
-    return f"{run.body.name!r} reaches from {[float(f'{x:.6g}') for x in low]} to {[float(f'{x:.6g}') for x in high]} m"
+    nodes = run.system.geometry.nodes
+    return f"{run.body.name!r} reaches from {rounded(nodes.min(0))} to {rounded(nodes.max(0))} m"
 
 
-def _at(probe: Probe, points: np.ndarray, key: str, bodies: Sequence[Probed]) -> tuple[Probed, Places]:
-    """The body that holds the points of a probe, and how a field is read at each."""
+def _at(points: np.ndarray, key: str, bodies: Sequence[Probed]) -> tuple[Probed, Places]:
+    """The body that holds the points (n, dim) [m] of a probe, and how a field is read at each."""
     inside = [b for b in bodies if _holds(b, points)]
     if not inside:
         text = f"{points.tolist()} does not lie in one body; {'; '.join(map(_extent, bodies))}"
@@ -192,7 +193,7 @@ class Recorder:
             text = f"the density cannot be probed in the {able[0].system.formulation} form; frames carry it"
             raise _fault(f"{key}.fields", text)
         if probe.at is not None:
-            body, places = _at(probe, np.array(probe.at), key, able)
+            body, places = _at(np.array(probe.at), key, able)
         else:
             body, places = _selected(probe, probe.where or "", key, able)
         self._reading = reading = body.reading

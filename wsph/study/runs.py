@@ -38,6 +38,7 @@ import warp as wp
 from wsph.backend.device import pick_device
 from wsph.backend.threads import cores, keep_to
 from wsph.errors import Refused, WsphError
+from wsph.scene.files import file_digests
 from wsph.scene.scene import Scene
 from wsph.simulation.run import run
 from wsph.study.tables import Study
@@ -66,11 +67,12 @@ def digests(study: Study, scene: Scene, folder: Path) -> list[str]:
     oracle = study.oracle
     answer = [oracle.model_dump_json(), oracle.content(folder)] if oracle is not None else []
     shared = [*answer, version("wsph"), version("warp-lang")]
-    whole = (
-        json.dumps([name, place, changed.model_dump(mode="json", by_alias=True), shared], default=str)
-        for name, place, changed in scenes(study, scene)
-    )
-    return [hashlib.sha256(each.encode()).hexdigest() for each in whole]
+    found: list[str] = []
+    for name, place, changed in scenes(study, scene):
+        whole = changed.model_dump(mode="json", by_alias=True)
+        facts = json.dumps([name, place, whole, file_digests(whole["bodies"]), shared], default=str)
+        found.append(hashlib.sha256(facts.encode()).hexdigest())
+    return found
 
 
 def run_study(

@@ -16,6 +16,8 @@ from wsph.simulation.compose import compose
 from wsph.simulation.composition import Composition
 from wsph.validation import meshes
 
+pytestmark = pytest.mark.filterwarnings("ignore:body .* pieces that have no node in common")
+
 FORM, EVERYWHERE = "stress-points", {"body": "b", "where": "x > -9"}
 CLOSED = ["jittered notch", "bent bar", *list(FITTED)[:-1], *MESHED]
 BOXES = ["jittered square", "jittered cube", *MESHED[:-1]]

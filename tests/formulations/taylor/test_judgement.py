@@ -1,4 +1,4 @@
-"""What two-set bodies say of their own answers: turned beyond small strain, and yield beside free faces."""
+"""What two-set bodies say of their own answers: turned beyond small strain."""
 
 import warnings
 
@@ -6,7 +6,6 @@ import pytest
 
 import wsph
 from tests import scenes
-from wsph.simulation.compose import compose
 
 
 def driven(dim: int, x: str, y: str, end: float) -> wsph.Scene:
@@ -28,16 +27,3 @@ def test_one_that_hardly_does_is_not() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         wsph.run(driven(2, "1e-3*x + 1e-3*y", "1e-3*x", end=1.0))
-
-
-@pytest.mark.parametrize("integrator", ["tsph", "ul-tsph"])
-@pytest.mark.parametrize(("state", "dim"), [("strain", 2), (None, 3)])
-def test_a_return_to_a_yield_surface_beside_free_faces_is_named(integrator: str, state: str | None, dim: int) -> None:
-    """Not where every face is driven, not of a flow that is a rate."""
-    keys = {"state": state} if state else {}
-    mises = scenes.material("mises", yield_stress=1e-3)
-    run = {"integrator": integrator}
-    with pytest.warns(RuntimeWarning, match="beside free and loaded faces.*perzyna"):
-        compose(scenes.block(dim, 2, material=mises, run=run, **keys))
-    drive = [scenes.driven(sign + a, **dict.fromkeys("xyz"[:dim], 0.0)) for a in "xyz"[:dim] for sign in "-+"]
-    assert not compose(scenes.block(dim, 2, material=mises, run=run, tables={"boundary": drive}, **keys)).bodies[0].system.warnings  # fmt: skip

@@ -17,6 +17,7 @@ from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
+from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.programs.prescribed import Prescribed
 from wsph.protocols import Entry
 from wsph.quantities import Model
@@ -71,6 +72,11 @@ class Load(Model):
     """Those of its keys that are prescribed values, of time and place, with their units."""
     by_corners: ClassVar[bool] = False
     """Whether it acts on faces by their corners, and so needs particles there."""
+
+    def at_rest(self, faces: LoadedFaces) -> FaceLoad | None:
+        """Its forces on a body that has not moved, so that its resultant is seen before a run; None where there are none.
+        The `faces` are in SI units."""
+        return None
 
     def attach(self, faces: LoadedFaces, space: Space, scales: Scales, clock: Clock, arrays: Arrays) -> ActingLoad:
         """Put the load on the device; its arrays are registered in `arrays`."""

@@ -1,4 +1,4 @@
-"""Prescribed loads on the device: the force on every particle, the sum of its rows, and its work."""
+"""Prescribed loads on the device: the force on every particle, the sum of its rows."""
 
 from functools import cache
 
@@ -7,14 +7,11 @@ import warp as wp
 
 from wsph.backend.clock import Clock, dt_of, time_of
 from wsph.backend.kernels import kernel
-from wsph.backend.reduce import BLOCK
 from wsph.backend.space import Space
-from wsph.backend.state import Layout, State, fields_struct
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.programs.prescribed import Prescribed, constant, same
-from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate
+from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate_mean
 from wsph.boundary.values import CONSTANT
-from wsph.parts.works import Works
 
 
 @cache
@@ -39,15 +36,11 @@ def _sum_kernel(space: Space) -> wp.Kernel:
         e = first + wp.tid()
         dt = dt_of(clock) * second
         t = time_of(clock) * second
-        slack = wp.float64(1.0e-9) * dt
         total = exact()
         for row in range(offsets[e], offsets[e + 1]):
             value = wp.float64(1.0)
             if program[row] != wp.static(CONSTANT):
-                value = evaluate(bank, program[row], position[e], t + from_dt * dt, slack)
-                if to_dt != from_dt:
-                    then = evaluate(bank, program[row], position[e], t + to_dt * dt, slack)
-                    value = wp.float64(0.5) * (value + then)
+                value = evaluate_mean(bank, program[row], position[e], t, dt, from_dt, to_dt)
             total += value * push[row]
         force = vec()
         for a in range(wp.static(dim)):
@@ -78,7 +71,8 @@ class LoadForces:
         second: float,
         device: str,
     ):
-        """`unit`: the unit of `force` [N per m^(dim-1) of a load's push and Pa of its value]."""
+        """Of the body's particles `position` (n, dim) [m]; `force` (n,) vec is in units of `unit`, that of a push times its
+        value (of loads N, N/m in 2D), and the clock in units of `second` [s]."""
         self.space, self.force, self._second = space, force, second
         self.loaded = np.unique(np.concatenate([load.particle for load in loads] or [np.zeros(0, int)]))
         """The particles that carry loads."""
@@ -132,63 +126,3 @@ def _merged(loads: list[FaceLoad], unit: float) -> tuple[list[Prescribed], np.nd
     push = np.zeros((len(keys), loads[0].push.shape[1]))
     np.add.at(push, place.ravel(), np.concatenate(pushes))
     return kept, keys[:, 0], keys[:, 1], push
-
-
-@cache
-def _work_kernel(space: Space, layout: Layout) -> wp.Kernel:
-    vec, Fields = space.vec, fields_struct(space, layout)
-
-    @kernel(ranged=True)
-    def work(
-        first: int,
-        particle: wp.array(dtype=wp.int32),
-        force: wp.array(dtype=vec),
-        fields: Fields,
-        count: int,
-        before_out: wp.array(dtype=vec),
-        place_out: wp.array(dtype=vec),
-        work_out: wp.array2d(dtype=wp.float64),
-    ):
-        block = first + wp.tid()
-        total = wp.float64(0.0)
-        for e in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
-            f = force[particle[e]]
-            u = fields.displacement[particle[e]]
-            total += wp.float64(wp.dot(f + before_out[e], u - place_out[e]))
-            before_out[e] = f
-            place_out[e] = u
-        work_out[block, 0] = work_out[block, 0] + wp.float64(0.5) * total
-
-    return work
-
-
-class LoadWork(Works):
-    """Work of the prescribed loads of a one-set body: the mean force of a step times the way in it, of the p particles that
-    carry loads. A load that does not change has done the work of its potential, to rounding.
-
-    _particle  # (p,) int32
-    _before    # (p,) vec, forces at the end of the last step
-    _place     # (p,) vec, displacements there
-    """
-
-    columns = 1
-
-    def __init__(self, forces: LoadForces, device: str):
-        super().__init__(len(forces.loaded), len(forces.loaded) > 0, device)
-        self._forces = forces
-        if self._acts:
-            self._particle = wp.array(forces.loaded, dtype=wp.int32, device=device)
-            self._before = wp.zeros(self._n, dtype=forces.space.vec, device=device)
-            self._place = wp.zeros_like(self._before)
-
-    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object], list[object]]:
-        made = _work_kernel(self._forces.space, state.layout)
-        return made, [self._particle, self._forces.force, state.struct, self._n], [self._before, self._place]
-
-    def kept(self) -> dict[str, wp.array]:
-        return super().kept() | ({"before": self._before, "place": self._place} if self._acts else {})
-
-    @property
-    def total(self) -> float:
-        """Work so far, nondimensional."""
-        return self._total(0)

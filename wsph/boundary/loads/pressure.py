@@ -7,7 +7,7 @@ particle's reference position. The thickness of plane stress is that of the refe
 
 from functools import cache
 from itertools import product
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import warp as wp
@@ -16,12 +16,13 @@ from pydantic import model_validator
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock, dt_of, time_of
 from wsph.backend.kernels import kernel
-from wsph.backend.reduce import BLOCK, blocks, total
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.boundary.loads.acting import ActingLoad, Load, LoadedFaces
+from wsph.boundary.loads.rows import FaceLoad
+from wsph.boundary.loads.work import LoadWork
 from wsph.boundary.programs.prescribed import constant
-from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate
+from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate_mean
 from wsph.geometry.gradients import GAUSS
 from wsph.protocols import Entry
 from wsph.quantities import Value, is_table
@@ -38,8 +39,13 @@ class Pressure(Load):
 
     @model_validator(mode="before")
     @classmethod
-    def _shorthand(cls, given: Any) -> Any:
+    def _shorthand(cls, given: object) -> object:
         return given if is_table(given) else {"value": given}
+
+    def at_rest(self, faces: LoadedFaces) -> FaceLoad:
+        count, corners, dim = faces.vector.shape
+        face = np.repeat(np.arange(count), corners)
+        return FaceLoad(faces.values["value"], faces.corners.ravel(), -faces.vector.reshape(-1, dim), face)
 
     def attach(self, faces: LoadedFaces, space: Space, scales: Scales, clock: Clock, arrays: Arrays) -> ActingLoad:
         return Pressures(faces, space, scales, clock, arrays)
@@ -64,11 +70,7 @@ def _value_kernel(space: Space) -> wp.Kernel:
         e = first + wp.tid()
         dt = dt_of(clock) * second
         t = time_of(clock) * second
-        slack = wp.float64(1.0e-9) * dt
-        value = evaluate(bank, 0, position[e], t + from_dt * dt, slack)
-        if to_dt != from_dt:
-            value = wp.float64(0.5) * (value + evaluate(bank, 0, position[e], t + to_dt * dt, slack))
-        pressure_out[e] = real(value / unit)
+        pressure_out[e] = real(evaluate_mean(bank, 0, position[e], t, dt, from_dt, to_dt) / unit)
 
     return pressures
 
@@ -165,34 +167,6 @@ def _push_kernel(space: Space, layout: Layout) -> wp.Kernel:
     return push
 
 
-@cache
-def _work_kernel(space: Space, layout: Layout) -> wp.Kernel:
-    """The mean force of a step times the way in it, in blocks of particles."""
-    vec, Fields = space.vec, fields_struct(space, layout)
-
-    @kernel()
-    def work(
-        count: int,
-        particle: wp.array(dtype=wp.int32),
-        force: wp.array(dtype=vec),
-        fields: Fields,
-        before_out: wp.array(dtype=vec),
-        place_out: wp.array(dtype=vec),
-        work_out: wp.array(dtype=wp.float64),
-    ):
-        block = wp.tid()
-        done = wp.float64(0.0)
-        for e in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
-            f = force[particle[e]]
-            u = fields.displacement[particle[e]]
-            done += wp.float64(wp.dot(f + before_out[e], u - place_out[e]))
-            before_out[e] = f
-            place_out[e] = u
-        work_out[block] = work_out[block] + wp.float64(0.5) * done
-
-    return work
-
-
 class Pressures(ActingLoad):
     """A pressure on the device, of k particles and their f faces, nondimensional.
 
@@ -201,8 +175,7 @@ class Pressures(ActingLoad):
     _corners   # (f, c) int32, particles of the faces
     _sign      # (f,) scalar, 1 where the normal that follows from the order of the corners points out, else -1
     _pressure  # (k,) scalar, of the last time imposed
-    _before    # (k,) vec, forces at the end of the last step, and `_place` (k,) vec, displacements there
-    _work      # (blocks,) float64, work so far
+    _force     # (n,) vec, its forces at the end of a step
     """
 
     def __init__(self, faces: LoadedFaces, space: Space, scales: Scales, clock: Clock, arrays: Arrays):
@@ -212,7 +185,8 @@ class Pressures(ActingLoad):
         number = constant(value)
         self._moving = number is None
         start = np.full(n, 0.0 if number is None else number / scales.stress)
-        self._pressure = arrays.of("pressure", start, space.scalar)
+        # Of the last time imposed, which a method may use again at the start of the next step.
+        self._pressure = arrays.changes("pressure", wp.array(start, dtype=space.scalar, device=arrays.device))
         self._bank = bank_of([value], clock.device)
         padded = np.zeros((n, 3))
         padded[:, : space.dim] = faces.place[faces.particle]
@@ -229,11 +203,10 @@ class Pressures(ActingLoad):
         self._node = arrays.of("node", (faces.place - faces.place.mean(0)) / scales.length, space.vec)
         self._sign = arrays.of("sign", _signs(faces), space.scalar)
         self._force = arrays.zeros("force", len(faces.place), space.vec)
-        self._before = arrays.zeros("before", n, space.vec, kept=True)
-        self._place = arrays.zeros("place", n, space.vec, kept=True)
-        self._work = arrays.zeros("work", blocks(n), wp.float64, kept=True)
+        self._work = LoadWork(faces.particle, self._force, space, clock.device)
+        arrays.part("work").adopt(self._work, self._work.kept())
         self._count = n
-        self.ledger = (Entry("external_work", lambda: total(self._work)),)
+        self.ledger = (Entry("external_work", lambda: self._work.total),)
 
     def impose(self, clock: Clock, c: float | tuple[float, float]) -> None:
         if not self._moving:
@@ -249,15 +222,16 @@ class Pressures(ActingLoad):
         self._clock.launch(kernel, self._count, [*inputs, self._pressure, state.struct], [forces])
 
     def start(self, state: State) -> None:
-        self.advance(state)
-        self._work.zero_()
+        self._find_force(state)
+        self._work.start(state, self._clock)
 
     def advance(self, state: State) -> None:
+        self._find_force(state)
+        self._work.add(state, self._clock)
+
+    def _find_force(self, state: State) -> None:
         self._clock.launch(_clear_kernel(self._space), self._count, [self._particle], [self._force])
         self.act(state, self._force)
-        inputs = [self._count, self._particle, self._force, state.struct]
-        outputs = [self._before, self._place, self._work]
-        self._clock.launch(_work_kernel(self._space, state.layout), len(self._work), inputs, outputs)
 
 
 @cache

@@ -48,11 +48,11 @@ def traction_load(faces: Faces, on: np.ndarray, acting: np.ndarray, axis: str, v
 
 
 def stress_load(
-    faces: Faces, on: np.ndarray, acting: np.ndarray, label: str, value: Prescribed, lattice: Geometry
+    faces: Faces, on: np.ndarray, acting: np.ndarray, label: str, value: Prescribed, geometry: Geometry
 ) -> FaceLoad:
     """A component of the nominal stress, along the axes of the grid, on those of the faces `acting` (m,) bool that it acts
     on: across either of its axes it pushes along the other."""
     first, second = (AXES.index(axis) for axis in label)
     face = np.flatnonzero(acting & np.isin(faces.axis, [first, second]))
     along = np.where(faces.axis[face] == first, second, first)
-    return face_load(faces, on, face, faces.sign[face, None] * lattice.axes.T[along], value)
+    return face_load(faces, on, face, faces.sign[face, None] * geometry.axes.T[along], value)

@@ -180,6 +180,18 @@ def evaluate(bank: Bank, program: int, x: wp.vec3d, t: wp.float64, slack: wp.flo
     return stack[0]
 
 
+@wp.func
+def evaluate_mean(
+    bank: Bank, program: int, x: wp.vec3d, t: wp.float64, dt: wp.float64, from_dt: wp.float64, to_dt: wp.float64
+) -> wp.float64:
+    """A value at t + from_dt dt [s], or the mean of that and the one at t + to_dt dt where these differ."""
+    slack = wp.float64(1.0e-9) * dt
+    value = evaluate(bank, program, x, t + from_dt * dt, slack)
+    if to_dt != from_dt:
+        value = wp.float64(0.5) * (value + evaluate(bank, program, x, t + to_dt * dt, slack))
+    return value
+
+
 def bank_of(values: list[Prescribed], device: str) -> Bank:
     """Values as programs on the device, in their order."""
     start, code, number = [0], [], []

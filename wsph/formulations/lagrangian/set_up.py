@@ -11,6 +11,7 @@ import warp as wp
 
 from wsph.backend.space import Array, Space
 from wsph.formulations.lagrangian.weights import QUANTA, set_up_kernel
+from wsph.geometry.geometry import Geometry
 from wsph.geometry.gradients import NodalGradients
 from wsph.geometry.lattice import Lattice
 from wsph.parts.part import Host
@@ -42,19 +43,18 @@ class Reference:
 def find_reference(
     host: Host, particles: np.ndarray, points: np.ndarray, quantum: str, device: str, position: np.ndarray
 ) -> Reference:
-    """Pairs, weights, means and moments. `particles` (n, dim) and `points` (m, dim) in cells of the lattice, `position`
-    of the particles [m]; `quantum` is the precision whose quanta weights are multiples of."""
-    lattice, space, separate = host.lattice, Space(host.space.dim), not host.traits.pairwise
-    frame, length = lattice.frame, host.scales.length
-    factor = lattice.steps(length)
-    place = particles * factor @ frame.axes.T
-    if lattice.mapped:
-        place = (position - position.mean(0)) / length
-    # In cells of the lattice, so that moments of cells of any aspect can be inverted; then in the body's own lengths.
-    grid = place if lattice.mapped else particles
+    """Pairs, weights, means and moments. `particles` (n, dim) and `points` (m, dim) in units of cells, `position` of the
+    particles [m]; `quantum` is the precision whose quanta weights are multiples of."""
+    body, space, separate = host.geometry, Space(host.space.dim), not host.traits.pairwise
+    stretch = None
+    if isinstance(body, Lattice) and not body.mapped:
+        # In cells of the grid, so that moments of cells of any aspect can be inverted; then in the body's own lengths.
+        stretch = body.frame.axes * body.steps(host.scales.length)
+    place = (position - position.mean(0)) / host.scales.length if stretch is None else particles @ stretch.T
+    grid = place if stretch is None else particles
     reach = np.full(len(points), host.support)
     while True:
-        pairs = _visible(lattice, points, particles, reach, device, separate, host.at_nodes)
+        pairs = _visible(body, points, particles, reach, device, separate, host.at_nodes)
         weight, centre, moment, spread, rank = _moments(host, space, pairs, points, particles, grid, quantum, device)
         isolated = np.flatnonzero(rank < space.dim)
         # A point of a shape's odd corner may need to see further.
@@ -62,10 +62,9 @@ def find_reference(
             break
         reach[isolated] *= 1.5
     alone = rank < space.dim
-    if not lattice.mapped:
-        stretch = frame.axes * factor
+    if stretch is not None:
         back = np.linalg.inv(stretch)
-        if not (stretch == frame.axes).all():
+        if not (stretch == body.axes).all():
             whole = np.linalg.inv(np.where(alone[:, None, None], np.eye(space.dim), moment))
             spread = np.einsum("ki,nij,kj->n", stretch, whole, stretch)
         moment, centre = back.T @ moment @ back, centre @ stretch.T
@@ -76,7 +75,7 @@ def find_reference(
 
 
 def _visible(
-    lattice: Lattice,
+    body: Geometry,
     points: np.ndarray,
     particles: np.ndarray,
     reach: np.ndarray,
@@ -85,9 +84,9 @@ def _visible(
     at_nodes: bool,
 ) -> Pairs:
     """Pairs from points to particles whose lines cross no crack."""
-    nodes, cells = lattice.off_cracks if lattice.cracks else (particles, points)
+    nodes, cells = body.off_cracks if body.cracks else (particles, points)
     off_cracks = cells if separate or not at_nodes else nodes, nodes if at_nodes else cells
-    return visible(find_pairs(points, particles, reach, device, same=not separate), lattice, *off_cracks)
+    return visible(find_pairs(points, particles, reach, device, same=not separate), body, *off_cracks)
 
 
 def _moments(

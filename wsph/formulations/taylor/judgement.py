@@ -4,24 +4,9 @@
 
 import numpy as np
 
-from wsph.boundary.conditions import Conditions
-from wsph.constitutive.constitutive import Constitutive
-
 FALSE_STRAIN, FALSE_PART = 1e-3, 0.25
 """The strain of a rotation that small strain takes for a stretch, and its part of the largest strain, beyond which both are
 warned of."""
-
-
-def face_warnings(name: str, dim: int, constitutive: Constitutive, conditions: Conditions) -> tuple[str, ...]:
-    """The warning of a body whose stress returns to a yield surface at particles a normal of which is prescribed: the strain
-    along that normal is the elastic one, and what the return leaves there is set to the prescribed stress."""
-    returns = constitutive.laws.project is not None and not constitutive.state.free and dim > 1
-    if not returns or not conditions.free_normals.any():
-        return ()
-    return (
-        f"body {name!r}: where it yields beside free and loaded faces, stresses of a law that returns to a yield surface come"
-        ' out up to 30 % off in two-set forms; use a law whose flow is a rate ("perzyna"), or "stress-points"',
-    )
 
 
 def turned(name: str, gradient: np.ndarray) -> str:

@@ -15,6 +15,8 @@ F^-T N, see a shear that the face does not have, and modes grow by 2 % a step.)
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
+from collections.abc import Callable
+
 import numpy as np
 import warp as wp
 
@@ -24,7 +26,7 @@ from wsph.formulations.layout import deformation_field, displacement_field, matt
 from wsph.formulations.setup import Setup
 from wsph.formulations.taylor.face_frames import PASSES, frame_kernel
 from wsph.formulations.taylor.faces import turning_faces_struct
-from wsph.formulations.taylor.kernels import TaylorKernels, drift_kernel
+from wsph.formulations.taylor.kernels import TaylorKernels
 from wsph.formulations.taylor.moving_kernels import kernels, places_struct
 from wsph.formulations.taylor.system import TwoSetSystem
 from wsph.sph.rows import rows_struct
@@ -133,20 +135,16 @@ class MovingTwoSetSystem(TwoSetSystem):
     def hold(self, state: State, c: float | tuple[float, float]) -> None:
         """Set the prescribed values, stresses in the current frames of the faces."""
         self._turn_faces(state, 0.0)
-        self._hold(state, c)
+        super().hold(state, c)
 
-    def _hold(self, state: State, c: float | tuple[float, float]) -> None:
+    def _in_frames(self, state: State, act: Callable[[], None]) -> None:
         n = self._framed.shape[0]
         self.clock.launch(self.kernels.turn, n, [self._framed, self._frames, 1], [state.struct])
-        self.impose(state, c)
+        act()
         self.clock.launch(self.kernels.turn, n, [self._framed, self._frames, 0], [state.struct])
 
     def accept(self, state: State) -> None:
         """Close the step: the prescribed values at t + dt."""
-        self._closes(state)
-        self.project(state)
         # The displacement has had the first half of its step; the second half is with the velocity at the end.
         self._turn_faces(state, 0.5)
-        self._hold(state, 1.0)
-        drift = drift_kernel(self.space, state.layout)
-        self.clock.launch(drift, state.n, [self.clock.time], [state.struct])
+        super().accept(state)

@@ -9,6 +9,7 @@ difference f_J - f_I (their eqs 38 and 40 drop f_I, which is 33 % wrong at a bou
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -22,6 +23,7 @@ from wsph.boundary.conditions import Conditions
 from wsph.boundary.programs.prescribed import varies
 from wsph.boundary.values import BoundaryValues
 from wsph.boundary.work import ExternalWork
+from wsph.constitutive.constitutive import project_faces_kernel
 from wsph.errors import Refused
 from wsph.formulations.layout import displacement_field, matter_fields, velocity_field
 from wsph.formulations.setup import Setup
@@ -29,7 +31,7 @@ from wsph.formulations.system import System
 from wsph.formulations.taylor.carried import CarriedCells
 from wsph.formulations.taylor.faces import faces_struct
 from wsph.formulations.taylor.gather import operator_struct
-from wsph.formulations.taylor.judgement import face_warnings, turned
+from wsph.formulations.taylor.judgement import turned
 from wsph.formulations.taylor.kernels import TaylorKernels, drift_kernel, kernels
 from wsph.geometry.cracks import parted
 from wsph.geometry.lattice import Lattice
@@ -82,7 +84,6 @@ class TwoSetSystem(System):
         nodes, cells = lattice.centred
         moved_nodes, moved_cells = lattice.off_cracks if lattice.cracks else (nodes, cells)
         self.conditions: Conditions = face_conditions(scene, body.name, lattice, constitutive.state.labels)
-        self.warnings = face_warnings(body.name, space.dim, constitutive, self.conditions)
         cell = float(np.prod(lattice.frame.step))
         # With its images: the half of a body that symmetry stands for has the operators of the whole, at a crack's tip too.
         whole = self.conditions.mirrored * lattice.node_volume / cell
@@ -286,19 +287,32 @@ class TwoSetSystem(System):
 
     def hold(self, state: State, c: float | tuple[float, float]) -> None:
         """Impose prescribed values on the state that the run continues from; stresses in the axes of each face."""
+        self._in_frames(state, lambda: self.impose(state, c))
+
+    def _in_frames(self, state: State, act: Callable[[], None]) -> None:
+        """Do what takes stresses on faces in the axes of the faces."""
         if not self._rotated:
-            self.impose(state, c)
+            act()
             return
         n = self._framed.shape[0]
         self.clock.launch(self.kernels.turn, n, [self._axes, self._framed], [state.struct])
-        self.impose(state, c)
+        act()
         self.clock.launch(self.kernels.turn, n, [wp.transpose(self._axes), self._framed], [state.struct])
+
+    def _settle(self, state: State) -> None:
+        """The prescribed values at t + dt, and stresses that the law allows: the normal strains that are not known are those
+        that keep the prescribed stresses."""
+        self.impose(state, 1.0)
+        laws = self.constitutive.laws
+        if laws.project is not None:
+            inputs = [self.constitutive.params, self._faces.free]
+            self.clock.launch(project_faces_kernel(self.space, laws, state.layout), state.n, inputs, [state.struct])
+            self.impose(state, 1.0)
 
     def accept(self, state: State) -> None:
         """Close the step: the prescribed values at t + dt."""
         self._closes(state)
-        self.project(state)
-        self.hold(state, 1.0)
+        self._in_frames(state, lambda: self._settle(state))
         if self._displacement:
             drift = drift_kernel(self.space, state.layout)
             self.clock.launch(drift, state.n, [self.clock.time], [state.struct])

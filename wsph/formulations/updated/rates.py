@@ -38,6 +38,7 @@ from wsph.formulations.updated.images import find_images, kinds_of, shifts_of
 from wsph.formulations.updated.memory import memory_struct, remembered_energy_kernel
 from wsph.formulations.updated.moments import moments_kernel
 from wsph.formulations.updated.walls import PLACE, drift_walls_kernel, place_images_kernel, walls_of
+from wsph.geometry.lattice import Lattice
 from wsph.parts.body_force import BodyForceKinds
 from wsph.parts.part import Attached
 from wsph.parts.terms import answers_struct, points_struct
@@ -82,11 +83,12 @@ class UpdatedRates:
         host, placement, space = made.host, made.placement, made.host.space
         if host.correction == "paper":
             raise Refused('run.correction = "paper" is of the total-lagrangian form')
-        step = host.lattice.frame.step
+        body = host.geometry
+        step = body.frame.step if isinstance(body, Lattice) else np.array([body.spacing])
         if step.max() > 1.001 * step.min():
             text = "an updated kernel is as wide in every direction: give one spacing"
             raise Refused(f"body {host.name!r}: {text}, not {step.tolist()}")
-        self._space, self._clock, self._state, self._lattice = space, made.setup.clock, state, host.lattice
+        self._space, self._clock, self._state, self._body = space, made.setup.clock, state, body
         self._constitutive, self._loads, self._force = host.constitutive, made.loads, made.force
         self._count, self._at_nodes = placement.count, placement.at_nodes
         self._arrays = made.arrays.part("rates")
@@ -97,11 +99,11 @@ class UpdatedRates:
         # About an origin of its own: far from the scene's, single precision would lose what lies between particles.
         length = host.scales.length
         self._place = (placement.position - placement.position.mean(0)) / length
-        self._reach = 2.0 * float(self._coefficients.h) + SKIN * host.lattice.spacing / length
-        self._thickness = SKIN * host.lattice.spacing / length
+        self._reach = 2.0 * float(self._coefficients.h) + SKIN * body.spacing / length
+        self._thickness = SKIN * body.spacing / length
         self._walls, self._kinds = list(made.walls), kinds_of(list(made.walls))
         self._shift = shifts_of(self._kinds, self._walls, placement.position.mean(0)) / length
-        self._allocate(placement.volume, made.stabilisation * (length / host.lattice.spacing) ** 2)
+        self._allocate(placement.volume, made.stabilisation * (length / body.spacing) ** 2)
         self._make_images()
         self.skin = Skin(space, self._count, self._clock)
         self._arrays.part("skin").adopt(self.skin, {"found": self.skin.found})
@@ -181,14 +183,14 @@ class UpdatedRates:
         """Pairs of where the particles are, or were at `displacement`, the skin included."""
         if displacement is None:
             displacement = self._state.read("displacement")
-        place, lattice = self._place + displacement, self._lattice
+        place, body = self._place + displacement, self._body
         if not np.isfinite(place).all():
             return  # the finite check says so
         pairs = find_pairs(place, place, self._reach, self._clock.device, same=True)
-        if lattice.cracks:
-            nodes, cells = lattice.off_cracks
+        if body.cracks:
+            nodes, cells = body.off_cracks
             off_cracks = nodes if self._at_nodes else cells
-            pairs = visible(pairs, lattice, off_cracks, off_cracks)
+            pairs = visible(pairs, body, off_cracks, off_cracks)
         self.neighbours: Pairs = pairs
         if self._kinds:
             self._find_images(place)

@@ -11,6 +11,7 @@ from wsph.formulations.setup import Setup
 from wsph.formulations.updated.loads import spread_loads
 from wsph.formulations.updated.rates import UpdatedRates
 from wsph.formulations.updated.walls import PLACE, SPEED, WallWork, wall_fields, wall_values
+from wsph.geometry.lattice import Lattice
 from wsph.parts.part import Host
 from wsph.protocols import Entry
 
@@ -27,7 +28,7 @@ class UpdatedSystem(OneSetSystem):
         self.arrays.part("walls.work").adopt(self._wall_work, self._wall_work.kept())
 
     def _find_conditions(self, setup: Setup) -> Conditions:
-        if self.placement.at_nodes:
+        if self.placement.at_nodes or not isinstance(self.geometry, Lattice):
             return super()._find_conditions(setup)
         conditions, walls = wall_conditions(setup.scene, self.name, self.lattice)
         self.walls = tuple(walls)

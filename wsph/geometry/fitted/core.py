@@ -5,7 +5,7 @@
 import numpy as np
 
 from wsph.geometry.fitted.outline import Outline
-from wsph.geometry.fitted.planning import Plan
+from wsph.geometry.fitted.planning import Plan, upright_plane
 
 GAP = 0.5
 """Distance in spacings that the centres of cells keep from a curved surface with a layer."""
@@ -28,7 +28,7 @@ def kept_cells(body: Outline, plan: Plan) -> np.ndarray:
     centres = plan.points(rows + 0.5)
     stays = np.ones(len(rows), bool)
     for patch in np.flatnonzero(plan.layered):
-        gap = FLAT_GAP if plan.flat[patch] and _upright(body, int(patch)) else GAP
+        gap = FLAT_GAP if upright_plane(body.patches[patch]) is not None else GAP
         left = np.flatnonzero(stays)
         distance = body.distance(int(patch), centres[left], 2.0 * plan.spacing)
         stays[left] = distance > (gap + TIE) * plan.spacing
@@ -46,11 +46,6 @@ def near_surface(body: Outline, plan: Plan, cells: int = 2) -> np.ndarray:
         wide = np.pad(near, [(cells, cells) if k == axis else (0, 0) for k in range(near.ndim)])
         near = np.any(np.lib.stride_tricks.sliding_window_view(wide, 2 * cells + 1, axis), axis=-1)
     return near
-
-
-def _upright(body: Outline, patch: int) -> bool:
-    normal = body.patches[patch].surface.normal
-    return normal is not None and bool(np.abs(normal).max() > 1.0 - 1e-12)
 
 
 def on_met(body: Outline, plan: Plan, index: np.ndarray, axis: int, sign: int) -> np.ndarray:

@@ -46,7 +46,7 @@ def fit(shape: Shape, spacing: float | tuple[float, ...], seed: int = 0) -> Mesh
     kept = cleaned(kept_cells(body, plan), body, plan)
     if not kept.any():
         raise ValueError(
-            f"{body.spacing:g} m leaves no cells between the layers on the surface: choose a smaller spacing"
+            f"{body.spacing:g} m leaves no cells inside the shape, between the layers on its surface: choose a smaller spacing"
         )
     cells, normals = grid_cells(kept, plan)
     label = label_sides(body, cells.nodes[cells.sides].mean(1), normals, cells.sides, seed)

@@ -49,9 +49,11 @@ class Outline:
 
     @property
     def volume(self) -> float:
-        """The volume [m^dim], by the divergence theorem."""
+        """The volume [m^dim], by the divergence theorem about the middle: what samples miss of a surface counts by its
+        distance from there."""
+        middle = self.shape.middle
         total = sum(
-            float((share[:, None] * points * normals).sum())
+            float((share[:, None] * (points - middle) * normals).sum())
             for share, points, normals in zip(self.shares, self.points, self.normals, strict=True)
         )
         return total / self.shape.dim
@@ -59,7 +61,9 @@ class Outline:
     def place(self, point: np.ndarray) -> str:
         """A position (dim,) [m], given before the rotation of the shape, as messages tell it, after the rotation."""
         there = self.shape.middle + self.shape.axes @ (point - self.shape.middle)
-        return f"{[float(f'{x:.4g}') + 0.0 for x in there]} m"
+        # To a hundredth of a spacing, however far from the origin.
+        digits = 2 - int(np.floor(np.log10(self.spacing)))
+        return f"{[round(float(x), digits) + 0.0 for x in there]} m"
 
     def distance(self, patch: int, points: np.ndarray, reach: float) -> np.ndarray:
         """Distances (n,) [m] of `points` (n, dim) to the part of a patch on the surface, perhaps infinite beyond `reach`

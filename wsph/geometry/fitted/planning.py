@@ -10,6 +10,7 @@ from wsph.geometry.fitted.junctions import Junction
 from wsph.geometry.fitted.outline import Outline, outline
 from wsph.geometry.grid import FIT, lines
 from wsph.geometry.shapes.combined import Shape
+from wsph.geometry.shapes.surfaces.surface import Patch
 
 UPRIGHT = 1.0 - 1e-12
 """Component of a unit normal along an axis from which a plane lies across it."""
@@ -18,12 +19,11 @@ UPRIGHT = 1.0 - 1e-12
 @dataclass(frozen=True)
 class Plan:
     """A grid from `low` (dim,) [m] in steps of `spacing` [m], `count` (dim,) cells. Of every patch (patches,) bool: whether
-    it is `flat`, whether the grid has a line on it, `met`, and whether it gets a layer, `layered`."""
+    the grid has a line on it, `met`, and whether it gets a layer, `layered`."""
 
     low: np.ndarray
     spacing: float
     count: np.ndarray
-    flat: np.ndarray
     met: np.ndarray
     layered: np.ndarray
 
@@ -35,21 +35,23 @@ class Plan:
 def on_grid_lines(shape: Shape) -> bool:
     """Whether a shape has only flat patches that a grid along its axes has lines on, so that nothing is to be fitted."""
     known = shape.edges()
-    for patch in shape.patches():
-        normal = patch.surface.normal
-        if normal is None or np.abs(normal).max() < UPRIGHT:
-            return False
-        axis = int(np.abs(normal).argmax())
-        place = -float(patch.surface.height(np.zeros((1, shape.dim)))[0][0]) * np.sign(normal[axis])
-        if not np.isclose(known[axis], place, rtol=1e-12).any():
-            return False
-    return True
+    planes = [upright_plane(patch) for patch in shape.patches()]
+    return all(plane is not None and np.isclose(known[plane[0]], plane[1], rtol=1e-12).any() for plane in planes)
+
+
+def upright_plane(patch: Patch) -> tuple[int, float] | None:
+    """The axis that a flat patch lies across, and the coordinate of its plane [m]; None where it lies across none."""
+    normal = patch.surface.normal
+    if normal is None or np.abs(normal).max() < UPRIGHT:
+        return None
+    axis = int(np.abs(normal).argmax())
+    height = float(patch.surface.height(np.zeros((1, len(normal))))[0][0])
+    return axis, -height * float(np.sign(normal[axis]))
 
 
 def plan_layers(body: Outline, edges: list[Junction]) -> Plan:
     """The grid whose lines are on the planes with the largest area in all along every axis, and the patches that need
     layers: those that it does not meet, and those that a layer next to them goes on along."""
-    flat = np.array([patch.surface.normal is not None for patch in body.patches])
     axis, place = _planes(body)
     low, high = body.shape.bounds()
     first, count = np.zeros(len(low)), np.zeros(len(low), int)
@@ -66,7 +68,7 @@ def plan_layers(body: Outline, edges: list[Junction]) -> Plan:
             if edge.passes:
                 layered[[edge.first, edge.second]] |= layered[edge.first] | layered[edge.second]
         if (layered == before).all():
-            return Plan(first, body.spacing, count, flat, met, layered)
+            return Plan(first, body.spacing, count, met, layered)
 
 
 def unmet(shape: Shape, spacing: float) -> tuple[str, ...]:
@@ -80,11 +82,9 @@ def _planes(body: Outline) -> tuple[np.ndarray, np.ndarray]:
     """The axis that a patch lies across, or -1, and the coordinate of its plane [m], (patches,) each."""
     axis, place = np.full(len(body.patches), -1), np.zeros(len(body.patches))
     for row, patch in enumerate(body.patches):
-        normal = patch.surface.normal
-        if normal is not None and np.abs(normal).max() >= UPRIGHT:
-            axis[row] = np.abs(normal).argmax()
-            height = float(patch.surface.height(np.zeros((1, len(normal))))[0][0])
-            place[row] = -height * np.sign(normal[axis[row]])
+        plane = upright_plane(patch)
+        if plane is not None:
+            axis[row], place[row] = plane
     return axis, place
 
 

@@ -16,6 +16,9 @@ ONE_LAYER = 3.0
 OPPOSITE = -0.95
 """Cosine of the angle between the normals on both sides of a wall, at most: sharper than 18 degrees is a wall, too."""
 
+TOUCH = 0.1
+"""Thickness in spacings below which a wall is none: its surfaces touch, or meet at a sharp angle."""
+
 STEP = 0.5
 """Steps in spacings in which the other side is looked for."""
 
@@ -60,10 +63,17 @@ def _thinnest(body: Outline, plan: Plan, patch: int) -> tuple[float, str] | None
         return None
     row = int(np.flatnonzero(thin)[high[thin].argmin()])
     rows_there = high[row] / body.spacing
+    where, one = body.place(0.5 * (points[row] + ends[row])), body.patches[patch].name
+    two = body.patches[int(other[row])].name
+    if rows_there < TOUCH:
+        least = np.degrees(np.arccos(-OPPOSITE))
+        return float(rows_there), (
+            f"{one} and {two} touch or meet at a sharp angle near {where}: a fitted surface needs a wall of {needed[row]:g} "
+            f"spacings there, or an edge of at least {least:.0f} degrees, which no spacing gives"
+        )
     return float(rows_there), (
-        f"the wall at {body.place(0.5 * (points[row] + ends[row]))}, between {body.patches[patch].name} and "
-        f"{body.patches[int(other[row])].name}, is {high[row]:.3g} m thick, {rows_there:.2g} spacings, and a fitted surface "
-        f"needs {needed[row]:g}: a spacing of at most {high[row] / needed[row]:.3g} m"
+        f"the wall at {where}, between {one} and {two}, is {high[row]:.3g} m thick, {rows_there:.2g} spacings, and a fitted "
+        f"surface needs {needed[row]:g}: a spacing of at most {high[row] / needed[row]:.3g} m"
     )
 
 

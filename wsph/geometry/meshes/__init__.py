@@ -1,1 +1,1 @@
-"""Bodies of cells of any kind, and the files that they come from."""
+"""Bodies of cells of any kind, or of particles alone, and the files that they come from."""

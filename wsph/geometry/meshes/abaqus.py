@@ -17,8 +17,8 @@ import meshio
 import numpy as np
 
 KINDS = {
-    **dict.fromkeys(("C3D8",), ("hexahedron", 8)),
-    **dict.fromkeys(("C3D4",), ("tetra", 4)),
+    "C3D8": ("hexahedron", 8),
+    "C3D4": ("tetra", 4),
     **dict.fromkeys(("CPS4", "CPE4", "CAX4", "S4", "M3D4", "R3D4", "SFM3D4"), ("quad", 4)),
     **dict.fromkeys(("CPS3", "CPE3", "CAX3", "S3", "STRI3", "M3D3", "R3D3", "SFM3D3"), ("triangle", 3)),
     **dict.fromkeys(("T2D2", "T3D2", "B21", "B31", "R2D2"), ("line", 2)),
@@ -34,6 +34,7 @@ SIDES = {
 """Corners of the sides S1, S2, ... of a cell."""
 
 OF_SIDES = {2: "line", 3: "triangle", 4: "quad"}
+"""Kinds of sides by their number of corners."""
 
 
 @dataclass

@@ -34,6 +34,7 @@ OUTER = {2: ("line",), 3: ("triangle", "quad")}
 """What can be a side of those."""
 
 DIMENSION = {"vertex": 0, "line": 1, "line3": 1, "triangle": 2, "quad": 2, "tetra": 3, "hexahedron": 3}
+"""Dimensions of the cells that a file's groups are of."""
 
 IGNORED = ("vertex", "line", "line3")
 """Cells of a file that are of no interest to a body."""
@@ -97,7 +98,10 @@ def _found(path: Path) -> Any:
             return read_abaqus(path) if path.suffix.lower() == ".inp" else meshio.read(path)
     except (Exception, SystemExit) as error:
         said = str(error).strip().splitlines()[:1]
-        raise ValueError(f"{path.name} cannot be read as a mesh{': ' + said[0] if said else ''}") from error
+        text = f"{path.name} cannot be read as a mesh{': ' + said[0] if said else ''}"
+        if path.suffix.lower() != ".inp":
+            text += f"; it is cut short, or of another kind than {path.suffix or 'a name without an ending'} says"
+        raise ValueError(text) from error
 
 
 def _cells(found: Any) -> Iterator[_Cells]:

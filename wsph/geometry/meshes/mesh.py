@@ -30,5 +30,6 @@ class Mesh:
     @property
     def named(self) -> dict[str, np.ndarray]:
         """Rows of the sides of every patch and group, by name."""
-        own = {name: np.flatnonzero(self.side_patch == k) for k, name in enumerate(self.patches)}
+        of = np.array(self.patches)[self.side_patch] if self.patches else self.side_patch
+        own = {name: np.flatnonzero(of == name) for name in self.patches}
         return {**own, **self.groups}

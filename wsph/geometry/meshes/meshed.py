@@ -16,8 +16,12 @@ import numpy as np
 from wsph.geometry.cells import edge_lengths
 from wsph.geometry.faces import Faces
 from wsph.geometry.geometry import Geometry
-from wsph.geometry.gradients import PointRows, face_shares, mean_gradients, node_shares
+from wsph.geometry.gradients import PointRows, corner_volumes, face_shares, mean_gradients, node_shares
 from wsph.geometry.meshes.mesh import Mesh
+from wsph.units import rounded
+
+FOLDED = 0.05
+"""Volume of a cell in its middle, as a part of that at its corners, below which it is turned over on the way."""
 
 PARALLEL = 1e-9
 """A face lies across an axis if its normal is this near to it."""
@@ -85,25 +89,40 @@ def meshed(mesh: Mesh, axes: np.ndarray | None = None) -> Meshed:
         longest = max(longest, edge_lengths(nodes, corners))
     if not (node_volume > 0.0).all():
         alone = np.flatnonzero(~(node_volume > 0.0))
-        raise ValueError(f"{len(alone)} nodes, the first at {nodes[alone[0]].tolist()} m, are corners of no cell")
+        raise ValueError(f"{len(alone)} nodes, the first at {rounded(nodes[alone[0]])} m, are corners of no cell")
     rows = _joined([each.rows for each in points])
     volume = np.concatenate([each.volume for each in points])
     frame = np.eye(dim) if axes is None else axes
-    shortest = _shortest(rows, volume)
+    shortest = float(point_edges(rows, volume).min())
     faces = _faces(mesh, np.concatenate(middles), frame, float(volume.mean()) ** (1.0 / dim))
     places = np.concatenate([each.place for each in points])
     return Meshed(nodes, places, node_volume, volume, faces, (shortest, longest), mesh, frame, rows)
 
 
 def _refuse_inverted(nodes: np.ndarray, corners: np.ndarray, volume: np.ndarray) -> None:
-    if (volume > 0.0).all():
-        return
     worst = int(volume.argmin())
-    place = [float(f"{x:.6g}") for x in nodes[corners[worst]].mean(0)]
-    count = int((volume <= 0.0).sum())
-    raise ValueError(
-        f"{count} cells have no positive volume, the worst at {place} m: {volume[worst]:.3g} m^{nodes.shape[1]}"
-    )
+    if not (volume > 0.0).all():
+        count = int((volume <= 0.0).sum())
+        raise ValueError(
+            f"{count} cells have no positive volume, the worst at {_middle(nodes, corners[worst])}: {volume[worst]:.3g} "
+            f"m^{nodes.shape[1]}"
+        )
+    if corners.shape[1] != 2 ** nodes.shape[1]:
+        return
+    # One that is folded over in half of its corners, or turned over on the way from one side to the other, crosses itself.
+    there, centre = corner_volumes(nodes, corners)
+    folded = (there <= 0.0).sum(1) >= corners.shape[1] // 2
+    crossed = folded | (centre < FOLDED * np.abs(there).mean(1))
+    if crossed.any():
+        where = _middle(nodes, corners[int(crossed.argmax())])
+        raise ValueError(
+            f"{int(crossed.sum())} cells cross themselves, the first at {where}: their nodes are in a wrong order"
+        )
+
+
+def _middle(nodes: np.ndarray, corners: np.ndarray) -> str:
+    """The middle of a cell, as messages tell it."""
+    return f"{[float(f'{x:.9g}') for x in nodes[corners].mean(0)]} m"
 
 
 def _in_cells(nodes: np.ndarray, corners: np.ndarray, slope: np.ndarray, volume: np.ndarray) -> _Points:
@@ -151,9 +170,9 @@ def _joined(rows: list[PointRows]) -> PointRows:
     return PointRows(np.concatenate([*offsets, end]), indices, np.concatenate(slopes), np.concatenate(held))
 
 
-def _shortest(rows: PointRows, volume: np.ndarray) -> float:
-    """The least s = 2/sqrt(k largest eigenvalue of sum g (x) g) over the points, k nodes seen: the edge of a cube with the
-    same fastest swing, with which steps of a Courant number below 1 are stable on any mesh."""
+def point_edges(rows: PointRows, volume: np.ndarray) -> np.ndarray:
+    """s = 2/sqrt(k largest eigenvalue of sum g (x) g) of every point (c,), k nodes seen: the edge of a cube with the same
+    fastest swing [m]. Steps of a Courant number below 1 by the least of them are stable on any mesh."""
     if rows.slope is None:
         raise TypeError("the points of a mesh have vectors")
     many = np.diff(rows.offsets)
@@ -163,7 +182,7 @@ def _shortest(rows: PointRows, volume: np.ndarray) -> float:
         [np.add.reduceat(g[:, a] * g[:, b], rows.offsets[:-1]) for a in range(dim) for b in range(dim)], 1
     )
     largest = np.linalg.eigvalsh(square.reshape(-1, dim, dim))[:, -1]
-    return float((2.0 / np.sqrt(many * largest)).min())
+    return 2.0 / np.sqrt(many * largest)
 
 
 def _faces(mesh: Mesh, middles: np.ndarray, frame: np.ndarray, near: float) -> Faces:

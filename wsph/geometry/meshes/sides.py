@@ -9,6 +9,8 @@ from itertools import combinations, product
 import numpy as np
 
 from wsph.geometry.cells import edge_ends
+from wsph.geometry.gradients import face_shares
+from wsph.units import rounded
 
 
 def cell_sides(count: int, dim: int) -> np.ndarray:
@@ -51,8 +53,28 @@ def outer_sides(nodes: np.ndarray, blocks: tuple[np.ndarray, ...]) -> tuple[np.n
     return every[alone], owner[alone]
 
 
+def between_sides(
+    points: np.ndarray, cells: np.ndarray, pairs: tuple[np.ndarray, np.ndarray], slack: float | np.ndarray
+) -> np.ndarray:
+    """Which of `pairs`, rows of `points` (n, dim) and of `cells` (c, corners, dim), have the point between the planes of the
+    cell's sides, or at most `slack` beyond, one for all or of each (pairs,); (pairs,) bool. All in one unit of length."""
+    row, cell = pairs
+    dim, middle = points.shape[1], cells.mean(1)
+    within = np.ones(len(row), bool)
+    for corners in cell_sides(cells.shape[1], dim):
+        ends = cells[:, corners]
+        if dim == 3 and len(corners) == 3:
+            ends = ends[:, [0, 1, 2, 2]]
+        _, vector = face_shares(ends, middle)
+        normal, on = vector.sum(1), ends.mean(1)
+        height = np.einsum("ka,ka->k", points[row] - on[cell], normal[cell])
+        within &= height <= slack * np.linalg.norm(normal[cell], axis=1)
+    return within
+
+
 def _place(nodes: np.ndarray, side: np.ndarray) -> str:
-    return f"{[float(f'{x:.6g}') for x in nodes[np.unique(side)].mean(0)]} m"
+    """The middle of a side (j,), which may have a node twice, in words."""
+    return f"{rounded(nodes[np.unique(side)].mean(0))} m"
 
 
 def _refuse_meeting(nodes: np.ndarray, sides: np.ndarray) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from wsph.geometry.shapes.shape import BaseShape
 from wsph.geometry.shapes.stl_file import read_stl
@@ -21,7 +21,7 @@ class Stl(BaseShape):
     `angle` degrees part it into the patches patch-0, patch-1, ..., the largest first."""
 
     type: Literal["stl"]
-    file: str
+    file: Annotated[str, Field(min_length=1)]
     scale: Positive = 1.0
     angle: Annotated[float, Unit("", gt=0, le=180)] = 30.0
 

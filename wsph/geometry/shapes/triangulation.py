@@ -10,6 +10,7 @@ import numpy as np
 from wsph.geometry.connected import connected
 from wsph.geometry.shapes.surfaces.queries import Queries
 from wsph.geometry.shapes.surfaces.triangles import Triangles, area_vectors
+from wsph.units import rounded
 
 ALIKE = 1e-6
 """Distance of corners that are the same, as a part of the size."""
@@ -80,7 +81,7 @@ def _closed(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.nda
         wrong = np.flatnonzero(np.abs(forth) > 1.0)
         raise ValueError(
             f"has triangles that are not oriented alike: along {len(wrong)} edges both go the same way, one at "
-            f"{_place(vertices[edges[wrong[0]] // len(vertices)])}"
+            f"{rounded(vertices[edges[wrong[0]] // len(vertices)])} m"
         )
     low, high = edges // len(vertices), edges % len(vertices)
     open_ = np.flatnonzero(forth != 0.0)
@@ -98,7 +99,7 @@ def _closed(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.nda
     if areas.sum() > GAP * total or np.bincount(gap).min() < 3:
         raise ValueError(
             f"is not closed: {len(open_)} edges have a triangle on one side alone, about {areas.sum() / total:.2g} of the "
-            f"area is missing, most of it near {_place(middle[areas.argmax()])}; repair it where it was made"
+            f"area is missing, most of it near {rounded(middle[areas.argmax()])} m; repair it where it was made"
         )
     filled = np.stack([a, b, len(vertices) + gap], 1)
     return np.concatenate([vertices, middle]), np.concatenate([faces, filled])
@@ -123,7 +124,3 @@ def _segments(vertices: np.ndarray, faces: np.ndarray, angle: float) -> np.ndarr
     place = np.empty(len(rank), int)
     place[rank] = np.arange(len(rank))
     return place[part]
-
-
-def _place(point: np.ndarray) -> str:
-    return f"{[float(f'{x:.4g}') + 0.0 for x in point]} m"

@@ -1,0 +1,73 @@
+"""Bodies of particles alone: positions and volumes from a file, with no cells between them and no faces around them."""
+
+# pyright: strict
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from wsph.geometry.faces import Faces
+from wsph.geometry.geometry import Geometry
+from wsph.geometry.gradients import PointRows
+
+AXES = "xyz"
+
+NEAR = 1.0
+"""Distance [spacings] to a particle within which a point lies in the body."""
+
+
+@dataclass(frozen=True)
+class Scattered(Geometry):
+    """Particles that are their own points; the spacing is the edge of a cube of their mean volume [m]."""
+
+    @property
+    def rows(self) -> PointRows:
+        """Each its own."""
+        n = len(self.nodes)
+        return PointRows(np.arange(n + 1), np.arange(n), None)
+
+    def holds(self, points: np.ndarray) -> np.ndarray:
+        """Which of `points` (m, dim) [m] are within a spacing of a particle, (m,) bool."""
+        gaps = [np.linalg.norm(point - self.nodes, axis=1).min() for point in points]
+        return np.array(gaps) <= NEAR * self.spacing
+
+
+def scattered(position: np.ndarray, volume: np.ndarray) -> Scattered:
+    """A body of particles at `position` (n, dim) [m] with `volume` (n,) [m^dim]. Raises ValueError for volumes that are not
+    above zero, numbers that are not finite and particles in one place."""
+    if not (np.isfinite(position).all() and np.isfinite(volume).all()):
+        raise ValueError("a position or a volume is not finite")
+    if not (volume > 0.0).all():
+        worst = int(volume.argmin())
+        raise ValueError(f"the volume of the particle at {position[worst].tolist()} m is not above zero")
+    if len(np.unique(position, axis=0)) < len(position):
+        raise ValueError("two particles are in one place")
+    dim = position.shape[1]
+    size = float(volume.mean()) ** (1.0 / dim)
+    none, flags = np.zeros(0, int), np.zeros(0, bool)
+    faces = Faces(
+        np.zeros((0, 1), int), none, none, none, np.zeros((0, 1)), np.zeros((0, 1, dim)), none, flags, flags, {}
+    )
+    return Scattered(position, position, volume, volume, faces, (size, size))
+
+
+def read_points(path: Path, dim: int, scale: float) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (n, dim) [m] and volumes (n,) [m^dim] of a file in units of `scale` [m]: comma-separated values with a line
+    of names, x, y, z and volume. Raises ValueError for a file that has not these, OSError where there is none."""
+    text = path.read_text(encoding="utf-8-sig")
+    lines = [line for line in text.splitlines() if line.strip()]
+    if len(lines) < 2:
+        raise ValueError(
+            f"{path.name} has no particles: write a line of names, such as x,y,volume, and a line for each"
+        )
+    names = [name.strip() for name in lines[0].split(",")]
+    wanted = [*AXES[:dim], "volume"]
+    if sorted(names) != sorted(wanted):
+        raise ValueError(f"{path.name} has the columns {', '.join(names)}; in {dim}D they are {', '.join(wanted)}")
+    try:
+        table = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]])
+    except ValueError as error:
+        raise ValueError(f"{path.name}: {error}") from None
+    columns = [table[:, names.index(name)] for name in wanted]
+    return scale * np.stack(columns[:-1], 1), scale**dim * columns[-1]
