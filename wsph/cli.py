@@ -432,8 +432,8 @@ def _view(options: argparse.Namespace) -> int:
 
     slice, clip = plane(options.slice) if options.slice else None, plane(options.clip, "<>") if options.clip else None
     limits = span(options.range) if options.range else None
-    look = Look(options.field, options.body, options.warp, options.camera, slice, clip, limits, options.smooth, options.mesh,
-                options.colours, options.broken)  # fmt: skip
+    shown = options.field, options.body, options.warp, options.camera
+    look = Look(*shown, slice, clip, limits, options.smooth, options.mesh, options.colours, options.broken)
     view(options.folder, look, options.save, options.time)
     return 0
 
