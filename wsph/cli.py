@@ -356,19 +356,10 @@ def _view(options: argparse.Namespace) -> int:
     from wsph.output.view.look import Look, plane, span
     from wsph.output.view.pictures import view
 
-    look = Look(
-        options.field,
-        options.body,
-        options.warp,
-        options.camera,
-        plane(options.slice) if options.slice else None,
-        plane(options.clip, "<>") if options.clip else None,
-        span(options.range) if options.range else None,
-        options.smooth,
-        options.mesh,
-        options.colours,
-        options.broken,
-    )
+    slice, clip = plane(options.slice) if options.slice else None, plane(options.clip, "<>") if options.clip else None
+    limits = span(options.range) if options.range else None
+    shown = options.field, options.body, options.warp, options.camera
+    look = Look(*shown, slice, clip, limits, options.smooth, options.mesh, options.colours, options.broken)
     view(options.folder, look, options.save, options.time)
     return 0
 

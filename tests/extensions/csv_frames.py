@@ -1,4 +1,4 @@
-"""Frames as CSV: a line a particle, for a spreadsheet or a reader of one's own."""
+"""Frames as CSV: a line a particle, for a spreadsheet or a reader of one's own. What stands in cells is left out."""
 
 import csv
 from pathlib import Path

@@ -183,6 +183,9 @@ def test_words_of_options() -> None:
     assert plane("y>0.1", "<>") == Plane(1, 0.1, True)
     assert span("0:80 MPa") == (0.0, 8e7)
     assert span("-1e-3:2") == (-0.001, 2.0)
+    assert span("-100:1e2 MPa") == (-1e8, 1e8)
+    assert span("1 ms:1 s") == (0.001, 1.0)
+    assert chosen(np.array([0.0, 1e-3, 2e-3]), "1:2 ms", False) == [1, 2]
     times = np.array([0.0, 1e-3, 2e-3, 3e-3])
     assert chosen(times, None, False) == [3]
     assert chosen(times, None, True) == [0, 1, 2, 3]
@@ -324,3 +327,17 @@ def test_a_frame_without_names_is_drawn(tmp_path: Path) -> None:
     """Frames that know nothing of bodies, cells and units."""
     OutputFolder(tmp_path, ("vtu",)).frame(0.0, np.random.default_rng(0).random((9, 2)), {"velocity": np.ones((9, 2))})
     assert main(["view", str(tmp_path), "--save", str(tmp_path / "a.png")]) == 0
+
+
+def test_a_window_to_turn_bodies_in(
+    run: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As far as it goes without a screen; and without one it is refused."""
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr(sys.modules["pyvista"], "OFF_SCREEN", True)
+    assert main(["view", str(run), "--field", "stress_xx", "--mesh"]) == 0
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("sys.platform", "linux")
+    assert main(["view", str(run)]) == 2
+    assert "there is no display" in capsys.readouterr().err

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from wsph.output.view.labels import COLOURS, STYLES
-from wsph.output.view.packages import figure
+from wsph.output.view.packages import figure, matplotlib
 from wsph.output.view.pictures import save_figure
 
 MARKS = ("o", "s", "^", "D", "v", "P", "X")
@@ -25,9 +25,12 @@ def undominated(errors: np.ndarray) -> np.ndarray:
 def front(rows: Sequence[Mapping[str, str | int | float]], title: str, save: str | Path) -> None:
     """Error against right-hand sides of a study's rows, a point each, both axes logarithmic. A line joins the front of each
     variant: the rows to which it has no other that is as cheap and as near."""
-    made = figure(8.6, 5.0)
-    axes = made.add_axes((0.09, 0.11, 0.64, 0.8))
-    for k, name in enumerate(dict.fromkeys(row["variant"] for row in rows)):
+    names = list(dict.fromkeys(row["variant"] for row in rows))
+    below = 0.75 + 0.24 * ((len(names) + 1) // 2)
+    page = below + 4.4
+    made = figure(8.6, page)
+    axes = made.add_axes((0.12, below / page, 0.84, 4.0 / page))
+    for k, name in enumerate(names):
         mine = (row for row in rows if row["variant"] == name and row.get("error"))
         found = sorted((float(row["right_hand_sides"]), float(row["error"])) for row in mine)
         if found:
@@ -45,6 +48,11 @@ def front(rows: Sequence[Mapping[str, str | int | float]], title: str, save: str
     axes.set_ylabel("relative error")
     axes.set_title(title, loc="left", fontsize=11.0)
     axes.grid(color="#dddddd", linewidth=0.6)
-    # The names have a column of their own beside the points.
-    axes.legend(fontsize=8.5, frameon=False, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(matplotlib().ticker.LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter(lambda value, _: f"{value:g}")
+        axis.set_minor_formatter("")
+    # The names have a place of their own under the points.
+    place: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.55 / 4.0)}
+    axes.legend(fontsize=8.5, frameon=False, ncols=2, **place)
     save_figure(made, save)

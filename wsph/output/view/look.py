@@ -20,6 +20,9 @@ CAMERAS = {
 }
 """From where one looks, and what is up, by name."""
 
+NUMBER = r"[-+]?[\d.]+(?:e[-+]?\d+)?"
+"""A number as options have it."""
+
 COLOURS = ("viridis", "cividis", "gray")
 """Colours whose lightness alone says how much."""
 
@@ -91,10 +94,13 @@ def plane(text: str, cut: str = "=") -> Plane:
 
 
 def span(text: str, of: str | None = None) -> tuple[float, float]:
-    """Two numbers from "LOW:HIGH" in SI, each with or without a unit, whichever or that `of` a kind. Raises OutputError."""
+    """Two numbers from "LOW:HIGH" in SI, with or without a unit, whichever or that `of` a kind; a unit of the second alone
+    is that of both. Raises OutputError."""
     low, colon, high = text.partition(":")
     if not colon:
         raise OutputError(f"{text!r} is no range: write it as LOW:HIGH")
+    if re.fullmatch(rf"\s*{NUMBER}\s*", low, re.IGNORECASE):
+        low += re.sub(rf"^\s*{NUMBER}", " ", high, flags=re.IGNORECASE)
     ends = (number(low, of, text), number(high, of, text))
     if ends[0] >= ends[1]:
         raise OutputError(f"{text!r}: the first is to be less than the second")
@@ -103,7 +109,7 @@ def span(text: str, of: str | None = None) -> tuple[float, float]:
 
 def number(text: str, of: str | None, whole: str) -> float:
     """A number in SI, with or without a unit, that is to be one `of` a kind. Raises OutputError that names the `whole`."""
-    match = re.fullmatch(r"\s*([-+]?[\d.]+(?:e[-+]?\d+)?)\s*(.*?)\s*", text, re.IGNORECASE)
+    match = re.fullmatch(rf"\s*({NUMBER})\s*(.*?)\s*", text, re.IGNORECASE)
     try:
         if match is None:
             raise ValueError(f"{text!r} is no number")
