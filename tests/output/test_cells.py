@@ -12,6 +12,7 @@ from tests.formulations.lagrangian.bodies import FITTED, IRREGULAR, MESHED, comp
 from tests.output import readers
 from wsph.output.fields import tensor
 from wsph.output.folder import OutputFolder
+from wsph.output.view.recorded import words
 from wsph.simulation.records import Records
 
 pytest.importorskip("h5py")
@@ -131,9 +132,9 @@ def test_bodies_of_several_kinds_of_cells(tmp_path: Path, precision: str, positi
         assert inside.max() > 0.0
         assert inside.min() <= np.nanmin(at_nodes) <= np.nanmax(at_nodes) <= inside.max()
         if which != "xdmf":
-            assert list(grid.field_data["bodies"]) == names
-            assert list(grid.field_data["positions"]) == [positions]
-            assert "stress: Pa" in list(grid.field_data["units"])
+            assert words(grid, "bodies") == names
+            assert words(grid, "positions") == [positions]
+            assert "stress: Pa" in words(grid, "units")
 
 
 def test_the_whole_run_has_its_times(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from wsph.output.fields import von_mises
 from wsph.output.folder import OutputFolder
 from wsph.output.view.look import Look
 from wsph.output.view.pictures import picture
-from wsph.output.view.recorded import frames, shot
+from wsph.output.view.recorded import frames, shot, words
 
 pv = pytest.importorskip("pyvista")
 
@@ -163,8 +163,8 @@ def test_files_have_time_units_bodies_and_the_precision_of_the_run(tmp_path: Pat
     folder = tmp_path / "out" / "frames"
     mesh = pv.read(folder / "frame_000001.vtu")
     assert mesh.field_data["TimeValue"].tolist() == [result.time]
-    assert list(mesh.field_data["bodies"]) == names
-    assert list(mesh.field_data["units"]) == [f"{name}: {unit}" for name, unit in units.items()]
+    assert words(mesh, "bodies") == names
+    assert words(mesh, "units") == [f"{name}: {unit}" for name, unit in units.items()]
     assert mesh.points.dtype == of
     for name in units.keys() - {"position"}:
         assert mesh.point_data[name].dtype == of
@@ -236,3 +236,14 @@ def test_a_list_of_frames_that_is_damaged_is_named(tmp_path: Path) -> None:
         (tmp_path / "frames.pvd").write_bytes(text)
         with pytest.raises(OutputError, match=r"frames.pvd: cannot be read"):
             frames(tmp_path)
+
+
+def test_meshio_reads_the_frames(tmp_path: Path) -> None:
+    """Points, cells and fields, of bodies with cells and of particles."""
+    meshio = pytest.importorskip("meshio")
+    result = wsph.run(two_bodies("f64"), tmp_path / "out")
+    mesh = meshio.read(sorted((tmp_path / "out" / "frames").glob("*.vtu"))[-1])
+    assert len(mesh.points) == len(result.particles["velocity"])
+    np.testing.assert_array_equal(mesh.point_data["velocity"][:, : result.scene.dim], result.particles["velocity"])
+    assert sum(len(block.data) for block in mesh.cells) > 0
+    assert mesh.field_data["TimeValue"].ravel().tolist() == [result.time]

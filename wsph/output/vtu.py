@@ -73,11 +73,18 @@ def _field_data(parent: ElementTree.Element, frame: Frame) -> None:
 
 
 def _words(parent: ElementTree.Element, name: str, words: Sequence[str]) -> None:
-    """An array of texts, which VTK has as the numbers of their bytes, a zero behind each."""
+    """Texts as the names of the components of an array of their numbers: VTK has arrays of texts, which stop meshio."""
+    given = {
+        "type": "Int32",
+        "Name": name,
+        "NumberOfComponents": str(len(words)),
+        "NumberOfTuples": "1",
+        "format": "ascii",
+    }
     array = ElementTree.SubElement(
-        parent, "Array", type="String", Name=name, NumberOfTuples=str(len(words)), format="ascii"
+        parent, "DataArray", given | {f"ComponentName{k}": each for k, each in enumerate(words)}
     )
-    array.text = " ".join(str(byte) for word in words for byte in (*word.encode(), 0))
+    array.text = " ".join(str(k) for k in range(len(words)))
 
 
 class _Blocks:

@@ -84,6 +84,13 @@ def frames(folder: Path) -> list[tuple[float, Path]]:
     return listed
 
 
+def words(grid: "UnstructuredGrid", name: str) -> list[str]:
+    """The texts of a frame's field data: the names of an array's components, or the array's own."""
+    array = grid.GetFieldData().GetAbstractArray(name)
+    named = [array.GetComponentName(k) for k in range(array.GetNumberOfComponents())]
+    return [str(word) for word in (named if all(named) else grid.field_data[name])]
+
+
 def read(time: float, path: Path) -> Shot:
     """A frame from its file. Raises OutputError."""
     if not path.is_file():
@@ -91,11 +98,7 @@ def read(time: float, path: Path) -> Shot:
     grid = pyvista().read(path)
     if grid.n_points == 0:
         raise OutputError(f"{path}: holds no particle, or is damaged")
-    about = {
-        name: [str(word) for word in grid.field_data[name]]
-        for name in ("bodies", "positions", "units")
-        if name in grid.field_data
-    }
+    about = {name: words(grid, name) for name in ("bodies", "positions", "units") if name in grid.field_data}
     units = dict(word.rsplit(": ", 1) for word in about.get("units", []))
     return Shot(grid, time, units, tuple(about.get("bodies", ())), about.get("positions") != ["reference"])
 
