@@ -74,6 +74,8 @@ def _field_data(parent: ElementTree.Element, frame: Frame) -> None:
 
 def _words(parent: ElementTree.Element, name: str, words: Sequence[str]) -> None:
     """Texts as the names of the components of an array of their numbers: VTK has arrays of texts, which stop meshio."""
+    if not words:
+        return
     given = {
         "type": "Int32",
         "Name": name,
