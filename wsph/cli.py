@@ -52,7 +52,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 130
     except (MemoryError, RuntimeError, ImportError, OSError) as error:
         if not is_out_of_memory(error) and isinstance(error, OSError):
-            return _failed(str(error))
+            return _failed(f"the machine failed: {error}")
         if not is_out_of_memory(error):
             raise
         words = " ".join(str(error).split()) or "no more can be had"

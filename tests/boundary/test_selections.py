@@ -175,7 +175,7 @@ material = { model = "elastic", density = 1.0, youngs_modulus = 1.0, poisson_rat
     (tmp_path / "block.toml").write_text(text)
     assert main(["check", str(tmp_path / "block.toml")]) == 0
     out = capsys.readouterr().out
-    assert "  low          4 faces, 2 m about (1, 0) m, mean normal (0, -1)" in out
+    assert "  patch        low: area 2 m, centre (1, 0) m, normal (0, -1)" in out
     assert "unnamed" in out
     assert "boundary 0     b, patch low: 5 particles, faces -y 2 m; resultant (0, 4) N/m" in out
-    assert "not estimated: a mesh" in out
+    assert "not estimated: all bodies are from mesh files" in out

@@ -1,5 +1,7 @@
 """What hostile cases are made of: a small body, commands in this process and in one of their own, and their answers."""
 
+import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -82,7 +84,10 @@ def process(folder: Path, text: str, *arguments: str, **keys: Any) -> "subproces
         str(folder / "out"),
         *arguments,
     ]
-    return subprocess.Popen(command, **{"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True, **keys})
+    # Where the tests run as under nohup, their children are not to.
+    usual = {"preexec_fn": lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL)} if os.name == "posix" else {}
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    return subprocess.Popen(command, **{**pipes, **usual, **keys})
 
 
 def scene_case(name: str, says: str, text: str, *codes: int) -> None:

@@ -160,14 +160,14 @@ class TestPatches:
         assert both.resultant.tolist() == [0.0, 0.0]
         assert both.time == pytest.approx(1.0)
 
-    def test_of_stairs_are_refused_with_the_way_out(self) -> None:
+    def test_of_stairs_have_their_own_cell_faces(self) -> None:
         body = scenes.body(PLATE, 0.1, surface="stairs")
         [side] = selected(scenes.scene(body, boundary=[entry(patch="box-1/+x", traction={"x": 1.0})]))
         assert side.faces == {"+x": pytest.approx(1.0)}
-        with pytest.raises(
-            WsphError, match=r"no patch 'hole': it has box-1/-x, .* select it by where, or have it fitted"
-        ):
-            compose(scenes.scene(body, boundary=[entry(patch="hole", traction={"x": 1.0})]))
+        [hole] = selected(scenes.scene(body, boundary=[entry(patch="hole", pressure=1.0)]))
+        assert hole.resultant == pytest.approx([0.0, 0.0], abs=1e-15)
+        with pytest.raises(WsphError, match=r"no patch 'rim': it has box-1/-x, .*hole"):
+            compose(scenes.scene(body, boundary=[entry(patch="rim", traction={"x": 1.0})]))
 
 
 def test_check_lists_cells_and_patches(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

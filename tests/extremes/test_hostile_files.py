@@ -18,7 +18,7 @@ import pytest
 
 import wsph
 from tests.extremes.hostile import ALL, BODY, CASES, Answer, Hostile, case, named, probe, process, run, scene_case, told
-from wsph.output.view.recorded import frames
+from wsph.output.view.recorded import frames, words
 
 # Probes.
 scene_case(
@@ -105,7 +105,7 @@ def _(folder: Path) -> Answer:
     answer = run(folder, named('"<b>/.. & %s \\"ü\\" 力"'))
     mesh = pytest.importorskip("pyvista").read(folder / "out" / "frames" / "frame_000002.vtu")
     with np.load(folder / "out" / "frames" / "frame_000002.npz") as archive:
-        assert mesh.field_data["bodies"][0] == archive["bodies"][0] == '<b>/.. & %s "ü" 力'
+        assert words(mesh, "bodies")[0] == archive["bodies"][0] == '<b>/.. & %s "ü" 力'
     return answer
 
 
@@ -223,7 +223,7 @@ def signalled(number: int, moment: float) -> None:
         started = time.monotonic()
         while moment and not (folder / "out" / "checkpoints").exists() and time.monotonic() - started < 60.0:
             time.sleep(0.005)
-        time.sleep(moment or 0.15)
+        time.sleep(moment or 0.4)
         child.send_signal(number)
         said = child.communicate(timeout=120)[0]
         assert not [path for path in folder.rglob("*") if "partial" in path.name or path.name == ".lock"]

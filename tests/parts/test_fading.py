@@ -73,7 +73,7 @@ def test_what_a_fading_residual_sets_free_is_dissipated(formulation: str) -> Non
 
 def test_a_material_that_names_what_it_has_not_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Mises, "flows", ("flown", "yield_stress"))
-    with pytest.raises(wsph.Refused, match=r"material 'mises'.*flows = \('flown', 'yield_stress'\)"):
+    with pytest.raises(wsph.SceneError, match=r"'mises'.*flows = \('flown', 'yield_stress'\)"):
         compose(struck("stress-points", 20, 0.1))
     monkeypatch.setattr(Mises, "flows", None)
     assert "fading" not in compose(struck("stress-points", 20, 0.1)).bodies[0].system.attached

@@ -187,7 +187,9 @@ def _of_cells(table: Table, shape: BaseShape | None) -> object:
 def _printable(name: str) -> str:
     """Names of bodies go into messages and files."""
     if not name.isprintable() or name.strip() != name or not name:
-        raise ValueError(f"{name!r}: a name has printed characters, and no blank at its ends")
+        raise ValueError(
+            f"{name!r} has characters that cannot be printed, or blanks at its ends: a name has printed characters"
+        )
     return name
 
 

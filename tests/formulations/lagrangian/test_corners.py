@@ -12,6 +12,8 @@ from wsph.simulation.compose import compose
 
 FORM = "stress-points"
 
+pytestmark = pytest.mark.filterwarnings("ignore:body .* pieces that have no node in common")
+
 
 @pytest.mark.parametrize("name", [*BODIES, *IRREGULAR, *FITTED, *MESHED])
 def test_a_linear_field_has_one_stress_and_faces_get_what_they_are_due(name: str) -> None:
