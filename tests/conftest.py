@@ -12,6 +12,24 @@ from wsph.backend import graph, threads
 
 ROOT = Path(__file__).resolve().parents[1]
 
+LONG_TABLES = (
+    "tests/extremes/test_hostile_files.py",
+    "tests/extremes/test_hostile_inputs.py",
+    "tests/formulations/test_memory.py",
+)
+"""Files of many cases of one kind, of which the default suite has every third and `.ci/run` the others."""
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark two thirds of the long tables as slow."""
+    for table in LONG_TABLES:
+        cases = [item for item in items if item.path == ROOT / table]
+        for number, item in enumerate(cases):
+            if number % 3:
+                item.add_marker(pytest.mark.slow)
+
+
 if "PYTEST_XDIST_WORKER" in os.environ:
     # A worker for every core: a scene that leaves its threads open has one of them.
     graph.cores = lambda: threads.cores()[:1]
