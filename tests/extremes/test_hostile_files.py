@@ -210,6 +210,19 @@ def _(folder: Path) -> Answer:
 
 
 # Signals.
+def _wait_for_its_handlers(process_id: int) -> None:
+    """Until the command catches SIGTERM: before that it is Python's own start, which answers as Python does."""
+    status = Path(f"/proc/{process_id}/status")
+    bit = 1 << (signal.SIGTERM - 1)
+    started = time.monotonic()
+    while time.monotonic() - started < 60.0:
+        caught = re.search(r"^SigCgt:\s*(\w+)", status.read_text(), re.MULTILINE)
+        if caught and int(caught[1], 16) & bit:
+            return
+        time.sleep(0.005)
+    raise AssertionError("the command never set its handlers of signals")
+
+
 def signalled(number: int, moment: float) -> None:
     """A signal to a run that has just begun, or some time later: a whole state, no debris, and it goes on."""
 
@@ -223,7 +236,9 @@ def signalled(number: int, moment: float) -> None:
         started = time.monotonic()
         while moment and not (folder / "out" / "checkpoints").exists() and time.monotonic() - started < 60.0:
             time.sleep(0.005)
-        time.sleep(moment or 0.4)
+        if not moment:
+            _wait_for_its_handlers(child.pid)
+        time.sleep(moment or 0.05)
         child.send_signal(number)
         said = child.communicate(timeout=120)[0]
         assert not [path for path in folder.rglob("*") if "partial" in path.name or path.name == ".lock"]
