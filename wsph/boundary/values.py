@@ -6,13 +6,13 @@ from functools import cache
 import numpy as np
 import warp as wp
 
-from wsph.backend.clock import Clock, dt_of, time_of
+from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import State
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.programs.prescribed import Prescribed, constant
-from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate_mean
+from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate_mean, interval, places
 
 CONSTANT = -1
 """The program of an entry that never changes: its scale is its value. Most faces are free: thousands of zeros."""
@@ -39,9 +39,7 @@ def _impose_kernel(space: Space) -> wp.Kernel:
         e = first + wp.tid()
         value = scale[e]
         if program[e] != wp.static(CONSTANT):
-            dt = dt_of(clock) * second
-            t = time_of(clock) * second
-            value = evaluate_mean(bank, program[e], position[e], t, dt, from_dt, to_dt) * value
+            value = evaluate_mean(bank, program[e], position[e], clock, second, from_dt, to_dt) * value
         state_out[place[e]] = real(value)
 
     return impose
@@ -89,19 +87,16 @@ class BoundaryValues:
         if self.count == 0:
             return
         self._bank = bank_of(kept, device)
-        padded = np.zeros((self.count, 3))
-        padded[:, : position.shape[1]] = points
         self.particle = np.array(owners, np.int32)
         self.place = wp.array(place, dtype=wp.int32, device=device)
         self._program = wp.array(program, dtype=wp.int32, device=device)
         self._scale = wp.array(scale, dtype=wp.float64, device=device)
-        self._position = wp.array(padded, dtype=wp.vec3d, device=device)
+        self._position = wp.array(places(np.array(points)), dtype=wp.vec3d, device=device)
 
     def impose(self, state: State, clock: Clock, c: float | tuple[float, float]) -> None:
         """Set the prescribed values in `state` (a launch)."""
         if self.count == 0:
             return
-        first, last = c if isinstance(c, tuple) else (c, c)
         inputs = [self._bank, clock.time, self.place, self._program, self._scale, self._position]
-        inputs += [wp.float64(first), wp.float64(last), wp.float64(self._second)]
+        inputs += [*interval(c), wp.float64(self._second)]
         clock.launch(_impose_kernel(self.space), self.count, inputs, [state.buffer])

@@ -5,12 +5,12 @@ from functools import cache
 import numpy as np
 import warp as wp
 
-from wsph.backend.clock import Clock, dt_of, time_of
+from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.programs.prescribed import Prescribed, constant, same
-from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate_mean
+from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate_mean, interval, places
 from wsph.boundary.values import CONSTANT
 
 
@@ -34,13 +34,11 @@ def _sum_kernel(space: Space) -> wp.Kernel:
         force_out: wp.array(dtype=vec),
     ):
         e = first + wp.tid()
-        dt = dt_of(clock) * second
-        t = time_of(clock) * second
         total = exact()
         for row in range(offsets[e], offsets[e + 1]):
             value = wp.float64(1.0)
             if program[row] != wp.static(CONSTANT):
-                value = evaluate_mean(bank, program[row], position[e], t, dt, from_dt, to_dt)
+                value = evaluate_mean(bank, program[row], position[e], clock, second, from_dt, to_dt)
             total += value * push[row]
         force = vec()
         for a in range(wp.static(dim)):
@@ -90,22 +88,19 @@ class LoadForces:
         self.count = len(owners)
         if self.count == 0:
             return
-        padded = np.zeros((self.count, 3))
-        padded[:, : position.shape[1]] = position[owners]
         self._bank = bank_of(kept, device)
         self._particle = wp.array(owners, dtype=wp.int32, device=device)
         self._offsets = wp.array([*first, len(particle)], dtype=wp.int32, device=device)
         self._program = wp.array(program, dtype=wp.int32, device=device)
         self._push = wp.array(push, dtype=Space(space.dim).vec, device=device)
-        self._position = wp.array(padded, dtype=wp.vec3d, device=device)
+        self._position = wp.array(places(position[owners]), dtype=wp.vec3d, device=device)
 
     def impose(self, clock: Clock, c: float | tuple[float, float]) -> None:
         """Set the loads of t + c dt; of c = (a, b) the mean of both times (a launch, where loads change in time)."""
         if self.count == 0:
             return
-        first, last = c if isinstance(c, tuple) else (c, c)
         inputs = [self._bank, clock.time, self._particle, self._offsets, self._program, self._push, self._position]
-        inputs += [wp.float64(first), wp.float64(last), wp.float64(self._second)]
+        inputs += [*interval(c), wp.float64(self._second)]
         clock.launch(_sum_kernel(self.space), self.count, inputs, [self.force])
 
 

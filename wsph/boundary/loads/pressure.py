@@ -14,7 +14,7 @@ import warp as wp
 from pydantic import model_validator
 
 from wsph.backend.arrays import Arrays
-from wsph.backend.clock import Clock, dt_of, time_of
+from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
@@ -22,7 +22,7 @@ from wsph.boundary.loads.acting import ActingLoad, Load, LoadedFaces
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.loads.work import LoadWork
 from wsph.boundary.programs.prescribed import constant
-from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate_mean
+from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate_mean, interval, places
 from wsph.geometry.gradients import GAUSS
 from wsph.protocols import Entry
 from wsph.quantities import Value, is_table
@@ -68,9 +68,7 @@ def _value_kernel(space: Space) -> wp.Kernel:
         pressure_out: wp.array(dtype=real),
     ):
         e = first + wp.tid()
-        dt = dt_of(clock) * second
-        t = time_of(clock) * second
-        pressure_out[e] = real(evaluate_mean(bank, 0, position[e], t, dt, from_dt, to_dt) / unit)
+        pressure_out[e] = real(evaluate_mean(bank, 0, position[e], clock, second, from_dt, to_dt) / unit)
 
     return pressures
 
@@ -188,9 +186,7 @@ class Pressures(ActingLoad):
         # Of the last time imposed, which a method may use again at the start of the next step.
         self._pressure = arrays.changes("pressure", wp.array(start, dtype=space.scalar, device=arrays.device))
         self._bank = bank_of([value], clock.device)
-        padded = np.zeros((n, 3))
-        padded[:, : space.dim] = faces.place[faces.particle]
-        self._position = arrays.of("position", padded, wp.vec3d)
+        self._position = arrays.of("position", places(faces.place[faces.particle]), wp.vec3d)
         flat = faces.corners.ravel()
         order = np.argsort(flat, kind="stable")
         where = np.searchsorted(faces.particle, flat[order])
@@ -211,8 +207,7 @@ class Pressures(ActingLoad):
     def impose(self, clock: Clock, c: float | tuple[float, float]) -> None:
         if not self._moving:
             return
-        first, last = c if isinstance(c, tuple) else (c, c)
-        inputs = [self._bank, clock.time, self._position, wp.float64(first), wp.float64(last)]
+        inputs = [self._bank, clock.time, self._position, *interval(c)]
         inputs += [wp.float64(self._scales.time), wp.float64(self._scales.stress)]
         clock.launch(_value_kernel(self._space), self._count, inputs, [self._pressure])
 

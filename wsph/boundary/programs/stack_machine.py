@@ -6,8 +6,10 @@ every boundary condition of every scene.
 
 from collections.abc import Callable
 
+import numpy as np
 import warp as wp
 
+from wsph.backend.clock import dt_of, time_of
 from wsph.boundary.programs.prescribed import Prescribed
 from wsph.expressions import OPERATIONS, Expression
 
@@ -182,14 +184,34 @@ def evaluate(bank: Bank, program: int, x: wp.vec3d, t: wp.float64, slack: wp.flo
 
 @wp.func
 def evaluate_mean(
-    bank: Bank, program: int, x: wp.vec3d, t: wp.float64, dt: wp.float64, from_dt: wp.float64, to_dt: wp.float64
+    bank: Bank,
+    program: int,
+    x: wp.vec3d,
+    clock: wp.array(dtype=wp.float64),
+    second: wp.float64,
+    from_dt: wp.float64,
+    to_dt: wp.float64,
 ) -> wp.float64:
-    """A value at t + from_dt dt [s], or the mean of that and the one at t + to_dt dt where these differ."""
+    """A value at t + from_dt dt, or the mean of that and the one at t + to_dt dt where these differ; t and dt are those of
+    a clock in units of `second` [s]."""
+    dt = dt_of(clock) * second
+    t = time_of(clock) * second
     slack = wp.float64(1.0e-9) * dt
     value = evaluate(bank, program, x, t + from_dt * dt, slack)
     if to_dt != from_dt:
         value = wp.float64(0.5) * (value + evaluate(bank, program, x, t + to_dt * dt, slack))
     return value
+
+
+def interval(c: float | tuple[float, float]) -> list[wp.float64]:
+    """`from_dt` and `to_dt` of a part c of a step, or of c = (a, b), the mean of two."""
+    first, last = c if isinstance(c, tuple) else (c, c)
+    return [wp.float64(first), wp.float64(last)]
+
+
+def places(points: np.ndarray) -> np.ndarray:
+    """Points (k, dim) [m] as programs take them: (k, 3), zero beyond the dimensions."""
+    return np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
 
 
 def bank_of(values: list[Prescribed], device: str) -> Bank:
