@@ -182,3 +182,27 @@ def test_parts_that_meet_at_a_node_and_overlap_push_with_their_sum() -> None:
     keys = {"density": 1000.0, "youngs_modulus": 1e7}
     result = wsph.run(scene(body(box(1.0, 0.4), 0.1, material=material(**keys)), run={"end": 0.01}, boundary=parts))
     assert result.history["momentum_x"][-1] == pytest.approx(400.0 * result.history["time"][-1], rel=1e-12)
+
+
+@pytest.mark.parametrize(("dim", "state", "formulation"), [(2, "stress", "stress-points"), (3, None, "stress-points"), (2, "strain", "total-lagrangian")])  # fmt: skip
+def test_a_turned_bar_of_large_strain_between_a_spring_and_a_growing_pressure(
+    dim: int, state: str | None, formulation: str
+) -> None:
+    """With no Poisson's ratio its section stays: P = mu (s - 1/s) = -p gives the stretch s, and the spring's way is p/k."""
+    length, stiffness, p, angle = 2.0, 0.5, 0.05, 30.0
+    axis = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle)), 0.0])[:dim]
+    turn = {"rotate": angle if dim == 2 else [[0, 0, 1], angle]}
+    shape = box((-length / 2.0, length / 2.0), *[(-0.5, 0.5)] * (dim - 1)) | turn
+    keys = {"state": state} if state else {}
+    law = material("neo-hookean", poisson_ratio=0.0)
+    bar = body(shape, 0.25, material=law, damping={"rate": 1.0}, **keys)
+    loads = [
+        {"body": "b", "face": "-x", "spring": {"stiffness": stiffness}},
+        {"body": "b", "face": "+x", "pressure": f"{p}*min(t/10, 1)"},
+    ]
+    run = {"end": 60.0, "formulation": formulation}
+    result = wsph.run(scene(bar, run=run, boundary=loads, output={"fields": ["displacement"]}))
+    along = result.particles["position"][:, :dim] @ axis + length / 2.0
+    exact = -p / stiffness + (np.sqrt(p * p + 1.0) - p - 1.0) * along
+    moved = result.particles["displacement"][:, :dim]
+    assert moved == pytest.approx(np.outer(exact, axis), abs=1e-5 * np.abs(exact).max())
