@@ -254,6 +254,52 @@ class Interaction(Protocol):
         ...
 
 
+class Coupling(Protocol):
+    """Forces between bodies, or on them from outside, as part of the rates of their velocities: contact, tools, ties. Bodies
+    that a coupling acts on step together, by one integrator (`wsph.simulation.joint`). States and rates are those of the
+    evaluation, by the bodies' names."""
+
+    ledger: tuple[Entry, ...]
+
+    def bodies(self) -> tuple[str, ...]:
+        """The names of the bodies that it acts on."""
+        ...
+
+    def follow(self) -> bool:
+        """Before a step, on the host: bring up to date what follows the motion; whether that changed what launches take."""
+        ...
+
+    def start(self, states: Mapping[str, AnyState]) -> None:
+        """Take what is there at the start of the run (launches)."""
+        ...
+
+    def push(self, states: Mapping[str, AnyState], rates: Mapping[str, AnyState]) -> None:
+        """Add the accelerations of its forces in a state to the rates (launches)."""
+        ...
+
+    def close(self, states: Mapping[str, AnyState], *, fresh: bool) -> None:
+        """Close a step (launches): take the memory of the evaluation, sum works up. Not `fresh`: the last evaluation was not
+        of this state, and there is another first."""
+        ...
+
+    def bound(self, body: str) -> tuple[float, float]:
+        """Bounds of what it adds to the square of a body's frequency and to the rate of its damping, nondimensional; zeros
+        for a body that it does not touch."""
+        ...
+
+    def stiffen(self, stiffness: float) -> bool:
+        """Take a stiffness, in those of the materials, where the scene leaves it open; whether it does."""
+        ...
+
+    def kept(self) -> Mapping[str, DeviceArray]:
+        """Device arrays that a run goes on from, by name."""
+        ...
+
+    def restored(self) -> None:
+        """Make what follows from the kept arrays, after they have been put back."""
+        ...
+
+
 class Dimensioned(Protocol):
     """Where a body is: in 1, 2 or 3 dimensions."""
 

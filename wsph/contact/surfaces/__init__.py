@@ -1,0 +1,1 @@
+"""Surfaces of bodies: what contact, tools and ties act on."""
