@@ -42,6 +42,7 @@ from wsph.quantities import (
     read_switch,
 )
 from wsph.scene.messages import none_of
+from wsph.scene.tools import Tool
 from wsph.sph.smoothing import DEFAULT, SMOOTHING
 from wsph.units import looks_like_quantity, quantity
 
@@ -385,6 +386,7 @@ class SceneTables(Model):
     functions: dict[str, Function] = {}
     boundary: Annotated[tuple[Boundary, ...], BeforeValidator(as_tuple)] = ()
     contact: Annotated[tuple[Contact, ...], BeforeValidator(as_tuple)] = ()
+    tools: Annotated[tuple[Tool, ...], BeforeValidator(as_tuple)] = ()
     probes: Annotated[tuple[Probe, ...], BeforeValidator(as_tuple)] = ()
     gravity: dict[Literal["x", "y", "z"], Annotated[float, Unit("m/s2")]] = {}
     output: Output = Output()
