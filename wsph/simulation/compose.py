@@ -28,6 +28,7 @@ from wsph.constitutive.moduli import warn_of_lost_digits, wave_speed
 from wsph.constitutive.sampling import fault_of_law, law_named
 from wsph.constitutive.stress_state import STRESS_STATES, StressState
 from wsph.contact.overlap import overlapping, solid_of
+from wsph.contact.refusals import refuse as refuse_contact
 from wsph.contact.table import interactions
 from wsph.errors import Fault, PluginError, Refused, SceneError
 from wsph.expressions import Expression
@@ -70,6 +71,7 @@ def _compose(scene: Scene) -> Composition:
     materials = _materials(scene)
     method = _method(scene)
     device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
+    refuse_contact(scene, method.formulation)
     refuse_misfits(scene, method.formulation)
     memory.refuse_too_large(scene, device, _first_system, lambda body: is_fitted(scene, body, method.formulation))
     bare = _bare_bodies(scene, materials, method)
@@ -303,6 +305,8 @@ def _start(scene: Scene, body: Body, system: System, scales: Scales) -> None:
 
 def _part(scene: Scene, bodies: Sequence[BodyRun]) -> None:
     """Warn of bodies that overlap at the start. Raises Refused where contact is to keep them apart."""
+    for contact in (each for each in scene.contact if each.warning):
+        warnings.warn(contact.warning, RuntimeWarning, stacklevel=4)
     touching = {frozenset(contact.names) for contact in scene.contact}
     solids = [solid_of(run.system.geometry, at_nodes=True) for run in bodies] if len(bodies) > 1 else []
     for (one, solid), (other, beside) in combinations(zip(bodies, solids, strict=False), 2):
