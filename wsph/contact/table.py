@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 
 from wsph.backend.clock import Clock
 from wsph.backend.space import Space
-from wsph.contact.contacts import Contacts
+from wsph.contact.pinball.contacts import Contacts
 from wsph.errors import Refused
 from wsph.protocols import Interaction, PushedBody
 from wsph.scene.scene import Scene

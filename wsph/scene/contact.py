@@ -111,7 +111,7 @@ class Contact(Model):
         if self.law == "surface" and self.friction > HUMS:
             return (
                 f"contact {self.name!r}: sliding with friction = {self.friction:g} hums: above {HUMS:g} it is faster than it"
-                " should be, and its heat is wrong; what sticks is right"
+                " should be, and takes more energy; what sticks is right"
             )
         return ""
 
