@@ -42,11 +42,8 @@ from wsph.quantities import (
 )
 from wsph.scene.contact import Contact
 from wsph.scene.messages import none_of
-<<<<<<< HEAD
-from wsph.scene.tools import Tool
-=======
 from wsph.scene.names import file_name, printable
->>>>>>> s24-ties
+from wsph.scene.tools import Tool
 from wsph.sph.smoothing import DEFAULT, SMOOTHING
 from wsph.units import looks_like_quantity, quantity
 

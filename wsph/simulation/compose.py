@@ -20,15 +20,9 @@ from wsph.backend.device import pick_device
 from wsph.backend.graph import Program
 from wsph.backend.space import Space
 from wsph.contact.overlap import overlapping, solid_of
-<<<<<<< HEAD
+from wsph.contact.refusals import refuse as refuse_contact
 from wsph.contact.table import couplings, interactions
 from wsph.errors import Refused, SceneError
-=======
-from wsph.contact.refusals import refuse as refuse_contact
-from wsph.contact.table import interactions
-from wsph.errors import Fault, PluginError, Refused, SceneError
-from wsph.expressions import Expression
->>>>>>> s24-ties
 from wsph.formulations import memory
 from wsph.formulations.system import System
 from wsph.plugins import integrators
