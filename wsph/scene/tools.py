@@ -3,13 +3,15 @@
 # pyright: strict
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, PlainSerializer, WrapValidator, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer, WrapValidator, model_validator
 
 from wsph.geometry.shapes.shape import Rotation
 from wsph.geometry.shapes.stl import Stl
 from wsph.quantities import Model, Point, Positive, Strings, Unit, Value, as_tuple, is_sequence, is_table
+from wsph.scene.contact import HUMS, STICKY, Stiffness
+from wsph.scene.names import file_name
 from wsph.units import quantity
 
 Numbers = Annotated[tuple[Annotated[float, Unit("")], ...], BeforeValidator(as_tuple)]
@@ -28,9 +30,9 @@ def _inertia(value: object, number: Callable[[object], object]) -> object:
     return tuple(number(v) for v in value) if is_sequence(value) else number(value)
 
 
-def _stiffness(value: object, number: Callable[[object], object]) -> object:
-    """A multiple of the materials' stiffness, or "auto": what the time step leaves."""
-    return value if value == "auto" else number(value)
+def _damped(data: dict[str, Any]) -> float:
+    friction: float = data.get("friction", 0.0)
+    return 0.0 if friction == 0.0 else 2.0 if friction > STICKY else 1.0
 
 
 def _as_it_is(value: object) -> object:
@@ -41,13 +43,11 @@ if TYPE_CHECKING:
     Velocity = dict[str, Value] | tuple[float, ...]
     Spin = float | tuple[float, ...]
     Inertia = Value | tuple[Value, ...]
-    Stiffness = float | Literal["auto"]
 else:
     _plain = PlainSerializer(_as_it_is)
     Velocity = Annotated[dict[str, Value], WrapValidator(_velocity), _plain]
     Spin = Annotated[float, Unit("1/s"), WrapValidator(_spin), _plain]
     Inertia = Annotated[Value, WrapValidator(_inertia), _plain]
-    Stiffness = Annotated[float, Unit("", gt=0), WrapValidator(_stiffness), _plain]
 
 
 class Plane(Model):
@@ -104,7 +104,7 @@ class Tool(Model):
     without it, that of its shape of uniform density. `stiffness`, `friction`, `damping` and `memory` are those of a contact.
     """
 
-    name: Annotated[str, Field(max_length=100, pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$")]
+    name: Annotated[str, AfterValidator(file_name)]
     shape: ToolShape
     inside: bool = False
     velocity: Velocity = {}
@@ -115,7 +115,7 @@ class Tool(Model):
     against: Annotated[Strings, Field(min_length=1)]
     friction: Annotated[float, Unit("", ge=0)] = 0.0
     stiffness: Stiffness = "auto"
-    damping: Annotated[float, Unit("", ge=0)] | None = None
+    damping: Annotated[float, Unit("", ge=0)] = Field(default_factory=_damped)
     memory: Annotated[float, Unit("", ge=0)] = 20.0
 
     @model_validator(mode="after")
@@ -135,6 +135,23 @@ class Tool(Model):
         if kept and not self.free:
             raise ValueError(f"{' and '.join(kept)} is of a free tool, which has a mass")
         return self
+
+    @property
+    def number(self) -> float | None:
+        """The stiffness that the scene gives, None where the time step chooses it."""
+        return None if self.stiffness == "auto" else self.stiffness
+
+    @property
+    def soft(self) -> bool:
+        """Whether damping gives way where it would need a shorter step; not where sliding would hum without all of it."""
+        return self.friction <= STICKY
+
+    @property
+    def warning(self) -> str:
+        """What whoever runs it should know; "" where there is nothing."""
+        if self.friction > HUMS:
+            return f"tool {self.name!r}: sliding with friction = {self.friction:g} hums: above {HUMS:g} it is faster than it should be"
+        return ""
 
     @property
     def free(self) -> bool:

@@ -27,11 +27,10 @@ def shape_struct(space: Space) -> type:
     half    # half the sides of a box
     axes    # columns are the directions of the sides of a box
     sign    # -1 where the shape is a hole that keeps bodies in, else 1
-    reach   # points deeper than this are behind the tool, not in contact with it
     mesh    # triangles, of a shape that is made of them
     """
     annotations: dict[str, object] = dict.fromkeys(("center", "axis", "half"), space.vec)
-    annotations |= {"radius": space.scalar, "sign": space.scalar, "reach": space.scalar, "axes": space.mat}
+    annotations |= {"radius": space.scalar, "sign": space.scalar, "axes": space.mat}
     annotations |= {"kind": wp.int32, "mesh": triangles_struct(space)}
     return cast(type, wp.struct(type("ToolShape", (), {"__annotations__": annotations, "__module__": __name__})))
 
@@ -40,7 +39,7 @@ def shape_struct(space: Space) -> type:
 def gap_function(space: Space, kind: str) -> wp.Function:
     """Warp function (shape, place in the frame of the tool) -> gap, and the outward unit normal there."""
     made = {"plane": _plane, "sphere": _sphere, "cylinder": _cylinder, "box": _box, "stl": _stl}[kind](space)
-    real, vec, Shape = space.scalar, space.vec, shape_struct(space)
+    vec, Shape = space.vec, shape_struct(space)
 
     @wp.func
     def gap(shape: Shape, r: vec):
