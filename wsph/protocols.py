@@ -182,6 +182,16 @@ class Integrator(Protocol):
         ...
 
 
+class CoupledBody(Protocol):
+    """A body, as forces between bodies see it: its table and its system."""
+
+    @property
+    def body(self) -> BodyTable: ...
+
+    @property
+    def system(self) -> BodySystem: ...
+
+
 class PushedBody(Protocol):
     """A body in a run, as what acts between bodies sees it. What its system has beside, where its traits say that it is
     `pushable`, is `wsph.contact.bodies.PushedSystem`."""
@@ -263,6 +273,10 @@ class Coupling(Protocol):
 
     def bodies(self) -> tuple[str, ...]:
         """The names of the bodies that it acts on."""
+        ...
+
+    def members(self) -> Mapping[str, Any]:
+        """What it brings that steps beside them, such as rigid bodies: systems as `OneSet` has them, by their names."""
         ...
 
     def follow(self) -> bool:

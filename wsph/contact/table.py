@@ -1,6 +1,7 @@
-"""The table of interactions between bodies, each kind as a function that finds it in a scene.
+"""The tables of what acts between bodies, each kind as a function that finds it in a scene: interactions change velocities
+between steps, couplings are forces in the rates of the velocities.
 
-To add one, write its file beside this one and put its function in the list.
+To add one, write its file beside this one and put its function in its list.
 """
 
 # pyright: strict
@@ -11,7 +12,7 @@ from wsph.backend.clock import Clock
 from wsph.backend.space import Space
 from wsph.contact.pinball.contacts import Contacts
 from wsph.errors import Refused
-from wsph.protocols import Interaction, PushedBody
+from wsph.protocols import CoupledBody, Coupling, Interaction, PushedBody
 from wsph.scene.scene import Scene
 from wsph.units import Scales
 
@@ -38,4 +39,20 @@ def interactions(
 ) -> tuple[Interaction, ...]:
     """Everything that acts between the bodies of a scene, in the order of the list."""
     found = (make(scene, bodies, space, scales, clock) for make in INTERACTIONS)
+    return tuple(each for each in found if each is not None)
+
+
+CouplingMaker = Callable[[Scene, Sequence[CoupledBody], Space, Scales, Clock, bool], Coupling | None]
+"""Makes the coupling of one kind from a scene and its bodies, which have no integrators yet, None where the scene has none
+of it. The last argument: whether a step has one evaluation of the forces, at its end. Raises Refused."""
+
+COUPLINGS: list[CouplingMaker] = []
+
+
+def couplings(
+    scene: Scene, bodies: Sequence[CoupledBody], space: Space, scales: Scales, clock: Clock, *, once: bool
+) -> tuple[Coupling, ...]:
+    """All forces between the bodies of a scene, in the order of the list. `once`: a step evaluates forces once, at its
+    end."""
+    found = (make(scene, bodies, space, scales, clock, once) for make in COUPLINGS)
     return tuple(each for each in found if each is not None)

@@ -59,8 +59,8 @@ def begin(integrator: Integrator) -> None:
         getattr(integrator, "begin")()  # noqa: B009
 
 
-def publishes(integrator: Integrator) -> bool:
-    """Whether it keeps variables of its own, from which the state is made before it is read."""
+def publishes(integrator: Integrator | type) -> bool:
+    """Whether it, or its class, keeps variables of its own, from which the state is made before it is read."""
     return hasattr(integrator, "publish")
 
 
@@ -73,6 +73,12 @@ def publish(integrator: Integrator) -> None:
 def fresh(integrator: Integrator) -> bool:
     """Whether the last evaluation of a step is of the state at its end."""
     return getattr(integrator, "fresh", False)
+
+
+def once(plugin: type) -> bool:
+    """Whether a step of an integrator's class evaluates the forces once, in the state at its end."""
+    evaluations: object = getattr(plugin, "evaluations", None)
+    return bool(getattr(plugin, "fresh", False)) and evaluations == 1
 
 
 def oscillation(integrator: Integrator) -> float:

@@ -175,7 +175,7 @@ def kept(composition: Composition) -> dict[str, DeviceArray]:
     found: dict[str, DeviceArray] = {"clock.step": composition.clock.step, "clock.time": composition.clock.time}
     for number, run in enumerate(composition.bodies):
         found |= {f"body{number}.{name}": array for name, array in run.system.arrays.kept.items()}
-    for interaction in composition.interactions:
+    for interaction in composition.between:
         found.update(interaction.kept())
     return found
 
@@ -190,7 +190,7 @@ def restore(path: Path, composition: Composition, arrays: dict[str, np.ndarray])
         array.assign(value)
     for run in composition.bodies:
         run.system.restored()
-    for interaction in composition.interactions:
+    for interaction in composition.between:
         interaction.restored()
 
 

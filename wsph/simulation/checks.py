@@ -20,7 +20,7 @@ from wsph.constitutive.sampling import fault_of_law
 from wsph.contact.watch import Watch
 from wsph.errors import Unstable
 from wsph.plugins import integrators
-from wsph.simulation.composition import BodyRun
+from wsph.simulation.composition import BodyRun, integrators_of
 from wsph.simulation.diagnostics import BodySums
 from wsph.simulation.ledger import HELD, Account
 from wsph.simulation.timeline import Timeline
@@ -213,8 +213,8 @@ class Checks:
 
     def _swing(self) -> float:
         """Energy that the states hold above what the methods keep, nondimensional, where their steps are stable."""
-        stable = (run for run in self._bodies if run.limit is not None and run.courant <= run.limit * (1.0 + SLACK))
-        return sum(integrators.oscillation(run.integrator) for run in stable)
+        stable = [run for run in self._bodies if run.limit is not None and run.courant <= run.limit * (1.0 + SLACK)]
+        return sum(integrators.oscillation(each) for each in integrators_of(stable))
 
     def kept(self) -> CheckFacts:
         """The numbers that a checkpoint holds of the checks."""

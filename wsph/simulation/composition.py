@@ -19,9 +19,10 @@ from wsph.formulations.system import System
 from wsph.plugins import integrators
 from wsph.plugins.blame import blame
 from wsph.plugins.traits import longest_step
-from wsph.protocols import Integrator, Interaction
+from wsph.protocols import Coupling, Integrator, Interaction
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
+from wsph.simulation.composing.joint import JointSystem
 from wsph.simulation.diagnostics import Diagnostics
 from wsph.simulation.probes import Recorder
 from wsph.simulation.timeline import TimeStep
@@ -67,9 +68,11 @@ class BodyRun:
 
 @dataclass(frozen=True)
 class Step:
-    """One step of a composition, as launches: bodies, what acts between them, the clock, and what records every step."""
+    """One step of a composition, as launches: bodies, what acts between them, the clock, and what records every step.
+    `joint`: the bodies that step together."""
 
     bodies: Sequence[BodyRun]
+    joint: JointSystem | None
     interactions: Sequence[Interaction]
     clock: Clock
     probes: Sequence[Recorder]
@@ -77,12 +80,15 @@ class Step:
     def __call__(self) -> None:
         for interaction in self.interactions:
             interaction.begin()
-        for run in self.bodies:
-            run.integrator.step()
+        for integrator in integrators_of(self.bodies):
+            integrator.step()
         for interaction in self.interactions:
             interaction.act()
         for run in self.bodies:
             run.system.close()
+        if self.joint is not None:
+            stepped = next(run.integrator for run in self.bodies if run.body.name in self.joint.names)
+            self.joint.close(fresh=integrators.fresh(stepped))
         self.clock.advance()
         if self.probes:
             publish(self.bodies)
@@ -97,6 +103,7 @@ class Step:
             run.system.follow for run in self.bodies if run.system.traits.pairs_follow
         ]
         following += [interaction.follow for interaction in self.interactions if interaction.follows]
+        following += [coupling.follow for coupling in (self.joint.couplings if self.joint is not None else ())]
 
         def follow() -> bool:
             changed = [each() for each in following]  # all of them, not the first that did
@@ -107,19 +114,25 @@ class Step:
 
 @dataclass
 class Composition:
-    """A scene made ready to run: `bodies` in the scene's order, `interactions` between them, one set of scales, one time
-    step."""
+    """A scene made ready to run: `bodies` in the scene's order, those that step together as one system (`joint`),
+    `interactions` between them, one set of scales, one time step."""
 
     scene: Scene
     space: Space
     scales: Scales
     time_step: TimeStep
     bodies: list[BodyRun]
+    joint: JointSystem | None
     interactions: tuple[Interaction, ...]
     probes: list[Recorder]
     program: Program
     integrator: str
     """Name and distribution of the integrator."""
+
+    @property
+    def between(self) -> tuple[Interaction | Coupling, ...]:
+        """All that acts between bodies."""
+        return (*self.interactions, *(self.joint.couplings if self.joint is not None else ()))
 
     @property
     def clock(self) -> Clock:
@@ -206,7 +219,14 @@ def _package(module: str) -> str:
 def publish(bodies: Sequence[BodyRun]) -> None:
     """Make the states from the variables of integrators that keep their own, and recompute the derived fields, unless the
     last evaluation of the step was of the state at its end."""
+    for integrator in integrators_of(bodies):
+        integrators.publish(integrator)
     for run in bodies:
-        integrators.publish(run.integrator)
         if not integrators.fresh(run.integrator):
             run.system.refresh(run.system.state)
+
+
+def integrators_of(bodies: Sequence[BodyRun]) -> list[Integrator]:
+    """The integrators of bodies, in their order: bodies that step together share one."""
+    found = {id(run.integrator): run.integrator for run in bodies}
+    return list(found.values())

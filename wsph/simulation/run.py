@@ -91,9 +91,7 @@ class Simulation:
         names = [run.body.name for run in composition.bodies]
         self._folder = OutputFolder(folder, scene.output.formats, frames, names) if folder is not None else None
         bodies = composition.bodies
-        self._ledger = Ledger(
-            [run.system.ledger for run in bodies], [interaction.ledger for interaction in composition.interactions]
-        )
+        self._ledger = Ledger([run.system.ledger for run in bodies], [each.ledger for each in composition.between])
         self._control = StepControl(composition)
         touching = {frozenset(contact.names) for contact in scene.contact}
         self._checks = Checks(bodies, self._timeline, scene.stop.energy, touching)
@@ -136,6 +134,8 @@ class Simulation:
         self._records.begin()
         for interaction in self._composition.interactions:
             interaction.start()
+        if self._composition.joint is not None:
+            self._composition.joint.start()
         account = self.check(0)
         self._records.collect(0)
         self._records.take(0, account)

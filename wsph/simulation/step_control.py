@@ -17,7 +17,7 @@ from wsph.errors import Refused
 from wsph.plugins import integrators, registry
 from wsph.scene.tables import Run
 from wsph.simulation.checks import unstable, warn
-from wsph.simulation.composition import BodyRun, Composition
+from wsph.simulation.composition import BodyRun, Composition, integrators_of
 from wsph.simulation.diagnostics import BodySums
 from wsph.simulation.timeline import Timeline, TimeStep, UnsetClock
 from wsph.stability.limit import SLACK
@@ -66,8 +66,8 @@ def settle(time_step: TimeStep, bodies: Sequence[BodyRun], shortest: float, inte
         courant = min(_suiting(run, shortest, integrator) for run in bodies)
         clock.choose(courant)
         time_step.timeline = Timeline(time_step.timeline.end, courant * shortest)
-        for run in bodies:
-            integrators.begin(run.integrator)
+        for each in integrators_of(bodies):
+            integrators.begin(each)
 
 
 def _suiting(run: BodyRun, shortest: float, integrator: str) -> float:
@@ -186,8 +186,8 @@ class StepControl:
             what = f"deformation asks for steps of {dt:.3g} s, below a thousandth of the first"
             raise unstable(self._step.timeline, step, self._bodies[0], "time step", what)
         self._step.shorten(step, factor)
-        for run in self._bodies:
-            integrators.begin(run.integrator)
+        for each in integrators_of(self._bodies):
+            integrators.begin(each)
         return True
 
     def _pace_on(self, step: int, sums: Sequence[BodySums]) -> None:

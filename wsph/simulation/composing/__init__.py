@@ -1,0 +1,1 @@
+"""Setting up: what bodies share, their systems, bodies that step together."""

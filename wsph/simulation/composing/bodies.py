@@ -1,0 +1,153 @@
+"""Bodies of a composition: their systems, and those that step by themselves with their integrators and limits."""
+
+# pyright: strict
+# pyright: reportUnknownArgumentType=false
+
+import warnings
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+
+from wsph.backend.space import Space
+from wsph.constitutive.constitutive import Constitutive
+from wsph.constitutive.moduli import warn_of_lost_digits
+from wsph.constitutive.sampling import fault_of_law, law_named
+from wsph.errors import PluginError, Refused
+from wsph.expressions import Expression
+from wsph.formulations.reading import DENSITY, Reading
+from wsph.formulations.setup import Setup
+from wsph.formulations.system import System
+from wsph.geometry.meshes.inspection import doubts
+from wsph.output import fields
+from wsph.plugins import integrators
+from wsph.plugins.blame import blame
+from wsph.plugins.formulations import FORMULATIONS
+from wsph.plugins.traits import gives, turns
+from wsph.protocols import Integrator, Material
+from wsph.scene.scene import Scene
+from wsph.scene.tables import Body
+from wsph.simulation.composing.setting import BareBody, Method, Setting
+from wsph.simulation.composition import BodyRun
+from wsph.simulation.diagnostics import Diagnostics
+from wsph.simulation.timeline import TimeStep
+from wsph.stability.limit import Ask, StepLimit
+from wsph.units import Scales
+
+
+def wants_displacement(scene: Scene) -> bool:
+    """Whether a probe or a frame asks for the displacement, or for the density, which may follow from it; or there are
+    bodies that may meet."""
+    wanted = [*scene.output.fields, *(f for probe in scene.probes for f in probe.fields)]
+    return len(scene.bodies) > 1 or any(fields.primitive(name) in ("displacement", DENSITY) for name in wanted)
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A body with its system, before it has an integrator."""
+
+    bare: BareBody
+    constitutive: Constitutive
+    system: System
+
+    @property
+    def body(self) -> Body:
+        """Its table in the scene."""
+        return self.bare.body
+
+    @property
+    def crossing(self) -> float:
+        """The time that a wave takes over a spacing [s]."""
+        return self.system.spacing / self.constitutive.wave_speed
+
+    def by(self, integrator: Integrator, ask: Ask, time_step: TimeStep) -> BodyRun:
+        """The body in a run, stepped by an integrator; `ask` gives the limit of its Courant number."""
+        system, traits, bare = self.system, self.system.traits, self.bare
+        limit = StepLimit(ask, system, traits.measures, traits.courant_follows)
+        # A law that gives no numbers leaves no frequency, and so no time step that its integrator could take.
+        lost = limit.value == 0.0 and traits.measures and not np.isfinite(system.frequency)
+        if lost and (fault := fault_of_law(bare.material, bare.who)):
+            raise PluginError(fault)
+        diagnostics = Diagnostics(
+            system.space,
+            self.constitutive,
+            system.volume,
+            system.point_volume,
+            system.density,
+            system.device,
+            system.response,
+            system.breaks,
+            traits.courant_follows,
+            total=system.total,
+        )
+        return BodyRun(bare.body, self.constitutive, system, integrator, diagnostics, limit, time_step, Reading(system))
+
+
+def standing(setting: Setting, bare: BareBody, space: Space, time_step: TimeStep) -> Standing:
+    """A body with its system, as it is at the start."""
+    scene, method, scales, clock = setting.scene, setting.method, setting.scales, time_step.clock
+    body = bare.body
+    traits = method.formulation.traits
+    evolves = not traits.small_strain and (traits.needs_rate or turns(bare.material))
+    constitutive = Constitutive(space, bare.material, bare.state, scales, bare.who, evolves=evolves)
+    _refuse(body, bare.material, method, bare.who)
+    warn_of_lost_digits(body.name, bare.material, space, bare.who)
+    setup = Setup(
+        scene, body, method.formulation, bare.geometry, space, constitutive, scales, clock, wants_displacement(scene)
+    )
+    for part in setup.host.parts.values():
+        if warning := part.warning(setup.host):
+            warnings.warn(warning, RuntimeWarning, stacklevel=6)
+    with law_named(bare.material, bare.who):
+        system = cast(System, method.formulation.build(setup))
+    told = (f"body {body.name!r}: {doubt}" for doubt in doubts(bare.geometry))
+    for warning in (*told, *system.warnings):
+        warnings.warn(warning, RuntimeWarning, stacklevel=6)
+    _start(scene, body, system, scales)
+    return Standing(bare, constitutive, system)
+
+
+def alone(setting: Setting, made: Standing, time_step: TimeStep, *, bounded: bool = True) -> BodyRun:
+    """A body that steps by itself, with its integrator and, where it is to be `bounded`, its limit."""
+    method, bare = setting.method, made.bare
+    with law_named(bare.material, bare.who), blame(method.who, integrators.SIGNATURE):
+        integrator = method.on(made.system)
+        integrators.begin(integrator)
+
+        def ask() -> tuple[float | None, str]:
+            with blame(method.who, integrators.SIGNATURE):
+                return integrators.limit(integrator) if bounded else (None, "it is not asked for")
+
+        return made.by(integrator, ask, time_step)
+
+
+def _start(scene: Scene, body: Body, system: System, scales: Scales) -> None:
+    """Give a system its initial velocity and what is prescribed at t = 0."""
+    if body.velocity is not None:
+        values = [scene.value(v, "m/s") for v in body.velocity]
+        columns = [value(system.position) for value in values if isinstance(value, Expression)]
+        system.state.write("velocity", np.stack(columns, 1) / scales.velocity)
+    system.hold(system.state, 0.0)
+    held: list[np.ndarray] = [array.numpy() for array in (system.state.buffer, *system.arrays.kept.values())]
+    if not all(np.isfinite(values).all() for values in held):
+        raise Refused(f"body {body.name!r}: its initial velocity, or a value prescribed at t = 0, is not finite")
+    system.start_works()
+
+
+def _refuse(body: Body, material: Material, method: Method, who: str) -> None:
+    """Refuse by name what a formulation cannot do."""
+    formulation, traits = method.formulation, method.formulation.traits
+    if traits.needs_rate and not gives(material, "rate"):
+        raise Refused(
+            f"{who} has a total law alone; the {formulation.name} form needs a rate: use run.formulation of one set"
+        )
+    if body.map is not None and not traits.maps:
+        able = " and ".join(each.name for each in FORMULATIONS if each.traits.maps)
+        raise Refused(f"body {body.name!r}: the {formulation.name} form needs a regular lattice: `map` is for {able}")
+    for key, part in body.parts.items():
+        if part.acts and not part.fits(traits):
+            here = f"{formulation.name!r}" if formulation.sets == 1 else f"the two sets of {method.name}"
+            raise Refused(
+                f"body {body.name!r}: {key} is a part of the one-set form {' and '.join(each.name for each in FORMULATIONS if part.fits(each.traits))}, not of {here}:"
+                f" choose run.formulation, or leave bodies.{key} out"
+            )

@@ -1,0 +1,120 @@
+"""Bodies that forces act between: one integrator for all of them, a limit for each, and a stiffness that the step leaves."""
+
+# pyright: strict
+
+import warnings
+from collections.abc import Sequence
+
+import numpy as np
+
+from wsph.constitutive.sampling import law_named
+from wsph.errors import Refused
+from wsph.plugins import integrators
+from wsph.plugins.blame import blame
+from wsph.protocols import Coupling
+from wsph.simulation.composing.bodies import Standing
+from wsph.simulation.composing.joint import JointSystem, share_of
+from wsph.simulation.composing.setting import Setting
+from wsph.simulation.composition import BodyRun
+from wsph.simulation.step_control import WITH_CONTACT
+from wsph.simulation.timeline import TimeStep
+
+LEAST, MOST = 0.5, 10.0
+"""Stiffness of what acts between bodies, in those of the materials: below the least bodies sink into each other by more than
+a cell would give way, and beyond the most nothing is gained."""
+
+
+def joined_bodies(
+    setting: Setting, made: Sequence[Standing], couplings: Sequence[Coupling], time_step: TimeStep
+) -> tuple[JointSystem | None, dict[str, BodyRun]]:
+    """The bodies that couplings act on as one system, and each of them in a run; None and nothing where there are none."""
+    names = {name for coupling in couplings for name in coupling.bodies()}
+    taking = [each for each in made if each.body.name in names]
+    if not taking:
+        return None, {}
+    _refuse(setting, taking)
+    joint = JointSystem({each.body.name: each.system for each in taking}, couplings, time_step.clock)  # pyright: ignore[reportArgumentType]
+    first, method = taking[0].bare, setting.method
+    with law_named(first.material, first.who), blame(method.who, integrators.SIGNATURE):
+        integrator = method.on(joint)
+        integrators.begin(integrator)
+
+        def ask() -> tuple[float | None, str]:
+            with blame(method.who, integrators.SIGNATURE):
+                value, reason = integrators.limit(integrator)
+            return value, f"{reason}, and what acts between bodies" if joint.pushed else reason
+
+        runs = {
+            each.body.name: each.by(integrator, share_of(ask, setting.scales.time / each.crossing), time_step)
+            for each in taking
+        }
+    for name, run in runs.items():
+        run.stability.shared = any(any(coupling.bound(name)) for coupling in couplings)
+    return joint, runs
+
+
+def _refuse(setting: Setting, taking: Sequence[Standing]) -> None:
+    """Refuse what cannot step together with others."""
+    method = setting.method
+    for each in taking:
+        if not each.system.traits.one_set:
+            raise Refused(
+                f"body {each.body.name!r}: forces between bodies act on particles that carry the whole motion: use an"
+                f" integrator of one set, such as leapfrog, not the two sets of {method.name}"
+            )
+    if integrators.publishes(method.plugin):
+        raise Refused(
+            f"body {taking[0].body.name!r}: {method.name} keeps variables of its own between steps, which forces between"
+            " bodies, that open and close, cannot be told: use leapfrog"
+        )
+
+
+def stiffen(setting: Setting, joint: JointSystem, runs: Sequence[BodyRun]) -> None:
+    """Give what acts between bodies, where a scene leaves its stiffness open, the largest up to MOST whose step keeps
+    energy. Raises Refused where the step leaves less than LEAST."""
+    takes = [coupling.stiffen(1.0) for coupling in joint.couplings]  # all of them, not the first that does
+    if not any(takes):
+        _warn(runs)
+        return
+
+    def room(stiffness: float) -> float:
+        for coupling in joint.couplings:
+            coupling.stiffen(stiffness)
+        for run in runs:
+            run.stability.measure()
+        limits = [(run.limit, run.courant) for run in runs if run.limit is not None]
+        return min((WITH_CONTACT * limit / courant for limit, courant in limits), default=np.inf)
+
+    if room(MOST) >= 1.0:
+        return
+    left = room(LEAST)
+    if left < 1.0:
+        if setting.scene.run.guard != "refuse":
+            room(1.0)
+            return
+        key, now = (
+            ("run.dt", runs[0].time_step.dt) if setting.scene.run.dt else ("run.cfl", setting.scene.run.cfl or 0.0)
+        )
+        raise Refused(
+            f"{key} = {now:.6g}: what acts between bodies would have less than {LEAST:g} of the stiffness of a cell in a step"
+            f" as long as this: use {key} <= {0.999 * left * float(now):.4g}, or give stiffness a number"
+        )
+    low, high = LEAST, MOST
+    while high - low > 1e-3 * low:
+        middle = float(np.sqrt(low * high))
+        low, high = (middle, high) if room(middle) >= 1.0 else (low, middle)
+    room(low)
+
+
+def _warn(runs: Sequence[BodyRun]) -> None:
+    """Warn of steps that are stable, and too long to keep energy where contacts open and close inside of them."""
+    for run in runs:
+        if run.stability.shared and run.limit and WITH_CONTACT * run.limit < run.courant <= run.limit:
+            warnings.warn(
+                f"body {run.body.name!r}: Courant number {run.courant:.6g} is below its limit {run.limit:.3f}, but contacts that"
+                f" open and close inside of steps beyond {WITH_CONTACT:g} of it make energy: use run.cfl <="
+                f" {WITH_CONTACT * run.limit:.4g}, or a smaller stiffness",
+                RuntimeWarning,
+                stacklevel=5,
+            )
+            return
