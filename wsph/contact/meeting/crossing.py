@@ -101,7 +101,8 @@ def crossing_of(space: Space) -> wp.Function:
                 if way != int(0) and between(s, r, e, m) == -way:
                     found.normal = real(way) * m
                     found.gap = wp.dot(w + at * one - to * two, found.normal)
-                    found.at, found.to = at, to
+                    found.at = at
+                    found.to = to
                     found.found = int(1)
         return found
 
