@@ -101,7 +101,8 @@ def crossing_of(space: Space) -> wp.Function:
                 if way != int(0) and between(s, r, e, m) == -way:
                     found.normal = real(way) * m
                     found.gap = wp.dot(w + at * one - to * two, found.normal)
-                    found.at, found.to = at, to
+                    found.at = at
+                    found.to = to
                     found.found = int(1)
         return found
 
@@ -175,9 +176,7 @@ def ends_kernel(space: Space, back: bool) -> wp.Kernel:
     Candidates, Ridges, Crossings = candidates_struct(), ridges_struct(), crossings_struct(space)
 
     @kernel(ranged=True)
-    def ends(
-        first: int, rows: Candidates, lines: Ridges, crossings: Crossings, force_out: wp.array(dtype=vec)
-    ):
+    def ends(first: int, rows: Candidates, lines: Ridges, crossings: Crossings, force_out: wp.array(dtype=vec)):
         row = first + wp.tid()
         v = rows.which[row]
         total = vec()

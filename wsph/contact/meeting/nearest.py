@@ -14,7 +14,7 @@ from wsph.contact.surfaces.struct import surface_struct
 FACING = 0.2
 """A face whose normal times that of a vertex is above this does not face it."""
 
-SAME = 1e-6
+SAME = {"f64": 1e-9, "f32": 1e-6}
 """Distances that are as good as equal, in spacings: two faces that share an edge have one nearest point on it."""
 
 
@@ -33,9 +33,11 @@ def met_struct(space: Space) -> type:
     gap     # along it, below zero where the vertex is inside
     way     # of the vertex against the surface since the end of the last step
     speed   # of the vertex against the surface
+    aside   # distance of the vertex from the line through the nearest point along the normal
     inner   # weights of the surface's vertices that are not sharp
     """
-    annotations = dict.fromkeys(("normal", "way", "speed"), space.vec) | dict.fromkeys(("gap", "inner"), space.scalar)
+    annotations = dict.fromkeys(("normal", "way", "speed"), space.vec)
+    annotations |= dict.fromkeys(("gap", "aside", "inner"), space.scalar)
     return wp.struct(type("Met", (), {"__annotations__": annotations, "__module__": __name__}))
 
 
@@ -76,7 +78,7 @@ def nearest_faces(space: Space) -> wp.Function:
         found = Choice()
         found.distance = real(1e30)
         front = real(-1e30)
-        same = real(SAME) * law.width
+        same = real(wp.static(SAME[space.precision])) * law.width
         for k in range(rows.offsets[row], rows.offsets[row + 1]):
             f = rows.indices[k]
             a = vec(s.x[s.faces[f, 0]])
@@ -139,7 +141,9 @@ def meeting_point(space: Space) -> wp.Function:
         met.way = share * met.way
         met.speed = share * met.speed
         met.inner = share * met.inner
-        met.gap = real(0.5) * share * (wp.dot(apart, met.normal) + lift)
+        apart = share * apart
+        met.gap = real(0.5) * (wp.dot(apart, met.normal) + share * lift)
+        met.aside = wp.length(apart - wp.dot(apart, met.normal) * met.normal)
         return met
 
     return meet
@@ -150,7 +154,8 @@ def facing_area(space: Space) -> wp.Function:
     """Warp function (own surface, vertex, chosen faces, where they are met, other surface, spacing) -> the vertex's share of
     the area around it that faces the other surface, in the reference configuration.
 
-    It fades towards a sharp edge of the other surface, so that no force ends at once where a vertex slides over it.
+    Beside a sharp edge of the other surface it fades, so that no force ends at once where a vertex slides over it: of a
+    vertex amid a smooth surface towards the edge, and of a corner, whose area lies to one side, over half a spacing beyond.
     """
     real, dim = space.scalar, space.dim
     Surface, Choice, Met = surface_struct(space), choice_struct(space), met_struct(space)
@@ -162,11 +167,14 @@ def facing_area(space: Space) -> wp.Function:
             f = own.around[k]
             size += wp.max(-wp.dot(wp.normalize(own.area[f]), met.normal), real(0.0)) * own.size[f]
         size = size / real(wp.static(dim))
-        if own.sharp[i] == 0 and met.inner < real(1.0):
-            span = width
-            if wp.static(dim == 2):
-                span = wp.length(other.area[found.faces[0]])
-            size = size * wp.min(real(2.0) * met.inner * span / width, real(1.0))
+        if met.inner < real(1.0):
+            if own.sharp[i] == 0:
+                span = width
+                if wp.static(dim == 2):
+                    span = wp.length(other.area[found.faces[0]])
+                size = size * wp.min(real(2.0) * met.inner * span / width, real(1.0))
+            else:
+                size = size * wp.max(real(1.0) - real(2.0) * met.aside / width, real(0.0))
         return size
 
     return facing

@@ -57,7 +57,8 @@ def candidates_struct() -> type:
     return _struct("Candidates", dict.fromkeys(("which", "offsets", "indices"), wp.array(dtype=wp.int32)))
 
 
-def _memory(space: Space) -> dict[str, type]:
+def memory(space: Space) -> dict[str, type]:
+    """The types of what contacts remember, by name."""
     real, vec, double = space.scalar, space.vec, wp.float64
     return {
         "ease": real,
@@ -90,13 +91,13 @@ def memory_struct(space: Space) -> type:
     sprung    # energy of friction's spring
     lost      # energy that friction and damping have taken so far
     """
-    return _struct("Memory", {name: wp.array(dtype=dtype) for name, dtype in _memory(space).items()})
+    return _struct("Memory", {name: wp.array(dtype=dtype) for name, dtype in memory(space).items()})
 
 
 @cache
 def held_struct(space: Space) -> type:
     """The memory of one contact."""
-    return _struct("Held", dict(_memory(space)))
+    return _struct("Held", dict(memory(space)))
 
 
 @cache
@@ -107,9 +108,17 @@ def reading(space: Space) -> wp.Function:
     @wp.func
     def held(m: Memory, i: int) -> Held:
         h = Held()
-        h.ease, h.account, h.elastic, h.damper = m.ease[i], m.account[i], m.elastic[i], m.damper[i]
-        h.stick, h.pressing, h.touching, h.parted = m.stick[i], m.pressing[i], m.touching[i], m.parted[i]
-        h.stored, h.sprung, h.lost = m.stored[i], m.sprung[i], m.lost[i]
+        h.ease = m.ease[i]
+        h.account = m.account[i]
+        h.elastic = m.elastic[i]
+        h.damper = m.damper[i]
+        h.stick = m.stick[i]
+        h.pressing = m.pressing[i]
+        h.touching = m.touching[i]
+        h.parted = m.parted[i]
+        h.stored = m.stored[i]
+        h.sprung = m.sprung[i]
+        h.lost = m.lost[i]
         return h
 
     return held
