@@ -11,6 +11,7 @@ from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.constitutive.constitutive import Constitutive
 from wsph.geometry.geometry import Geometry
+from wsph.protocols import Traits
 from wsph.sph.pairs import Pairs
 from wsph.units import Scales
 
@@ -30,6 +31,9 @@ class SurfacedSystem(Protocol):
 
     @property
     def geometry(self) -> Geometry: ...
+
+    @property
+    def traits(self) -> Traits: ...
 
     @property
     def constitutive(self) -> Constitutive: ...

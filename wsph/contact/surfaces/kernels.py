@@ -1,0 +1,141 @@
+"""Kernels of a surface: where it is, how it lies, and what its particles feel. Each goes over some rows alone."""
+
+from functools import cache
+
+import warp as wp
+
+from wsph.backend.clock import dt_of
+from wsph.backend.kernels import kernel
+from wsph.backend.space import Space
+from wsph.contact.surfaces.struct import surface_struct
+from wsph.sph.rows import rows_struct
+
+
+@cache
+def place_kernel(space: Space, identity: bool, lagged: bool) -> wp.Kernel:
+    """Places X + B u, ways since the last step and velocities of vertices, and no forces. `identity`: each is a particle;
+    `lagged`: velocities are the ways over the time step."""
+    real, vec = space.scalar, space.vec
+    Rows, Surface = rows_struct(space), surface_struct(space)
+
+    @kernel(ranged=True)
+    def place(
+        first: int,
+        rows: wp.array(dtype=wp.int32),
+        B: Rows,
+        X: wp.array(dtype=vec),
+        u: wp.array(dtype=vec),
+        v: wp.array(dtype=vec),
+        before: wp.array(dtype=vec),
+        clock: wp.array(dtype=wp.float64),
+        surface_out: Surface,
+        way_out: wp.array(dtype=vec),
+        force_out: wp.array(dtype=vec),
+    ):
+        i = rows[first + wp.tid()]
+        way = vec()
+        speed = vec()
+        if wp.static(identity):
+            way = u[B.indices[i]]
+            if wp.static(not lagged):
+                speed = v[B.indices[i]]
+        else:
+            for k in range(B.offsets[i], B.offsets[i + 1]):
+                way += B.weight[k] * u[B.indices[k]]
+                if wp.static(not lagged):
+                    speed += B.weight[k] * v[B.indices[k]]
+        moved = way - before[i]
+        if wp.static(lagged):
+            speed = moved / real(dt_of(clock))
+        surface_out.x[i] = X[i] + way
+        surface_out.moved[i] = moved
+        surface_out.speed[i] = speed
+        way_out[i] = way
+        force_out[i] = vec()
+
+    return place
+
+
+@cache
+def area_kernel(space: Space) -> wp.Kernel:
+    """Area vectors of segments (2D) and triangles (3D)."""
+    real, vec, dim, Surface = space.scalar, space.vec, space.dim, surface_struct(space)
+
+    @kernel(ranged=True)
+    def area(first: int, rows: wp.array(dtype=wp.int32), surface_out: Surface):
+        f = rows[first + wp.tid()]
+        a = surface_out.x[surface_out.faces[f, 0]]
+        edge = surface_out.x[surface_out.faces[f, 1]] - a
+        if wp.static(dim == 2):
+            turned = vec()
+            turned[0] = edge[1]
+            turned[1] = -edge[0]
+            surface_out.area[f] = turned
+        else:
+            surface_out.area[f] = real(0.5) * wp.cross(edge, surface_out.x[surface_out.faces[f, 2]] - a)
+
+    return area
+
+
+@cache
+def normal_kernel(space: Space) -> wp.Kernel:
+    """Normals at the corners of faces, of the faces that meet there smoothly, in proportion to their areas."""
+    vec, dim, Surface = space.vec, space.dim, surface_struct(space)
+
+    @kernel(ranged=True)
+    def normal(
+        first: int,
+        rows: wp.array(dtype=wp.int32),
+        starts: wp.array(dtype=wp.int32),
+        smooth: wp.array(dtype=wp.int32),
+        surface_out: Surface,
+    ):
+        f = rows[first + wp.tid()]
+        for c in range(wp.static(dim)):
+            corner = wp.static(dim) * f + c
+            total = vec()
+            for k in range(starts[corner], starts[corner + 1]):
+                total += surface_out.area[smooth[k]]
+            surface_out.normal[corner] = wp.normalize(total)
+
+    return normal
+
+
+@cache
+def note_kernel(space: Space) -> wp.Kernel:
+    """Ways of vertices as those from which the ways of the next step are counted."""
+    vec = space.vec
+
+    @kernel(ranged=True)
+    def note(first: int, rows: wp.array(dtype=wp.int32), way: wp.array(dtype=vec), before_out: wp.array(dtype=vec)):
+        i = rows[first + wp.tid()]
+        before_out[i] = way[i]
+
+    return note
+
+
+@cache
+def spread_kernel(space: Space) -> wp.Kernel:
+    """Forces on particles, B^T f, and the accelerations by them."""
+    real, vec, Rows = space.scalar, space.vec, rows_struct(space)
+
+    @kernel(ranged=True)
+    def spread(
+        first: int,
+        rows: wp.array(dtype=wp.int32),
+        particle: wp.array(dtype=wp.int32),
+        back: Rows,
+        share: wp.array(dtype=real),
+        force: wp.array(dtype=vec),
+        rate_out: wp.array(dtype=vec),
+        load_out: wp.array(dtype=vec),
+    ):
+        s = rows[first + wp.tid()]
+        load = vec()
+        for k in range(back.offsets[s], back.offsets[s + 1]):
+            load += back.weight[k] * force[back.indices[k]]
+        load_out[s] = load
+        j = particle[s]
+        rate_out[j] = rate_out[j] + share[s] * load
+
+    return spread
