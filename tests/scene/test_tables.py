@@ -91,11 +91,23 @@ face = "+x"
 pressure = "1 MPa"
 spring = { stiffness = 1e9 }
 [[contact]]
+name = "ball-plate"
 between = ["a", "b"]
+law = "surface"
+stiffness = "auto"
+friction = 0.1
+damping = 1.0
+memory = 20
+[[contact]]
+self = "c"
 law = "pinball"
 stiffness = 1.0
-friction = 0.1
 radius = 0.5
+[[contact]]
+between = ["a", "d"]
+law = "tie"
+stiffness = 4.0
+strength = "30 MPa"
 [gravity]
 y = -9.81
 [[probes]]

@@ -20,7 +20,7 @@ class CoupledBody(Protocol):
 
 class PushedBody(Protocol):
     """A body in a run, as what acts between bodies sees it. What its system has beside, where its traits say that it is
-    `pushable`, is `wsph.contact.bodies.PushedSystem`."""
+    `pushable`, is `wsph.contact.pinball.bodies.PushedSystem`."""
 
     @property
     def body(self) -> BodyTable: ...
@@ -70,7 +70,7 @@ class Interaction(Protocol):
 
 class Coupling(Protocol):
     """Forces between bodies, or on them from outside, as part of the rates of their velocities: contact, tools, ties. Bodies
-    that a coupling acts on step together, by one integrator (`wsph.simulation.joint`). States and rates are those of the
+    that a coupling acts on step together, by one integrator (`wsph.simulation.composing.joint`). States and rates are those of the
     evaluation, by the bodies' names."""
 
     ledger: tuple[Entry, ...]

@@ -11,7 +11,8 @@ from collections.abc import Callable, Sequence
 from wsph.backend.clock import Clock
 from wsph.backend.space import Space
 from wsph.contact.between import CoupledBody, Coupling, Interaction, PushedBody
-from wsph.contact.contacts import Contacts
+from wsph.contact.pinball.contacts import Contacts
+from wsph.errors import Refused
 from wsph.scene.scene import Scene
 from wsph.units import Scales
 
@@ -22,8 +23,12 @@ Maker = Callable[[Scene, Sequence[PushedBody], Space, Scales, Clock], Interactio
 def contacts(
     scene: Scene, bodies: Sequence[PushedBody], space: Space, scales: Scales, clock: Clock
 ) -> Interaction | None:
-    """The `[[contact]]` tables of a scene."""
-    return Contacts(scene.contact, bodies, space, scales, clock, clock.device) if scene.contact else None
+    """The contacts of a scene between balls."""
+    parts = tuple(part for part in scene.contact if part.law == "pinball")
+    for part in scene.contact:
+        if part not in parts:
+            raise Refused(f"contact {part.name!r}: law = {part.law!r} is not there yet")
+    return Contacts(parts, bodies, space, scales, clock, clock.device) if parts else None
 
 
 INTERACTIONS: list[Maker] = [contacts]

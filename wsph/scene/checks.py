@@ -41,14 +41,7 @@ def between_tables(scene: SceneTables) -> Iterator[Fault]:
     for k, condition in enumerate(scene.boundary):
         yield from _body_name_fault(condition.body, names, f"boundary.{k}.body")
         yield from _boundary_faults(scene, condition, f"boundary.{k}")
-    pairs = [frozenset(contact.names) for contact in scene.contact]
-    for k, contact in enumerate(scene.contact):
-        key = f"contact.{k}." + ("self" if contact.between is None else "between")
-        for name in contact.names:
-            yield from _body_name_fault(name, names, key)
-        if pairs.index(pairs[k]) != k:
-            which = " and ".join(map(repr, contact.names))
-            yield Fault(0, key, f"{which} stand in contact.{pairs.index(pairs[k])} already; they would push twice")
+    yield from _contact_faults(scene, names)
     for axis in scene.gravity:
         if axis not in AXES[: scene.dim]:
             yield Fault(0, f"gravity.{axis}", f"is none of {', '.join(AXES[: scene.dim])}")
@@ -71,6 +64,30 @@ def between_tables(scene: SceneTables) -> Iterator[Fault]:
 def _body_name_fault(name: str, names: list[str], key: str) -> Iterator[Fault]:
     if name not in names:
         yield Fault(0, key, f"no body is named {name!r}; {nearest(name, names, 'there is ' + ', '.join(names))}")
+
+
+def _contact_faults(scene: SceneTables, names: list[str]) -> Iterator[Fault]:
+    # A tie and another law go together: what is glued touches once it has broken.
+    pairs = [(frozenset(contact.names), contact.law == "tie") for contact in scene.contact]
+    called = [contact.name.casefold() for contact in scene.contact]
+    for k, contact in enumerate(scene.contact):
+        key = f"contact.{k}." + ("self" if contact.between is None else "between")
+        for name in contact.names:
+            yield from _body_name_fault(name, names, key)
+        if pairs.index(pairs[k]) != k:
+            which = " and ".join(map(repr, contact.names))
+            yield Fault(0, key, f"{which} stand in contact.{pairs.index(pairs[k])} already; they would push twice")
+        elif called.index(called[k]) != k:
+            which = "give it another" if "name" in contact.model_fields_set else "give it a name"
+            yield Fault(
+                0, f"contact.{k}.name", f"{contact.name!r} names contact.{called.index(called[k])} already; {which}"
+            )
+        if contact.law == "tie" and contact.between is None:
+            yield Fault(0, key, "a tie is between two bodies")
+        for other, fault in contact.foreign.items():
+            yield Fault(0, f"contact.{k}.{other}", fault)
+        if "edges" in contact.model_fields_set and scene.dim < 3 and "edges" not in contact.foreign:
+            yield Fault(0, f"contact.{k}.edges", f"is for 3D; in {scene.dim}D no edges cross")
 
 
 def _body_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:

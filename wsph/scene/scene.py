@@ -36,7 +36,9 @@ class Scene(SceneTables):
         try:
             super().__init__(**given)
         except ValidationError as error:
-            faults = [of_validation(e, Scene) for e in error.errors(include_url=False)]
+            # A default that follows from other keys is missing where one of those is at fault.
+            found = [e for e in error.errors(include_url=False) if e["type"] != "default_factory_not_called"]
+            faults = [of_validation(e, Scene) for e in found]
             faults += _beyond(data, error)
         else:
             faults = list(between_tables(self))

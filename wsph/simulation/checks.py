@@ -177,7 +177,7 @@ class Checks:
             if met.named:
                 what = (
                     f"it is inside of body {other.body.name!r}, which it has passed through or merged with, and contact pushes it"
-                    ' the wrong way: use a smaller step or spacing, law = "penalty", or a larger contact.stiffness'
+                    ' the wrong way: use a smaller step or spacing, law = "surface", or a larger contact.stiffness'
                 )
                 raise unstable(self._timeline, step, one, "contact", what, met.particle, met.place)
             if step == 0:

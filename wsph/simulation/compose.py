@@ -21,6 +21,7 @@ from wsph.backend.graph import Program
 from wsph.backend.space import Space
 from wsph.contact.between import Interaction
 from wsph.contact.overlap import overlapping, solid_of
+from wsph.contact.refusals import refuse as refuse_contact
 from wsph.contact.table import couplings, interactions
 from wsph.errors import Refused, SceneError
 from wsph.formulations import memory
@@ -51,6 +52,7 @@ def _compose(scene: Scene) -> Composition:
     materials = materials_of(scene)
     method = method_of(scene)
     device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
+    refuse_contact(scene, method.formulation)
     refuse_misfits(scene, method.formulation)
     memory.refuse_too_large(scene, device, _first_system, lambda body: is_fitted(scene, body, method.formulation))
     bare = bare_bodies(scene, materials, method)
@@ -103,6 +105,8 @@ def _first_system(scene: Scene, bounded: bool) -> System:
 
 def _part(scene: Scene, bodies: Sequence[Standing]) -> None:
     """Warn of bodies that overlap at the start. Raises Refused where contact is to keep them apart."""
+    for contact in (each for each in scene.contact if each.warning):
+        warnings.warn(contact.warning, RuntimeWarning, stacklevel=4)
     touching = {frozenset(contact.names) for contact in scene.contact}
     solids = [solid_of(run.system.geometry, at_nodes=True) for run in bodies] if len(bodies) > 1 else []
     for (one, solid), (other, beside) in combinations(zip(bodies, solids, strict=False), 2):

@@ -209,7 +209,7 @@ def two_rods(full: bool) -> Iterator[Row]:
         restitution = v[body == 1].mean() - v[body == 0].mean()
         yield between(f"{words}: restitution", "0.5", restitution, 0.48, 0.52, "")
         # The pulse is a rectangle with smeared flanks: from half of the force to half, which is a quarter of the energy.
-        contact, time = result.history["contact"], result.history["time"]
+        contact, time = result.history["contact_stored"], result.history["time"]
         touching = time[contact > 0.25 * contact.max()]
         ratio = (touching[-1] - touching[0]) / (0.2 / np.sqrt(200e9 / 7850.0))
         yield between(f"{words}: contact time over two transits of the short rod", "1", ratio, 0.98, 1.02, "")

@@ -176,9 +176,7 @@ def ends_kernel(space: Space, back: bool) -> wp.Kernel:
     Candidates, Ridges, Crossings = candidates_struct(), ridges_struct(), crossings_struct(space)
 
     @kernel(ranged=True)
-    def ends(
-        first: int, rows: Candidates, lines: Ridges, crossings: Crossings, force_out: wp.array(dtype=vec)
-    ):
+    def ends(first: int, rows: Candidates, lines: Ridges, crossings: Crossings, force_out: wp.array(dtype=vec)):
         row = first + wp.tid()
         v = rows.which[row]
         total = vec()

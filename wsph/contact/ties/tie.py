@@ -1,0 +1,130 @@
+"""A tie: two surfaces glued together by springs, which break where they are to have a strength.
+
+Vertices of the finer body (of the first, where both are as fine) within half a spacing of the other's surface keep the point
+of it that is nearest and the gap to it, in the frame of the face. Springs of K eps A against what changes of it, in all
+directions and of both signs: eps = 1/(h_1/(2 M_1) + h_2/(2 M_2)), M = rho c^2, h spacings, A the area of the faces around
+the vertex that look at the other body. So a tie gives way like 1/K of half a cell of each body: of a wave of wave number k
+it reflects about k (h_1 + h_2)/(4 K) of the amplitude, on bodies of one material.
+
+A bond whose traction is above `strength` at the end of a step is broken from then on, and what it held is dissipated.
+"""
+
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false, reportAttributeAccessIssue=false
+
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from wsph.backend.clock import Clock
+from wsph.backend.reduce import total
+from wsph.backend.space import Array, Space
+from wsph.contact.meeting.structs import candidates_struct
+from wsph.contact.surfaces.surface import Surface
+from wsph.contact.ties.bonds import Bonds, bonds_between
+from wsph.contact.ties.kernels import answer_kernel, bonds_struct, part_kernel, pull_kernel
+from wsph.errors import Refused
+from wsph.scene.contact import Contact
+from wsph.units import Scales
+
+
+class Tie:
+    """A tie of a scene, as a law between two surfaces: `sides` are that of the vertices and that of the faces."""
+
+    def __init__(self, part: Contact, one: Surface, other: Surface, space: Space, scales: Scales, clock: Clock):
+        """Raises Refused where no vertex is near enough to be glued."""
+        self.name, self._part, self._space, self._clock = part.name, part, space, clock
+        self.sides = (other, one) if other.spacing < one.spacing * (1.0 - 1e-9) else (one, other)
+        own, far = self.sides
+        found = bonds_between(own.mesh, far.mesh, max(own.spacing, far.spacing) * scales.length)
+        if found.count == 0:
+            raise Refused(
+                f"contact {part.name!r}: no vertex of body {own.name!r} is within half a spacing of the surface of {far.name!r}"
+                " and faces it: a tie has nothing to hold; let them touch"
+            )
+        self.bonds = found
+        self._give = 0.5 * own.spacing / own.modulus + 0.5 * far.spacing / far.modulus
+        self.stiffness = (part.number or 1.0) / self._give
+        self._strength = space.scalar((part.strength or 0.0) / scales.stress)
+        self._area = found.area / scales.length ** (space.dim - 1)
+        self._struct, self._rows = self._on_device(found, scales.length)
+        count, device = found.count, clock.device
+        self._corner: Array = wp.zeros((count, space.dim), dtype=space.vec, device=device)
+        self._stored: Array = wp.zeros(count, dtype=wp.float64, device=device)
+        self._lost: Array = wp.zeros(count, dtype=wp.float64, device=device)
+        self._traction: Array = wp.zeros(count, dtype=space.scalar, device=device)
+
+    def _on_device(self, found: Bonds, length: float) -> tuple[Any, Any]:
+        space, device = self._space, self._clock.device
+        bonds, rows = bonds_struct(space)(), candidates_struct()()
+        bonds.vertex = wp.array(found.vertex, dtype=wp.int32, device=device)
+        bonds.corners = wp.array(found.corners, dtype=wp.int32, device=device)
+        bonds.weights = wp.array(found.weights, dtype=space.vec, device=device)
+        bonds.gap = wp.array(found.gap / length, dtype=space.vec, device=device)
+        bonds.area = wp.array(self._area, dtype=space.scalar, device=device)
+        bonds.whole = wp.ones(found.count, dtype=wp.int32, device=device)
+        which, offsets, indices = found.answers()
+        for name, values in (("which", which), ("offsets", offsets), ("indices", indices)):
+            setattr(rows, name, wp.array(values, dtype=wp.int32, device=device))
+        return bonds, rows
+
+    def near(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Rows of the vertices and of the faces that its kernels read or write, by the surfaces' names."""
+        none = np.zeros(0, int)
+        own, far = self.sides
+        return {own.name: (self.bonds.vertex, none), far.name: (np.unique(self.bonds.corners), none)}
+
+    def act(self) -> None:
+        """Add its forces to those of the surfaces (launches)."""
+        (own, far), launch = self.sides, self._clock.launch
+        inputs = [self._space.scalar(self.stiffness), self._struct, own.struct, far.struct]
+        outputs = [own.force, self._corner, self._stored, self._traction]
+        launch(pull_kernel(self._space), self.bonds.count, inputs, outputs)
+        launch(answer_kernel(self._space), len(self._rows.which), [self._rows, self._corner], [far.force])
+
+    def close(self) -> None:
+        """Break what was pulled too hard in the last evaluation (a launch, of a tie with a strength)."""
+        if self._part.strength is not None:
+            outputs = [self._struct.whole, self._stored, self._lost]
+            inputs = [self._strength, self._traction]
+            self._clock.launch(part_kernel(self._space), self.bonds.count, inputs, outputs)
+
+    def stiffen(self, stiffness: float) -> bool:
+        """Take a stiffness where the scene leaves it open; whether it does."""
+        if self._part.number is None:
+            self.stiffness = stiffness / self._give
+        return self._part.number is None
+
+    def square(self) -> float:
+        """A bound of the square of the frequency that it adds to each of the two bodies: their relative motion sees the
+        masses of both."""
+        own, far = self.sides
+        spring = self.stiffness * self._area
+        at_own, at_far = np.zeros(own.n), np.zeros(far.n)
+        at_own[self.bonds.vertex] = spring
+        # (sum |J_c| x_c)^2 <= sum |J_c| times sum |J_c| x_c^2, J_c of the weights and of what turns the gap.
+        turning = self.bonds.turning
+        share = self.bonds.weights + turning[:, None]
+        np.add.at(at_far, self.bonds.corners, share * (share.sum(1) * spring)[:, None])
+        return own.square(at_own) + far.square(at_far)
+
+    @property
+    def stored(self) -> float:
+        """Energy of the springs now, nondimensional."""
+        return total(self._stored)
+
+    @property
+    def dissipated(self) -> float:
+        """Energy that was in bonds when they broke, so far, nondimensional."""
+        return total(self._lost)
+
+    @property
+    def broken(self) -> int:
+        """The number of broken bonds."""
+        return int((self._struct.whole.numpy() == 0).sum())
+
+    def kept(self) -> dict[str, Array]:
+        """What a run goes on from, by name."""
+        arrays: dict[str, Array] = {"whole": self._struct.whole, "stored": self._stored, "lost": self._lost}
+        return {f"tie.{self.name}.{key}": array for key, array in arrays.items()}
