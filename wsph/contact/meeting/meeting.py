@@ -73,6 +73,9 @@ class ContactNumbers:
 class Meeting:
     """`one` meets `other`, which is the same surface for contact of a body with itself."""
 
+    rigid: tuple[()] = ()
+    """It acts on no rigid body."""
+
     def __init__(
         self, name: str, one: Meets, other: Meets, contact: ContactNumbers, space: Space, clock: Clock, skin: float
     ):  # fmt: skip

@@ -10,9 +10,10 @@ import numpy as np
 
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
+from wsph.backend.state import Layout, State
 from wsph.contact.surfaces.laws import Law
 from wsph.contact.surfaces.surface import Surface
-from wsph.protocols import AnyState, Entry
+from wsph.protocols import AnyState, Entry, OneSet
 from wsph.sph.skin import Skin
 
 SKIN = 0.4
@@ -39,14 +40,16 @@ class Surfaces:
     ):
         """`states` are the bodies' own, between steps."""
         self.surfaces = {surface.name: surface for surface in surfaces}
-        self.laws, self._states, self._skin = tuple(laws), dict(states), skin
+        self.laws, self._states, self._skin, self._dim = tuple(laws), dict(states), skin, space.dim
         self._skins = {name: Skin(space, len(each.mass), clock) for name, each in self.surfaces.items()}
-        self._spare: dict[str, AnyState] = {}
+        self._spare = {name: _velocity_alone(state) for name, state in states.items()}
+        self.rigid = {each.name: each for law in self.laws for each in law.rigid}
         self.ledger: tuple[Entry, ...] = (
             Entry("contact_stored", lambda: self.stored),
             Entry("contact_dissipated", lambda: self.dissipated),
             Entry("contact_numerical", lambda: self.numerical),
             Entry("external_work", lambda: self.work),
+            *(entry for each in self.rigid.values() for entry in each.ledger),
         )
         self._find()
 
@@ -54,19 +57,18 @@ class Surfaces:
         """The names of the bodies that have surfaces."""
         return tuple(self.surfaces)
 
-    def members(self) -> dict[str, object]:
-        """What laws bring that steps beside the bodies."""
-        found: dict[str, object] = {}
-        for law in self.laws:
-            if (members := getattr(law, "members", None)) is not None:
-                found |= members()
-        return found
+    def members(self) -> dict[str, OneSet]:
+        """Rigid bodies, which step beside the others."""
+        return {name: each.member() for name, each in self.rigid.items()}
 
     def _find(self) -> None:
         """Find the candidates of all laws where the bodies are between steps."""
         for name, surface in self.surfaces.items():
             self._skins[name].found.assign(self._states[name].struct.displacement)
         places = {name: surface.places() for name, surface in self.surfaces.items()}
+        everywhere = np.concatenate([*places.values(), np.zeros((0, self._dim))])
+        for each in self.rigid.values():
+            each.find(everywhere)
         for law in self.laws:
             law.find(places)
         self._attend()
@@ -84,6 +86,7 @@ class Surfaces:
         the end of it; whether either was so."""
         remade = self._renew({name: surface.eroded() for name, surface in self.surfaces.items()})
         left = [self._has_left(name) for name in self.surfaces]
+        left += [each.has_left(0.5 * self._skin) for each in self.rigid.values()]
         if not remade and not any(left):
             return False
         self._find()
@@ -104,18 +107,29 @@ class Surfaces:
 
     def start(self, states: Mapping[str, AnyState]) -> None:
         """Take what is there at the start of the run (launches)."""
-        for name, surface in self.surfaces.items():
-            surface.place(states[name])
+        self._place(states)
         for law in self.laws:
             law.start()
         self._spread(states)
         for name, surface in self.surfaces.items():
             surface.start(states[name])
+        for name, each in self.rigid.items():
+            each.start(states[name])
+
+    def _place(self, states: Mapping[str, AnyState]) -> None:
+        for name, surface in self.surfaces.items():
+            surface.place(states[name])
+        for name, each in self.rigid.items():
+            each.place(states[name])
 
     def push(self, states: Mapping[str, AnyState], rates: Mapping[str, AnyState]) -> None:
         """Add the accelerations of the forces in a state to the rates (launches)."""
-        for name, surface in self.surfaces.items():
-            surface.place(states[name])
+        self._act(states, rates)
+        for name, each in self.rigid.items():
+            each.spread(rates[name])
+
+    def _act(self, states: Mapping[str, AnyState], rates: Mapping[str, AnyState]) -> None:
+        self._place(states)
         for law in self.laws:
             law.act()
         for name, surface in self.surfaces.items():
@@ -123,10 +137,7 @@ class Surfaces:
 
     def _spread(self, states: Mapping[str, AnyState]) -> None:
         """Evaluate the forces on the particles for their work alone."""
-        for name, state in states.items():
-            if name in self.surfaces and name not in self._spare:
-                self._spare[name] = state.like() if hasattr(state, "like") else state
-        self.push(states, self._spare)
+        self._act(states, self._spare)
 
     def close(self, states: Mapping[str, AnyState], *, fresh: bool) -> None:
         """Close a step (launches): memory, works, and where the ways of the next one begin. Not `fresh`: the last evaluation
@@ -137,6 +148,8 @@ class Surfaces:
             law.close()
         for name, surface in self.surfaces.items():
             surface.close(states[name])
+        for name, each in self.rigid.items():
+            each.close(states[name])
 
     def bound(self, body: str) -> tuple[float, float]:
         """Bounds of omega^2 and of the rate of damping that are added to a body's, nondimensional."""
@@ -168,15 +181,24 @@ class Surfaces:
     def numerical(self) -> float:
         """What the bodies and the outside have given, less what is stored and dissipated, nondimensional."""
         given = self.work - sum(surface.work for surface in self.surfaces.values())
+        given += sum(each.given for each in self.rigid.values())
         return given - self.stored - self.dissipated
 
     def kept(self) -> dict[str, Array]:
         """What a run goes on from, by name."""
         surfaces = {f"surface.{name}.{key}": a for name, each in self.surfaces.items() for key, a in each.kept().items()}
         laws = {f"law.{law.name}.{key}": a for law in self.laws for key, a in law.kept().items()}
-        return surfaces | laws
+        rigid = {f"rigid.{name}.{key}": a for name, each in self.rigid.items() for key, a in each.kept().items()}
+        return surfaces | laws | rigid
 
     def restored(self) -> None:
         """Find the candidates of a state that has been put back."""
         self._renew({name: surface.restored() for name, surface in self.surfaces.items()})
+        for each in self.rigid.values():
+            each.restored()
         self._find()
+
+
+def _velocity_alone(like: State) -> State:
+    """A state with nothing but a velocity: a rate that nobody goes on from."""
+    return State(like.space, like.n, Layout((like.layout.by_name["velocity"],)), like.device)

@@ -8,21 +8,20 @@ tool as it meets the middle of a body twice as long. Elastic forces, friction an
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, field
 
 import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays
-from wsph.backend.clock import Clock
 from wsph.backend.reduce import blocks
-from wsph.backend.space import Array, Space, Struct
-from wsph.contact.meeting.candidates import Candidates, rows_of_pairs
+from wsph.backend.space import Array, Struct
+from wsph.contact.meeting.candidates import Candidates, none, rows_of_pairs
+from wsph.contact.meeting.meeting import vertex_areas
 from wsph.contact.meeting.memory import Memory
 from wsph.contact.meeting.structs import law_struct
-from wsph.contact.surfaces.struct import SurfaceArrays
+from wsph.contact.surfaces.laws import Ground, Near, Places, Rows
+from wsph.contact.surfaces.surface import Surface
 from wsph.contact.tools.forms import Form, Placed
 from wsph.contact.tools.rigid import RigidBody
 from wsph.contact.tools.touching import gaps_kernel, gather_kernel, react_kernel, touch_kernel
@@ -39,22 +38,6 @@ OPEN = 1.0
 """The stiffness, in those of the material, until the time step chooses one."""
 
 
-class Touched(Protocol):
-    """A surface as the law of tools sees it (`wsph.contact.surfaces.surface.Surface`)."""
-
-    name: str
-    n: int
-    m: int
-    spacing: float
-    wave_speed: float
-    modulus: float
-    impedance: float
-    struct: SurfaceArrays
-    force: Array
-
-    def square(self, stiffness: np.ndarray) -> float: ...
-
-
 @dataclass(frozen=True)
 class RigidTool:
     """A tool of a scene: its `table`, its `form` [m], its `shape` on the device and its `body`, which moves it."""
@@ -63,6 +46,8 @@ class RigidTool:
     form: Form
     shape: Placed
     body: RigidBody
+    laws: "list[ToolLaw]" = field(default_factory=list["ToolLaw"])
+    """Those of it against bodies."""
 
 
 class ToolLaw:
@@ -72,32 +57,38 @@ class ToolLaw:
     _sums  # force and torque of blocks of vertices on the tool, (blocks, 6) float64
     """
 
-    def __init__(self, tool: RigidTool, side: Touched, space: Space, clock: Clock, arm: np.ndarray):
-        """`arm` (n,): how far from the centre of mass of a free tool a force of each vertex can act."""
-        table = tool.table
-        self.name, self.tool, self.side, self.sides = table.name, tool, side, (side,)
+    def __init__(self, tool: RigidTool, side: Surface, ground: Ground):
+        table, space, clock = tool.table, ground.space, ground.clock
+        self.name, self.tool, self.side = f"{table.name}-{side.name}", tool, side
+        self.sides, self.rigid, self._ground = (side,), (tool.body,), ground
+        tool.laws.append(self)
         self._space, self._clock, self._automatic = space, clock, table.number is None
-        self._arrays = Arrays(clock.device)
-        self._area = vertex_areas(side, space.dim)
-        self._impedance = 2.0 * table.damping * side.impedance
-        self._soft, self._compliance = table.soft, tool.body.compliance(arm)
-        self.memory = Memory(side.n, space, clock, self._arrays)
-        self._push: Array = self._arrays.zeros("push", side.n, space.vec)
-        self._sums: Array = self._arrays.zeros("sums", (blocks(side.n), 6), wp.float64)
-        everyone = np.arange(side.n)
-        self._rows: Candidates = rows_of_pairs(everyone, everyone, clock.device)
+        self.soft, self.impedance = table.soft, 2.0 * table.damping * side.impedance
         self._law: Struct = law_struct(space)()
-        self._stiffness = 0.0
+        self._gone = self.stiffness = 0.0
+        self._make()
         self._take(table.number or OPEN)
 
-    def _take(self, stiffness: float) -> None:
+    def _make(self) -> None:
+        """What there is of every vertex."""
+        side, space, ground = self.side, self._space, self._ground
+        self._arrays = Arrays(self._clock.device)
+        self._area = vertex_areas(side, space.dim)
+        arm = self.tool.form.arm(ground.origin + side.places() * ground.scales.length) / ground.scales.length
+        self._compliance = self.tool.body.compliance(arm)
+        self.memory = Memory(side.n, space, self._clock, self._arrays)
+        self._push: Array = self._arrays.zeros("push", side.n, space.vec)
+        self._sums: Array = self._arrays.zeros("sums", (blocks(side.n), 6), wp.float64)
+        self._rows: Candidates = none(self._clock.device)
+
+    def _take(self, factor: float) -> None:
         """Take a stiffness K."""
         side, table, real = self.side, self.tool.table, self._space.scalar
-        self._stiffness = 2.0 * stiffness * side.modulus / side.spacing
+        self._factor, self.stiffness = factor, 2.0 * factor * side.modulus / side.spacing
         values = {
-            "stiffness": self._stiffness,
-            "impedance": self._impedance,
-            "softening": SOFT * sum(self.per_mass(self._impedance)) if self._soft else 0.0,
+            "stiffness": self.stiffness,
+            "impedance": self.impedance,
+            "softening": SOFT * sum(self.per_mass(self.impedance)) if self.soft else 0.0,
             "friction": table.friction,
             "tangent": TANGENT,
             "relax": side.wave_speed / (side.spacing * table.memory) if table.memory > 0.0 else 0.0,
@@ -112,13 +103,16 @@ class ToolLaw:
         part = 0.5 if self.tool.form.kind == "plane" else 1.0
         return self.side.square(forces), part * float(forces @ self._compliance)
 
-    def square(self) -> tuple[float, float]:
-        """Bounds of omega^2 that it adds to the body and to a free tool."""
-        return self.per_mass(self._stiffness)
-
-    def drag(self) -> tuple[float, float]:
-        """Bounds of the rate of damping that it adds to them; none where it gives way."""
-        return (0.0, 0.0) if self._soft else self.per_mass(self._impedance)
+    def bound(self, surface: Surface) -> tuple[float, float]:
+        """Bounds of omega^2 and of the rate of damping that it adds to the body of a surface. Body and free tool move against
+        each other: what the tool feels, of all bodies, counts as well."""
+        if surface is not self.side:
+            return 0.0, 0.0
+        each = [law.per_mass(law.stiffness) for law in self.tool.laws]
+        slowed = [law.per_mass(0.0 if law.soft else law.impedance) for law in self.tool.laws]
+        own = self.tool.laws.index(self)
+        square, drag = (found[own][0] + sum(of_tool for _, of_tool in found) for found in (each, slowed))
+        return square, drag
 
     def stiffen(self, stiffness: float) -> bool:
         """Take a stiffness K where the scene leaves it open; whether it does."""
@@ -126,18 +120,44 @@ class ToolLaw:
             self._take(stiffness)
         return self._automatic
 
-    def near(self) -> Mapping[str, tuple[np.ndarray, np.ndarray]]:
-        """The vertices and the faces that its kernels read or write, by the body's name: all."""
-        return {self.side.name: (np.arange(self.side.n), np.arange(self.side.m))}
+    def gaps(self, places: np.ndarray) -> np.ndarray:
+        """Gaps of `places` (k, dim) at the tool where it is, on the host (k,) (a launch)."""
+        space, device = self._space, self._clock.device
+        x = wp.array(places.astype(space.numpy), dtype=space.vec, device=device)
+        gap = wp.zeros(len(places), dtype=space.scalar, device=device)
+        normal = wp.zeros(len(places), dtype=space.vec, device=device)
+        inputs = [0, self.tool.shape.struct, self.tool.body.pose, x]
+        kernel = gaps_kernel(space, self.tool.shape.kind)
+        wp.launch(kernel, len(places), inputs=inputs, outputs=[gap, normal], device=device)
+        return gap.numpy().astype(float)
 
-    def gaps(self) -> tuple[np.ndarray, np.ndarray]:
-        """Gaps (n,) and normals (n, dim) of the vertices where they are, on the host (a launch)."""
-        gap = wp.zeros(self.side.n, dtype=self._space.scalar, device=self._clock.device)
-        normal = wp.zeros(self.side.n, dtype=self._space.vec, device=self._clock.device)
-        inputs = [self.tool.shape.struct, self.tool.body.pose, self.side.struct.x]
-        kernel = gaps_kernel(self._space, self.tool.shape.kind)
-        wp.launch(kernel, self.side.n, inputs=[0, *inputs], outputs=[gap, normal], device=self._clock.device)
-        return gap.numpy().astype(float), normal.numpy().astype(float)
+    def find(self, places: Places) -> None:
+        """Find the vertices that can reach the tool before either has gone half of the skin; the tool has been placed."""
+        which = np.flatnonzero(self.gaps(places[self.side.name]) < self._ground.skin)
+        self._rows = rows_of_pairs(which, which, self._clock.device)
+        self.memory.release(self._rows)
+        self._push.zero_()
+
+    def near(self) -> Near:
+        """The vertices that its kernels read or write, and the faces around them, by the body's name."""
+        faces = np.flatnonzero(np.isin(self.side.mesh.faces, self._rows.which).any(1))
+        return {self.side.name: (self._rows.which, faces)}
+
+    def start(self) -> None:
+        """A tool that a body lies in from the start is refused: there is nothing to be taken as none."""
+
+    def renew(self, surface: Surface, rows: Rows) -> None:
+        """The surface was remade: vertices that are still there go on."""
+        before = {name: array.numpy() for name, array in self.memory.arrays.items()}
+        self._make()
+        stay = rows >= 0
+        for name, array in self.memory.arrays.items():
+            values = array.numpy().copy()
+            values[rows[stay]] = before[name][stay]
+            array.assign(values)
+        # What is gone has lost what it held.
+        self._gone += float(sum(before[name][~stay].sum() for name in ("lost", "stored", "sprung")))
+        self._take(self._factor)
 
     def act(self) -> None:
         """Add the forces to those of the surface, and what acts back to the load of the tool (launches)."""
@@ -145,6 +165,8 @@ class ToolLaw:
         kernel = touch_kernel(self._space, tool.shape.kind)
         inputs = [self._law, tool.shape.struct, tool.body.pose, side.struct, self._rows.struct.which, self._clock.time]
         outputs = [self.memory.trial, self._push, side.force]
+        if not self._rows.count:
+            return
         launch(kernel, self._rows.count, [*inputs, self.memory.kept], outputs)
         inputs = [self._push, side.struct, tool.body.pose, side.n]
         launch(react_kernel(self._space), self._sums.shape[0], inputs, [self._sums])
@@ -162,20 +184,19 @@ class ToolLaw:
     @property
     def dissipated(self) -> float:
         """Energy that friction and damping have taken so far, nondimensional."""
-        return self.memory.lost
+        return self.memory.lost + self._gone
 
-    def force(self, side: Touched) -> np.ndarray:
+    @property
+    def work(self) -> float:
+        """What the tool does is on its own account."""
+        return 0.0
+
+    def force(self, surface: Surface) -> np.ndarray:
         """The sum of its forces on a surface in the last evaluation, nondimensional (dim,)."""
         total: np.ndarray = self._push.numpy().sum(0, dtype=np.float64)
-        return total if side is self.side else 0.0 * total
+        return total if surface is self.side else 0.0 * total
 
     def kept(self) -> dict[str, Array]:
         """Device arrays that a run goes on from, by name."""
-        return {f"tool.{self.name}-{self.side.name}.{name}": array for name, array in self._arrays.kept.items()}
+        return self._arrays.kept
 
-
-def vertex_areas(side: Touched, dim: int) -> np.ndarray:
-    """Every vertex's share of the faces around it, in the reference configuration, (n,)."""
-    faces = side.struct.faces.numpy().reshape(side.m, dim)
-    size = side.struct.size.numpy().astype(np.float64)
-    return np.bincount(faces.ravel(), np.repeat(size / dim, dim), side.n)

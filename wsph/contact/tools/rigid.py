@@ -16,13 +16,15 @@ from wsph.backend.space import Array, Space, Struct
 from wsph.backend.state import State
 from wsph.boundary.programs.prescribed import Prescribed, nonzero
 from wsph.boundary.programs.stack_machine import bank_of, interval
+from wsph.contact.reported import Column, Reported
 from wsph.contact.tools import moving
 from wsph.contact.tools.moving import LAYOUT, SPACE, Rigid, pose_struct, stand_kernel
+from wsph.output.fields import AXES
 from wsph.protocols import Entry
 from wsph.units import Scales
 
-FORCE, TORQUE, WORK = slice(0, 3), slice(3, 6), 6
-"""Of what a rigid body tells: force and torque on others about its point, and the work that it has done on them."""
+WORK = 6
+"""The place, behind force and torque, of the work in what a rigid body tells."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,7 @@ class RigidBody:
     state    # `moving.LAYOUT`
     pose     # where it is, for kernels (`moving.pose_struct`)
     load     # force and torque on it in the last evaluation, (6,) float64
-    told     # FORCE, TORQUE, WORK at the end of the last step, (7,) float64
+    _told    # force and torque on others, and work, at the end of the last step, (7,) float64
     _began   # where it was there
     _before  # load there, (6,) float64
     """
@@ -74,12 +76,21 @@ class RigidBody:
     frequency = stabilisation = 0.0
 
     def __init__(
-        self, name: str, moved_by: Inertia | Motion, start: Start, space: Space, scales: Scales, clock: Clock
+        self,
+        name: str,
+        moved_by: Inertia | Motion,
+        start: Start,
+        space: Space,
+        scales: Scales,
+        clock: Clock,
+        reach: float = np.inf,
     ) -> None:
+        """`reach`: no point of it that can touch anything is further from its own point."""
         self.name, self.clock, self._scales = name, clock, scales
         self.free, self._motion = isinstance(moved_by, Inertia), moved_by if isinstance(moved_by, Motion) else None
         self.space, self.inertia = space, moved_by if isinstance(moved_by, Inertia) else None
-        self.arrays = Arrays(clock.device)
+        self.arrays, self._reach = Arrays(clock.device), reach
+        self._found, self._extent = (np.zeros(3), np.zeros(4)), 0.0
         self.rigid = _numbers(self.inertia)
         self._still = self._motion is not None and not self._motion.moves
         self._first, self._made = start, 0
@@ -91,7 +102,7 @@ class RigidBody:
         self.pose = _pose(space, self.arrays)
         self.load = self.arrays.zeros("load", 6, wp.float64)
         self._before = self.arrays.zeros("before", 6, wp.float64, kept=True)
-        self.told = self.arrays.zeros("told", 7, wp.float64, kept=True)
+        self._told = self.arrays.zeros("told", 7, wp.float64, kept=True)
         spin = start.spin if self.inertia is None else self.inertia.tensor @ start.spin
         for state in (self.state, self._began):
             self._put(state, start.velocity, spin)
@@ -133,9 +144,7 @@ class RigidBody:
     def drift(self, state: State, k: State, c: float, ahead: float = 0.0) -> None:
         """Place and turning go on by c dt, with the velocity and the angular momentum as they are."""
         if not self._still:
-            self.clock.launch(
-                moving.drift, 1, [self.rigid, self.clock.time, wp.float64(c)], [state.struct]
-            )
+            self.clock.launch(moving.drift, 1, [self.rigid, self.clock.time, wp.float64(c)], [state.struct])
 
     def impose(self, state: State, c: float | tuple[float, float]) -> None:
         """Set the prescribed velocities at t + c dt."""
@@ -166,10 +175,51 @@ class RigidBody:
         inside = R.T @ L
         return 0.5 * self.inertia.mass * float(v @ v) + 0.5 * float(inside @ _inverse(self.inertia.tensor) @ inside)
 
+    def member(self) -> "RigidBody":
+        """Itself: integrators step it."""
+        return self
+
+    def find(self, places: np.ndarray) -> None:
+        """Candidates are found where it is now, on the host, for vertices at `places` (n, dim)."""
+        self.place(self.state)
+        place, turn = self.state.read("place")[0], self.state.read("turn")[0]
+        away = np.linalg.norm(places - place[: self.space.dim], axis=1).max(initial=0.0)
+        self._found, self._extent = (place, turn), float(min(self._reach, away))
+
+    def has_left(self, way: float) -> bool:
+        """Whether one of its points that can touch has gone, or can go by the end of the step, further than a way since."""
+        if self._still:
+            return False
+        v, spin, place, turn = (self.state.read(field.name)[0] for field in LAYOUT.fields)
+        before, turned = self._found
+        R = rotation_matrix(turn)
+        fast = np.linalg.norm(spin if self.inertia is None else R @ _inverse(self.inertia.tensor) @ R.T @ spin)
+        gone = np.linalg.norm(place - before) + np.linalg.norm(R - rotation_matrix(turned), 2) * self._extent
+        # Half as fast again: stages and accelerations within a step.
+        ahead = 1.5 * self.clock.dt * (np.linalg.norm(v) + fast * self._extent)
+        return bool(way < gone + ahead < np.inf)
+
+    def restored(self) -> None:
+        """Nothing follows from what is kept."""
+
+    @property
+    def told(self) -> Reported:
+        """Force and torque on others, about its point, and the work that it has done on them."""
+        dim, unit = self.space.dim, self._scales.stress * self._scales.length ** (self.space.dim - 1)
+        units = {1: ("Pa", "J/m2"), 2: ("N/m", "N"), 3: ("N", "N m")}[dim]
+        force = {f"force_{axis}": Column(a, unit, units[0]) for a, axis in enumerate(AXES[:dim])}
+        energy = unit * self._scales.length
+        turning = {2: {"torque": 5}, 3: {f"torque_{axis}": 3 + a for a, axis in enumerate(AXES)}}.get(dim, {})
+        torque = {name: Column(at, energy, units[1]) for name, at in turning.items()}
+        work = {"work": Column(WORK, energy, {1: "J/m2", 2: "J/m", 3: "J"}[dim])}
+        history = {name.removeprefix("force_"): column for name, column in force.items()}
+        fields = {"force": force, "torque": torque, "work": work} if torque else {"force": force, "work": work}
+        return Reported("tool", self.name, self._told, fields, history | torque)
+
     def start(self, state: State) -> None:
-        """Take what is there at the start of a run; `load` is that of the state (a copy)."""
+        """Take what is there at the start of a run; `load` is that of the state (copies)."""
         self._before.assign(self.load.numpy())
-        self.told.assign(np.concatenate([-self.load.numpy(), [0.0]]))
+        self._told.assign(np.concatenate([-self.load.numpy(), [0.0]]))
 
     def place(self, state: State) -> None:
         """Where it is in a state; nothing acts on it yet (a launch)."""
@@ -183,14 +233,13 @@ class RigidBody:
 
     def close(self, state: State) -> None:
         """Close a step whose last evaluation was of `state`: its work, and where ways begin (a launch)."""
-        self.clock.launch(
-            moving.close, 1, [state.struct, self.load], [self._began.struct, self._before, self.told]
-        )
+        outputs = [self._began.struct, self._before, self._told]
+        self.clock.launch(moving.close, 1, [state.struct, self.load], outputs)
 
     @property
     def given(self) -> float:
         """Work that it has done on others so far."""
-        return float(self.told.numpy()[WORK])
+        return float(self._told.numpy()[WORK])
 
     @property
     def lifted(self) -> float:
@@ -218,7 +267,7 @@ class RigidBody:
 
     def kept(self) -> dict[str, Array]:
         """Device arrays that a run goes on from, by name."""
-        return {f"tool.{self.name}.{name}": array for name, array in self.arrays.kept.items()}
+        return self.arrays.kept
 
 
 def rotation_matrix(turn: np.ndarray) -> np.ndarray:
