@@ -2,15 +2,16 @@
 
 # pyright: strict
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
+from wsph.backend.state import State
 from wsph.contact.reported import Reported
 from wsph.contact.surfaces.surface import Surface
 from wsph.protocols import Entry, OneSet
@@ -34,19 +35,19 @@ class Rigid(Protocol):
         """It, as a system that integrators step."""
         ...
 
-    def place(self, state: Any) -> None:
+    def place(self, state: State) -> None:
         """Where it is in a state; nothing acts on it yet (launches)."""
         ...
 
-    def spread(self, rate: Any) -> None:
+    def spread(self, rate: State) -> None:
         """Add the accelerations by its load to the rate of its velocities (launches)."""
         ...
 
-    def start(self, state: Any) -> None:
+    def start(self, state: State) -> None:
         """Take what is there at the start of a run, its load evaluated (launches)."""
         ...
 
-    def close(self, state: Any) -> None:
+    def close(self, state: State) -> None:
         """Close a step whose last evaluation was of a state: its work, and where ways begin (launches)."""
         ...
 
@@ -77,14 +78,11 @@ class Rigid(Protocol):
         """Device arrays that a run goes on from, by name."""
         ...
 
-    def restored(self) -> None:
-        """Make what follows from them, after they have been put back."""
-        ...
 
 
 class Law(Protocol):
     """Forces on surfaces. In a step they may be evaluated many times; `act` is a function of the surfaces' motion and of what
-    was kept at the end of the last step alone."""
+    was kept at the end of the last step alone. What a law does not have is as here, where it is of this class."""
 
     name: str
 
@@ -96,11 +94,10 @@ class Law(Protocol):
     @property
     def rigid(self) -> tuple[Rigid, ...]:
         """The rigid bodies that it acts on."""
-        ...
+        return ()
 
-    def find(self, places: Places) -> None:
-        """Find, on the host, what may be met before anything has gone further than the skin."""
-        ...
+    def find(self, places: Places, skin: float) -> None:
+        """Find, on the host, what may be met before two surfaces have come nearer by `skin`."""
 
     def near(self) -> Near:
         """The vertices and faces that its kernels read or write."""
@@ -108,7 +105,6 @@ class Law(Protocol):
 
     def start(self) -> None:
         """Take what there is at the start of a run (launches)."""
-        ...
 
     def act(self) -> None:
         """Add its forces to those of the surfaces (launches)."""
@@ -116,7 +112,6 @@ class Law(Protocol):
 
     def close(self) -> None:
         """Take the memory of the last evaluation as that of the step (launches)."""
-        ...
 
     def bound(self, surface: Surface) -> tuple[float, float]:
         """Bounds of omega^2 and of the rate of damping that it adds to the body of a surface, nondimensional."""
@@ -124,7 +119,7 @@ class Law(Protocol):
 
     def stiffen(self, stiffness: float) -> bool:
         """Take a stiffness where the scene leaves it open; whether it does."""
-        ...
+        return False
 
     def renew(self, surface: Surface, rows: Rows) -> None:
         """A surface of its was remade: `rows` (old n,) are those of its old vertices, -1 where they are gone. Candidates are
@@ -144,7 +139,7 @@ class Law(Protocol):
     @property
     def work(self) -> float:
         """Work done on it from outside so far, nondimensional."""
-        ...
+        return 0.0
 
     def force(self, surface: Surface) -> NDArray[np.float64]:
         """The sum of its forces on a surface at the last evaluation, nondimensional (dim,)."""
@@ -157,15 +152,15 @@ class Law(Protocol):
 
 @dataclass(frozen=True)
 class Ground:
-    """What all laws of a scene share: `skin`, how far two surfaces may come nearer between two searches, nondimensional, and
-    the `origin` of places (dim,) [m]."""
+    """What all laws of a scene share, with the `origin` of places (dim,) [m]. `once`: a step evaluates forces once, at its
+    end."""
 
     space: Space
     scales: Scales
     clock: Clock
-    skin: float
+    once: bool
     origin: NDArray[np.float64]
 
 
-LawMaker = Callable[[Scene, Callable[[str], Surface], Ground], list[Any]]
+LawMaker = Callable[[Scene, Callable[[str], Surface], Ground], Sequence[Law]]
 """Makes the laws of one kind from a scene, with the surfaces of bodies by their names. Raises Refused."""

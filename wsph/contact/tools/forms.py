@@ -47,6 +47,19 @@ class Form:
         signs = np.stack(np.meshgrid(*[[-1.0, 1.0]] * self.dim, indexing="ij"), -1).reshape(-1, self.dim)
         return signs * self.half @ self.axes.T, 0.0
 
+    @property
+    def round(self) -> bool:
+        """Whether it is a ball."""
+        return self.kind == "sphere" and not self.hole
+
+    def reach(self, about: np.ndarray) -> float:
+        """How far from a point (dim,) [m] it can touch anything; infinite for a shape without ends."""
+        apart = float(np.linalg.norm(self.middle - about))
+        size = {"sphere": self.radius, "box": float(np.linalg.norm(self.half))}.get(self.kind, np.inf)
+        if self.corners is not None:
+            size = float(np.linalg.norm(self.corners - self.middle, axis=2).max())
+        return apart + size
+
     def arm(self, points: np.ndarray) -> np.ndarray:
         """How far from the middle a force at `points` (n, dim) [m] can be, where it touches the shape, (n,)."""
         if self.kind == "sphere":

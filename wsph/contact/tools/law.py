@@ -20,7 +20,7 @@ from wsph.contact.meeting.candidates import Candidates, none, rows_of_pairs
 from wsph.contact.meeting.meeting import vertex_areas
 from wsph.contact.meeting.memory import Memory
 from wsph.contact.meeting.structs import law_struct
-from wsph.contact.surfaces.laws import Ground, Near, Places, Rows
+from wsph.contact.surfaces.laws import Ground, Law, Near, Places, Rigid, Rows
 from wsph.contact.surfaces.surface import Surface
 from wsph.contact.tools.forms import Form, Placed
 from wsph.contact.tools.rigid import RigidBody
@@ -50,7 +50,7 @@ class RigidTool:
     """Those of it against bodies."""
 
 
-class ToolLaw:
+class ToolLaw(Law):
     """A tool against a surface of n vertices, nondimensional.
 
     _push  # on the vertices in the last evaluation, (n,) vec
@@ -60,7 +60,7 @@ class ToolLaw:
     def __init__(self, tool: RigidTool, side: Surface, ground: Ground):
         table, space, clock = tool.table, ground.space, ground.clock
         self.name, self.tool, self.side = f"{table.name}-{side.name}", tool, side
-        self.sides, self.rigid, self._ground = (side,), (tool.body,), ground
+        self._ground = ground
         tool.laws.append(self)
         self._space, self._clock, self._automatic = space, clock, table.number is None
         self.soft, self.impedance = table.soft, 2.0 * table.damping * side.impedance
@@ -131,9 +131,19 @@ class ToolLaw:
         wp.launch(kernel, len(places), inputs=inputs, outputs=[gap, normal], device=device)
         return gap.numpy().astype(float)
 
-    def find(self, places: Places) -> None:
+    @property
+    def sides(self) -> tuple[Surface, ...]:
+        """The surface that it acts on."""
+        return (self.side,)
+
+    @property
+    def rigid(self) -> tuple[Rigid, ...]:
+        """The tool."""
+        return (self.tool.body,)
+
+    def find(self, places: Places, skin: float) -> None:
         """Find the vertices that can reach the tool before either has gone half of the skin; the tool has been placed."""
-        which = np.flatnonzero(self.gaps(places[self.side.name]) < self._ground.skin)
+        which = np.flatnonzero(self.gaps(places[self.side.name]) < skin)
         self._rows = rows_of_pairs(which, which, self._clock.device)
         self.memory.release(self._rows)
         self._push.zero_()
@@ -142,9 +152,6 @@ class ToolLaw:
         """The vertices that its kernels read or write, and the faces around them, by the body's name."""
         faces = np.flatnonzero(np.isin(self.side.mesh.faces, self._rows.which).any(1))
         return {self.side.name: (self._rows.which, faces)}
-
-    def start(self) -> None:
-        """A tool that a body lies in from the start is refused: there is nothing to be taken as none."""
 
     def renew(self, surface: Surface, rows: Rows) -> None:
         """The surface was remade: vertices that are still there go on."""
@@ -185,11 +192,6 @@ class ToolLaw:
     def dissipated(self) -> float:
         """Energy that friction and damping have taken so far, nondimensional."""
         return self.memory.lost + self._gone
-
-    @property
-    def work(self) -> float:
-        """What the tool does is on its own account."""
-        return 0.0
 
     def force(self, surface: Surface) -> np.ndarray:
         """The sum of its forces on a surface in the last evaluation, nondimensional (dim,)."""

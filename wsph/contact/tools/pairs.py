@@ -15,17 +15,20 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays
-from wsph.backend.clock import Clock, dt_of
+from wsph.backend.clock import dt_of
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Array, Space, Struct
 from wsph.contact.meeting.candidates import Candidates, rows_of_pairs
 from wsph.contact.meeting.forces import contact_force, open_contact
 from wsph.contact.meeting.memory import Memory
 from wsph.contact.meeting.structs import law_struct, memory_struct, reading, writing
+from wsph.contact.surfaces.laws import Ground, Law, Near, Rigid, Rows
+from wsph.contact.surfaces.surface import Surface
 from wsph.contact.tools.gaps import shape_struct
 from wsph.contact.tools.law import TANGENT, RigidTool
 from wsph.contact.tools.moving import pose_struct
-from wsph.contact.tools.touching import meeting_tool
+from wsph.contact.tools.touching import gaps_kernel, meeting_tool
+from wsph.scene.tools import Tool
 
 SHARE = 0.25
 """C: omega dt/2 of the springs between two rigid tools."""
@@ -118,21 +121,60 @@ def _meet_kernel(space: Space, kind: str) -> wp.Kernel:
     return touch
 
 
-class PairLaw:
+class PairLaw(Law):
     """Two rigid tools that meet."""
 
-    def __init__(self, one: RigidTool, other: RigidTool, table: RigidTool, space: Space, clock: Clock, length: float):
-        """`one` by its points, `other` by its shape; friction and damping are those of `table`; `length` [m] is the unit."""
-        self.name, self.one, self.other = f"{table.table.name}", one, other
-        self._space, self._clock, self._arrays = space, clock, Arrays(clock.device)
+    def __init__(self, one: RigidTool, other: RigidTool, table: Tool, ground: Ground):
+        """`one` by its points, `other` by its shape; friction and damping are those of `table`."""
+        self.name, self.one, self.other = f"{one.table.name}-{other.table.name}", one, other
+        self._space, self._clock, self._arrays = ground.space, ground.clock, Arrays(ground.clock.device)
         places, radius = one.form.points
+        length = ground.scales.length
         arms = np.linalg.norm(places, axis=1) + radius
         compliance = one.body.compliance(arms / length).sum()
         compliance += other.body.compliance(other.form.arm(places + one.form.middle) / length).sum()
-        self._points = _points(table, places / length, radius / length, float(compliance), space, clock.device)
-        self.memory = Memory(len(places), space, clock, self._arrays)
+        self._points = _points(table, places / length, radius / length, float(compliance), ground)
+        self.memory = Memory(len(places), ground.space, ground.clock, self._arrays)
         everyone = np.arange(len(places))
-        self._rows: Candidates = rows_of_pairs(everyone, everyone, clock.device)
+        self._rows: Candidates = rows_of_pairs(everyone, everyone, ground.clock.device)
+
+    @property
+    def sides(self) -> tuple[Surface, ...]:
+        """It acts on no surface."""
+        return ()
+
+    @property
+    def rigid(self) -> tuple[Rigid, ...]:
+        """Both tools."""
+        return self.one.body, self.other.body
+
+    def near(self) -> Near:
+        """No vertices of surfaces."""
+        return {}
+
+    def bound(self, surface: Surface) -> tuple[float, float]:
+        """Its stiffness follows from the time step."""
+        return 0.0, 0.0
+
+    def renew(self, surface: Surface, rows: Rows) -> None:
+        """It acts on no surface."""
+
+    def force(self, surface: Surface) -> np.ndarray:
+        """It acts on no surface."""
+        return np.zeros(self._space.dim)
+
+    def gaps(self) -> tuple[np.ndarray, np.ndarray]:
+        """Places (k, dim) of the points of the first and their gaps at the second (k,), where both are, on the host."""
+        space, device = self._space, self._clock.device
+        pose, points = self.one.body.pose, self._points
+        places = pose.place.numpy()[0] + points.place.numpy() @ pose.axes.numpy()[0].reshape(space.dim, -1).T
+        x = wp.array(places, dtype=space.vec, device=device)
+        gap = wp.zeros(len(places), dtype=space.scalar, device=device)
+        normal = wp.zeros(len(places), dtype=space.vec, device=device)
+        inputs = [0, self.other.shape.struct, self.other.body.pose, x]
+        kernel = gaps_kernel(space, self.other.shape.kind)
+        wp.launch(kernel, len(places), inputs=inputs, outputs=[gap, normal], device=device)
+        return places, gap.numpy().astype(float) - float(points.radius)
 
     def act(self) -> None:
         """Add what they do to each other to the loads of both (a launch)."""
@@ -157,17 +199,14 @@ class PairLaw:
 
     def kept(self) -> dict[str, Array]:
         """Device arrays that a run goes on from, by name."""
-        name = f"tool.{self.one.table.name}-{self.other.table.name}"
-        return {f"{name}.{key}": array for key, array in self._arrays.kept.items()}
+        return self._arrays.kept
 
 
-def _points(
-    table: RigidTool, places: np.ndarray, radius: float, compliance: float, space: Space, device: str
-) -> Struct:
+def _points(table: Tool, places: np.ndarray, radius: float, compliance: float, ground: Ground) -> Struct:
+    space = ground.space
     real, made, law = space.scalar, points_struct(space)(), law_struct(space)()
-    made.place = wp.array(places, dtype=space.vec, device=device)
-    made.radius, made.compliance = real(radius), real(compliance)
-    made.damping = real(table.table.damping)
-    law.friction, law.tangent = real(table.table.friction), real(TANGENT)
+    made.place = wp.array(places, dtype=space.vec, device=ground.clock.device)
+    made.radius, made.compliance, made.damping = real(radius), real(compliance), real(table.damping)
+    law.friction, law.tangent = real(table.friction), real(TANGENT)
     made.law = law
     return made

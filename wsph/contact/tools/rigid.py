@@ -199,9 +199,6 @@ class RigidBody:
         ahead = 1.5 * self.clock.dt * (np.linalg.norm(v) + fast * self._extent)
         return bool(way < gone + ahead < np.inf)
 
-    def restored(self) -> None:
-        """Nothing follows from what is kept."""
-
     @property
     def told(self) -> Reported:
         """Force and torque on others, about its point, and the work that it has done on them."""
