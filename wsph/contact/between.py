@@ -5,6 +5,7 @@
 from collections.abc import Mapping
 from typing import Protocol
 
+from wsph.contact.reported import Reported
 from wsph.protocols import AnyState, BodySystem, BodyTable, DeviceArray, Entry, Integrator, OneSet
 
 
@@ -81,6 +82,11 @@ class Coupling(Protocol):
 
     def members(self) -> Mapping[str, OneSet]:
         """What it brings that steps beside them, such as rigid bodies: systems as `OneSet` has them, by their names."""
+        ...
+
+    @property
+    def told(self) -> tuple[Reported, ...]:
+        """What is told of it at the end of every step."""
         ...
 
     def follow(self) -> bool:

@@ -25,6 +25,9 @@ from wsph.scene.tables import Body, Boundary, Probe, SceneTables
 MOST_CELLS = 2**31 // 64
 """Cells of a body: with 64 neighbours each their pairs fill a 32-bit index."""
 
+TOLD = ["force", "torque", "work"]
+"""Fields of a probe that is of a tool."""
+
 COMPONENTS = {1: ("xx",), 2: ("xx", "yy", "xy"), 3: ("xx", "yy", "zz", "xy", "yz", "xz")}
 
 
@@ -192,6 +195,10 @@ def _boundary_faults(scene: SceneTables, condition: Boundary, key: str) -> Itera
 def _probe_faults(scene: SceneTables, probe: Probe, key: str) -> Iterator[Fault]:
     if probe.where is not None:
         yield from _where_faults(scene, probe.where, f"{key}.where")
+    told = [tool.name for tool in scene.tools]
+    if probe.of is not None and probe.of not in told:
+        there = f"there is {', '.join(told)}" if told else "the scene has no tools"
+        yield Fault(0, f"{key}.of", f"no tool is named {probe.of!r}; {nearest(probe.of, told, there)}")
     for point in probe.at or ():
         if len(point) != scene.dim:
             text = f"{list(point)} has {len(point)} coordinates in a scene of dim = {scene.dim}"
@@ -245,7 +252,10 @@ def _field_faults(scene: SceneTables) -> Iterator[Fault]:
     names = known(internals, scene.dim, dict.fromkeys(offered))
     wanted = [("output.fields", scene.output.fields, names)]
     probed = [name for name in names if name not in ALWAYS]
-    wanted += [(f"probes.{k}.fields", probe.fields, probed) for k, probe in enumerate(scene.probes)]
+    wanted += [
+        (f"probes.{k}.fields", probe.fields, TOLD if probe.of is not None else probed)
+        for k, probe in enumerate(scene.probes)
+    ]
     for key, listed, names in wanted:
         for k, name in enumerate(listed):
             if name not in names:

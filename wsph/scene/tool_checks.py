@@ -42,7 +42,9 @@ def of_tools(scene: SceneTables) -> Iterator[Fault]:
 
 def _shape_faults(scene: SceneTables, tool: Tool, key: str) -> Iterator[Fault]:
     shape, dim = tool.shape, scene.dim
-    allowed = {1: ("plane",), 2: ("plane", "disc", "sphere", "box"), 3: ("plane", "sphere", "cylinder", "box", "stl")}[dim]
+    allowed = {1: ("plane",), 2: ("plane", "disc", "sphere", "box"), 3: ("plane", "sphere", "cylinder", "box", "stl")}[
+        dim
+    ]
     if shape.type not in allowed:
         yield Fault(0, f"{key}.type", f"{shape.type!r} is none of the tools' shapes in {dim}D: {', '.join(allowed)}")
         return
@@ -58,7 +60,9 @@ def _shape_faults(scene: SceneTables, tool: Tool, key: str) -> Iterator[Fault]:
             pass
     wrong = [name for name, numbers in given.items() if len(numbers) != dim]
     for name in wrong:
-        yield Fault(0, f"{key}.{name}", f"{list(given[name])} has {len(given[name])} coordinates in a scene of dim = {dim}")
+        yield Fault(
+            0, f"{key}.{name}", f"{list(given[name])} has {len(given[name])} coordinates in a scene of dim = {dim}"
+        )
     if wrong:
         return
     if isinstance(shape, Plane) and not any(shape.normal):
@@ -106,7 +110,9 @@ def _turn_faults(scene: SceneTables, tool: Tool, key: str) -> Iterator[Fault]:
     if len(turn.about) != scene.dim:
         yield Fault(0, f"{key}.about", f"has {len(turn.about)} coordinates in a scene of dim = {scene.dim}")
     if (turn.axis is None) == (scene.dim == 3):
-        yield Fault(0, f"{key}.axis", "is missing" if scene.dim == 3 else "in 2D tools turn about z alone: leave it out")
+        yield Fault(
+            0, f"{key}.axis", "is missing" if scene.dim == 3 else "in 2D tools turn about z alone: leave it out"
+        )
     elif turn.axis is not None and (len(turn.axis) != 3 or not any(turn.axis)):
         yield Fault(0, f"{key}.axis", f"{list(turn.axis)} is no axis: write three numbers that are not all zero")
     yield from _of_time(scene, turn.rate, f"{key}.rate", "1/s")
@@ -117,7 +123,9 @@ def _of_time(scene: SceneTables, value: Value, key: str, unit: str) -> Iterator[
     found = list(value_faults(scene, lambda: scene.value(value, unit), value, key, unit))
     yield from found
     if not found and varies(scene.value(value, unit)):
-        yield Fault(0, key, f"{value!r} differs from place to place; a rigid tool moves as a whole: write a function of t")
+        yield Fault(
+            0, key, f"{value!r} differs from place to place; a rigid tool moves as a whole: write a function of t"
+        )
 
 
 def _inertia_faults(scene: SceneTables, tool: Tool, key: str) -> Iterator[Fault]:

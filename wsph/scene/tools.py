@@ -125,7 +125,11 @@ class Tool(Model):
                 "velocity is a list, which is the initial one of a free tool: give its mass, or prescribe the motion,"
                 " as in velocity = { x = 1.0 }"
             )
-        prescribed = [key for key, given in (("velocity", is_table(self.velocity) and self.velocity), ("turn", self.turn)) if given]
+        prescribed = [
+            key
+            for key, given in (("velocity", is_table(self.velocity) and self.velocity), ("turn", self.turn))
+            if given
+        ]
         if self.free and prescribed:
             raise ValueError(
                 f"mass makes the tool free, and {' and '.join(prescribed)} prescribes its motion: leave one of them out"

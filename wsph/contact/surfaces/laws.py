@@ -79,7 +79,6 @@ class Rigid(Protocol):
         ...
 
 
-
 class Law(Protocol):
     """Forces on surfaces. In a step they may be evaluated many times; `act` is a function of the surfaces' motion and of what
     was kept at the end of the last step alone. What a law does not have is as here, where it is of this class."""

@@ -201,4 +201,3 @@ class ToolLaw(Law):
     def kept(self) -> dict[str, Array]:
         """Device arrays that a run goes on from, by name."""
         return self._arrays.kept
-

@@ -102,7 +102,9 @@ def _moments(given: Value | tuple[Value, ...], dim: int) -> list[float]:
 
 def _pair(tool: RigidTool, other: RigidTool, ground: Ground) -> PairLaw:
     """Two tools: the one that is round, or has corners, by its points."""
-    first = [each for each in (tool, other) if each.form.round] or [each for each in (tool, other) if each.form.kind == "box"]
+    first = [each for each in (tool, other) if each.form.round] or [
+        each for each in (tool, other) if each.form.kind == "box"
+    ]
     one = first[0]
     return PairLaw(one, other if one is tool else tool, tool.table, ground)
 

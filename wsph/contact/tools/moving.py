@@ -212,6 +212,7 @@ def pose_struct(space: Space) -> type:
 def stand_kernel(space: Space) -> wp.Kernel:
     """Where a rigid body is, for the kernels of the run; nothing acts on it yet."""
     real, dim, Pose = space.scalar, space.dim, pose_struct(space)
+    here, matrix, point = space.vec, space.mat, space.point
 
     @kernel()
     def stand(body: Rigid, fields: Fields, began: Fields, pose_out: Pose, load_out: wp.array(dtype=wp.float64)):
@@ -219,8 +220,11 @@ def stand_kernel(space: Space) -> wp.Kernel:
         R = wp.quat_to_matrix(q)
         before = wp.quat_to_matrix(quaternion(began.turn[0]))
         w = angular_velocity(body, q, fields.spin[0])
-        place, shift, velocity = space.vec(), space.vec(), space.vec()
-        axes, turned = space.mat(), space.mat()
+        place = here()
+        shift = here()
+        velocity = here()
+        axes = matrix()
+        turned = matrix()
         for a in range(wp.static(dim)):
             place[a] = real(fields.place[0][a])
             shift[a] = real(fields.place[0][a] - began.place[0][a])
@@ -228,9 +232,12 @@ def stand_kernel(space: Space) -> wp.Kernel:
             for b in range(wp.static(dim)):
                 axes[a, b] = real(R[a, b])
                 turned[a, b] = real(R[a, b] - before[a, b])
-        pose_out.place[0], pose_out.shift[0], pose_out.velocity[0] = place, shift, velocity
-        pose_out.axes[0], pose_out.turned[0] = axes, turned
-        pose_out.spin[0] = space.point(real(w[0]), real(w[1]), real(w[2]))
+        pose_out.place[0] = place
+        pose_out.shift[0] = shift
+        pose_out.velocity[0] = velocity
+        pose_out.axes[0] = axes
+        pose_out.turned[0] = turned
+        pose_out.spin[0] = point(real(w[0]), real(w[1]), real(w[2]))
         for a in range(6):
             load_out[a] = wp.float64(0.0)
 
