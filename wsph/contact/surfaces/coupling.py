@@ -1,0 +1,182 @@
+"""Forces between the surfaces of bodies, and on them from outside, as one coupling."""
+
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from wsph.backend.clock import Clock
+from wsph.backend.space import Array, Space
+from wsph.contact.surfaces.laws import Law
+from wsph.contact.surfaces.surface import Surface
+from wsph.protocols import AnyState, Entry
+from wsph.sph.skin import Skin
+
+SKIN = 0.4
+"""Distance, in the largest spacing, that surfaces may come nearer before candidates are found again."""
+
+
+class Surfaces:
+    """The surfaces of bodies and the laws that act on them.
+
+    A search lasts until a particle has gone half of the skin; vertices and faces that nothing is near are left as they are
+    until the next. The ledger has what laws hold (`contact_stored`), what friction and damping have taken
+    (`contact_dissipated`), the work of tools, and as `contact_numerical` what the bodies have given beyond these: contacts
+    that open and close inside of steps, depths that jumped away.
+    """
+
+    def __init__(
+        self,
+        surfaces: Sequence[Surface],
+        laws: Sequence[Law],
+        states: Mapping[str, Any],
+        space: Space,
+        clock: Clock,
+        skin: float,
+    ):
+        """`states` are the bodies' own, between steps."""
+        self.surfaces = {surface.name: surface for surface in surfaces}
+        self.laws, self._states, self._skin = tuple(laws), dict(states), skin
+        self._skins = {name: Skin(space, len(each.mass), clock) for name, each in self.surfaces.items()}
+        self._spare: dict[str, AnyState] = {}
+        self.ledger: tuple[Entry, ...] = (
+            Entry("contact_stored", lambda: self.stored),
+            Entry("contact_dissipated", lambda: self.dissipated),
+            Entry("contact_numerical", lambda: self.numerical),
+            Entry("external_work", lambda: self.work),
+        )
+        self._find()
+
+    def bodies(self) -> tuple[str, ...]:
+        """The names of the bodies that have surfaces."""
+        return tuple(self.surfaces)
+
+    def members(self) -> dict[str, object]:
+        """What laws bring that steps beside the bodies."""
+        found: dict[str, object] = {}
+        for law in self.laws:
+            if (members := getattr(law, "members", None)) is not None:
+                found |= members()
+        return found
+
+    def _find(self) -> None:
+        """Find the candidates of all laws where the bodies are between steps."""
+        for name, surface in self.surfaces.items():
+            self._skins[name].found.assign(self._states[name].struct.displacement)
+        places = {name: surface.places() for name, surface in self.surfaces.items()}
+        for law in self.laws:
+            law.find(places)
+        self._attend()
+
+    def _attend(self) -> None:
+        near = [law.near() for law in self.laws]
+        nothing = np.zeros(0, np.int64), np.zeros(0, np.int64)
+        for name, surface in self.surfaces.items():
+            rows = [each.get(name, nothing) for each in near]
+            vertices, faces = (np.unique(np.concatenate(part)) for part in zip(*rows, strict=True))
+            surface.attend(vertices, faces)
+
+    def follow(self) -> bool:
+        """Before a step, on the host: take what has broken, and find the candidates again if a particle can leave its skin by
+        the end of it; whether either was so."""
+        remade = self._renew({name: surface.eroded() for name, surface in self.surfaces.items()})
+        left = [self._has_left(name) for name in self.surfaces]
+        if not remade and not any(left):
+            return False
+        self._find()
+        return True
+
+    def _has_left(self, name: str) -> bool:
+        fields = self._states[name].struct
+        return self._skins[name].has_left(fields.displacement, fields.velocity, self._skin)
+
+    def _renew(self, rows: Mapping[str, np.ndarray | None]) -> bool:
+        """Tell the laws of surfaces that were remade; whether any was."""
+        for name, kept in rows.items():
+            if kept is not None:
+                for law in self.laws:
+                    if any(side.name == name for side in law.sides):
+                        law.renew(self.surfaces[name], kept)
+        return any(kept is not None for kept in rows.values())
+
+    def start(self, states: Mapping[str, AnyState]) -> None:
+        """Take what is there at the start of the run (launches)."""
+        for name, surface in self.surfaces.items():
+            surface.place(states[name])
+        for law in self.laws:
+            law.start()
+        self._spread(states)
+        for name, surface in self.surfaces.items():
+            surface.start(states[name])
+
+    def push(self, states: Mapping[str, AnyState], rates: Mapping[str, AnyState]) -> None:
+        """Add the accelerations of the forces in a state to the rates (launches)."""
+        for name, surface in self.surfaces.items():
+            surface.place(states[name])
+        for law in self.laws:
+            law.act()
+        for name, surface in self.surfaces.items():
+            surface.spread(rates[name])
+
+    def _spread(self, states: Mapping[str, AnyState]) -> None:
+        """Evaluate the forces on the particles for their work alone."""
+        for name, state in states.items():
+            if name in self.surfaces and name not in self._spare:
+                self._spare[name] = state.like() if hasattr(state, "like") else state
+        self.push(states, self._spare)
+
+    def close(self, states: Mapping[str, AnyState], *, fresh: bool) -> None:
+        """Close a step (launches): memory, works, and where the ways of the next one begin. Not `fresh`: the last evaluation
+        was not of this state."""
+        if not fresh:
+            self._spread(states)
+        for law in self.laws:
+            law.close()
+        for name, surface in self.surfaces.items():
+            surface.close(states[name])
+
+    def bound(self, body: str) -> tuple[float, float]:
+        """Bounds of omega^2 and of the rate of damping that are added to a body's, nondimensional."""
+        if body not in self.surfaces:
+            return 0.0, 0.0
+        added = [law.bound(self.surfaces[body]) for law in self.laws]
+        return sum(square for square, _ in added), sum(drag for _, drag in added)
+
+    def stiffen(self, stiffness: float) -> bool:
+        """Give a stiffness to the laws that a scene leaves it open for; whether there are any."""
+        return any([law.stiffen(stiffness) for law in self.laws])
+
+    @property
+    def stored(self) -> float:
+        """Energy that the laws hold, nondimensional."""
+        return sum(law.stored for law in self.laws)
+
+    @property
+    def dissipated(self) -> float:
+        """Energy that friction and damping have taken so far, nondimensional."""
+        return sum(law.dissipated for law in self.laws)
+
+    @property
+    def work(self) -> float:
+        """Work done from outside so far, by tools, nondimensional."""
+        return sum(law.work for law in self.laws)
+
+    @property
+    def numerical(self) -> float:
+        """What the bodies and the outside have given, less what is stored and dissipated, nondimensional."""
+        given = self.work - sum(surface.work for surface in self.surfaces.values())
+        return given - self.stored - self.dissipated
+
+    def kept(self) -> dict[str, Array]:
+        """What a run goes on from, by name."""
+        surfaces = {f"surface.{name}.{key}": a for name, each in self.surfaces.items() for key, a in each.kept().items()}
+        laws = {f"law.{law.name}.{key}": a for law in self.laws for key, a in law.kept().items()}
+        return surfaces | laws
+
+    def restored(self) -> None:
+        """Find the candidates of a state that has been put back."""
+        self._renew({name: surface.restored() for name, surface in self.surfaces.items()})
+        self._find()

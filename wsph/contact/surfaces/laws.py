@@ -1,0 +1,107 @@
+"""What a law between surfaces, or of one with something outside, offers to the coupling that owns the surfaces."""
+
+# pyright: strict
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wsph.backend.clock import Clock
+from wsph.backend.space import Array, Space
+from wsph.contact.surfaces.surface import Surface
+from wsph.scene.scene import Scene
+from wsph.units import Scales
+
+Rows = NDArray[np.int64]
+Near = Mapping[str, tuple[Rows, Rows]]
+"""By the bodies' names, rows of vertices and of faces."""
+
+Places = Mapping[str, NDArray[np.float64]]
+"""By the bodies' names, where the vertices are, (n, dim), nondimensional."""
+
+
+class Law(Protocol):
+    """Forces on surfaces. In a step they may be evaluated many times; `act` is a function of the surfaces' motion and of what
+    was kept at the end of the last step alone."""
+
+    name: str
+
+    @property
+    def sides(self) -> tuple[Surface, ...]:
+        """The surfaces that it acts on."""
+        ...
+
+    def find(self, places: Places) -> None:
+        """Find, on the host, what may be met before anything has gone further than the skin."""
+        ...
+
+    def near(self) -> Near:
+        """The vertices and faces that its kernels read or write."""
+        ...
+
+    def start(self) -> None:
+        """Take what there is at the start of a run (launches)."""
+        ...
+
+    def act(self) -> None:
+        """Add its forces to those of the surfaces (launches)."""
+        ...
+
+    def close(self) -> None:
+        """Take the memory of the last evaluation as that of the step (launches)."""
+        ...
+
+    def bound(self, surface: Surface) -> tuple[float, float]:
+        """Bounds of omega^2 and of the rate of damping that it adds to the body of a surface, nondimensional."""
+        ...
+
+    def stiffen(self, stiffness: float) -> bool:
+        """Take a stiffness where the scene leaves it open; whether it does."""
+        ...
+
+    def renew(self, surface: Surface, rows: Rows) -> None:
+        """A surface of its was remade: `rows` (old n,) are those of its old vertices, -1 where they are gone. Candidates are
+        found after it."""
+        ...
+
+    @property
+    def stored(self) -> float:
+        """Energy that it holds now, nondimensional."""
+        ...
+
+    @property
+    def dissipated(self) -> float:
+        """Energy that it has taken so far, nondimensional."""
+        ...
+
+    @property
+    def work(self) -> float:
+        """Work done on it from outside so far, nondimensional."""
+        ...
+
+    def force(self, surface: Surface) -> NDArray[np.float64]:
+        """The sum of its forces on a surface at the last evaluation, nondimensional (dim,)."""
+        ...
+
+    def kept(self) -> Mapping[str, Array]:
+        """Device arrays that a run goes on from, by name."""
+        ...
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What all laws of a scene share: `skin`, how far two surfaces may come nearer between two searches, nondimensional, and
+    the `origin` of places (dim,) [m]."""
+
+    space: Space
+    scales: Scales
+    clock: Clock
+    skin: float
+    origin: NDArray[np.float64]
+
+
+LawMaker = Callable[[Scene, Callable[[str], Surface], Ground], list[Any]]
+"""Makes the laws of one kind from a scene, with the surfaces of bodies by their names. Raises Refused."""
