@@ -76,7 +76,7 @@ class Tie:
             setattr(rows, name, wp.array(values, dtype=wp.int32, device=device))
         return bonds, rows
 
-    def find(self, places: Mapping[str, np.ndarray]) -> None:
+    def find(self, places: Mapping[str, np.ndarray], skin: float) -> None:
         """Nothing is searched for: what is glued stays so."""
 
     def near(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
