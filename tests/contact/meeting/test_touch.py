@@ -20,8 +20,8 @@ def meeting(
     """Two surfaces of meshes, and the law of their meeting, with candidates."""
     space, clock = Space(one.X.shape[1]), Clock(dt, "cpu")
     a, b = (Standin(name, mesh, spacing, space, clock) for name, mesh in (("a", one), ("b", other)))
-    law = Meeting("contact", a, b, contact, space, clock, skin=2.0 * spacing)
-    law.find({"a": a.places(), "b": b.places()})
+    law = Meeting("contact", a, b, contact, space, clock)
+    law.find({"a": a.places(), "b": b.places()}, 2.0 * spacing)
     return a, b, law
 
 

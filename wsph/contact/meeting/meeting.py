@@ -7,6 +7,7 @@ times that of half a cell of each body in series: waves pass through a contact a
 
 # pyright: strict
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -19,6 +20,10 @@ from wsph.backend.space import Array, Space
 from wsph.contact.meeting.edges import Crossings
 from wsph.contact.meeting.ridges import Ridges, ridges
 from wsph.contact.meeting.ways import Met, Numbers, Places, Way
+from wsph.contact.surfaces.laws import Ground, Law
+from wsph.contact.surfaces.surface import Surface
+from wsph.scene.contact import STICKY, Contact
+from wsph.scene.scene import Scene
 
 SOFT = 0.5
 """Damping of the rate c is divided by 1 + SOFT c dt, so that it never needs a shorter step than none."""
@@ -73,12 +78,9 @@ class ContactNumbers:
 class Meeting:
     """`one` meets `other`, which is the same surface for contact of a body with itself."""
 
-    def __init__(
-        self, name: str, one: Meets, other: Meets, contact: ContactNumbers, space: Space, clock: Clock, skin: float
-    ):  # fmt: skip
-        """`skin`: how far vertices of both together may go between two searches."""
-        self.name, self.one, self.other, self._contact, self._skin = name, one, other, contact, skin
-        self._space = space
+    def __init__(self, name: str, one: Meets, other: Meets, contact: ContactNumbers, space: Space, clock: Clock):
+        self.name, self.one, self.other, self._contact = name, one, other, contact
+        self._space, self._clock = space, clock
         self.sides: tuple[Meets, ...] = (one,) if one is other else (one, other)
         width, speed = max(one.spacing, other.spacing), min(one.wave_speed, other.wave_speed)
         relax = speed / (width * contact.memory) if contact.memory > 0.0 else 0.0
@@ -114,10 +116,10 @@ class Meeting:
     def _parts(self) -> list[Way | Crossings]:
         return [*self.ways, *([self.crossings] if self.crossings else [])]
 
-    def find(self, places: Places) -> None:
-        """Find the candidates, on the host, with the vertices of surfaces at `places`."""
+    def find(self, places: Places, skin: float) -> None:
+        """Find, on the host, what may be met before the surfaces have come nearer by `skin`."""
         for part in self._parts:
-            part.find(places, self._skin)
+            part.find(places, skin)
 
     def near(self) -> dict[str, tuple[NDArray[np.int64], NDArray[np.int64]]]:
         """Of every surface, by the body's name, the vertices and the faces that kernels read or write."""
@@ -204,3 +206,24 @@ def vertex_areas(side: Met, dim: int) -> NDArray[np.float64]:
 def _ridges(side: Meets) -> Ridges:
     mesh = side.mesh
     return ridges(np.asarray(mesh.X, float), np.asarray(mesh.faces, np.int64), np.asarray(mesh.N, float))
+
+
+def meetings(scene: Scene, surface: Callable[[str], Surface], ground: Ground) -> list[Meeting]:
+    """The contacts of a scene between surfaces."""
+    return [
+        Meeting(part.name, surface(part.names[0]), surface(part.names[-1]), _numbers(part), ground.space, ground.clock)
+        for part in scene.contact
+        if part.law == "surface"
+    ]
+
+
+def _numbers(part: Contact) -> ContactNumbers:
+    return ContactNumbers(
+        stiffness=part.number or 1.0,
+        friction=part.friction,
+        damping=part.damping,
+        memory=part.memory,
+        edges=part.edges,
+        automatic=part.number is None,
+        soft=part.friction <= STICKY,
+    )

@@ -4,19 +4,38 @@
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
+import warp as wp
 
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
-from wsph.contact.surfaces.laws import Law
+from wsph.backend.state import State
+from wsph.contact.between import CoupledBody
+from wsph.contact.surfaces.body import SurfacedSystem
+from wsph.contact.surfaces.laws import Ground, Law, LawMaker
 from wsph.contact.surfaces.surface import Surface
-from wsph.protocols import AnyState, Entry
+from wsph.protocols import Entry
+from wsph.scene.scene import Scene
 from wsph.sph.skin import Skin
+from wsph.units import Scales
 
 SKIN = 0.4
 """Distance, in the largest spacing, that surfaces may come nearer before candidates are found again."""
+
+
+@dataclass(frozen=True)
+class _Velocity:
+    velocity: Array
+
+
+@dataclass(frozen=True)
+class _Spare:
+    """Rates that nobody reads, where forces are evaluated for their work alone."""
+
+    struct: _Velocity
 
 
 class Surfaces:
@@ -29,19 +48,17 @@ class Surfaces:
     """
 
     def __init__(
-        self,
-        surfaces: Sequence[Surface],
-        laws: Sequence[Law],
-        states: Mapping[str, Any],
-        space: Space,
+        self, surfaces: Mapping[str, Surface], systems: Mapping[str, SurfacedSystem], laws: Sequence[Law], space: Space,
         clock: Clock,
-        skin: float,
-    ):
-        """`states` are the bodies' own, between steps."""
-        self.surfaces = {surface.name: surface for surface in surfaces}
-        self.laws, self._states, self._skin = tuple(laws), dict(states), skin
-        self._skins = {name: Skin(space, len(each.mass), clock) for name, each in self.surfaces.items()}
-        self._spare: dict[str, AnyState] = {}
+    ):  # fmt: skip
+        """Of bodies, by their names."""
+        self.surfaces, self._systems, self.laws = dict(surfaces), systems, tuple(laws)
+        self._skin = SKIN * max(surface.spacing for surface in surfaces.values())
+        self._skins = {name: Skin(space, len(each.mass), clock) for name, each in surfaces.items()}
+        self._spare: dict[str, State] = {}
+        for name, each in surfaces.items():
+            rate = _Spare(_Velocity(wp.zeros(len(each.mass), dtype=space.vec, device=clock.device)))
+            self._spare[name] = cast(State, rate)
         self.ledger: tuple[Entry, ...] = (
             Entry("contact_stored", lambda: self.stored),
             Entry("contact_dissipated", lambda: self.dissipated),
@@ -65,10 +82,10 @@ class Surfaces:
     def _find(self) -> None:
         """Find the candidates of all laws where the bodies are between steps."""
         for name, surface in self.surfaces.items():
-            self._skins[name].found.assign(self._states[name].struct.displacement)
+            self._skins[name].found.assign(self._systems[name].state.struct.displacement)
         places = {name: surface.places() for name, surface in self.surfaces.items()}
         for law in self.laws:
-            law.find(places)
+            law.find(places, self._skin)
         self._attend()
 
     def _attend(self) -> None:
@@ -90,7 +107,7 @@ class Surfaces:
         return True
 
     def _has_left(self, name: str) -> bool:
-        fields = self._states[name].struct
+        fields = self._systems[name].state.struct
         return self._skins[name].has_left(fields.displacement, fields.velocity, self._skin)
 
     def _renew(self, rows: Mapping[str, np.ndarray | None]) -> bool:
@@ -102,17 +119,17 @@ class Surfaces:
                         law.renew(self.surfaces[name], kept)
         return any(kept is not None for kept in rows.values())
 
-    def start(self, states: Mapping[str, AnyState]) -> None:
+    def start(self, states: Mapping[str, State]) -> None:
         """Take what is there at the start of the run (launches)."""
         for name, surface in self.surfaces.items():
             surface.place(states[name])
         for law in self.laws:
             law.start()
-        self._spread(states)
+        self.push(states, self._spare)
         for name, surface in self.surfaces.items():
             surface.start(states[name])
 
-    def push(self, states: Mapping[str, AnyState], rates: Mapping[str, AnyState]) -> None:
+    def push(self, states: Mapping[str, State], rates: Mapping[str, State]) -> None:
         """Add the accelerations of the forces in a state to the rates (launches)."""
         for name, surface in self.surfaces.items():
             surface.place(states[name])
@@ -121,18 +138,11 @@ class Surfaces:
         for name, surface in self.surfaces.items():
             surface.spread(rates[name])
 
-    def _spread(self, states: Mapping[str, AnyState]) -> None:
-        """Evaluate the forces on the particles for their work alone."""
-        for name, state in states.items():
-            if name in self.surfaces and name not in self._spare:
-                self._spare[name] = state.like() if hasattr(state, "like") else state
-        self.push(states, self._spare)
-
-    def close(self, states: Mapping[str, AnyState], *, fresh: bool) -> None:
+    def close(self, states: Mapping[str, State], *, fresh: bool) -> None:
         """Close a step (launches): memory, works, and where the ways of the next one begin. Not `fresh`: the last evaluation
         was not of this state."""
         if not fresh:
-            self._spread(states)
+            self.push(states, self._spare)
         for law in self.laws:
             law.close()
         for name, surface in self.surfaces.items():
@@ -180,3 +190,23 @@ class Surfaces:
         """Find the candidates of a state that has been put back."""
         self._renew({name: surface.restored() for name, surface in self.surfaces.items()})
         self._find()
+
+
+def coupled(
+    scene: Scene, bodies: Sequence[CoupledBody], makers: Sequence[LawMaker], space: Space, scales: Scales, clock: Clock,
+    once: bool,
+) -> Surfaces | None:  # fmt: skip
+    """The coupling of a scene's surfaces by the laws that `makers` find in it, None where there are none. `once`: a step
+    evaluates forces once, at its end. Raises Refused."""
+    systems = {run.body.name: cast(SurfacedSystem, run.system) for run in bodies}
+    origin = np.mean([system.position.mean(0) for system in systems.values()], axis=0)
+    surfaces: dict[str, Surface] = {}
+
+    def surface(name: str) -> Surface:
+        if name not in surfaces:
+            surfaces[name] = Surface(name, systems[name], origin, lagged=once)
+        return surfaces[name]
+
+    ground = Ground(space, scales, clock, once, origin)
+    laws = [law for make in makers for law in make(scene, surface, ground)]
+    return Surfaces(surfaces, systems, laws, space, clock) if laws else None

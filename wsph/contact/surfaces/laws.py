@@ -2,9 +2,9 @@
 
 # pyright: strict
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ Places = Mapping[str, NDArray[np.float64]]
 
 class Law(Protocol):
     """Forces on surfaces. In a step they may be evaluated many times; `act` is a function of the surfaces' motion and of what
-    was kept at the end of the last step alone."""
+    was kept at the end of the last step alone. What a law does not have is as here, where it is of this class."""
 
     name: str
 
@@ -34,9 +34,8 @@ class Law(Protocol):
         """The surfaces that it acts on."""
         ...
 
-    def find(self, places: Places) -> None:
-        """Find, on the host, what may be met before anything has gone further than the skin."""
-        ...
+    def find(self, places: Places, skin: float) -> None:
+        """Find, on the host, what may be met before two surfaces have come nearer by `skin`."""
 
     def near(self) -> Near:
         """The vertices and faces that its kernels read or write."""
@@ -44,7 +43,6 @@ class Law(Protocol):
 
     def start(self) -> None:
         """Take what there is at the start of a run (launches)."""
-        ...
 
     def act(self) -> None:
         """Add its forces to those of the surfaces (launches)."""
@@ -52,7 +50,6 @@ class Law(Protocol):
 
     def close(self) -> None:
         """Take the memory of the last evaluation as that of the step (launches)."""
-        ...
 
     def bound(self, surface: Surface) -> tuple[float, float]:
         """Bounds of omega^2 and of the rate of damping that it adds to the body of a surface, nondimensional."""
@@ -60,7 +57,7 @@ class Law(Protocol):
 
     def stiffen(self, stiffness: float) -> bool:
         """Take a stiffness where the scene leaves it open; whether it does."""
-        ...
+        return False
 
     def renew(self, surface: Surface, rows: Rows) -> None:
         """A surface of its was remade: `rows` (old n,) are those of its old vertices, -1 where they are gone. Candidates are
@@ -80,7 +77,7 @@ class Law(Protocol):
     @property
     def work(self) -> float:
         """Work done on it from outside so far, nondimensional."""
-        ...
+        return 0.0
 
     def force(self, surface: Surface) -> NDArray[np.float64]:
         """The sum of its forces on a surface at the last evaluation, nondimensional (dim,)."""
@@ -93,15 +90,15 @@ class Law(Protocol):
 
 @dataclass(frozen=True)
 class Ground:
-    """What all laws of a scene share: `skin`, how far two surfaces may come nearer between two searches, nondimensional, and
-    the `origin` of places (dim,) [m]."""
+    """What all laws of a scene share, with the `origin` of places (dim,) [m]. `once`: a step evaluates forces once, at its
+    end."""
 
     space: Space
     scales: Scales
     clock: Clock
-    skin: float
+    once: bool
     origin: NDArray[np.float64]
 
 
-LawMaker = Callable[[Scene, Callable[[str], Surface], Ground], list[Any]]
+LawMaker = Callable[[Scene, Callable[[str], Surface], Ground], Sequence[Law]]
 """Makes the laws of one kind from a scene, with the surfaces of bodies by their names. Raises Refused."""
