@@ -33,6 +33,10 @@ from wsph.scene.contact import Contact
 from wsph.scene.scene import Scene
 from wsph.units import Scales
 
+STIFFER, STIFFEST = 4.0, 10.0
+"""Stiffness of a tie over that of contacts in the same step, and the most: it is there all the time, so that what it gives
+way shows more; beyond the most little is gained."""
+
 
 class Tie:
     """A tie of a scene, as a law between two surfaces: `sides` are that of the vertices and that of the faces."""
@@ -50,7 +54,7 @@ class Tie:
             )
         self.bonds = found
         self._give = 0.5 * own.spacing / own.modulus + 0.5 * far.spacing / far.modulus
-        self.stiffness = (part.number or 1.0) / self._give
+        self.stiffness = (part.number or STIFFER) / self._give
         self._strength = space.scalar((part.strength or 0.0) / scales.stress)
         self._area = found.area / scales.length ** (space.dim - 1)
         self._gap = found.gap / scales.length
@@ -106,7 +110,7 @@ class Tie:
     def stiffen(self, stiffness: float) -> bool:
         """Take a stiffness where the scene leaves it open; whether it does."""
         if self._part.number is None:
-            self.stiffness = stiffness / self._give
+            self.stiffness = min(STIFFER * stiffness, STIFFEST) / self._give
         return self._part.number is None
 
     def bound(self, surface: Surface) -> tuple[float, float]:
