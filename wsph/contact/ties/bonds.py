@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wsph.contact.surfaces.mesh import SurfaceMesh
+from wsph.contact.surfaces.meshing.mesh import SurfaceMesh
 from wsph.sph.pairs import find_pairs
 
 NEAR, ASIDE = 0.5, 0.25
