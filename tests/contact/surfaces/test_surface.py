@@ -146,7 +146,7 @@ def test_what_is_not_near_is_left_alone(name: str) -> None:
         each.attend(*every(each))
     vertices, faces = np.array([3, 1]), np.array([7])
     surface.attend(vertices, faces)
-    u, _ = moving(system)
+    moving(system)
     for each in (surface, other):
         each.place(system.state)
     seen = np.unique([*vertices, *surface.mesh.faces[faces].ravel()])
