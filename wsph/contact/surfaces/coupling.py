@@ -182,7 +182,9 @@ class Surfaces:
 
     def kept(self) -> dict[str, Array]:
         """What a run goes on from, by name."""
-        surfaces = {f"surface.{name}.{key}": a for name, each in self.surfaces.items() for key, a in each.kept().items()}
+        surfaces = {
+            f"surface.{name}.{key}": a for name, each in self.surfaces.items() for key, a in each.kept().items()
+        }
         laws = {f"law.{law.name}.{key}": a for law in self.laws for key, a in law.kept().items()}
         return surfaces | laws
 
