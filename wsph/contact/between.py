@@ -70,8 +70,8 @@ class Interaction(Protocol):
 
 class Coupling(Protocol):
     """Forces between bodies, or on them from outside, as part of the rates of their velocities: contact, tools, ties. Bodies
-    that a coupling acts on step together, by one integrator (`wsph.simulation.composing.joint`). States and rates are those of the
-    evaluation, by the bodies' names."""
+    that a coupling acts on step together, by one integrator (`wsph.simulation.composing.joint`). States and rates are those
+    of the evaluation, by the bodies' names."""
 
     ledger: tuple[Entry, ...]
 
