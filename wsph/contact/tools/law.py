@@ -169,7 +169,7 @@ class ToolLaw(Law):
     def act(self) -> None:
         """Add the forces to those of the surface, and what acts back to the load of the tool (launches)."""
         tool, side, launch = self.tool, self.side, self._clock.launch
-        kernel = touch_kernel(self._space, tool.shape.kind)
+        kernel = touch_kernel(self._space, tool.shape.kind, self._ground.once)
         inputs = [self._law, tool.shape.struct, tool.body.pose, side.struct, self._rows.struct.which, self._clock.time]
         outputs = [self.memory.trial, self._push, side.force]
         if not self._rows.count:

@@ -72,8 +72,9 @@ def facing_area(space: Space) -> wp.Function:
 
 
 @cache
-def touch_kernel(space: Space, kind: str) -> wp.Kernel:
-    """What acts on the vertices of a surface from a tool whose shape is of a kind."""
+def touch_kernel(space: Space, kind: str, lagged: bool) -> wp.Kernel:
+    """What acts on the vertices of a surface from a tool whose shape is of a kind. `lagged`: damping sees the way of the last
+    step over its length."""
     real, vec = space.scalar, space.vec
     Law, Shape, Pose, Surface, Memory = (
         law_struct(space),
@@ -102,6 +103,8 @@ def touch_kernel(space: Space, kind: str) -> wp.Kernel:
         i = which[first + wp.tid()]
         dt = real(dt_of(clock))
         met = meet(shape, pose, own.x[i], own.moved[i], own.speed[i])
+        if wp.static(lagged):
+            met.speed = met.way / dt
         h = held(kept, i)
         force = vec()
         if met.gap < real(0.0):
