@@ -109,7 +109,7 @@ def _first_system(scene: Scene, bounded: bool) -> System:
 
 def _part(scene: Scene, bodies: Sequence[Standing]) -> None:
     """Warn of bodies that overlap at the start. Raises Refused where contact is to keep them apart."""
-    for contact in (each for each in scene.contact if each.warning):
+    for contact in (each for each in (*scene.contact, *scene.tools) if each.warning):
         warnings.warn(contact.warning, RuntimeWarning, stacklevel=4)
     touching = {frozenset(contact.names) for contact in scene.contact}
     solids = [solid_of(run.system.geometry, at_nodes=True) for run in bodies] if len(bodies) > 1 else []

@@ -29,8 +29,7 @@ def gaps(form: Form, points: np.ndarray, precision: str = "f64", spacing: float 
     for name in ("place", "shift", "velocity"):
         setattr(pose, name, wp.zeros(1, dtype=space.vec, device="cpu"))
     pose.axes = wp.array(np.eye(form.dim)[None], dtype=space.mat, device="cpu")
-    pose.turned = wp.zeros(1, dtype=space.mat, device="cpu")
-    pose.spin = wp.zeros(1, dtype=space.point, device="cpu")
+    pose.about = pose.spin = wp.zeros(1, dtype=space.point, device="cpu")
     x = wp.array(points, dtype=space.vec, device="cpu")
     gap = wp.zeros(len(points), dtype=space.scalar, device="cpu")
     normal = wp.zeros(len(points), dtype=space.vec, device="cpu")

@@ -86,14 +86,14 @@ class RigidBody:
         reach: float = np.inf,
     ) -> None:
         """`reach`: no point of it that can touch anything is further from its own point."""
-        self.name, self.clock, self._scales = name, clock, scales
+        self.name, self.clock, self.scales = name, clock, scales
         self.free, self._motion = isinstance(moved_by, Inertia), moved_by if isinstance(moved_by, Motion) else None
         self.space, self.inertia = space, moved_by if isinstance(moved_by, Inertia) else None
         self.arrays, self._reach = Arrays(clock.device), reach
         self._found, self._extent = (np.zeros(3), np.zeros(4)), 0.0
         self.rigid = _numbers(self.inertia)
         self._still = self._motion is not None and not self._motion.moves
-        self._first, self._made = start, 0
+        self.first, self._made = start, 0
         if self._motion is not None and not self._still:
             self._bank = bank_of([*self._motion.velocity, self._motion.rate], clock.device)
             self._axis = SPACE.vec(*self._motion.axis)
@@ -110,7 +110,7 @@ class RigidBody:
         self.impose(self._began, 0.0)
 
     def _put(self, state: State, velocity: np.ndarray, spin: np.ndarray) -> None:
-        state.buffer.assign(np.concatenate([velocity, spin, self._first.place, [0.0, 0.0, 0.0, 1.0]]))
+        state.buffer.assign(np.concatenate([velocity, spin, self.first.place, [0.0, 0.0, 0.0, 1.0]]))
 
     def new(self) -> State:
         """A state: of a body that stands still as it is, otherwise zero."""
@@ -149,7 +149,7 @@ class RigidBody:
     def impose(self, state: State, c: float | tuple[float, float]) -> None:
         """Set the prescribed velocities at t + c dt."""
         if self._motion is not None and not self._still:
-            units = [wp.float64(self._scales.time), wp.float64(self._scales.length)]
+            units = [wp.float64(self.scales.time), wp.float64(self.scales.length)]
             inputs = [self._bank, self.clock.time, self._axis, *interval(c), *units]
             self.clock.launch(moving.impose, 1, inputs, [state.struct])
 
@@ -202,10 +202,10 @@ class RigidBody:
     @property
     def told(self) -> Reported:
         """Force and torque on others, about its point, and the work that it has done on them."""
-        dim, unit = self.space.dim, self._scales.stress * self._scales.length ** (self.space.dim - 1)
+        dim, unit = self.space.dim, self.scales.stress * self.scales.length ** (self.space.dim - 1)
         units = {1: ("Pa", "J/m2"), 2: ("N/m", "N"), 3: ("N", "N m")}[dim]
         force = {f"force_{axis}": Column(a, unit, units[0]) for a, axis in enumerate(AXES[:dim])}
-        energy = unit * self._scales.length
+        energy = unit * self.scales.length
         turning = {2: {"torque": 5}, 3: {f"torque_{axis}": 3 + a for a, axis in enumerate(AXES)}}.get(dim, {})
         torque = {name: Column(at, energy, units[1]) for name, at in turning.items()}
         work = {"work": Column(WORK, energy, {1: "J/m2", 2: "J/m", 3: "J"}[dim])}
@@ -243,7 +243,7 @@ class RigidBody:
         """Work of gravity on it so far: that of its potential."""
         if self.inertia is None:
             return 0.0
-        way = self.state.read("place")[0] - self._first.place
+        way = self.state.read("place")[0] - self.first.place
         return self.inertia.mass * float(self.inertia.gravity @ way)
 
     @property
@@ -297,8 +297,8 @@ def _numbers(inertia: Inertia | None) -> Rigid:
 def _pose(space: Space, arrays: Arrays) -> Struct:
     kinds: Mapping[str, type] = {
         **dict.fromkeys(("place", "shift", "velocity"), space.vec),
-        **dict.fromkeys(("axes", "turned"), space.mat),
-        "spin": space.point,
+        **dict.fromkeys(("about", "spin"), space.point),
+        "axes": space.mat,
     }
     made = pose_struct(space)()
     for name, kind in kinds.items():

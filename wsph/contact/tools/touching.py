@@ -41,12 +41,12 @@ def meeting_tool(space: Space, kind: str) -> wp.Function:
     def meet(shape: Shape, pose: Pose, x: vec, moved: vec, speed: vec) -> Met:
         axes = pose.axes[0]
         arm = x - pose.place[0]
-        r = wp.transpose(axes) * arm
-        apart, normal = gap(shape, r)
+        apart, normal = gap(shape, wp.transpose(axes) * arm)
         met = Met()
         met.gap = apart
         met.normal = axes * normal
-        met.way = moved - pose.shift[0] - pose.turned[0] * r
+        # By the turning where the point is now: the work of a force on it is that of its torque.
+        met.way = moved - pose.shift[0] - around(pose.about[0], arm)
         met.speed = speed - pose.velocity[0] - around(pose.spin[0], arm)
         met.inner = real(1.0)
         return met
