@@ -15,8 +15,8 @@ from wsph.contact.meeting.meeting import meetings
 from wsph.contact.pinball.contacts import Contacts
 from wsph.contact.surfaces.coupling import coupled
 from wsph.contact.surfaces.laws import LawMaker
+from wsph.contact.ties.tie import ties
 from wsph.contact.tools.making import tool_laws
-from wsph.errors import Refused
 from wsph.scene.scene import Scene
 from wsph.units import Scales
 
@@ -29,9 +29,6 @@ def contacts(
 ) -> Interaction | None:
     """The contacts of a scene between balls."""
     parts = tuple(part for part in scene.contact if part.law == "pinball")
-    for part in scene.contact:
-        if part.law == "tie":
-            raise Refused(f"contact {part.name!r}: law = {part.law!r} is not there yet")
     return Contacts(parts, bodies, space, scales, clock, clock.device) if parts else None
 
 
@@ -50,7 +47,7 @@ CouplingMaker = Callable[[Scene, Sequence[CoupledBody], Space, Scales, Clock, bo
 """Makes the coupling of one kind from a scene and its bodies, which have no integrators yet, None where the scene has none
 of it. The last argument: whether a step has one evaluation of the forces, at its end. Raises Refused."""
 
-LAWS: list[LawMaker] = [meetings, tool_laws]
+LAWS: list[LawMaker] = [meetings, ties, tool_laws]
 """What acts on the surfaces of bodies, each kind of law as a function that finds it in a scene."""
 
 

@@ -10,7 +10,7 @@ a body flies or turns almost undeformed, that is no measure: a twentieth of its 
 
 import json
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypedDict
 
@@ -147,9 +147,11 @@ class CheckFacts(TypedDict):
 class Checks:
     """The finite check, the energy stop and their warnings."""
 
-    def __init__(self, bodies: Sequence[BodyRun], timeline: Timeline, energy: float, touching: set[frozenset[str]]):
+    def __init__(
+        self, bodies: Sequence[BodyRun], timeline: Timeline, energy: float, touching: Mapping[frozenset[str], bool]
+    ):
         """`energy`: the part of the largest energy seen that may be created before a run is stopped; `touching`: the pairs
-        of bodies that contact keeps apart."""
+        of bodies that contact keeps apart, and whether their surfaces do."""
         self._bodies, self._timeline, self._stop = bodies, timeline, energy
         self._largest, self._warned, self._swung = 0.0, False, False
         self.findings, self.watch = Findings(bodies), Watch(bodies, touching)

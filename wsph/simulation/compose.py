@@ -20,7 +20,7 @@ from wsph.backend.device import pick_device
 from wsph.backend.graph import Program
 from wsph.backend.space import Space
 from wsph.contact.between import Interaction
-from wsph.contact.overlap import overlapping, solid_of
+from wsph.contact.overlap import EASED, overlapping, solid_of
 from wsph.contact.refusals import refuse as refuse_contact
 from wsph.contact.reported import Reported
 from wsph.contact.table import couplings, interactions
@@ -111,17 +111,19 @@ def _part(scene: Scene, bodies: Sequence[Standing]) -> None:
     """Warn of bodies that overlap at the start. Raises Refused where contact is to keep them apart."""
     for contact in (each for each in (*scene.contact, *scene.tools) if each.warning):
         warnings.warn(contact.warning, RuntimeWarning, stacklevel=4)
-    touching = {frozenset(contact.names) for contact in scene.contact}
+    touching = {frozenset(contact.names): contact.law for contact in scene.contact}
     solids = [solid_of(run.system.geometry, at_nodes=True) for run in bodies] if len(bodies) > 1 else []
     for (one, solid), (other, beside) in combinations(zip(bodies, solids, strict=False), 2):
-        place = overlapping(solid, beside)
+        names = one.body.name, other.body.name
+        law = touching.get(frozenset(names))
+        room = EASED * max(solid.geometry.spacing, beside.geometry.spacing) if law in ("surface", "tie") else 0.0
+        place = overlapping(solid, beside, room)
         if place is None:
             continue
-        names = one.body.name, other.body.name
         where = (
             f"bodies {names[0]!r} and {names[1]!r} overlap at ({', '.join(f'{x:.4g}' for x in place)}) m from the start"
         )
-        if frozenset(names) in touching:
+        if law is not None:
             raise Refused(f"{where}: contact keeps apart what is apart; move or shorten one of them")
         warnings.warn(
             f"{where}: nothing acts between them; move one, or write [[contact]] between = {json.dumps(names)} where they are to touch",

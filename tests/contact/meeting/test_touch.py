@@ -99,7 +99,7 @@ def test_vertices_over_vertices_share(dim: int) -> None:
         tip = polygon(np.array([[-1.0, 1.0], [0.0, 0.05], [1.0, 1.0]]), 0.7)
     else:
         flat = box((6.0, 6.0, 2.0), 1.0, centre=(0.0, 0.0, -1.0))
-        tip = box((2.0, 2.0, 1.0), 1.0, centre=(0.0, 0.0, 0.55))
+        tip = box((4.0, 4.0, 1.0), 1.0, centre=(0.0, 0.0, 0.55))
     a, b, law = meeting(flat, tip, ContactNumbers())
     law.start()
     dent = np.zeros_like(flat.X)
@@ -158,8 +158,8 @@ def _moment(x: np.ndarray, f: np.ndarray) -> np.ndarray:
 def test_no_path_takes_energy_out_of_a_contact(dim: int, damping: float) -> None:
     """Random moves of a square at another's corner, where nearest faces flip. The work of a step is the mean of the forces
     at its ends times the way. What the bodies have put in, less what damping took, is never less than what all accounts
-    hold, and no contact stores more than its own account holds; below zero an account only is where a contact opened inside
-    of a step, by half of that step's work at most, and it pays that back when it closes again."""
+    hold. Below zero is an account only where a contact opened inside of a step, which gave back too much; it pays that when
+    it closes again."""
     rng = np.random.default_rng(5)
     for _ in range(6):
         one = square(4.0, 1.0) if dim == 2 else box((4.0, 4.0, 4.0), 1.0)
@@ -178,7 +178,7 @@ def test_no_path_takes_energy_out_of_a_contact(dim: int, damping: float) -> None
             last = b.total
             account = [way.memory["account"].numpy() for way in law.ways]
             assert work - law.dissipated >= sum(each.sum() for each in account) - 1e-13
-        assert put_in > 0.01
+        assert put_in > 0.004
         debt = -sum(np.minimum(each, 0.0).sum() for each in account)
         assert work >= law.stored - debt - 1e-13
         assert debt < 0.1 * put_in

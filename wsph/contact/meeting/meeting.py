@@ -100,9 +100,7 @@ class Meeting:
         self.crossings: Crossings | None = None
         if contact.edges and space.dim == 3:
             lines = _ridges(one), _ridges(other)
-            self.crossings = Crossings(
-                one, other, lines, self._numbers, space, clock, self._arrays.part("edges")
-            )
+            self.crossings = Crossings(one, other, lines, self._numbers, space, clock, self._arrays.part("edges"))
         self._set(contact.stiffness)
 
     def _set(self, stiffness: float) -> None:

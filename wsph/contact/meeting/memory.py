@@ -46,7 +46,9 @@ class Memory:
         """Forget all others' contacts, which are further away than the skin; what they have lost stays lost. On the host."""
         out = np.ones(self._n, bool)
         out[rows.which] = False
-        out &= np.any([host(self[name]).reshape(self._n, -1).any(1) for name in ("elastic", "stick", "account")], axis=0)
+        out &= np.any(
+            [host(self[name]).reshape(self._n, -1).any(1) for name in ("elastic", "stick", "account")], axis=0
+        )
         if not out.any():
             return
         values = {name: host(array).copy() for name, array in self._arrays.items()}

@@ -10,8 +10,8 @@ import warp as wp
 
 from wsph.backend.reduce import BLOCK
 from wsph.backend.space import Array
-from wsph.contact.surfaces.mesh import SurfaceMesh
-from wsph.contact.surfaces.sparse import SparseRows, spread
+from wsph.contact.surfaces.meshing.mesh import SurfaceMesh
+from wsph.contact.surfaces.meshing.sparse import SparseRows, spread
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ import numpy as np
 
 from wsph.backend.arrays import host
 from wsph.contact.surfaces.body import SurfacedSystem
-from wsph.contact.surfaces.boundary import neighbours
+from wsph.contact.surfaces.meshing.boundary import neighbours
 from wsph.geometry.geometry import Geometry
 from wsph.parts.part import BROKEN
 

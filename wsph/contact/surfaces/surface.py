@@ -19,12 +19,12 @@ from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.contact.surfaces.attention import Rows, attention
 from wsph.contact.surfaces.body import SurfacedSystem
-from wsph.contact.surfaces.boundary import successors
 from wsph.contact.surfaces.breaking import Breaking
-from wsph.contact.surfaces.embedding import embedding
 from wsph.contact.surfaces.kernels import area_kernel, normal_kernel, note_kernel, place_kernel, spread_kernel
-from wsph.contact.surfaces.mesh import SurfaceMesh, area_vectors, surface_mesh
-from wsph.contact.surfaces.sparse import SparseRows
+from wsph.contact.surfaces.meshing.boundary import successors
+from wsph.contact.surfaces.meshing.embedding import embedding
+from wsph.contact.surfaces.meshing.mesh import SurfaceMesh, area_vectors, surface_mesh
+from wsph.contact.surfaces.meshing.sparse import SparseRows
 from wsph.contact.surfaces.struct import SurfaceArrays, surface_struct
 from wsph.contact.surfaces.work import SurfaceWork
 from wsph.errors import Refused
@@ -43,8 +43,8 @@ class Surface:
     n, m                        # vertices, faces
     spacing, wave_speed         # h of the body, c
     modulus, impedance          # rho c^2, rho c
-    mesh                        # on the host, in metres (`wsph.contact.surfaces.mesh`)
-    B                           # rows, vertices by particles (`wsph.contact.surfaces.sparse`)
+    mesh                        # on the host, in metres (`wsph.contact.surfaces.meshing.mesh`)
+    B                           # rows, vertices by particles (`wsph.contact.surfaces.meshing.sparse`)
     exact                       # whether B carries every linear field: sources span all directions everywhere
     mass, free                  # of the particles, (count,), (count, dim): 1 where a component of the velocity is free
     """
@@ -95,6 +95,7 @@ class Surface:
         self.mesh = mesh = surface_mesh(geometry, self._live, self._parted, deep=not self._at_nodes)
         made = embedding(geometry, mesh, at_nodes=self._at_nodes)
         self.B, self.exact, self._identity = made.B, made.exact, made.identity  # pyright: ignore[reportConstantRedefinition]
+        self._sizes = abs(self.B), abs(self.B).T
         self.n, self.m = len(mesh.X), len(mesh.faces)
         self.struct = cast(SurfaceArrays, surface_struct(space)())
         places = ((mesh.X - self._origin) / length).astype(space.numpy)
@@ -180,9 +181,9 @@ class Surface:
     def square(self, stiffness: np.ndarray) -> float:
         """A bound of omega^2 of springs at the vertices, `stiffness` (n,): the largest over the particles that are free of
         (1/m) sum_v |B_vj| k_v sum_l |B_vl|, by Gershgorin's circles."""
-        size = abs(self.B)
-        row = size @ np.ones(len(self.mass))
-        return float((size.T @ (stiffness * row) / self.mass)[self.free.any(1)].max(initial=0.0))
+        forth, back = self._sizes
+        row = forth @ np.ones(len(self.mass))
+        return float((back @ (stiffness * row) / self.mass)[self.free.any(1)].max(initial=0.0))
 
     def meets(self, vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
         """Which pairs of its own `vertices` and `faces` (k,) rows may meet, (k,) bool: not faces within two rings of the

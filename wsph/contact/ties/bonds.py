@@ -3,10 +3,10 @@
 # pyright: strict
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
+from wsph.contact.surfaces.meshing.mesh import SurfaceMesh
 from wsph.sph.pairs import find_pairs
 
 NEAR, ASIDE = 0.5, 0.25
@@ -18,29 +18,6 @@ FACING = -0.5
 
 FLAT = 1e-9
 """Area [spacings] of a face that is none."""
-
-
-class GluedMesh(Protocol):
-    """A closed mesh of n vertices and m faces [m], as `wsph.contact.surfaces.mesh` makes it: places, vertices of the faces,
-    outward normals, areas, and the faces around each vertex."""
-
-    @property
-    def X(self) -> np.ndarray: ...
-
-    @property
-    def faces(self) -> np.ndarray: ...
-
-    @property
-    def N(self) -> np.ndarray: ...
-
-    @property
-    def A(self) -> np.ndarray: ...
-
-    @property
-    def starts(self) -> np.ndarray: ...
-
-    @property
-    def around(self) -> np.ndarray: ...
 
 
 @dataclass(frozen=True)
@@ -76,7 +53,7 @@ class Bonds:
         return which, np.append(first, len(at)), order
 
 
-def bonds_between(own: GluedMesh, other: GluedMesh, spacing: float) -> Bonds:
+def bonds_between(own: SurfaceMesh, other: SurfaceMesh, spacing: float) -> Bonds:
     """The bonds of vertices of `own` to faces of `other`; `spacing` [m] is the larger of both."""
     dim = own.X.shape[1]
     ends = other.X[other.faces]
@@ -107,7 +84,7 @@ def bonds_between(own: GluedMesh, other: GluedMesh, spacing: float) -> Bonds:
     return Bonds(i[chosen], corners, weights[chosen].reshape(-1, dim), gap, area[chosen], turning)
 
 
-def facing_area(mesh: GluedMesh, vertex: np.ndarray, normal: np.ndarray) -> np.ndarray:
+def facing_area(mesh: SurfaceMesh, vertex: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """The area that each `vertex` (k,) stands for of the faces around it that look against `normal` (k, dim), (k,)."""
     count = np.diff(mesh.starts)[vertex]
     whose = np.repeat(np.arange(len(vertex)), count)

@@ -6,12 +6,15 @@ directions and of both signs: eps = 1/(h_1/(2 M_1) + h_2/(2 M_2)), M = rho c^2, 
 the vertex that look at the other body. So a tie gives way like 1/K of half a cell of each body: of a wave of wave number k
 it reflects about k (h_1 + h_2)/(4 K) of the amplitude, on bodies of one material.
 
-A bond whose traction is above `strength` at the end of a step is broken from then on, and what it held is dissipated.
+A bond whose traction is above `strength` at the end of a step is broken from then on, and what it held is dissipated; so is
+one whose vertex or face has gone with cells that died.
 """
 
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false, reportAttributeAccessIssue=false
 
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,12 +24,18 @@ from wsph.backend.clock import Clock
 from wsph.backend.reduce import total
 from wsph.backend.space import Array, Space
 from wsph.contact.meeting.structs import candidates_struct
+from wsph.contact.surfaces.laws import Ground
 from wsph.contact.surfaces.surface import Surface
 from wsph.contact.ties.bonds import Bonds, bonds_between
 from wsph.contact.ties.kernels import answer_kernel, bonds_struct, part_kernel, pull_kernel
 from wsph.errors import Refused
 from wsph.scene.contact import Contact
+from wsph.scene.scene import Scene
 from wsph.units import Scales
+
+STIFFER, STIFFEST = 4.0, 10.0
+"""Stiffness of a tie over that of contacts in the same step, and the most: it is there all the time, so that what it gives
+way shows more; beyond the most little is gained."""
 
 
 class Tie:
@@ -45,23 +54,25 @@ class Tie:
             )
         self.bonds = found
         self._give = 0.5 * own.spacing / own.modulus + 0.5 * far.spacing / far.modulus
-        self.stiffness = (part.number or 1.0) / self._give
+        self.stiffness = (part.number or STIFFER) / self._give
         self._strength = space.scalar((part.strength or 0.0) / scales.stress)
         self._area = found.area / scales.length ** (space.dim - 1)
-        self._struct, self._rows = self._on_device(found, scales.length)
+        self._gap = found.gap / scales.length
+        self._square = self._unit_square()
+        self._struct, self._rows = self._on_device(found)
         count, device = found.count, clock.device
         self._corner: Array = wp.zeros((count, space.dim), dtype=space.vec, device=device)
         self._stored: Array = wp.zeros(count, dtype=wp.float64, device=device)
         self._lost: Array = wp.zeros(count, dtype=wp.float64, device=device)
         self._traction: Array = wp.zeros(count, dtype=space.scalar, device=device)
 
-    def _on_device(self, found: Bonds, length: float) -> tuple[Any, Any]:
+    def _on_device(self, found: Bonds) -> tuple[Any, Any]:
         space, device = self._space, self._clock.device
         bonds, rows = bonds_struct(space)(), candidates_struct()()
         bonds.vertex = wp.array(found.vertex, dtype=wp.int32, device=device)
         bonds.corners = wp.array(found.corners, dtype=wp.int32, device=device)
         bonds.weights = wp.array(found.weights, dtype=space.vec, device=device)
-        bonds.gap = wp.array(found.gap / length, dtype=space.vec, device=device)
+        bonds.gap = wp.array(self._gap, dtype=space.vec, device=device)
         bonds.area = wp.array(self._area, dtype=space.scalar, device=device)
         bonds.whole = wp.ones(found.count, dtype=wp.int32, device=device)
         which, offsets, indices = found.answers()
@@ -69,11 +80,17 @@ class Tie:
             setattr(rows, name, wp.array(values, dtype=wp.int32, device=device))
         return bonds, rows
 
+    def find(self, places: Mapping[str, np.ndarray], skin: float) -> None:
+        """Nothing is searched for: what is glued stays so."""
+
     def near(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Rows of the vertices and of the faces that its kernels read or write, by the surfaces' names."""
-        none = np.zeros(0, int)
+        """Rows of the vertices and of the faces that its kernels read or write, by the bodies' names."""
+        none = np.zeros(0, np.int64)
         own, far = self.sides
         return {own.name: (self.bonds.vertex, none), far.name: (np.unique(self.bonds.corners), none)}
+
+    def start(self) -> None:
+        """There is nothing to take from the start."""
 
     def act(self) -> None:
         """Add its forces to those of the surfaces (launches)."""
@@ -93,21 +110,46 @@ class Tie:
     def stiffen(self, stiffness: float) -> bool:
         """Take a stiffness where the scene leaves it open; whether it does."""
         if self._part.number is None:
-            self.stiffness = stiffness / self._give
+            self.stiffness = min(STIFFER * stiffness, STIFFEST) / self._give
         return self._part.number is None
 
-    def square(self) -> float:
-        """A bound of the square of the frequency that it adds to each of the two bodies: their relative motion sees the
-        masses of both."""
+    def bound(self, surface: Surface) -> tuple[float, float]:
+        """A bound of the square of the frequency that it adds to each of the two bodies, whose relative motion sees the
+        masses of both; it damps nothing."""
+        return self.stiffness * self._square, 0.0
+
+    def _unit_square(self) -> float:
+        """The bound of a stiffness of 1."""
         own, far = self.sides
-        spring = self.stiffness * self._area
         at_own, at_far = np.zeros(own.n), np.zeros(far.n)
-        at_own[self.bonds.vertex] = spring
+        at_own[self.bonds.vertex] = self._area
         # (sum |J_c| x_c)^2 <= sum |J_c| times sum |J_c| x_c^2, J_c of the weights and of what turns the gap.
-        turning = self.bonds.turning
-        share = self.bonds.weights + turning[:, None]
-        np.add.at(at_far, self.bonds.corners, share * (share.sum(1) * spring)[:, None])
+        share = self.bonds.weights + self.bonds.turning[:, None]
+        np.add.at(at_far, self.bonds.corners, share * (share.sum(1) * self._area)[:, None])
         return own.square(at_own) + far.square(at_far)
+
+    def renew(self, surface: Surface, rows: np.ndarray) -> None:
+        """A surface was remade: `rows` (old n,) are those of its old vertices, -1 where they are gone."""
+        found, own = self.bonds, surface is self.sides[0]
+        vertex = rows[found.vertex] if own else found.vertex
+        corners = found.corners if own else rows[found.corners]
+        gone = (vertex < 0) | (corners < 0).any(1)
+        if not own:
+            there = {tuple(face) for face in np.sort(surface.mesh.faces, 1).tolist()}
+            gone |= np.array([tuple(face) not in there for face in np.sort(corners, 1).tolist()])
+        self._break(gone)
+        # What is gone holds nothing and pulls nothing, wherever it is.
+        self.bonds = replace(found, vertex=np.where(gone, 0, vertex), corners=np.where(gone[:, None], 0, corners))
+        whole = self._struct.whole
+        self._struct, self._rows = self._on_device(self.bonds)
+        self._struct.whole = whole
+
+    def _break(self, gone: np.ndarray) -> None:
+        whole, stored, lost = (np.array(each.numpy()) for each in (self._struct.whole, self._stored, self._lost))
+        lost[gone] += stored[gone]
+        stored[gone], whole[gone] = 0.0, 0
+        for array, values in ((self._struct.whole, whole), (self._stored, stored), (self._lost, lost)):
+            array.assign(values)
 
     @property
     def stored(self) -> float:
@@ -120,11 +162,29 @@ class Tie:
         return total(self._lost)
 
     @property
+    def work(self) -> float:
+        """Nothing is done on it from outside."""
+        return 0.0
+
+    def force(self, surface: Surface) -> np.ndarray:
+        """The sum of its forces on one of the two surfaces at the last evaluation, nondimensional (dim,)."""
+        on_far = self._corner.numpy().sum((0, 1), dtype=np.float64)
+        return on_far if surface is self.sides[1] else -on_far
+
+    @property
     def broken(self) -> int:
         """The number of broken bonds."""
         return int((self._struct.whole.numpy() == 0).sum())
 
     def kept(self) -> dict[str, Array]:
         """What a run goes on from, by name."""
-        arrays: dict[str, Array] = {"whole": self._struct.whole, "stored": self._stored, "lost": self._lost}
-        return {f"tie.{self.name}.{key}": array for key, array in arrays.items()}
+        return {"whole": self._struct.whole, "stored": self._stored, "lost": self._lost}
+
+
+def ties(scene: Scene, surface_of: Callable[[str], Surface], ground: Ground) -> list[Tie]:
+    """The ties of a scene."""
+    return [
+        Tie(part, surface_of(part.names[0]), surface_of(part.names[1]), ground.space, ground.scales, ground.clock)
+        for part in scene.contact
+        if part.law == "tie"
+    ]

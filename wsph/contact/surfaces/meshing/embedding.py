@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wsph.contact.surfaces.boundary import Boundary
-from wsph.contact.surfaces.mesh import SurfaceMesh
-from wsph.contact.surfaces.sparse import SparseRows, spread
+from wsph.contact.surfaces.meshing.boundary import Boundary
+from wsph.contact.surfaces.meshing.mesh import SurfaceMesh
+from wsph.contact.surfaces.meshing.sparse import SparseRows, spread
 from wsph.geometry.geometry import Geometry
 
 FLAT = 1e-9

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wsph.contact.surfaces.sparse import spread
+from wsph.contact.surfaces.meshing.sparse import spread
 from wsph.geometry.connected import connected
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.meshes.sides import cell_sides

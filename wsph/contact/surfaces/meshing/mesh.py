@@ -7,14 +7,18 @@ from functools import cached_property
 
 import numpy as np
 
-from wsph.contact.surfaces.boundary import Boundary, boundary_of
-from wsph.contact.surfaces.on_shape import on_shape
-from wsph.contact.surfaces.sparse import spread
+from wsph.contact.surfaces.meshing.boundary import Boundary, boundary_of
+from wsph.contact.surfaces.meshing.on_shape import OnShape, on_shape
+from wsph.contact.surfaces.meshing.sparse import spread
+from wsph.contact.surfaces.meshing.unfolding import unfolded
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.shapes.surfaces.surface import Patch
 
 SMOOTH = 0.64
 """Cosine between normals above which two faces meet smoothly: an angle of 50 degrees."""
+
+FLAT = 1e-9
+"""Part of a face's area that is turned over without its being folded: rounding of one that has none."""
 
 
 @dataclass(frozen=True)
@@ -88,16 +92,23 @@ def surface_mesh(geometry: Geometry, live: np.ndarray, parted: np.ndarray, *, de
     boundary. Vertices of stairs lie on the shape, and the normals are those of the shape there. Raises ValueError for a
     geometry without cells."""
     boundary = boundary_of(geometry, live, parted, deep=deep)
-    X, patch, patches = on_shape(geometry, boundary)
     at = geometry.nodes[boundary.node]
     faces, side = _faces(boundary, at, _middles(geometry)[boundary.cell])
-    vectors = area_vectors(X, faces, _outward(geometry, boundary))
-    A = np.linalg.norm(vectors, axis=1)
-    chords = vectors / np.maximum(A, np.finfo(float).tiny)[:, None]
-    straight = area_vectors(at, faces, vectors)
-    N = _of_patches(chords, straight, X[faces].mean(1), patch[side], patches)
-    A[(vectors * N).sum(1) < 0.0] = 0.0
-    return SurfaceMesh(boundary, X, (at != X).any(1), faces, side, N, A)
+    outward = _outward(geometry, boundary)
+    straight = area_vectors(at, faces, outward)
+
+    def lying(placed: OnShape) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Normals and areas of the faces, and which of them are folded over."""
+        vectors = area_vectors(placed.X, faces, outward)
+        areas = np.linalg.norm(vectors, axis=1)
+        chords = vectors / np.maximum(areas, np.finfo(float).tiny)[:, None]
+        normals = _of_patches(chords, straight, placed.X[faces].mean(1), placed.patch[side], placed.patches)
+        return normals, areas, (vectors * normals).sum(1) < -FLAT * np.linalg.norm(straight, axis=1)
+
+    placed = unfolded(on_shape(geometry, boundary), faces, lambda placed: lying(placed)[2])
+    N, A, folded = lying(placed)
+    A[folded] = 0.0
+    return SurfaceMesh(boundary, placed.X, (at != placed.X).any(1), faces, side, N, A)
 
 
 def area_vectors(x: np.ndarray, faces: np.ndarray, ways: np.ndarray | None = None) -> np.ndarray:

@@ -6,9 +6,11 @@ itself. Newton's steps X <- X - J^T (J J^T)^-1 d, d the heights over the patches
 
 # pyright: strict
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 
-from wsph.contact.surfaces.boundary import Boundary
+from wsph.contact.surfaces.meshing.boundary import Boundary
 from wsph.geometry.fitted.projection import to_all
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.lattice import Lattice
@@ -24,6 +26,9 @@ MISSED = 1e-6
 FAR = 1.3
 """Way onto patches above which it is not the vertex's own [spacings]: it takes the nearest point of one of them."""
 
+FARTHEST = 2.0
+"""Way from its node above which no vertex is [spacings]: how it moves would be a wide guess."""
+
 SAME = 1e-3
 """Distance between the middles of sides that are the two banks of a cut [spacings]."""
 
@@ -31,29 +36,48 @@ NONE = -1
 """The patch of a side that stays in the lattice."""
 
 
-def on_shape(geometry: Geometry, boundary: Boundary) -> tuple[np.ndarray, np.ndarray, tuple[Patch, ...]]:
-    """The places of the vertices (n, dim) [m]; of every side the patch that it stands for, (s,), NONE for one that stays
-    where it is; and the patches."""
-    places = geometry.nodes[boundary.node].copy()
+@dataclass(frozen=True)
+class OnShape:
+    """Vertices on a shape: their nodes `at` and their places X, (n, dim) [m], and which of the `patches` each lies on, `on`
+    (n, patches) bool; and of every side the patch that it stands for, `patch` (s,), NONE for one that stays."""
+
+    at: np.ndarray
+    X: np.ndarray
+    on: np.ndarray
+    patch: np.ndarray
+    patches: tuple[Patch, ...]
+    spacing: float
+
+    def moved(self, places: np.ndarray) -> "OnShape":
+        """Other places, each brought back onto its patches; those that are too far from their nodes then are not taken."""
+        patterns, which = np.unique(self.on, axis=0, return_inverse=True)
+        places = places.copy()
+        for k, pattern in enumerate(patterns):
+            rows = np.flatnonzero(which.ravel() == k)
+            if pattern.any():
+                places[rows] = _moved(places[rows], [self.patches[p] for p in np.flatnonzero(pattern)], self.spacing)
+        far = np.linalg.norm(places - self.at, axis=1) > FARTHEST * self.spacing
+        places[far] = self.X[far]
+        return replace(self, X=places)
+
+
+def on_shape(geometry: Geometry, boundary: Boundary) -> OnShape:
+    """The vertices of a boundary on the shape that it stands for; where they are for one that is no stairs."""
+    X = geometry.nodes[boundary.node]
     none = np.full(len(boundary.cell), NONE)
-    patches = geometry.faces.patches
-    if not isinstance(geometry, Lattice) or geometry.mapped or not isinstance(patches, StairPatches):
-        return places, none, ()
-    label, surfaces = patches.stands_for
-    of = _of_sides(geometry, boundary, label)
-    of[banks(places[boundary.sides].mean(1), geometry.spacing)] = NONE
-    on = np.zeros((len(places), len(surfaces)), bool)
-    stays = np.zeros(len(places), bool)
+    faces = geometry.faces.patches
+    if not isinstance(geometry, Lattice) or geometry.mapped or not isinstance(faces, StairPatches):
+        return OnShape(X, X, np.zeros((len(X), 0), bool), none, (), geometry.spacing)
+    label, patches = faces.stands_for
+    patch = _of_sides(geometry, boundary, label)
+    patch[banks(X[boundary.sides].mean(1), geometry.spacing)] = NONE
+    on = np.zeros((len(X), len(patches)), bool)
+    stays = np.zeros(len(X), bool)
     for corner in boundary.sides.T:
-        on[corner[of >= 0], of[of >= 0]] = True
-        stays[corner[of < 0]] = True
+        on[corner[patch >= 0], patch[patch >= 0]] = True
+        stays[corner[patch < 0]] = True
     on[stays] = False
-    patterns, which = np.unique(on, axis=0, return_inverse=True)
-    for k, pattern in enumerate(patterns):
-        rows = np.flatnonzero(which.ravel() == k)
-        if pattern.any():
-            places[rows] = _moved(places[rows], [surfaces[p] for p in np.flatnonzero(pattern)], geometry.spacing)
-    return places, of, surfaces
+    return OnShape(X, X, on, patch, patches, geometry.spacing).moved(X)
 
 
 def _of_sides(geometry: Geometry, boundary: Boundary, label: np.ndarray) -> np.ndarray:
