@@ -43,7 +43,7 @@ def corner_on_corner(offset: float, form: str = "stress-points", cells: int = 20
     for name, x, y, v, spacing in (("a", -half - gap, 0.0, 1.0, h), ("b", half + gap, offset * h, -1.0, ratio * h)):
         shape = scenes.box((x - 0.5, x + 0.5), (y - 0.5, y + 0.5)) | {"rotate": turn}
         made.append(scenes.body(shape, spacing, name, velocity=[0.5 * speed * SPEED * v, 0.0]))
-    settings = {"formulation": form, "end": 4.0 / SPEED, **(run or {})}
+    settings = {"formulation": form, "end": 9.0 / SPEED, **(run or {})}
     return scenes.scene(*made, run=settings, contact=[{"between": ["a", "b"], **contact}])
 
 
@@ -56,7 +56,7 @@ def face_on_face(overlap: float, form: str = "stress-points", cells: int = 20, s
     for name, x, y, v, spacing in (("a", -1.0 - gap, 0.0, 1.0, h), ("b", 0.0, 1.0 - overlap * h, -1.0, ratio * h)):
         made.append(scenes.body(scenes.box((x, x + 1.0), (y, y + 1.0)), spacing, name,
                                 velocity=[0.5 * speed * SPEED * v, 0.0]))  # fmt: skip
-    settings = {"formulation": form, "end": 4.0 / SPEED, **(run or {})}
+    settings = {"formulation": form, "end": 9.0 / SPEED, **(run or {})}
     return scenes.scene(*made, run=settings, contact=[{"between": ["a", "b"], **contact}])
 
 

@@ -29,6 +29,11 @@ SOFT = 0.5
 """Damping of the rate c is divided by 1 + SOFT c dt, so that it never needs a shorter step than none."""
 
 
+RUBBING = 4.0
+"""The largest stiffness that the time step may choose where there is friction. Damping is counted in impedances, so that it is
+less and less of a stiffer contact's critical one: from 10 on sliding at mu = .5 hums."""
+
+
 class SurfaceMesh(Protocol):
     """The mesh of a surface in the reference configuration: vertices (n, dim), faces (m, dim), their normals (m, dim)."""
 
@@ -110,7 +115,7 @@ class Meeting:
     def stiffen(self, stiffness: float) -> bool:
         """Take a stiffness K where the scene leaves it open; whether it does."""
         if self._contact.automatic:
-            self._set(stiffness)
+            self._set(min(stiffness, RUBBING) if self._contact.friction > 0.0 else stiffness)
         return self._contact.automatic
 
     @property

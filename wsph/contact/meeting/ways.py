@@ -24,8 +24,9 @@ from wsph.sph.pairs import find_pairs
 Places = Mapping[str, NDArray[np.float64]]
 """Where the vertices of surfaces are, by the bodies' names, (n, dim), nondimensional."""
 
-DEPTH = 0.75
-"""From a face, in spacings, at which a vertex does not meet it any more: it has gone through."""
+DEPTH = 1.0
+"""From a face, in spacings, at which a vertex does not meet it any more. Corners that hit each other head on go in as deep as
+three quarters."""
 
 SLACK = 1.2
 """Faces may grow by this from one search to the next."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
+from wsph.backend.arrays import Arrays
 from wsph.backend.reduce import BLOCK
 from wsph.backend.space import Array
 from wsph.contact.surfaces.meshing.mesh import SurfaceMesh
@@ -16,15 +17,10 @@ from wsph.contact.surfaces.meshing.sparse import SparseRows, spread
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of an array, ascending, on the host and on the device, int32."""
+    """Rows of an array, ascending, on the host and on the device, (k,) int32."""
 
     host: np.ndarray
     device: Array
-
-    @classmethod
-    def of(cls, rows: np.ndarray, device: str) -> "Rows":
-        """Rows (k,)."""
-        return cls(rows, wp.array(rows.astype(np.int32), dtype=wp.int32, device=device))
 
     @property
     def count(self) -> int:
@@ -51,9 +47,13 @@ class Attention:
 
 
 def attention(
-    mesh: SurfaceMesh, B: SparseRows, support: np.ndarray, seen: tuple[np.ndarray, np.ndarray], device: str
+    mesh: SurfaceMesh, B: SparseRows, support: np.ndarray, seen: tuple[np.ndarray, np.ndarray], arrays: Arrays
 ) -> Attention:
     """Of the vertices and faces that laws see, rows. `support` (s,), ascending: particles that forces can reach."""
+
+    def rows(name: str, each: np.ndarray) -> Rows:
+        return Rows(each, arrays.of(name, each.astype(np.int32), wp.int32))
+
     vertices, faces = seen
     vertices = np.unique(np.concatenate([vertices.ravel(), mesh.faces[faces].ravel()]).astype(int))
     turned = np.unique(mesh.around[spread(mesh.starts, vertices)[1]])
@@ -61,9 +61,9 @@ def attention(
     pushed = np.searchsorted(support, np.unique(B.only(vertices).indices))
     starts = np.searchsorted(pushed, np.arange(0, len(support) + BLOCK, BLOCK))
     return Attention(
-        Rows.of(placed, device),
-        Rows.of(turned, device),
-        Rows.of(np.unique(faces.astype(int)), device),
-        Rows.of(pushed, device),
-        wp.array(starts.astype(np.int32), dtype=wp.int32, device=device),
+        rows("placed", placed),
+        rows("turned", turned),
+        rows("smooth", np.unique(faces.astype(int))),
+        rows("pushed", pushed),
+        rows("blocks", starts).device,
     )

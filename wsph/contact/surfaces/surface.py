@@ -129,7 +129,7 @@ class Surface:
         """From now on bring up to date what laws read or write of some `vertices` and `faces`, rows: after every search,
         with those that are near anything. Between steps."""
         support = self._work.support
-        self._seen = attention(self.mesh, self.B, support, (vertices, faces), self._clock.device)
+        self._seen = attention(self.mesh, self.B, support, (vertices, faces), self.arrays.part("seen"))
         self.force.zero_()
         self.place(self._last)
         self._note()
