@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from wsph.contact.reported import Reported
-from wsph.protocols import AnyState, BodySystem, BodyTable, DeviceArray, Entry, Integrator, OneSet
+from wsph.protocols import AnyState, BodySystem, BodyTable, DeviceArray, Entry, Integrator, Stepped
 
 
 class CoupledBody(Protocol):
@@ -80,8 +80,8 @@ class Coupling(Protocol):
         """The names of the bodies that it acts on."""
         ...
 
-    def members(self) -> Mapping[str, OneSet]:
-        """What it brings that steps beside them, such as rigid bodies: systems as `OneSet` has them, by their names."""
+    def members(self) -> Mapping[str, Stepped]:
+        """What it brings that steps beside them, such as rigid bodies, by their names."""
         ...
 
     @property

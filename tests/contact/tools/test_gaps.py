@@ -97,7 +97,8 @@ def test_a_turned_box_is_round_about_its_edges(dim: int):
     smooth = np.abs(np.linalg.norm(slope, axis=1) - 1.0) < 1e-4
     assert smooth.mean() > 0.98
     np.testing.assert_allclose(normal[smooth], slope[smooth], atol=1e-4)
-    assert (gap[(over < 0.0).all(1)] < 0.0).all() and (gap > 0.0).any()
+    assert (gap[(over < 0.0).all(1)] < 0.0).all()
+    assert (gap > 0.0).any()
 
 
 def write_box(path: Path, low: np.ndarray, high: np.ndarray) -> None:

@@ -108,6 +108,7 @@ def test_balls_stack_and_come_to_rest(monkeypatch: pytest.MonkeyPatch):
 def test_balls_that_collide_keep_momentum_and_energy(monkeypatch: pytest.MonkeyPatch):
     """Head on and without friction, masses 1 and 3: the closed form of an elastic hit, to what a contact of one spring that
     opens inside of a step can make, (omega dt)^2/8."""
+
     def ball(name: str, x: float, v: float, mass: float, against: str) -> Data:
         return {"name": name, "shape": {"type": "sphere", "center": [x, 0, 0], "radius": R}, "mass": mass,
                 "velocity": [v, 0, 0], "against": [against]}  # fmt: skip
@@ -124,7 +125,12 @@ def test_balls_that_collide_keep_momentum_and_energy(monkeypatch: pytest.MonkeyP
 def test_a_box_stands_on_a_plane_by_its_corners(dim: int, monkeypatch: pytest.MonkeyPatch):
     """Dropped turned it comes to rest flat; at rest the plane bears its weight."""
     normal = [0.0] * (dim - 1) + [1.0]
-    plane = {"name": "plane", "shape": {"type": "plane", "point": [0.0] * dim, "normal": normal}, "against": ["box"], "friction": 0.5}
+    plane = {
+        "name": "plane",
+        "shape": {"type": "plane", "point": [0.0] * dim, "normal": normal},
+        "against": ["box"],
+        "friction": 0.5,
+    }
     low, high = [-0.2] * (dim - 1) + [0.06], [0.2] * (dim - 1) + [0.16]
     turn = 10.0 if dim == 2 else [[0, 1, 0], 10.0]
     block = {"name": "box", "shape": {"type": "box", "from": low, "to": high, "rotate": turn}, "mass": 3.0,
@@ -139,7 +145,12 @@ def test_a_box_stands_on_a_plane_by_its_corners(dim: int, monkeypatch: pytest.Mo
 
 def test_a_ball_rolls_in_a_bowl(monkeypatch: pytest.MonkeyPatch):
     """A ball inside of a larger one, without friction: a pendulum of the length of the difference of the radii."""
-    bowl = {"name": "bowl", "shape": {"type": "sphere", "center": [0, 0, 0], "radius": 1.0}, "inside": True, "against": ["ball"]}
+    bowl = {
+        "name": "bowl",
+        "shape": {"type": "sphere", "center": [0, 0, 0], "radius": 1.0},
+        "inside": True,
+        "against": ["ball"],
+    }
     t = 0.05
     ball = {"name": "ball", "shape": {"type": "sphere", "center": [0.9 * np.sin(t), 0, -0.9 * np.cos(t)], "radius": R},
             "mass": 1.0, "velocity": [0, 0, 0], "against": ["b"]}  # fmt: skip

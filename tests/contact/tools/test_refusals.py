@@ -80,12 +80,18 @@ def test_faults_in_one_and_three_dimensions():
 
 
 def test_two_tools_that_cannot_meet():
-    floor, wall = tool(BOX, name="floor"), tool({**BOX, "from": [2.0, 0.0], "to": [3.0, 1.0]}, name="wall", against=["floor"])
+    floor, wall = (
+        tool(BOX, name="floor"),
+        tool({**BOX, "from": [2.0, 0.0], "to": [3.0, 1.0]}, name="wall", against=["floor"]),
+    )
     assert "neither 'wall' nor 'floor' is free" in fault(floor, wall)
     said = fault(floor, wall | {"mass": 1.0})
     assert "'wall' (box) and 'floor' (box)" in said
     assert "model one of them as a body" in said
-    one, other = tool(BALL, name="one", mass=1.0, against=["other"]), tool({**BALL, "center": [2.0, 0.0]}, name="other", mass=1.0, against=["one"])
+    one, other = (
+        tool(BALL, name="one", mass=1.0, against=["other"]),
+        tool({**BALL, "center": [2.0, 0.0]}, name="other", mass=1.0, against=["one"]),
+    )
     assert "'one' names 'other' already; they would push twice" in fault(one, other)
 
 
@@ -101,7 +107,9 @@ def test_a_surface_of_triangles_with_a_hole(tmp_path: Path):
 
 def test_a_tool_that_a_body_lies_in_is_refused_with_place_and_depth():
     made = scene(body(box(1.0, 1.0), 0.25), tools=[tool({**PLANE, "point": [0.0, 0.125]})])
-    with pytest.raises(wsph.Refused, match=r"tool 't': body 'b' lies in it from the start, at \(.*, 0\) m by 0\.125 m: move one"):
+    with pytest.raises(
+        wsph.Refused, match=r"tool 't': body 'b' lies in it from the start, at \(.*, 0\) m by 0\.125 m: move one"
+    ):
         wsph.run(made)
     wsph.run(made.with_(**{"tools.0.shape.point": [0.0, 0.0], "end": 0.1}))  # touching is not lying in it
 
@@ -109,13 +117,21 @@ def test_a_tool_that_a_body_lies_in_is_refused_with_place_and_depth():
 def test_tools_that_overlap_are_refused():
     floor = tool(BOX, name="floor")
     ball = tool({**BALL, "center": [1.5, 0.3]}, name="ball", mass=1.0, against=["floor"])
-    with pytest.raises(wsph.Refused, match=r"tools 'ball' and 'floor' overlap from the start, at \(1\.5, 0\.3\) m by 0\.1 m"):
+    with pytest.raises(
+        wsph.Refused, match=r"tools 'ball' and 'floor' overlap from the start, at \(1\.5, 0\.3\) m by 0\.1 m"
+    ):
         wsph.run(scene(body(box(1.0, 1.0), 0.25), tools=[floor, ball]))
 
 
 def test_two_sets_take_no_tools():
-    made = scene(body(box(1.0), 0.1, state="stress"), tools=[tool({"type": "plane", "point": [0.0], "normal": [1.0]})], run={"integrator": "tsph"})
-    with pytest.raises(wsph.Refused, match="body 'b': tool 't' pushes bodies whose particles move: use an integrator of one set"):
+    made = scene(
+        body(box(1.0), 0.1, state="stress"),
+        tools=[tool({"type": "plane", "point": [0.0], "normal": [1.0]})],
+        run={"integrator": "tsph"},
+    )
+    with pytest.raises(
+        wsph.Refused, match="body 'b': tool 't' pushes bodies whose particles move: use an integrator of one set"
+    ):
         wsph.run(made)
 
 

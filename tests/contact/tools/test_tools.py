@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.scenes import Data, body, box, driven, held, material, scene
 
 import wsph
+from tests.scenes import Data, body, box, driven, held, material, scene
 
 FLOOR: Data = {"name": "floor", "shape": {"type": "plane", "point": [0.0, 0.0], "normal": [0.0, 1.0]}, "against": ["b"]}
 """All below y = 0."""
@@ -25,7 +25,9 @@ def test_a_block_at_rest_weighs_what_it_weighs_and_the_ledger_stands_still(form:
     run = {"formulation": form, "integrator": integrator, "cfl": 0.2, "end": 16.0}
     block = body(box(1.0, 0.5), 0.125, material=material(poisson_ratio=0.0), damping={"rate": 3.0})
     floor = FLOOR | {"stiffness": 4.0}
-    result = wsph.run(scene(block, tools=[floor], gravity={"y": -1e-3}, run=run, probes=[probe("floor", "force", "torque", "work")]))
+    result = wsph.run(
+        scene(block, tools=[floor], gravity={"y": -1e-3}, run=run, probes=[probe("floor", "force", "torque", "work")])
+    )
     told, history = result.probes["floor-told"], result.history
     assert told["force_y"][-1] == pytest.approx(0.5e-3, rel=1e-4)
     assert abs(told["force_x"][-1]) < 1e-12
@@ -69,7 +71,7 @@ def test_a_block_slides_down_a_slope_with_coulomb_friction(angle: float):
 
 
 def test_a_driven_plane_presses_as_a_driven_face_does():
-    """A bar between a wall and a plane that moves into it: E/L times the way less what the penalty gives, h/(2 K L) of it."""
+    """A bar between a wall and a plane that moves into it: E/L times the way less what the penalty gives, h/(2 K L)."""
     speed, end, n, K = 1e-3, 20.0, 16, 4.0
     bar = body(box(1.0), 1.0 / n, material=material(poisson_ratio=0.0), state="stress", damping={"rate": 1.0})
     at = [{"name": "middle", "at": [[0.5]], "fields": ["stress"]}]
@@ -77,7 +79,9 @@ def test_a_driven_plane_presses_as_a_driven_face_does():
     run = {"end": end, "cfl": 0.3}
     push = {"name": "ram", "shape": {"type": "plane", "point": [1.0], "normal": [-1.0]}, "velocity": {"x": "-1e-3*(t<8)"},
             "against": ["b"], "stiffness": K}  # fmt: skip
-    by_plane = wsph.run(scene(bar, boundary=[held("-x", 1)], tools=[push], run=run, probes=[*at, probe("ram", "force", "work")]))
+    by_plane = wsph.run(
+        scene(bar, boundary=[held("-x", 1)], tools=[push], run=run, probes=[*at, probe("ram", "force", "work")])
+    )
     by_face = wsph.run(
         scene(bar, boundary=[held("-x", 1), driven("+x", x="-1e-3*(t<8)")], run=run, probes=at, functions=ramp)
     )
@@ -128,7 +132,9 @@ def test_a_rod_meets_a_rigid_block_alike_under_runge_kutta():
 def brick(path: Path) -> None:
     """A flat box from -1 to 2 in x and y, and -1 to 0 in z, of triangles that cut the block's places askew."""
     low, high = (-1.0, -1.1, -1.0), (2.0, 2.3, 0.0)
-    corners = [[(low, high)[i][0], (low, high)[j][1], (low, high)[k][2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+    corners = [
+        [(low, high)[i][0], (low, high)[j][1], (low, high)[k][2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)
+    ]
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     lines = ["solid brick"]
     for a, b, c, d in quads:
@@ -144,10 +150,15 @@ def test_a_plane_of_triangles_is_the_plane(tmp_path: Path):
     brick(tmp_path / "brick.stl")
     cube = body(box(1.0, 1.0, 1.0), 0.25, velocity=["0", "0", "-0.01"])
     found = []
-    for shape in ({"type": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}, {"type": "stl", "file": str(tmp_path / "brick.stl")}):
+    for shape in (
+        {"type": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]},
+        {"type": "stl", "file": str(tmp_path / "brick.stl")},
+    ):
         tool = {"name": "t", "shape": shape, "velocity": {"z": 0.01, "x": 0.003}, "against": ["b"], "friction": 0.2}
         run = {"end": 1.5, "cfl": 0.2}
-        found.append(wsph.run(scene(cube, tools=[tool], run=run, probes=[probe("t", "force", "work")])).probes["t-told"])
+        found.append(
+            wsph.run(scene(cube, tools=[tool], run=run, probes=[probe("t", "force", "work")])).probes["t-told"]
+        )
     plane, triangles = found
     largest = np.abs(plane["force_z"]).max()
     assert largest > 1e-3
@@ -159,13 +170,22 @@ def test_a_plane_of_triangles_is_the_plane(tmp_path: Path):
 @pytest.mark.parametrize("integrator", ["leapfrog", "rk4"])
 def test_a_turning_drum_does_the_work_that_friction_takes(integrator: str):
     """A disc that turns under a block, held aside: friction mu N r on it, and its work mu N r times the angle."""
-    block = body(box(1.0, 0.5), 0.125, material=material(youngs_modulus=100.0, poisson_ratio=0.0), damping={"rate": 4.0})
+    block = body(
+        box(1.0, 0.5), 0.125, material=material(youngs_modulus=100.0, poisson_ratio=0.0), damping={"rate": 4.0}
+    )
     drum = {"name": "drum", "shape": {"type": "disc", "center": [0.5, -2.0], "radius": 2.0}, "against": ["b"], "friction": 0.3,
             "turn": {"about": [0.5, -2.0], "rate": "-0.01*min(t, 1)"}}  # fmt: skip
     run = {"end": 8.0, "cfl": 0.3, "integrator": integrator}
     sides = [{"body": "b", "face": "+y", "fixed": ["x"]}]
     result = wsph.run(
-        scene(block, tools=[drum], boundary=sides, gravity={"y": -1e-2}, run=run, probes=[probe("drum", "force", "torque", "work")])
+        scene(
+            block,
+            tools=[drum],
+            boundary=sides,
+            gravity={"y": -1e-2},
+            run=run,
+            probes=[probe("drum", "force", "torque", "work")],
+        )
     )
     told, history = result.probes["drum-told"], result.history
     # What it does to the block: up, and along +x, the way its top moves; about its middle that is clockwise.
@@ -184,8 +204,20 @@ def test_a_turning_drum_does_the_work_that_friction_takes(integrator: str):
 def test_a_body_stays_inside_of_a_hole():
     """A disc in a round hole a little larger, thrown at its wall: it comes back, and its energy stays."""
     disc = body({"type": "disc", "center": [0.0, 0.0], "radius": 0.5}, 0.1, velocity=["0.02", "0.01"])
-    hole = {"name": "hole", "shape": {"type": "disc", "center": [0.0, 0.0], "radius": 0.55}, "inside": True, "against": ["b"]}
-    result = wsph.run(scene(disc, tools=[hole], run={"end": 10.0, "cfl": 0.3}, probes=[{"name": "m", "at": [[0.0, 0.0]], "fields": ["displacement"]}]))
+    hole = {
+        "name": "hole",
+        "shape": {"type": "disc", "center": [0.0, 0.0], "radius": 0.55},
+        "inside": True,
+        "against": ["b"],
+    }
+    result = wsph.run(
+        scene(
+            disc,
+            tools=[hole],
+            run={"end": 10.0, "cfl": 0.3},
+            probes=[{"name": "m", "at": [[0.0, 0.0]], "fields": ["displacement"]}],
+        )
+    )
     way = np.hypot(result.probes["m"]["displacement_x"], result.probes["m"]["displacement_y"])
     assert 0.05 < way.max() < 0.08
     assert way[-1] < way.max()
@@ -216,7 +248,9 @@ def test_resuming_gives_the_bits_of_never_having_stopped(tmp_path: Path):
 def test_columns_have_their_units(tmp_path: Path):
     cube = body(box(1.0, 1.0, 1.0), 0.5)
     plane = {"name": "t", "shape": {"type": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}, "against": ["b"]}
-    result = wsph.run(scene(cube, tools=[plane], run={"end": 0.2, "cfl": 0.3}, probes=[probe("t", "force", "torque", "work")]))
+    result = wsph.run(
+        scene(cube, tools=[plane], run={"end": 0.2, "cfl": 0.3}, probes=[probe("t", "force", "torque", "work")])
+    )
     assert [name for name in result.history if name.startswith("tool_")] == [
         *(f"tool_t_{axis}" for axis in "xyz"), *(f"tool_t_torque_{axis}" for axis in "xyz")
     ]  # fmt: skip

@@ -104,8 +104,8 @@ class ToolLaw(Law):
         return self.side.square(forces), part * float(forces @ self._compliance)
 
     def bound(self, surface: Surface) -> tuple[float, float]:
-        """Bounds of omega^2 and of the rate of damping that it adds to the body of a surface. Body and free tool move against
-        each other: what the tool feels, of all bodies, counts as well."""
+        """Bounds of omega^2 and of the rate of damping that it adds to the body of a surface. Body and free tool move
+        against each other: what the tool feels, of all bodies, counts as well."""
         if surface is not self.side:
             return 0.0, 0.0
         each = [law.per_mass(law.stiffness) for law in self.tool.laws]

@@ -42,8 +42,8 @@ TURNS = 40
 
 @wp.struct
 class Rigid:
-    """Numbers of a rigid body, nondimensional: `free` 1 where forces move it, its mass and 1/mass, gravity, its inertia in its
-    own frame and the inverse of that."""
+    """Numbers of a rigid body, nondimensional: `free` 1 where forces move it, its mass and 1/mass, gravity, its inertia in
+    its own frame and the inverse of that."""
 
     free: wp.int32
     mass: wp.float64

@@ -5,6 +5,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -138,8 +139,8 @@ class RigidBody:
         """As that of a deformable body."""
         if not self._still:
             span = {"all": (0, len(out.buffer)), "velocity": (0, out.split), "rest": (out.split, len(out.buffer))}[part]
-            terms = [[(c, state.buffer) for c, state in each or []] for each in (plain, timed, squared)]
-            combine(SPACE, self.clock, *terms, span, out.buffer)
+            x, k, j = ([(c, state.buffer) for c, state in each or []] for each in (plain, timed, squared))
+            combine(SPACE, self.clock, x, k, j, span, out.buffer)
 
     def drift(self, state: State, k: State, c: float, ahead: float = 0.0) -> None:
         """Place and turning go on by c dt, with the velocity and the angular momentum as they are."""
@@ -167,7 +168,7 @@ class RigidBody:
             self.clock.launch(moving.unify, 1, [], [state.struct])
 
     def kinetic(self, state: State) -> float:
-        """Kinetic energy of a free body (a copy from the device); none of a prescribed one, which nobody's forces give it."""
+        """Kinetic energy of a free body (a copy from the device); none of a prescribed one, which no force has given it."""
         if self.inertia is None:
             return 0.0
         v, L, turn = state.read("velocity")[0], state.read("spin")[0], state.read("turn")[0]
@@ -283,8 +284,8 @@ def _inverse(tensor: np.ndarray) -> np.ndarray:
     return found
 
 
-def _numbers(inertia: Inertia | None) -> Rigid:
-    made = Rigid()
+def _numbers(inertia: Inertia | None) -> Struct:
+    made: Any = Rigid()
     made.free = int(inertia is not None)
     if inertia is not None:
         made.mass, made.inverse_mass = wp.float64(inertia.mass), wp.float64(1.0 / inertia.mass)

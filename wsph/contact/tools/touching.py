@@ -56,8 +56,8 @@ def meeting_tool(space: Space, kind: str) -> wp.Function:
 
 @cache
 def facing_area(space: Space) -> wp.Function:
-    """Warp function (surface, vertex, normal of the tool) -> the vertex's share of the area around it that faces the tool, in
-    the reference configuration."""
+    """Warp function (surface, vertex, normal of the tool) -> the vertex's share of the area around it that faces the tool,
+    in the reference configuration."""
     real, vec, dim, Surface = space.scalar, space.vec, space.dim, surface_struct(space)
 
     @wp.func
@@ -73,8 +73,8 @@ def facing_area(space: Space) -> wp.Function:
 
 @cache
 def touch_kernel(space: Space, kind: str, lagged: bool) -> wp.Kernel:
-    """What acts on the vertices of a surface from a tool whose shape is of a kind. `lagged`: damping sees the way of the last
-    step over its length."""
+    """What acts on the vertices of a surface from a tool whose shape is of a kind. `lagged`: damping sees the way of the
+    last step over its length."""
     real, vec = space.scalar, space.vec
     Law, Shape, Pose, Surface, Memory = (
         law_struct(space),
