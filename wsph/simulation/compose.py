@@ -35,10 +35,10 @@ from wsph.simulation.composing.bodies import Standing, alone, standing
 from wsph.simulation.composing.composition import BodyRun, Composition, Step
 from wsph.simulation.composing.setting import BareBody, Setting, bare_bodies, materials_of, method_of, scales_of
 from wsph.simulation.composing.together import joined_bodies, stiffen
-from wsph.simulation.probes import Recorder
-from wsph.simulation.rings import Rings
+from wsph.simulation.probing.probes import Recorder
+from wsph.simulation.probing.rings import Rings
+from wsph.simulation.probing.telling import Teller
 from wsph.simulation.step_control import given_step, settle
-from wsph.simulation.telling import Teller
 from wsph.simulation.timeline import TimeStep
 from wsph.stability.guard import guard
 

@@ -63,7 +63,7 @@ class Start:
 
 class RigidBody:
     """A rigid body. Its motion is `Inertia`'s or `Motion`'s; a joint system calls it as it calls a deformable body, `place`,
-    `spread` and the two `close`s are for what acts on it. Three-dimensional and in double precision inside; nondimensional.
+    `spread` and `close` are for what acts on it. Three-dimensional and in double precision inside; nondimensional.
 
     state    # `moving.LAYOUT`
     pose     # where it is, for kernels (`moving.pose_struct`)
@@ -72,9 +72,6 @@ class RigidBody:
     _began   # where it was there
     _before  # load there, (6,) float64
     """
-
-    viscous = projects = irregular = False
-    frequency = stabilisation = 0.0
 
     def __init__(
         self,
