@@ -5,6 +5,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from wsph.backend.arrays import host
 from wsph.backend.space import Array
 
 
@@ -38,5 +39,5 @@ class Reported:
 
     def values(self) -> dict[str, float]:
         """The columns of history.csv in SI units (a copy from the device)."""
-        numbers = self.numbers.numpy()
+        numbers = host(self.numbers)
         return {name: float(numbers[column.index]) * column.scale for name, column in self.columns().items()}

@@ -28,9 +28,9 @@ FASTER = 0.01
 CELL = 1.0
 """Way [spacings] that bodies whose boxes meet may go between two looks."""
 
-DEEP = 1.0
-"""Depth [spacings] at which a particle has passed through a surface that contact keeps it out of: the law lets go of what is
-deeper than three quarters of one."""
+DEEP = 2.0
+"""Depth [spacings] at which a particle has passed through a surface that contact keeps it out of. The law lets go of what is
+deeper than one; where corners meet, the cells that depths are counted in are crushed to half."""
 
 LONGEST = 10**9
 """Steps between two looks at bodies that do not come near each other."""

@@ -14,8 +14,8 @@ from wsph.scene.scene import Scene, apply_override
 
 
 def load(path: str | Path, overrides: Mapping[str, object] | None = None) -> Scene:
-    """Read and validate a scene file; files that its bodies and tools name are looked for beside it first. Raises SceneError with
-    every fault, its line and key."""
+    """Read and validate a scene file; files that its bodies and tools name are looked for beside it first. Raises SceneError
+    with every fault, its line and key."""
     source = str(path)
     try:
         text = Path(path).read_text(encoding="utf-8-sig")

@@ -184,11 +184,9 @@ def _pair_faults(tool: Tool, other: Tool, key: str) -> Iterator[Fault]:
         yield Fault(0, key, f"neither {tool.name!r} nor {other.name!r} is free: they cannot push each other")
     kinds = {tool.shape.type, other.shape.type}
     if not (any(_round(each) for each in (tool, other)) or kinds == {"box", "plane"}):
-        yield Fault(
-            0, key,
-            f"{tool.name!r} ({tool.shape.type}) and {other.name!r} ({other.shape.type}): of rigid tools a ball meets any shape,"
-            " and a box meets a plane; model one of them as a body",
-        )  # fmt: skip
+        which = f"{tool.name!r} ({tool.shape.type}) and {other.name!r} ({other.shape.type})"
+        rule = "of rigid tools a ball meets any shape, and a box meets a plane; model one of them as a body"
+        yield Fault(0, key, f"{which}: {rule}")
 
 
 def _round(tool: Tool) -> bool:

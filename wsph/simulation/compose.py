@@ -35,10 +35,10 @@ from wsph.simulation.composing.bodies import Standing, alone, standing
 from wsph.simulation.composing.composition import BodyRun, Composition, Step
 from wsph.simulation.composing.setting import BareBody, Setting, bare_bodies, materials_of, method_of, scales_of
 from wsph.simulation.composing.together import joined_bodies, stiffen
-from wsph.simulation.probes import Recorder
-from wsph.simulation.rings import Rings
+from wsph.simulation.probing.probes import Recorder
+from wsph.simulation.probing.rings import Rings
+from wsph.simulation.probing.telling import Teller
 from wsph.simulation.step_control import given_step, settle
-from wsph.simulation.telling import Teller
 from wsph.simulation.timeline import TimeStep
 from wsph.stability.guard import guard
 
@@ -109,7 +109,7 @@ def _first_system(scene: Scene, bounded: bool) -> System:
 
 def _part(scene: Scene, bodies: Sequence[Standing]) -> None:
     """Warn of bodies that overlap at the start. Raises Refused where contact is to keep them apart."""
-    for contact in (each for each in scene.contact if each.warning):
+    for contact in (each for each in (*scene.contact, *scene.tools) if each.warning):
         warnings.warn(contact.warning, RuntimeWarning, stacklevel=4)
     touching = {frozenset(contact.names): contact.law for contact in scene.contact}
     solids = [solid_of(run.system.geometry, at_nodes=True) for run in bodies] if len(bodies) > 1 else []

@@ -14,7 +14,7 @@ from wsph.output.folder import OutputFolder
 from wsph.simulation.checks import warn
 from wsph.simulation.composing.composition import BodyRun, Composition
 from wsph.simulation.ledger import Account
-from wsph.simulation.rings import Rings
+from wsph.simulation.probing.rings import Rings
 from wsph.simulation.timeline import Events
 
 Recorded = tuple[str, list[int]]

@@ -25,9 +25,9 @@ from wsph.simulation.compose import compose
 from wsph.simulation.composing.composition import Composition
 from wsph.simulation.interrupts import Interrupts
 from wsph.simulation.ledger import Account, Ledger
+from wsph.simulation.probing.rings import RING
 from wsph.simulation.records import Records
 from wsph.simulation.result import Result
-from wsph.simulation.rings import RING
 from wsph.simulation.step_control import StepControl
 from wsph.simulation.summary import Ending, summary
 

@@ -30,17 +30,26 @@ class Crossings:
         self, own: Met, other: Met, lines: tuple[Ridges, Ridges], numbers: Numbers, space: Space, clock: Clock,
         arrays: Arrays,
     ):  # fmt: skip
-        self.own, self.other, self.lines, self.numbers = own, other, lines, numbers
-        self._space, self._clock, self._device = space, clock, clock.device
+        self.own, self.other, self.numbers = own, other, numbers
+        self._space, self._clock, self._device, self._arrays = space, clock, clock.device, arrays
         self._depth = DEPTH * max(own.spacing, other.spacing)
-        count = len(lines[0].line)
-        self.memory = Memory(count, space, clock, arrays)
+        self.memory = Memory(len(lines[0].line), space, clock, arrays)
+        self._make(lines)
+
+    def _make(self, lines: tuple[Ridges, Ridges]) -> None:
+        self.lines = lines
+        space, arrays, count = self._space, self._arrays, len(lines[0].line)
         self.record: Any = crossings_struct(space)()
         self.record.force = arrays.zeros("force", count, space.vec)
         self.record.other = arrays.take("other", wp.full(count, -1, dtype=wp.int32, device=self._device))
         self.record.at, self.record.to = (arrays.zeros(name, count, space.scalar) for name in ("at", "to"))
         self._structs = [self._struct(each, arrays, k) for k, each in enumerate(lines)]
         self.rows, self._ends, self._back = (none(self._device) for _ in range(3))
+
+    def renew(self, one: Ridges, other: Ridges) -> None:
+        """A surface was remade. Edges that meet then begin anew."""
+        self.memory.renew(len(one.line), np.full(len(self.lines[0].line), -1))
+        self._make((one, other))
 
     def _struct(self, lines: Ridges, arrays: Arrays, k: int) -> Struct:
         struct: Any = ridges_struct()()

@@ -5,6 +5,7 @@
 
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from wsph.backend.arrays import Arrays, host, put
 from wsph.backend.clock import Clock
@@ -23,15 +24,32 @@ class Memory:
     step, and `keep` takes the last one's as that of the step."""
 
     def __init__(self, n: int, space: Space, clock: Clock, arrays: Arrays):
-        self._n, self._space, self._clock = n, space, clock
-        self.kept: Struct = memory_struct(space)()
-        self.trial: Struct = memory_struct(space)()
+        self._space, self._clock, self._known = space, clock, arrays
+        self._make(n)
+
+    def _make(self, n: int) -> None:
+        self._n = n
+        self.kept: Struct = memory_struct(self._space)()
+        self.trial: Struct = memory_struct(self._space)()
         self._arrays: dict[str, Array] = {}
-        for name, dtype in memory(space).items():
-            self._arrays[name] = arrays.zeros(name, n, dtype, kept=True)
+        for name, dtype in memory(self._space).items():
+            self._arrays[name] = self._known.zeros(name, n, dtype, kept=True)
             setattr(self.kept, name, self._arrays[name])
-            setattr(self.trial, name, arrays.zeros(f"trial.{name}", n, dtype))
+            setattr(self.trial, name, self._known.zeros(f"trial.{name}", n, dtype))
         self._arrays["parted"].fill_(LONG)
+
+    def renew(self, n: int, rows: NDArray[np.int64]) -> None:
+        """Of other contacts, `n` of them: `rows` (old n,) are those of the old ones among them, -1 where one is gone. What
+        these have lost stays lost, with their friction's springs; it is counted with the first."""
+        old = {name: host(array).copy() for name, array in self._arrays.items()}
+        self._make(n)
+        stays = rows >= 0
+        for name, array in self._arrays.items():
+            values = host(array).copy()
+            values[rows[stays]] = old[name][stays]
+            if name == "lost" and n:
+                values[0] += old["lost"][~stays].sum() + old["sprung"][~stays].sum()
+            put(array, values)
 
     def __getitem__(self, name: str) -> Array:
         """A kept array."""

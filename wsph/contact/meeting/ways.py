@@ -24,8 +24,9 @@ from wsph.sph.pairs import find_pairs
 Places = Mapping[str, NDArray[np.float64]]
 """Where the vertices of surfaces are, by the bodies' names, (n, dim), nondimensional."""
 
-DEPTH = 0.75
-"""From a face, in spacings, at which a vertex does not meet it any more: it has gone through."""
+DEPTH = 1.0
+"""From a face, in spacings, at which a vertex does not meet it any more. Corners that hit each other head on go in as deep as
+three quarters."""
 
 SLACK = 1.2
 """Faces may grow by this from one search to the next."""
@@ -75,19 +76,30 @@ class Way:
 
     def __init__(self, own: Met, other: Met, numbers: Numbers, space: Space, clock: Clock, arrays: Arrays):
         self.own, self.other, self.numbers = own, other, numbers
-        self._space, self._clock, self._device = space, clock, clock.device
+        self._space, self._clock, self._device, self._arrays = space, clock, clock.device, arrays
         self.width = max(own.spacing, other.spacing)
-        self.faces: NDArray[np.int64] = other.struct.faces.numpy().astype(np.int64).reshape(other.m, space.dim)
         self.memory = Memory(own.n, space, clock, arrays)
+        self._make()
+
+    def _make(self) -> None:
+        own, other, space, arrays = self.own, self.other, self._space, self._arrays
+        self.faces: NDArray[np.int64] = other.struct.faces.numpy().astype(np.int64).reshape(other.m, space.dim)
         self.record: Any = record_struct(space)()
         self.record.force = arrays.zeros("force", own.n, space.vec)
         self.record.count = arrays.zeros("count", own.n, wp.int32)
         self.record.faces = arrays.zeros("faces", own.n, Faces)
-        self._span = 0.0
+        self._span, self._met = 0.0, np.zeros(0, np.int64)
         self._take(none(self._device), none(self._device))
 
     def _take(self, rows: Candidates, back: Candidates) -> None:
         self.rows, self._back = rows, back
+
+    def renew(self, surface: Met, rows: NDArray[np.int64]) -> None:
+        """One of the two surfaces was remade: `rows` (old n,) are those of its old vertices, -1 where they are gone."""
+        if surface is self.own:
+            self.memory.renew(surface.n, rows)
+        if surface in (self.own, self.other):
+            self._make()
 
     def find(self, places: Places, skin: float) -> None:
         """Find the candidates: faces whose centre is within reach of a vertex, further away than any that it may meet

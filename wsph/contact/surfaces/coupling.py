@@ -18,7 +18,7 @@ from wsph.contact.reported import Reported
 from wsph.contact.surfaces.body import SurfacedSystem
 from wsph.contact.surfaces.laws import Ground, Law, LawMaker
 from wsph.contact.surfaces.surface import Surface
-from wsph.protocols import Entry, OneSet
+from wsph.protocols import Entry, Stepped
 from wsph.scene.scene import Scene
 from wsph.sph.skin import Skin
 from wsph.units import Scales
@@ -74,7 +74,7 @@ class Surfaces:
         """The names of the bodies that have surfaces."""
         return tuple(self.surfaces)
 
-    def members(self) -> dict[str, OneSet]:
+    def members(self) -> dict[str, Stepped]:
         """Rigid bodies, which step beside the others."""
         return {name: each.member() for name, each in self.rigid.items()}
 

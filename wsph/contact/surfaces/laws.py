@@ -14,7 +14,7 @@ from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.contact.reported import Reported
 from wsph.contact.surfaces.surface import Surface
-from wsph.protocols import Entry, OneSet
+from wsph.protocols import Entry, Stepped
 from wsph.scene.scene import Scene
 from wsph.units import Scales
 
@@ -27,12 +27,12 @@ Places = Mapping[str, NDArray[np.float64]]
 
 
 class Rigid(Protocol):
-    """A rigid body that steps beside the bodies whose surfaces laws act on, and that they act on too: they add to its load."""
+    """A rigid body that steps beside the bodies whose surfaces laws act on. They act on it too: they add to its load."""
 
     name: str
 
-    def member(self) -> OneSet:
-        """It, as a system that integrators step."""
+    def member(self) -> Stepped:
+        """It, as integrators step it."""
         ...
 
     def place(self, state: State) -> None:
@@ -80,8 +80,8 @@ class Rigid(Protocol):
 
 
 class Law(Protocol):
-    """Forces on surfaces. In a step they may be evaluated many times; `act` is a function of the surfaces' motion and of what
-    was kept at the end of the last step alone. What a law does not have is as here, where it is of this class."""
+    """Forces on surfaces. In a step they may be evaluated many times; `act` is a function of the surfaces' motion and of
+    what was kept at the end of the last step alone. What a law does not have is as here, where it is of this class."""
 
     name: str
 

@@ -104,8 +104,8 @@ class ToolLaw(Law):
         return self.side.square(forces), part * float(forces @ self._compliance)
 
     def bound(self, surface: Surface) -> tuple[float, float]:
-        """Bounds of omega^2 and of the rate of damping that it adds to the body of a surface. Body and free tool move against
-        each other: what the tool feels, of all bodies, counts as well."""
+        """Bounds of omega^2 and of the rate of damping that it adds to the body of a surface. Body and free tool move
+        against each other: what the tool feels, of all bodies, counts as well."""
         if surface is not self.side:
             return 0.0, 0.0
         each = [law.per_mass(law.stiffness) for law in self.tool.laws]
@@ -169,7 +169,7 @@ class ToolLaw(Law):
     def act(self) -> None:
         """Add the forces to those of the surface, and what acts back to the load of the tool (launches)."""
         tool, side, launch = self.tool, self.side, self._clock.launch
-        kernel = touch_kernel(self._space, tool.shape.kind)
+        kernel = touch_kernel(self._space, tool.shape.kind, self._ground.once)
         inputs = [self._law, tool.shape.struct, tool.body.pose, side.struct, self._rows.struct.which, self._clock.time]
         outputs = [self.memory.trial, self._push, side.force]
         if not self._rows.count:

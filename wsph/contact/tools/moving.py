@@ -42,8 +42,8 @@ TURNS = 40
 
 @wp.struct
 class Rigid:
-    """Numbers of a rigid body, nondimensional: `free` 1 where forces move it, its mass and 1/mass, gravity, its inertia in its
-    own frame and the inverse of that."""
+    """Numbers of a rigid body, nondimensional: `free` 1 where forces move it, its mass and 1/mass, gravity, its inertia in
+    its own frame and the inverse of that."""
 
     free: wp.int32
     mass: wp.float64
@@ -198,13 +198,13 @@ def pose_struct(space: Space) -> type:
     place     # of its point, vec
     axes      # R: columns are the axes of its own frame, mat
     shift     # way of its point since the end of the last step, vec
-    turned    # how R has changed since, mat
+    about     # its turning since then, axis times angle, three numbers
     velocity  # of its point, vec
     spin      # angular velocity, three numbers
     """
     annotations = dict.fromkeys(("place", "shift", "velocity"), wp.array(dtype=space.vec))
-    annotations |= dict.fromkeys(("axes", "turned"), wp.array(dtype=space.mat))
-    annotations["spin"] = wp.array(dtype=space.point)
+    annotations |= dict.fromkeys(("about", "spin"), wp.array(dtype=space.point))
+    annotations["axes"] = wp.array(dtype=space.mat)
     return cast(type, wp.struct(type("Pose", (), {"__annotations__": annotations, "__module__": __name__})))
 
 
@@ -218,25 +218,23 @@ def stand_kernel(space: Space) -> wp.Kernel:
     def stand(body: Rigid, fields: Fields, began: Fields, pose_out: Pose, load_out: wp.array(dtype=wp.float64)):
         q = quaternion(fields.turn[0])
         R = wp.quat_to_matrix(q)
-        before = wp.quat_to_matrix(quaternion(began.turn[0]))
+        about = rotation_way(q * wp.quat_inverse(quaternion(began.turn[0])))
         w = angular_velocity(body, q, fields.spin[0])
         place = here()
         shift = here()
         velocity = here()
         axes = matrix()
-        turned = matrix()
         for a in range(wp.static(dim)):
             place[a] = real(fields.place[0][a])
             shift[a] = real(fields.place[0][a] - began.place[0][a])
             velocity[a] = real(fields.velocity[0][a])
             for b in range(wp.static(dim)):
                 axes[a, b] = real(R[a, b])
-                turned[a, b] = real(R[a, b] - before[a, b])
         pose_out.place[0] = place
         pose_out.shift[0] = shift
         pose_out.velocity[0] = velocity
         pose_out.axes[0] = axes
-        pose_out.turned[0] = turned
+        pose_out.about[0] = point(real(about[0]), real(about[1]), real(about[2]))
         pose_out.spin[0] = point(real(w[0]), real(w[1]), real(w[2]))
         for a in range(6):
             load_out[a] = wp.float64(0.0)

@@ -70,8 +70,8 @@ def _load(space: Space) -> wp.Function:
 
 
 @cache
-def _meet_kernel(space: Space, kind: str) -> wp.Kernel:
-    """What two tools do to each other: one thread, point by point."""
+def _meet_kernel(space: Space, kind: str, lagged: bool) -> wp.Kernel:
+    """What two tools do to each other: one thread, point by point. `lagged` as with bodies."""
     real, vec = space.scalar, space.vec
     Points, Shape, Pose, Memory = points_struct(space), shape_struct(space), pose_struct(space), memory_struct(space)
     meet, load, Law = meeting_tool(space, kind), _load(space), law_struct(space)
@@ -107,6 +107,8 @@ def _meet_kernel(space: Space, kind: str) -> wp.Kernel:
             against = meet(shape, own, x, vec(), vec())
             met = meet(shape, other, x, -against.way, -against.speed)
             met.normal = found.normal
+            if wp.static(lagged):
+                met.speed = met.way / dt
             h = held(kept, k)
             gap = found.gap - points.radius
             if gap < real(0.0):
@@ -128,6 +130,7 @@ class PairLaw(Law):
         """`one` by its points, `other` by its shape; friction and damping are those of `table`."""
         self.name, self.one, self.other = f"{one.table.name}-{other.table.name}", one, other
         self._space, self._clock, self._arrays = ground.space, ground.clock, Arrays(ground.clock.device)
+        self._once = ground.once
         places, radius = one.form.points
         length = ground.scales.length
         arms = np.linalg.norm(places, axis=1) + radius
@@ -179,7 +182,7 @@ class PairLaw(Law):
     def act(self) -> None:
         """Add what they do to each other to the loads of both (a launch)."""
         one, other = self.one.body, self.other.body
-        kernel = _meet_kernel(self._space, self.other.shape.kind)
+        kernel = _meet_kernel(self._space, self.other.shape.kind, self._once)
         inputs = [self._points, one.pose, self.other.shape.struct, other.pose, self._clock.time, self.memory.kept]
         self._clock.launch(kernel, 1, inputs, [self.memory.trial, one.load, other.load])
 

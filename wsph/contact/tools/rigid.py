@@ -5,6 +5,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -62,7 +63,7 @@ class Start:
 
 class RigidBody:
     """A rigid body. Its motion is `Inertia`'s or `Motion`'s; a joint system calls it as it calls a deformable body, `place`,
-    `spread` and the two `close`s are for what acts on it. Three-dimensional and in double precision inside; nondimensional.
+    `spread` and `close` are for what acts on it. Three-dimensional and in double precision inside; nondimensional.
 
     state    # `moving.LAYOUT`
     pose     # where it is, for kernels (`moving.pose_struct`)
@@ -71,9 +72,6 @@ class RigidBody:
     _began   # where it was there
     _before  # load there, (6,) float64
     """
-
-    viscous = projects = irregular = False
-    frequency = stabilisation = 0.0
 
     def __init__(
         self,
@@ -86,14 +84,14 @@ class RigidBody:
         reach: float = np.inf,
     ) -> None:
         """`reach`: no point of it that can touch anything is further from its own point."""
-        self.name, self.clock, self._scales = name, clock, scales
+        self.name, self.clock, self.scales = name, clock, scales
         self.free, self._motion = isinstance(moved_by, Inertia), moved_by if isinstance(moved_by, Motion) else None
         self.space, self.inertia = space, moved_by if isinstance(moved_by, Inertia) else None
         self.arrays, self._reach = Arrays(clock.device), reach
         self._found, self._extent = (np.zeros(3), np.zeros(4)), 0.0
         self.rigid = _numbers(self.inertia)
         self._still = self._motion is not None and not self._motion.moves
-        self._first, self._made = start, 0
+        self.first, self._made = start, 0
         if self._motion is not None and not self._still:
             self._bank = bank_of([*self._motion.velocity, self._motion.rate], clock.device)
             self._axis = SPACE.vec(*self._motion.axis)
@@ -110,7 +108,7 @@ class RigidBody:
         self.impose(self._began, 0.0)
 
     def _put(self, state: State, velocity: np.ndarray, spin: np.ndarray) -> None:
-        state.buffer.assign(np.concatenate([velocity, spin, self._first.place, [0.0, 0.0, 0.0, 1.0]]))
+        state.buffer.assign(np.concatenate([velocity, spin, self.first.place, [0.0, 0.0, 0.0, 1.0]]))
 
     def new(self) -> State:
         """A state: of a body that stands still as it is, otherwise zero."""
@@ -138,8 +136,8 @@ class RigidBody:
         """As that of a deformable body."""
         if not self._still:
             span = {"all": (0, len(out.buffer)), "velocity": (0, out.split), "rest": (out.split, len(out.buffer))}[part]
-            terms = [[(c, state.buffer) for c, state in each or []] for each in (plain, timed, squared)]
-            combine(SPACE, self.clock, *terms, span, out.buffer)
+            x, k, j = ([(c, state.buffer) for c, state in each or []] for each in (plain, timed, squared))
+            combine(SPACE, self.clock, x, k, j, span, out.buffer)
 
     def drift(self, state: State, k: State, c: float, ahead: float = 0.0) -> None:
         """Place and turning go on by c dt, with the velocity and the angular momentum as they are."""
@@ -149,7 +147,7 @@ class RigidBody:
     def impose(self, state: State, c: float | tuple[float, float]) -> None:
         """Set the prescribed velocities at t + c dt."""
         if self._motion is not None and not self._still:
-            units = [wp.float64(self._scales.time), wp.float64(self._scales.length)]
+            units = [wp.float64(self.scales.time), wp.float64(self.scales.length)]
             inputs = [self._bank, self.clock.time, self._axis, *interval(c), *units]
             self.clock.launch(moving.impose, 1, inputs, [state.struct])
 
@@ -167,7 +165,7 @@ class RigidBody:
             self.clock.launch(moving.unify, 1, [], [state.struct])
 
     def kinetic(self, state: State) -> float:
-        """Kinetic energy of a free body (a copy from the device); none of a prescribed one, which nobody's forces give it."""
+        """Kinetic energy of a free body (a copy from the device); none of a prescribed one, which no force has given it."""
         if self.inertia is None:
             return 0.0
         v, L, turn = state.read("velocity")[0], state.read("spin")[0], state.read("turn")[0]
@@ -202,10 +200,10 @@ class RigidBody:
     @property
     def told(self) -> Reported:
         """Force and torque on others, about its point, and the work that it has done on them."""
-        dim, unit = self.space.dim, self._scales.stress * self._scales.length ** (self.space.dim - 1)
+        dim, unit = self.space.dim, self.scales.stress * self.scales.length ** (self.space.dim - 1)
         units = {1: ("Pa", "J/m2"), 2: ("N/m", "N"), 3: ("N", "N m")}[dim]
         force = {f"force_{axis}": Column(a, unit, units[0]) for a, axis in enumerate(AXES[:dim])}
-        energy = unit * self._scales.length
+        energy = unit * self.scales.length
         turning = {2: {"torque": 5}, 3: {f"torque_{axis}": 3 + a for a, axis in enumerate(AXES)}}.get(dim, {})
         torque = {name: Column(at, energy, units[1]) for name, at in turning.items()}
         work = {"work": Column(WORK, energy, {1: "J/m2", 2: "J/m", 3: "J"}[dim])}
@@ -243,7 +241,7 @@ class RigidBody:
         """Work of gravity on it so far: that of its potential."""
         if self.inertia is None:
             return 0.0
-        way = self.state.read("place")[0] - self._first.place
+        way = self.state.read("place")[0] - self.first.place
         return self.inertia.mass * float(self.inertia.gravity @ way)
 
     @property
@@ -283,8 +281,8 @@ def _inverse(tensor: np.ndarray) -> np.ndarray:
     return found
 
 
-def _numbers(inertia: Inertia | None) -> Rigid:
-    made = Rigid()
+def _numbers(inertia: Inertia | None) -> Struct:
+    made: Any = Rigid()
     made.free = int(inertia is not None)
     if inertia is not None:
         made.mass, made.inverse_mass = wp.float64(inertia.mass), wp.float64(1.0 / inertia.mass)
@@ -297,8 +295,8 @@ def _numbers(inertia: Inertia | None) -> Rigid:
 def _pose(space: Space, arrays: Arrays) -> Struct:
     kinds: Mapping[str, type] = {
         **dict.fromkeys(("place", "shift", "velocity"), space.vec),
-        **dict.fromkeys(("axes", "turned"), space.mat),
-        "spin": space.point,
+        **dict.fromkeys(("about", "spin"), space.point),
+        "axes": space.mat,
     }
     made = pose_struct(space)()
     for name, kind in kinds.items():

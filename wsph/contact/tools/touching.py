@@ -41,12 +41,12 @@ def meeting_tool(space: Space, kind: str) -> wp.Function:
     def meet(shape: Shape, pose: Pose, x: vec, moved: vec, speed: vec) -> Met:
         axes = pose.axes[0]
         arm = x - pose.place[0]
-        r = wp.transpose(axes) * arm
-        apart, normal = gap(shape, r)
+        apart, normal = gap(shape, wp.transpose(axes) * arm)
         met = Met()
         met.gap = apart
         met.normal = axes * normal
-        met.way = moved - pose.shift[0] - pose.turned[0] * r
+        # By the turning where the point is now: the work of a force on it is that of its torque.
+        met.way = moved - pose.shift[0] - around(pose.about[0], arm)
         met.speed = speed - pose.velocity[0] - around(pose.spin[0], arm)
         met.inner = real(1.0)
         return met
@@ -56,8 +56,8 @@ def meeting_tool(space: Space, kind: str) -> wp.Function:
 
 @cache
 def facing_area(space: Space) -> wp.Function:
-    """Warp function (surface, vertex, normal of the tool) -> the vertex's share of the area around it that faces the tool, in
-    the reference configuration."""
+    """Warp function (surface, vertex, normal of the tool) -> the vertex's share of the area around it that faces the tool,
+    in the reference configuration."""
     real, vec, dim, Surface = space.scalar, space.vec, space.dim, surface_struct(space)
 
     @wp.func
@@ -72,8 +72,9 @@ def facing_area(space: Space) -> wp.Function:
 
 
 @cache
-def touch_kernel(space: Space, kind: str) -> wp.Kernel:
-    """What acts on the vertices of a surface from a tool whose shape is of a kind."""
+def touch_kernel(space: Space, kind: str, lagged: bool) -> wp.Kernel:
+    """What acts on the vertices of a surface from a tool whose shape is of a kind. `lagged`: damping sees the way of the
+    last step over its length."""
     real, vec = space.scalar, space.vec
     Law, Shape, Pose, Surface, Memory = (
         law_struct(space),
@@ -102,6 +103,8 @@ def touch_kernel(space: Space, kind: str) -> wp.Kernel:
         i = which[first + wp.tid()]
         dt = real(dt_of(clock))
         met = meet(shape, pose, own.x[i], own.moved[i], own.speed[i])
+        if wp.static(lagged):
+            met.speed = met.way / dt
         h = held(kept, i)
         force = vec()
         if met.gap < real(0.0):

@@ -26,7 +26,7 @@ from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
 from wsph.simulation.composing.joint import JointSystem
 from wsph.simulation.diagnostics import Diagnostics
-from wsph.simulation.rings import Rings
+from wsph.simulation.probing.rings import Rings
 from wsph.simulation.timeline import TimeStep
 from wsph.stability.limit import StepLimit
 from wsph.units import Scales

@@ -12,7 +12,7 @@ from wsph.backend.kernels import kernel
 from wsph.contact.reported import Reported
 from wsph.errors import Fault, SceneError
 from wsph.scene.tables import Probe
-from wsph.simulation.rings import RING, Rings
+from wsph.simulation.probing.rings import RING, Rings
 
 
 @cache

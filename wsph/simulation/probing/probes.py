@@ -20,7 +20,7 @@ from wsph.formulations.system import System
 from wsph.geometry.selection import select
 from wsph.output import fields
 from wsph.scene.tables import Body, Probe
-from wsph.simulation.rings import RING, Rings
+from wsph.simulation.probing.rings import RING, Rings
 from wsph.sph.averages import Averages
 from wsph.units import rounded
 
