@@ -36,6 +36,12 @@ TANGENT = 0.7
 (Mindlin 1949)."""
 
 
+class RecordArrays(Protocol):
+    """What acts on vertices or edges, as kernels take it: the `force` on each, and more."""
+
+    force: Array
+
+
 class Met(Protocol):
     """A surface as laws of meeting see it (`wsph.contact.surfaces.surface.Surface`)."""
 
@@ -86,10 +92,11 @@ class Way:
     def _make(self) -> None:
         own, other, space, arrays = self.own, self.other, self._space, self._arrays
         self.faces: NDArray[np.int64] = other.struct.faces.numpy().astype(np.int64).reshape(other.m, space.dim)
-        self.record: Any = record_struct(space)()
-        self.record.force = arrays.zeros("force", own.n, space.vec)
-        self.record.count = arrays.zeros("count", own.n, wp.int32)
-        self.record.faces = arrays.zeros("faces", own.n, Faces)
+        self._count = arrays.zeros("count", own.n, wp.int32)
+        record: Any = record_struct(space)()
+        record.force = arrays.zeros("force", own.n, space.vec)
+        record.count, record.faces = self._count, arrays.zeros("faces", own.n, Faces)
+        self.record: RecordArrays = record
         self._span, self._met = 0.0, np.zeros(0, np.int64)
         self._take(none(self._device), none(self._device))
 
@@ -123,7 +130,7 @@ class Way:
         )
         self.memory.release(self.rows)
         self.record.force.zero_()
-        self.record.count.zero_()
+        self._count.zero_()
         self._met = np.unique(faces)
 
     @property

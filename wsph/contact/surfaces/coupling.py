@@ -17,7 +17,7 @@ from wsph.contact.between import CoupledBody
 from wsph.contact.surfaces.body import SurfacedSystem
 from wsph.contact.surfaces.laws import Ground, Law, LawMaker
 from wsph.contact.surfaces.surface import Surface
-from wsph.protocols import Entry
+from wsph.protocols import Entry, OneSet
 from wsph.scene.scene import Scene
 from wsph.sph.skin import Skin
 from wsph.units import Scales
@@ -48,9 +48,13 @@ class Surfaces:
     """
 
     def __init__(
-        self, surfaces: Mapping[str, Surface], systems: Mapping[str, SurfacedSystem], laws: Sequence[Law], space: Space,
+        self,
+        surfaces: Mapping[str, Surface],
+        systems: Mapping[str, SurfacedSystem],
+        laws: Sequence[Law],
+        space: Space,
         clock: Clock,
-    ):  # fmt: skip
+    ):
         """Of bodies, by their names."""
         self.surfaces, self._systems, self.laws = dict(surfaces), systems, tuple(laws)
         self._skin = SKIN * max(surface.spacing for surface in surfaces.values())
@@ -71,17 +75,13 @@ class Surfaces:
         """The names of the bodies that have surfaces."""
         return tuple(self.surfaces)
 
-    def members(self) -> dict[str, object]:
+    def members(self) -> dict[str, OneSet]:
         """What laws bring that steps beside the bodies."""
-        found: dict[str, object] = {}
-        for law in self.laws:
-            if (members := getattr(law, "members", None)) is not None:
-                found |= members()
-        return found
+        return {name: member for law in self.laws for name, member in law.members().items()}
 
     def _find(self) -> None:
         """Find the candidates of all laws where the bodies are between steps."""
-        for name, surface in self.surfaces.items():
+        for name in self.surfaces:
             self._skins[name].found.assign(self._systems[name].state.struct.displacement)
         places = {name: surface.places() for name, surface in self.surfaces.items()}
         for law in self.laws:
@@ -97,8 +97,8 @@ class Surfaces:
             surface.attend(vertices, faces)
 
     def follow(self) -> bool:
-        """Before a step, on the host: take what has broken, and find the candidates again if a particle can leave its skin by
-        the end of it; whether either was so."""
+        """Before a step, on the host: take what has broken, and find the candidates again if a particle can leave its skin
+        by the end of it; whether either was so."""
         remade = self._renew({name: surface.eroded() for name, surface in self.surfaces.items()})
         left = [self._has_left(name) for name in self.surfaces]
         if not remade and not any(left):
@@ -157,7 +157,8 @@ class Surfaces:
 
     def stiffen(self, stiffness: float) -> bool:
         """Give a stiffness to the laws that a scene leaves it open for; whether there are any."""
-        return any([law.stiffen(stiffness) for law in self.laws])
+        takes = [law.stiffen(stiffness) for law in self.laws]  # all of them, not the first that does
+        return any(takes)
 
     @property
     def stored(self) -> float:
@@ -195,9 +196,14 @@ class Surfaces:
 
 
 def coupled(
-    scene: Scene, bodies: Sequence[CoupledBody], makers: Sequence[LawMaker], space: Space, scales: Scales, clock: Clock,
+    scene: Scene,
+    bodies: Sequence[CoupledBody],
+    makers: Sequence[LawMaker],
+    space: Space,
+    scales: Scales,
+    clock: Clock,
     once: bool,
-) -> Surfaces | None:  # fmt: skip
+) -> Surfaces | None:
     """The coupling of a scene's surfaces by the laws that `makers` find in it, None where there are none. `once`: a step
     evaluates forces once, at its end. Raises Refused."""
     systems = {run.body.name: cast(SurfacedSystem, run.system) for run in bodies}

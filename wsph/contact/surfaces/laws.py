@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
 from wsph.contact.surfaces.surface import Surface
+from wsph.protocols import OneSet
 from wsph.scene.scene import Scene
 from wsph.units import Scales
 
@@ -23,14 +24,21 @@ Places = Mapping[str, NDArray[np.float64]]
 """By the bodies' names, where the vertices are, (n, dim), nondimensional."""
 
 
+class Named(Protocol):
+    """What has the `name` of a body."""
+
+    @property
+    def name(self) -> str: ...
+
+
 class Law(Protocol):
-    """Forces on surfaces. In a step they may be evaluated many times; `act` is a function of the surfaces' motion and of what
-    was kept at the end of the last step alone. What a law does not have is as here, where it is of this class."""
+    """Forces on surfaces. In a step they may be evaluated many times; `act` is a function of the surfaces' motion and of
+    what was kept at the end of the last step alone. What a law does not have is as here, where it is of this class."""
 
     name: str
 
     @property
-    def sides(self) -> tuple[Surface, ...]:
+    def sides(self) -> Sequence[Named]:
         """The surfaces that it acts on."""
         ...
 
@@ -55,13 +63,17 @@ class Law(Protocol):
         """Bounds of omega^2 and of the rate of damping that it adds to the body of a surface, nondimensional."""
         ...
 
+    def members(self) -> Mapping[str, OneSet]:
+        """What it brings that steps beside the bodies, by their names."""
+        return {}
+
     def stiffen(self, stiffness: float) -> bool:
         """Take a stiffness where the scene leaves it open; whether it does."""
         return False
 
     def renew(self, surface: Surface, rows: Rows) -> None:
-        """A surface of its was remade: `rows` (old n,) are those of its old vertices, -1 where they are gone. Candidates are
-        found after it."""
+        """A surface of its was remade: `rows` (old n,) are those of its old vertices, -1 where they are gone. Candidates
+        are found after it."""
         ...
 
     @property
