@@ -25,8 +25,8 @@ Places = Mapping[str, NDArray[np.float64]]
 """Where the vertices of surfaces are, by the bodies' names, (n, dim), nondimensional."""
 
 DEPTH = 1.0
-"""From a face, in spacings, at which a vertex does not meet it any more. Corners that hit each other head on go in as deep as
-three quarters."""
+"""From a face, in spacings, at which a vertex does not meet it any more. Corners that hit each other head on go in by three
+quarters of one."""
 
 SLACK = 1.2
 """Faces may grow by this from one search to the next."""
