@@ -86,6 +86,8 @@ class Meeting:
 
     rigid: tuple[()] = ()
     """It acts on no rigid body."""
+    searches: bool = True
+    """Its candidates last for a skin alone."""
 
     def __init__(self, name: str, one: Meets, other: Meets, contact: ContactNumbers, space: Space, clock: Clock):
         self.name, self.one, self.other, self._contact = name, one, other, contact
