@@ -5,7 +5,8 @@
 from collections.abc import Mapping
 from typing import Protocol
 
-from wsph.protocols import AnyState, BodySystem, BodyTable, DeviceArray, Entry, Integrator, OneSet
+from wsph.contact.reported import Reported
+from wsph.protocols import AnyState, BodySystem, BodyTable, DeviceArray, Entry, Integrator, Stepped
 
 
 class CoupledBody(Protocol):
@@ -70,8 +71,8 @@ class Interaction(Protocol):
 
 class Coupling(Protocol):
     """Forces between bodies, or on them from outside, as part of the rates of their velocities: contact, tools, ties. Bodies
-    that a coupling acts on step together, by one integrator (`wsph.simulation.composing.joint`). States and rates are those of the
-    evaluation, by the bodies' names."""
+    that a coupling acts on step together, by one integrator (`wsph.simulation.composing.joint`). States and rates are those
+    of the evaluation, by the bodies' names."""
 
     ledger: tuple[Entry, ...]
 
@@ -79,8 +80,13 @@ class Coupling(Protocol):
         """The names of the bodies that it acts on."""
         ...
 
-    def members(self) -> Mapping[str, OneSet]:
-        """What it brings that steps beside them, such as rigid bodies: systems as `OneSet` has them, by their names."""
+    def members(self) -> Mapping[str, Stepped]:
+        """What it brings that steps beside them, such as rigid bodies, by their names."""
+        ...
+
+    @property
+    def told(self) -> tuple[Reported, ...]:
+        """What is told of it at the end of every step."""
         ...
 
     def follow(self) -> bool:

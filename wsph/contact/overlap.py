@@ -25,8 +25,8 @@ SURFACE = 1e-6
 """Depth [cells] from which a place at the start is inside: touching faces are not."""
 
 EASED = 0.5
-"""Depth, in the larger spacing, up to which surfaces may overlap at the start: what two curved surfaces in cells of their own
-do, and contact takes for none."""
+"""Depth, in the larger spacing, up to which surfaces may overlap at the start: as two curved surfaces in cells of their own
+do, which contact takes for none."""
 
 PASSED = {True: 0.05, False: 0.5}
 """Depth [cells] below the surface at which a particle has passed the outermost particles of a body: these stand on the

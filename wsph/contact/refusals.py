@@ -21,3 +21,13 @@ def refuse(scene: Scene, formulation: Formulation) -> None:
                 f"body {name!r}: particles without cells have no surface for contact {contact.name!r}: use contact.law ="
                 ' "pinball"'
             )
+    bodies = {body.name for body in scene.bodies}
+    for tool in scene.tools:
+        for name in (name for name in tool.against if name in bodies):
+            if not formulation.traits.pushable:
+                raise Refused(
+                    f"body {name!r}: tool {tool.name!r} pushes bodies whose particles move: use an integrator of one set, not the"
+                    f" two sets of {formulation.name!r}"
+                )
+            if name in points:
+                raise Refused(f"body {name!r}: particles without cells have no surface for tool {tool.name!r} to touch")

@@ -16,6 +16,7 @@ from wsph.contact.pinball.contacts import Contacts
 from wsph.contact.surfaces.coupling import coupled
 from wsph.contact.surfaces.laws import LawMaker
 from wsph.contact.ties.tie import ties
+from wsph.contact.tools.making import tool_laws
 from wsph.scene.scene import Scene
 from wsph.units import Scales
 
@@ -46,7 +47,7 @@ CouplingMaker = Callable[[Scene, Sequence[CoupledBody], Space, Scales, Clock, bo
 """Makes the coupling of one kind from a scene and its bodies, which have no integrators yet, None where the scene has none
 of it. The last argument: whether a step has one evaluation of the forces, at its end. Raises Refused."""
 
-LAWS: list[LawMaker] = [meetings, ties]
+LAWS: list[LawMaker] = [meetings, ties, tool_laws]
 """What acts on the surfaces of bodies, each kind of law as a function that finds it in a scene."""
 
 

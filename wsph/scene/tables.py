@@ -43,6 +43,7 @@ from wsph.quantities import (
 from wsph.scene.contact import Contact
 from wsph.scene.messages import none_of
 from wsph.scene.names import file_name, printable
+from wsph.scene.tools import Tool
 from wsph.sph.smoothing import DEFAULT, SMOOTHING
 from wsph.units import looks_like_quantity, quantity
 
@@ -279,20 +280,24 @@ class Body(_WithParts):
 
 
 class Probe(Model):
-    """A record of fields at material points, or of the particles that `where` selects, reduced to one number."""
+    """A record of fields at material points, or of the particles that `where` selects, reduced to one number; or, `of` a
+    tool, of its force, torque and work."""
 
     name: Annotated[str, AfterValidator(file_name)]
     body: str | None = None
     at: Annotated[tuple[_Point, ...], BeforeValidator(as_tuple)] | None = None
     where: str | None = None
+    of: str | None = None
     reduce: Literal["mean", "sum", "max"] | None = None
     fields: Annotated[Strings, Field(min_length=1)]
     every: Cadence = 1
 
     @model_validator(mode="after")
     def _complete(self) -> "Probe":
-        if (self.at is None) == (self.where is None):
-            raise ValueError("exactly one of at and where is needed")
+        if [self.at, self.where, self.of].count(None) != 2:
+            raise ValueError("exactly one of at, where and of is needed")
+        if self.of is not None and self.body is not None:
+            raise ValueError("body goes with at and where: what a probe is of says it all")
         if self.at is not None and not self.at:
             raise ValueError("at names no point")
         if (self.where is None) != (self.reduce is None):
@@ -343,6 +348,7 @@ class SceneTables(Model):
     functions: dict[str, Function] = {}
     boundary: Annotated[tuple[Boundary, ...], BeforeValidator(as_tuple)] = ()
     contact: Annotated[tuple[Contact, ...], BeforeValidator(as_tuple)] = ()
+    tools: Annotated[tuple[Tool, ...], BeforeValidator(as_tuple)] = ()
     probes: Annotated[tuple[Probe, ...], BeforeValidator(as_tuple)] = ()
     gravity: dict[Literal["x", "y", "z"], Annotated[float, Unit("m/s2")]] = {}
     output: Output = Output()

@@ -22,6 +22,7 @@ from wsph.backend.space import Space
 from wsph.contact.between import Interaction
 from wsph.contact.overlap import EASED, overlapping, solid_of
 from wsph.contact.refusals import refuse as refuse_contact
+from wsph.contact.reported import Reported
 from wsph.contact.table import couplings, interactions
 from wsph.errors import Refused, SceneError
 from wsph.formulations import memory
@@ -34,7 +35,9 @@ from wsph.simulation.composing.bodies import Standing, alone, standing
 from wsph.simulation.composing.composition import BodyRun, Composition, Step
 from wsph.simulation.composing.setting import BareBody, Setting, bare_bodies, materials_of, method_of, scales_of
 from wsph.simulation.composing.together import joined_bodies, stiffen
-from wsph.simulation.probes import Recorder
+from wsph.simulation.probing.probes import Recorder
+from wsph.simulation.probing.rings import Rings
+from wsph.simulation.probing.telling import Teller
 from wsph.simulation.step_control import given_step, settle
 from wsph.simulation.timeline import TimeStep
 from wsph.stability.guard import guard
@@ -72,7 +75,8 @@ def _compose(scene: Scene) -> Composition:
         if joint is not None:
             stiffen(setting, joint, list(together.values()))
     _guard(setting, bare, bodies, space, time_step, set(together))
-    probes = _probes(scene, bodies, space, time_step)
+    told = [each for coupling in forces for each in coupling.told]
+    probes = _probes(scene, bodies, told, space, time_step)
     step = Step(bodies, joint, between, time_step.clock, [probe for probe in probes if probe.every_step])
     pairs = sum(run.system.pairs for run in bodies)
     program = Program(step, time_step.clock, pairs, scene.run.threads, step.before)
@@ -105,7 +109,7 @@ def _first_system(scene: Scene, bounded: bool) -> System:
 
 def _part(scene: Scene, bodies: Sequence[Standing]) -> None:
     """Warn of bodies that overlap at the start. Raises Refused where contact is to keep them apart."""
-    for contact in (each for each in scene.contact if each.warning):
+    for contact in (each for each in (*scene.contact, *scene.tools) if each.warning):
         warnings.warn(contact.warning, RuntimeWarning, stacklevel=4)
     touching = {frozenset(contact.names): contact.law for contact in scene.contact}
     solids = [solid_of(run.system.geometry, at_nodes=True) for run in bodies] if len(bodies) > 1 else []
@@ -160,13 +164,19 @@ def _guard(
         run.stability.share = run.courant / run.limit if run.limit else 1.0
 
 
-def _probes(scene: Scene, bodies: Sequence[BodyRun], space: Space, time_step: TimeStep) -> list[Recorder]:
+def _probes(
+    scene: Scene, bodies: Sequence[BodyRun], told: list[Reported], space: Space, time_step: TimeStep
+) -> list[Rings]:
     """The recorders of a scene's probes; those of nearly every step are part of the steps."""
 
     def cadence(every: float) -> float:
         return every if isinstance(every, int) else every / time_step.dt
 
-    return [
-        Recorder(probe, f"probes.{k}", bodies, space, time_step.clock, every_step=cadence(probe.every) < 2.0)
-        for k, probe in enumerate(scene.probes)
-    ]
+    found: list[Rings] = []
+    for k, probe in enumerate(scene.probes):
+        key, every_step = f"probes.{k}", cadence(probe.every) < 2.0
+        if probe.of is not None:
+            found.append(Teller(probe, key, told, time_step.clock, every_step))
+        else:
+            found.append(Recorder(probe, key, bodies, space, time_step.clock, every_step))
+    return found

@@ -73,9 +73,7 @@ class Spectrum:
 
     def largest(self, dt: float, factor: float, shares: tuple[float, ...]) -> float:
         """The largest eigenvalue of dt^2 K + factor dt D, an upper estimate, for the worst of the shares of the
-        viscosity; 0 of a body that is held all over."""
-        if not len(self.stiffness):
-            return 0.0
+        viscosity."""
         found: list[float] = []
         one = np.eye(len(self.stiffness))
         kk, kd, dd = self.squares

@@ -213,6 +213,34 @@ def test_a_bond_breaks_where_its_traction_is_too_large_and_for_good() -> None:
         assert tie.dissipated == lost
 
 
+@pytest.mark.parametrize("side", [0, 1])
+def test_what_held_on_what_has_gone_is_broken(side: int) -> None:
+    """Of the finer side its last vertex goes, or of the other its last face; the rows of the others are turned round."""
+    tie, low, high = glued(2, gap=0.0, stiffness=1.0)
+    lift = 0.01 * np.array([0.0, 1.0])
+    before = pulled(tie, {"low": low.mesh.X, "high": high.mesh.X + lift})
+    held, sizes = tie.stored, before["high"].copy()
+    remade = tie.sides[side]
+    rows = np.arange(remade.n)[::-1].copy()
+    far = int(remade.mesh.X[:, 0].argmax())
+    lost = tie.bonds.vertex == far if side == 0 else (tie.bonds.corners == far).any(1)
+    gone = np.isin(np.arange(high.n), tie.bonds.vertex[lost])
+    remade.mesh.X, remade.mesh.faces = remade.mesh.X[::-1], rows[remade.mesh.faces]
+    if side == 0:
+        rows[far] = -1
+    else:
+        remade.mesh.faces = remade.mesh.faces[~(remade.mesh.faces == rows[far]).any(1)]
+    tie.renew(remade, rows)
+    assert tie.broken == lost.sum() > 0
+    assert tie.stored + tie.dissipated == pytest.approx(held, rel=1e-12)
+    found = pulled(tie, {"low": low.mesh.X, "high": high.mesh.X + lift})
+    after = found["high"]
+    assert found["low"].sum(0) == pytest.approx(-after.sum(0), rel=1e-12)
+    kept = after[::-1] if side == 0 else after
+    assert (kept[gone] == 0.0).all()
+    assert kept[~gone] == pytest.approx(sizes[~gone], rel=1e-12)
+
+
 def test_a_tie_in_one_dimension_is_a_spring() -> None:
     space = Space(1)
     ends = [

@@ -14,10 +14,11 @@ from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.contact.between import CoupledBody
+from wsph.contact.reported import Reported
 from wsph.contact.surfaces.body import SurfacedSystem
 from wsph.contact.surfaces.laws import Ground, Law, LawMaker
 from wsph.contact.surfaces.surface import Surface
-from wsph.protocols import Entry, OneSet
+from wsph.protocols import Entry, Stepped
 from wsph.scene.scene import Scene
 from wsph.sph.skin import Skin
 from wsph.units import Scales
@@ -57,17 +58,20 @@ class Surfaces:
     ):
         """Of bodies, by their names."""
         self.surfaces, self._systems, self.laws = dict(surfaces), systems, tuple(laws)
+        self._searched = dict.fromkeys(side.name for law in self.laws if law.searches for side in law.sides)
         self._skin = SKIN * max(surface.spacing for surface in surfaces.values())
         self._skins = {name: Skin(space, len(each.mass), clock) for name, each in surfaces.items()}
         self._spare: dict[str, State] = {}
         for name, each in surfaces.items():
             rate = _Spare(_Velocity(wp.zeros(len(each.mass), dtype=space.vec, device=clock.device)))
             self._spare[name] = cast(State, rate)
+        self.rigid = {each.name: each for law in self.laws for each in law.rigid}
         self.ledger: tuple[Entry, ...] = (
             Entry("contact_stored", lambda: self.stored),
             Entry("contact_dissipated", lambda: self.dissipated),
             Entry("contact_numerical", lambda: self.numerical),
             Entry("external_work", lambda: self.work),
+            *(entry for each in self.rigid.values() for entry in each.ledger),
         )
         self._find()
 
@@ -75,15 +79,23 @@ class Surfaces:
         """The names of the bodies that have surfaces."""
         return tuple(self.surfaces)
 
-    def members(self) -> dict[str, OneSet]:
-        """What laws bring that steps beside the bodies."""
-        return {name: member for law in self.laws for name, member in law.members().items()}
+    def members(self) -> dict[str, Stepped]:
+        """Rigid bodies, which step beside the others."""
+        return {name: each.member() for name, each in self.rigid.items()}
+
+    @property
+    def told(self) -> tuple[Reported, ...]:
+        """What is told of it at the end of every step."""
+        return tuple(each.told for each in self.rigid.values())
 
     def _find(self) -> None:
         """Find the candidates of all laws where the bodies are between steps."""
         for name in self.surfaces:
             self._skins[name].found.assign(self._systems[name].state.struct.displacement)
         places = {name: surface.places() for name, surface in self.surfaces.items()}
+        everywhere = np.concatenate(list(places.values()))
+        for each in self.rigid.values():
+            each.find(everywhere)
         for law in self.laws:
             law.find(places, self._skin)
         self._attend()
@@ -100,7 +112,8 @@ class Surfaces:
         """Before a step, on the host: take what has broken, and find the candidates again if a particle can leave its skin
         by the end of it; whether either was so."""
         remade = self._renew({name: surface.eroded() for name, surface in self.surfaces.items()})
-        left = [self._has_left(name) for name in self.surfaces]
+        left = [self._has_left(name) for name in self._searched]
+        left += [each.has_left(0.5 * self._skin) for each in self.rigid.values()]
         if not remade and not any(left):
             return False
         self._find()
@@ -121,22 +134,31 @@ class Surfaces:
 
     def start(self, states: Mapping[str, State]) -> None:
         """Take what is there at the start of the run (launches)."""
-        for name, surface in self.surfaces.items():
-            surface.place(states[name])
+        self._place(states)
         for law in self.laws:
             law.start()
         self.push(states, self._spare)
         for name, surface in self.surfaces.items():
             surface.start(states[name])
+        for name, each in self.rigid.items():
+            each.start(states[name])
+
+    def _place(self, states: Mapping[str, State]) -> None:
+        for name, surface in self.surfaces.items():
+            surface.place(states[name])
+        for name, each in self.rigid.items():
+            each.place(states[name])
 
     def push(self, states: Mapping[str, State], rates: Mapping[str, State]) -> None:
         """Add the accelerations of the forces in a state to the rates (launches)."""
-        for name, surface in self.surfaces.items():
-            surface.place(states[name])
+        self._place(states)
         for law in self.laws:
             law.act()
         for name, surface in self.surfaces.items():
             surface.spread(rates[name])
+        for name, each in self.rigid.items():
+            if name in rates:
+                each.spread(rates[name])
 
     def close(self, states: Mapping[str, State], *, fresh: bool) -> None:
         """Close a step (launches): memory, works, and where the ways of the next one begin. Not `fresh`: the last evaluation
@@ -147,6 +169,8 @@ class Surfaces:
             law.close()
         for name, surface in self.surfaces.items():
             surface.close(states[name])
+        for name, each in self.rigid.items():
+            each.close(states[name])
 
     def bound(self, body: str) -> tuple[float, float]:
         """Bounds of omega^2 and of the rate of damping that are added to a body's, nondimensional."""
@@ -179,6 +203,7 @@ class Surfaces:
     def numerical(self) -> float:
         """What the bodies and the outside have given, less what is stored and dissipated, nondimensional."""
         given = self.work - sum(surface.work for surface in self.surfaces.values())
+        given += sum(each.given for each in self.rigid.values())
         return given - self.stored - self.dissipated
 
     def kept(self) -> dict[str, Array]:
@@ -187,7 +212,8 @@ class Surfaces:
             f"surface.{name}.{key}": a for name, each in self.surfaces.items() for key, a in each.kept().items()
         }
         laws = {f"law.{law.name}.{key}": a for law in self.laws for key, a in law.kept().items()}
-        return surfaces | laws
+        rigid = {f"rigid.{name}.{key}": a for name, each in self.rigid.items() for key, a in each.kept().items()}
+        return surfaces | laws | rigid
 
     def restored(self) -> None:
         """Find the candidates of a state that has been put back."""

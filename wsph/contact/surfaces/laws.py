@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
+from wsph.backend.state import State
+from wsph.contact.reported import Reported
 from wsph.contact.surfaces.surface import Surface
-from wsph.protocols import OneSet
+from wsph.protocols import Entry, Stepped
 from wsph.scene.scene import Scene
 from wsph.units import Scales
 
@@ -31,6 +33,59 @@ class Named(Protocol):
     def name(self) -> str: ...
 
 
+class Rigid(Protocol):
+    """A rigid body that steps beside the bodies whose surfaces laws act on. They act on it too: they add to its load."""
+
+    name: str
+
+    def member(self) -> Stepped:
+        """It, as integrators step it."""
+        ...
+
+    def place(self, state: State) -> None:
+        """Where it is in a state; nothing acts on it yet (launches)."""
+        ...
+
+    def spread(self, rate: State) -> None:
+        """Add the accelerations by its load to the rate of its velocities (launches)."""
+        ...
+
+    def start(self, state: State) -> None:
+        """Take what is there at the start of a run, its load evaluated (launches)."""
+        ...
+
+    def close(self, state: State) -> None:
+        """Close a step whose last evaluation was of a state: its work, and where ways begin (launches)."""
+        ...
+
+    def find(self, places: NDArray[np.float64]) -> None:
+        """Candidates are found where it is now, on the host, for all vertices at their `places` (n, dim)."""
+        ...
+
+    def has_left(self, way: float) -> bool:
+        """Whether a point of it beside the vertices has gone, or can go by the end of the step, further than a way since."""
+        ...
+
+    @property
+    def given(self) -> float:
+        """Work that it has done on what it meets so far, nondimensional."""
+        ...
+
+    @property
+    def ledger(self) -> tuple[Entry, ...]:
+        """Its entries of the energy ledger."""
+        ...
+
+    @property
+    def told(self) -> Reported:
+        """What it tells of itself at the end of every step."""
+        ...
+
+    def kept(self) -> Mapping[str, Array]:
+        """Device arrays that a run goes on from, by name."""
+        ...
+
+
 class Law(Protocol):
     """Forces on surfaces. In a step they may be evaluated many times; `act` is a function of the surfaces' motion and of
     what was kept at the end of the last step alone. What a law does not have is as here, where it is of this class."""
@@ -41,6 +96,16 @@ class Law(Protocol):
     def sides(self) -> Sequence[Named]:
         """The surfaces that it acts on."""
         ...
+
+    @property
+    def rigid(self) -> tuple[Rigid, ...]:
+        """The rigid bodies that it acts on."""
+        return ()
+
+    @property
+    def searches(self) -> bool:
+        """Whether what it finds lasts for a skin alone."""
+        return True
 
     def find(self, places: Places, skin: float) -> None:
         """Find, on the host, what may be met before two surfaces have come nearer by `skin`."""
@@ -62,10 +127,6 @@ class Law(Protocol):
     def bound(self, surface: Surface) -> tuple[float, float]:
         """Bounds of omega^2 and of the rate of damping that it adds to the body of a surface, nondimensional."""
         ...
-
-    def members(self) -> Mapping[str, OneSet]:
-        """What it brings that steps beside the bodies, by their names."""
-        return {}
 
     def stiffen(self, stiffness: float) -> bool:
         """Take a stiffness where the scene leaves it open; whether it does."""

@@ -132,18 +132,23 @@ def pull_kernel(space: Space) -> wp.Kernel:
         traction_out: wp.array(dtype=real),
     ):
         k = first + wp.tid()
-        i = bonds.vertex[k]
-        gap = turned(bonds, other, k)
-        d = own.x[i] - gap
+        stored_out[k] = wp.float64(0.0)
+        traction_out[k] = real(0.0)
         for c in range(wp.static(dim)):
-            d -= bonds.weights[k][c] * other.x[bonds.corners[k, c]]
-        spring = stiffness * bonds.area[k] * real(bonds.whole[k])
-        force = spring * d
-        force_out[i] = force_out[i] - force
-        for c in range(wp.static(dim)):
-            corner_out[k, c] = bonds.weights[k][c] * force + couple(bonds, other, k, c, gap, force)
-        stored_out[k] = wp.float64(real(0.5) * spring * wp.dot(d, d))
-        traction_out[k] = stiffness * real(bonds.whole[k]) * wp.length(d)
+            corner_out[k, c] = vec()
+        # The vertex of a broken bond may have gone, and its number be another's.
+        if bonds.whole[k] == 1:
+            i = bonds.vertex[k]
+            gap = turned(bonds, other, k)
+            d = own.x[i] - gap
+            for c in range(wp.static(dim)):
+                d -= bonds.weights[k][c] * other.x[bonds.corners[k, c]]
+            force = stiffness * bonds.area[k] * d
+            force_out[i] = force_out[i] - force
+            for c in range(wp.static(dim)):
+                corner_out[k, c] = bonds.weights[k][c] * force + couple(bonds, other, k, c, gap, force)
+            stored_out[k] = wp.float64(real(0.5) * wp.dot(force, d))
+            traction_out[k] = stiffness * wp.length(d)
 
     return pull
 

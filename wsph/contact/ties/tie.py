@@ -13,7 +13,7 @@ one whose vertex or face has gone with cells that died.
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false, reportAttributeAccessIssue=false
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -24,7 +24,7 @@ from wsph.backend.clock import Clock
 from wsph.backend.reduce import total
 from wsph.backend.space import Array, Space
 from wsph.contact.meeting.structs import candidates_struct
-from wsph.contact.surfaces.laws import Ground
+from wsph.contact.surfaces.laws import Ground, Law
 from wsph.contact.surfaces.surface import Surface
 from wsph.contact.ties.bonds import Bonds, bonds_between
 from wsph.contact.ties.kernels import answer_kernel, bonds_struct, part_kernel, pull_kernel
@@ -38,14 +38,14 @@ STIFFER, STIFFEST = 4.0, 10.0
 way shows more; beyond the most little is gained."""
 
 
-class Tie:
-    """A tie of a scene, as a law between two surfaces: `sides` are that of the vertices and that of the faces."""
+class Tie(Law):
+    """A tie of a scene, as a law between two surfaces."""
 
     def __init__(self, part: Contact, one: Surface, other: Surface, space: Space, scales: Scales, clock: Clock):
         """Raises Refused where no vertex is near enough to be glued."""
         self.name, self._part, self._space, self._clock = part.name, part, space, clock
-        self.sides = (other, one) if other.spacing < one.spacing * (1.0 - 1e-9) else (one, other)
-        own, far = self.sides
+        self._sides = (other, one) if other.spacing < one.spacing * (1.0 - 1e-9) else (one, other)
+        own, far = self._sides
         found = bonds_between(own.mesh, far.mesh, max(own.spacing, far.spacing) * scales.length)
         if found.count == 0:
             raise Refused(
@@ -80,17 +80,21 @@ class Tie:
             setattr(rows, name, wp.array(values, dtype=wp.int32, device=device))
         return bonds, rows
 
-    def find(self, places: Mapping[str, np.ndarray], skin: float) -> None:
-        """Nothing is searched for: what is glued stays so."""
+    @property
+    def sides(self) -> tuple[Surface, Surface]:
+        """That of the vertices, and that of the faces."""
+        return self._sides
+
+    @property
+    def searches(self) -> bool:
+        """What is glued stays so."""
+        return False
 
     def near(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Rows of the vertices and of the faces that its kernels read or write, by the bodies' names."""
         none = np.zeros(0, np.int64)
         own, far = self.sides
         return {own.name: (self.bonds.vertex, none), far.name: (np.unique(self.bonds.corners), none)}
-
-    def start(self) -> None:
-        """There is nothing to take from the start."""
 
     def act(self) -> None:
         """Add its forces to those of the surfaces (launches)."""
@@ -160,11 +164,6 @@ class Tie:
     def dissipated(self) -> float:
         """Energy that was in bonds when they broke, so far, nondimensional."""
         return total(self._lost)
-
-    @property
-    def work(self) -> float:
-        """Nothing is done on it from outside."""
-        return 0.0
 
     def force(self, surface: Surface) -> np.ndarray:
         """The sum of its forces on one of the two surfaces at the last evaluation, nondimensional (dim,)."""
