@@ -84,11 +84,6 @@ class ContactNumbers:
 class Meeting(Law):
     """`one` meets `other`, which is the same surface for contact of a body with itself."""
 
-    rigid: tuple[()] = ()
-    """It acts on no rigid body."""
-    searches: bool = True
-    """Its candidates last for a skin alone."""
-
     def __init__(self, name: str, one: Meets, other: Meets, contact: ContactNumbers, space: Space, clock: Clock):
         self.name, self.one, self.other, self._contact = name, one, other, contact
         self._space, self._clock = space, clock
