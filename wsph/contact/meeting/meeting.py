@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from wsph.backend.arrays import Arrays
+from wsph.backend.arrays import Arrays, host
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
 from wsph.contact.meeting.edges import Crossings
@@ -81,20 +81,18 @@ class ContactNumbers:
     soft: bool = True
 
 
-class Meeting:
+class Meeting(Law):
     """`one` meets `other`, which is the same surface for contact of a body with itself."""
-
-    rigid: tuple[()] = ()
-    """It acts on no rigid body."""
 
     def __init__(self, name: str, one: Meets, other: Meets, contact: ContactNumbers, space: Space, clock: Clock):
         self.name, self.one, self.other, self._contact = name, one, other, contact
         self._space, self._clock = space, clock
-        self.sides: tuple[Meets, ...] = (one,) if one is other else (one, other)
         width, speed = max(one.spacing, other.spacing), min(one.wave_speed, other.wave_speed)
         relax = speed / (width * contact.memory) if contact.memory > 0.0 else 0.0
         series = 2.0 * one.impedance * other.impedance / (one.impedance + other.impedance)
-        self._numbers = Numbers(0.0, contact.damping * series, 0.0, contact.friction, relax)
+        self._numbers = Numbers(
+            0.0, contact.damping * series, 0.0, contact.friction, relax, contact.edges and space.dim == 3
+        )
         self._drag = self._numbers.impedance * self._per_mass(np.ones(1))
         self._numbers.softening = SOFT * self._drag if contact.soft else 0.0
         self._arrays = Arrays(clock.device)
@@ -104,10 +102,15 @@ class Meeting:
             for own, against in ways
         ]
         self.crossings: Crossings | None = None
-        if contact.edges and space.dim == 3:
+        if self._numbers.edges:
             lines = _ridges(one), _ridges(other)
             self.crossings = Crossings(one, other, lines, self._numbers, space, clock, self._arrays.part("edges"))
         self._set(contact.stiffness)
+
+    @property
+    def sides(self) -> tuple[Meets, ...]:
+        """The surfaces that it acts on: one of a body that meets itself."""
+        return (self.one,) if self.one is self.other else (self.one, self.other)
 
     def _set(self, stiffness: float) -> None:
         one, other = self.one, self.other
@@ -192,17 +195,12 @@ class Meeting:
         """Energy that friction and damping have taken so far, nondimensional."""
         return sum(part.memory.lost for part in self._parts)
 
-    @property
-    def work(self) -> float:
-        """Work done on it from outside: none."""
-        return 0.0
-
     def force(self, surface: Meets) -> NDArray[np.float64]:
         """The sum of its forces on a surface at the last evaluation, nondimensional (dim,)."""
         total = np.zeros(self._space.dim)
         for part in self._parts:
-            acts: NDArray[np.float64] = part.record.force.numpy().sum(0, dtype=np.float64)
-            total += acts * ((part.own is surface) - (part.other is surface))
+            acts = host(part.record.force).sum(0, dtype=np.float64)
+            total += acts * (int(part.own is surface) - int(part.other is surface))
         return total
 
     def kept(self) -> dict[str, Array]:
@@ -212,9 +210,8 @@ class Meeting:
 
 def vertex_areas(side: Met, dim: int) -> NDArray[np.float64]:
     """Every vertex's share of the faces around it, in the reference configuration, (n,)."""
-    faces = side.struct.faces.numpy().reshape(side.m, dim)
-    size = side.struct.size.numpy().astype(np.float64)
-    return np.bincount(faces.ravel(), np.repeat(size / dim, dim), side.n)
+    faces, size = host(side.struct.faces).ravel(), host(side.struct.size).astype(np.float64)
+    return np.bincount(faces, np.repeat(size / dim, dim), side.n).astype(np.float64)
 
 
 def _ridges(side: Meets) -> Ridges:

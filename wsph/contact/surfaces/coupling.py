@@ -10,6 +10,7 @@ from typing import cast
 import numpy as np
 import warp as wp
 
+from wsph.backend.arrays import host
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
@@ -49,11 +50,16 @@ class Surfaces:
     """
 
     def __init__(
-        self, surfaces: Mapping[str, Surface], systems: Mapping[str, SurfacedSystem], laws: Sequence[Law], space: Space,
+        self,
+        surfaces: Mapping[str, Surface],
+        systems: Mapping[str, SurfacedSystem],
+        laws: Sequence[Law],
+        space: Space,
         clock: Clock,
-    ):  # fmt: skip
+    ):
         """Of bodies, by their names."""
         self.surfaces, self._systems, self.laws = dict(surfaces), systems, tuple(laws)
+        self._searched = dict.fromkeys(side.name for law in self.laws if law.searches for side in law.sides)
         self._skin = SKIN * max(surface.spacing for surface in surfaces.values())
         self._skins = {name: Skin(space, len(each.mass), clock) for name, each in surfaces.items()}
         self._spare: dict[str, State] = {}
@@ -83,11 +89,14 @@ class Surfaces:
         """What is told of it at the end of every step."""
         return tuple(each.told for each in self.rigid.values())
 
-    def _find(self) -> None:
-        """Find the candidates of all laws where the bodies are between steps."""
+    def _find(self, *, anew: bool = True) -> None:
+        """Find the candidates of all laws: `anew` where the bodies are between steps, else where they were at the last
+        search."""
+        places: dict[str, np.ndarray] = {}
         for name, surface in self.surfaces.items():
-            self._skins[name].found.assign(self._systems[name].state.struct.displacement)
-        places = {name: surface.places() for name, surface in self.surfaces.items()}
+            if anew:
+                self._skins[name].found.assign(self._systems[name].state.struct.displacement)
+            places[name] = surface.places(host(self._skins[name].found))
         everywhere = np.concatenate(list(places.values()))
         for each in self.rigid.values():
             each.find(everywhere)
@@ -104,10 +113,10 @@ class Surfaces:
             surface.attend(vertices, faces)
 
     def follow(self) -> bool:
-        """Before a step, on the host: take what has broken, and find the candidates again if a particle can leave its skin by
-        the end of it; whether either was so."""
+        """Before a step, on the host: take what has broken, and find the candidates again if a particle can leave its skin
+        by the end of it; whether either was so."""
         remade = self._renew({name: surface.eroded() for name, surface in self.surfaces.items()})
-        left = [self._has_left(name) for name in self.surfaces]
+        left = [self._has_left(name) for name in self._searched]
         left += [each.has_left(0.5 * self._skin) for each in self.rigid.values()]
         if not remade and not any(left):
             return False
@@ -176,7 +185,8 @@ class Surfaces:
 
     def stiffen(self, stiffness: float) -> bool:
         """Give a stiffness to the laws that a scene leaves it open for; whether there are any."""
-        return any([law.stiffen(stiffness) for law in self.laws])
+        takes = [law.stiffen(stiffness) for law in self.laws]  # all of them, not the first that does
+        return any(takes)
 
     @property
     def stored(self) -> float:
@@ -207,18 +217,25 @@ class Surfaces:
         }
         laws = {f"law.{law.name}.{key}": a for law in self.laws for key, a in law.kept().items()}
         rigid = {f"rigid.{name}.{key}": a for name, each in self.rigid.items() for key, a in each.kept().items()}
-        return surfaces | laws | rigid
+        skins = {f"skin.{name}": each.found for name, each in self._skins.items()}
+        return surfaces | laws | rigid | skins
 
     def restored(self) -> None:
-        """Find the candidates of a state that has been put back."""
+        """Find the candidates that there were where a run goes on: contacts that have opened are forgotten at searches, so
+        these have to be those of the run that was not interrupted."""
         self._renew({name: surface.restored() for name, surface in self.surfaces.items()})
-        self._find()
+        self._find(anew=False)
 
 
 def coupled(
-    scene: Scene, bodies: Sequence[CoupledBody], makers: Sequence[LawMaker], space: Space, scales: Scales, clock: Clock,
+    scene: Scene,
+    bodies: Sequence[CoupledBody],
+    makers: Sequence[LawMaker],
+    space: Space,
+    scales: Scales,
+    clock: Clock,
     once: bool,
-) -> Surfaces | None:  # fmt: skip
+) -> Surfaces | None:
     """The coupling of a scene's surfaces by the laws that `makers` find in it, None where there are none. `once`: a step
     evaluates forces once, at its end. Raises Refused."""
     systems = {run.body.name: cast(SurfacedSystem, run.system) for run in bodies}

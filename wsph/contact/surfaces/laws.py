@@ -26,6 +26,13 @@ Places = Mapping[str, NDArray[np.float64]]
 """By the bodies' names, where the vertices are, (n, dim), nondimensional."""
 
 
+class Named(Protocol):
+    """What has the `name` of a body."""
+
+    @property
+    def name(self) -> str: ...
+
+
 class Rigid(Protocol):
     """A rigid body that steps beside the bodies whose surfaces laws act on. They act on it too: they add to its load."""
 
@@ -86,7 +93,7 @@ class Law(Protocol):
     name: str
 
     @property
-    def sides(self) -> tuple[Surface, ...]:
+    def sides(self) -> Sequence[Named]:
         """The surfaces that it acts on."""
         ...
 
@@ -94,6 +101,11 @@ class Law(Protocol):
     def rigid(self) -> tuple[Rigid, ...]:
         """The rigid bodies that it acts on."""
         return ()
+
+    @property
+    def searches(self) -> bool:
+        """Whether what it finds lasts for a skin alone."""
+        return True
 
     def find(self, places: Places, skin: float) -> None:
         """Find, on the host, what may be met before two surfaces have come nearer by `skin`."""
@@ -121,8 +133,8 @@ class Law(Protocol):
         return False
 
     def renew(self, surface: Surface, rows: Rows) -> None:
-        """A surface of its was remade: `rows` (old n,) are those of its old vertices, -1 where they are gone. Candidates are
-        found after it."""
+        """A surface of its was remade: `rows` (old n,) are those of its old vertices, -1 where they are gone. Candidates
+        are found after it."""
         ...
 
     @property

@@ -85,6 +85,11 @@ class Tie(Law):
         """That of the vertices, and that of the faces."""
         return self._sides
 
+    @property
+    def searches(self) -> bool:
+        """What is glued stays so."""
+        return False
+
     def near(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Rows of the vertices and of the faces that its kernels read or write, by the bodies' names."""
         none = np.zeros(0, np.int64)
