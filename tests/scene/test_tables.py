@@ -108,6 +108,25 @@ between = ["a", "d"]
 law = "tie"
 stiffness = 4.0
 strength = "30 MPa"
+[[tools]]
+name = "floor"
+shape = { type = "plane", point = [0.0, -0.1], normal = [0.0, 1.0] }
+velocity = { y = "0.1*t" }
+turn = { about = [0.0, -0.1], rate = 0.5 }
+against = ["a"]
+friction = 0.2
+stiffness = "auto"
+damping = 1.0
+memory = 20
+[[tools]]
+name = "ball"
+shape = { type = "disc", center = [0.0, 3.0], radius = 0.1 }
+inside = false
+velocity = [0.0, "1 m/s"]
+mass = "2 kg/m"
+inertia = 0.1
+spin = 1.0
+against = ["a", "floor"]
 [gravity]
 y = -9.81
 [[probes]]
