@@ -109,24 +109,24 @@ law = "tie"
 stiffness = 4.0
 strength = "30 MPa"
 [[tools]]
-name = "floor"
-shape = { type = "plane", point = [0.0, -0.1], normal = [0.0, 1.0] }
-velocity = { y = "0.1*t" }
-turn = { about = [0.0, -0.1], rate = 0.5 }
+name = "punch"
+shape = { type = "disc", center = [0.5, 2.0], radius = 0.5 }
+velocity = { y = "ramp" }
+turn = { about = [0.5, 2.0], rate = 1.0 }
 against = ["a"]
-friction = 0.2
+friction = 0.1
 stiffness = "auto"
 damping = 1.0
 memory = 20
 [[tools]]
-name = "ball"
-shape = { type = "disc", center = [0.0, 3.0], radius = 0.1 }
+name = "hammer"
+shape = { type = "box", from = [0.0, 3.0], to = [1.0, 4.0], rotate = 10.0 }
 inside = false
-velocity = [0.0, "1 m/s"]
-mass = "2 kg/m"
-inertia = 0.1
-spin = 1.0
-against = ["a", "floor"]
+mass = 2.0
+inertia = 1.0
+velocity = [0.0, -1.0]
+spin = 0.5
+against = ["a", "punch"]
 [gravity]
 y = -9.81
 [[probes]]

@@ -103,7 +103,8 @@ class Contact(Model):
     def foreign(self) -> dict[str, str]:
         """Keys that the table gives and that are of other laws, with the fault of each."""
         given = {key: laws for key, laws in OF_LAWS.items() if key in self.model_fields_set and self.law not in laws}
-        return {key: f"is a key of law = {' and '.join(map(_quoted, laws))}, not of {_quoted(self.law)}" for key, laws in given.items()}  # fmt: skip
+        words = {key: " and ".join(map(_quoted, laws)) for key, laws in given.items()}
+        return {key: f"is a key of law = {theirs}, not of {_quoted(self.law)}" for key, theirs in words.items()}
 
     @property
     def warning(self) -> str:

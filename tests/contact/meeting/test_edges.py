@@ -5,6 +5,7 @@ import pytest
 
 from tests.contact.meeting.standins import Standin, box
 from tests.contact.meeting.test_touch import meeting
+from wsph.contact.meeting.edges import SHARE
 from wsph.contact.meeting.meeting import ContactNumbers
 from wsph.contact.meeting.ridges import ridges
 
@@ -48,7 +49,7 @@ def crossed(shift: float, apart: float, contact: ContactNumbers) -> tuple[Standi
 
 @pytest.mark.parametrize("shift", [0.0, 0.25, 0.4, 0.5])
 def test_crossed_bars_push_each_other_upright(shift: float) -> None:
-    """Pressed by .2 cells: k = K eps h^2/4 along the vertical, in one crossing, wherever it lies between vertices."""
+    """Pressed by .2 cells: k = K eps h^2/2 along the vertical, in one crossing, wherever it lies between vertices."""
     a, b, law = crossed(shift, 0.02, ContactNumbers(stiffness=2.0))
     law.start()
     for step in range(1, 12):
@@ -58,7 +59,7 @@ def test_crossed_bars_push_each_other_upright(shift: float) -> None:
     force = edges.force.numpy()
     assert (np.linalg.norm(force, axis=1) > 0.0).sum() == 1
     # The account of a spring that begins to close inside of a step has no part of that.
-    assert force.sum(0) == pytest.approx([0.0, 0.0, -2.0 * 0.25 * 0.2], abs=1e-12)
+    assert force.sum(0) == pytest.approx([0.0, 0.0, -2.0 * SHARE * 0.2], abs=1e-12)
     assert np.abs(a.total + b.total).max() < 1e-15
     moment = np.cross(a.places(), a.force.numpy()).sum(0) + np.cross(b.places(), b.force.numpy()).sum(0)
     assert np.abs(moment).max() < 1e-14

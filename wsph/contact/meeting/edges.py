@@ -19,8 +19,10 @@ from wsph.contact.meeting.ridges import Ridges
 from wsph.contact.meeting.ways import DEPTH, SLACK, Met, Numbers, Places
 from wsph.sph.pairs import find_pairs
 
-SHARE = 0.25
-"""Stiffness of two edges that cross, in that of a cell's side: the product of the spacings times that per area."""
+SHARE = 0.5
+"""Stiffness of two edges that cross, in that of a cell's side: the product of the spacings times that per area. Vertices on
+slanting ridges leave it to the edges: at a quarter of it fine bars dent each other deep enough to lose a fifth of an impact's
+energy."""
 
 
 class Crossings:

@@ -86,6 +86,8 @@ class Meeting:
 
     rigid: tuple[()] = ()
     """It acts on no rigid body."""
+    searches: bool = True
+    """Its candidates last for a skin alone."""
 
     def __init__(self, name: str, one: Meets, other: Meets, contact: ContactNumbers, space: Space, clock: Clock):
         self.name, self.one, self.other, self._contact = name, one, other, contact
@@ -94,7 +96,7 @@ class Meeting:
         width, speed = max(one.spacing, other.spacing), min(one.wave_speed, other.wave_speed)
         relax = speed / (width * contact.memory) if contact.memory > 0.0 else 0.0
         series = 2.0 * one.impedance * other.impedance / (one.impedance + other.impedance)
-        self._numbers = Numbers(0.0, contact.damping * series, 0.0, contact.friction, relax)
+        self._numbers = Numbers(0.0, contact.damping * series, 0.0, contact.friction, relax, contact.edges and space.dim == 3)
         self._drag = self._numbers.impedance * self._per_mass(np.ones(1))
         self._numbers.softening = SOFT * self._drag if contact.soft else 0.0
         self._arrays = Arrays(clock.device)
@@ -104,7 +106,7 @@ class Meeting:
             for own, against in ways
         ]
         self.crossings: Crossings | None = None
-        if contact.edges and space.dim == 3:
+        if self._numbers.edges:
             lines = _ridges(one), _ridges(other)
             self.crossings = Crossings(one, other, lines, self._numbers, space, clock, self._arrays.part("edges"))
         self._set(contact.stiffness)

@@ -18,6 +18,13 @@ SAME = {"f64": 1e-9, "f32": 1e-6}
 """Distances that are as good as equal, in spacings: two faces that share an edge have one nearest point on it."""
 
 
+CORNER = 0.6
+"""Of the normal of a face along a ridge, that makes the ridge end at a corner."""
+
+SLANT = 0.5
+"""Of a ridge's direction along the normal of a face (sin 30), from which its vertices do not meet the face."""
+
+
 @cache
 def choice_struct(space: Space) -> type:
     """The faces that a vertex meets: `count` of them, their numbers `faces`, at a `distance`."""
@@ -150,18 +157,50 @@ def meeting_point(space: Space) -> wp.Function:
 
 
 @cache
+def ridge_share(space: Space) -> wp.Function:
+    """Warp function (own surface, vertex, normal) -> the share of a vertex's contact with a face that is its own, where edges
+    meet edges: 1, but for a vertex on a ridge that slants towards the face.
+
+    The vertex is not what the body has furthest out along the normal then, and the face's normal not the way out: a ridge
+    meets another body's ridge, or its end does.
+    """
+    real, vec, Surface = space.scalar, space.vec, surface_struct(space)
+
+    @wp.func
+    def share(own: Surface, i: int, normal: vec) -> real:
+        begin, end = own.starts[i], own.starts[i + 1]
+        one = wp.normalize(own.area[own.around[begin]])
+        two = vec(one)
+        for k in range(begin, end):
+            n = wp.normalize(own.area[own.around[k]])
+            if wp.dot(n, one) < wp.dot(two, one):
+                two = n
+        along = wp.normalize(wp.cross(one, two))
+        for k in range(begin, end):
+            # A face across the ridge: a corner, which is furthest out in a whole cone of directions.
+            if wp.abs(wp.dot(wp.normalize(own.area[own.around[k]]), along)) > real(CORNER):
+                return real(1.0)
+        slant = wp.dot(along, normal) / real(SLANT)
+        return wp.max(real(1.0) - slant * slant, real(0.0))
+
+    return share
+
+
+@cache
 def facing_area(space: Space) -> wp.Function:
-    """Warp function (own surface, vertex, chosen faces, where they are met, other surface, spacing) -> the vertex's share of
-    the area around it that faces the other surface, in the reference configuration.
+    """Warp function (law, own surface, vertex, chosen faces, where they are met, other surface) -> the vertex's share of the
+    area around it that faces the other surface, in the reference configuration.
 
     Beside a sharp edge of the other surface it fades, so that no force ends at once where a vertex slides over it: of a
     vertex amid a smooth surface towards the edge, and of a corner, whose area lies to one side, over half a spacing beyond.
     """
     real, dim = space.scalar, space.dim
-    Surface, Choice, Met = surface_struct(space), choice_struct(space), met_struct(space)
+    Law, Surface, Choice, Met = law_struct(space), surface_struct(space), choice_struct(space), met_struct(space)
+    ridged = ridge_share(space) if dim == 3 else None
 
     @wp.func
-    def facing(own: Surface, i: int, found: Choice, met: Met, other: Surface, width: real) -> real:
+    def facing(law: Law, own: Surface, i: int, found: Choice, met: Met, other: Surface) -> real:
+        width = law.width
         size = real(0.0)
         for k in range(own.starts[i], own.starts[i + 1]):
             f = own.around[k]
@@ -175,6 +214,9 @@ def facing_area(space: Space) -> wp.Function:
                 size = size * wp.min(real(2.0) * met.inner * span / width, real(1.0))
             else:
                 size = size * wp.max(real(1.0) - real(2.0) * met.aside / width, real(0.0))
+        if wp.static(dim == 3):
+            if law.edges > real(0.0) and own.sharp[i] != 0:
+                size = size * ridged(own, i, met.normal)
         return size
 
     return facing

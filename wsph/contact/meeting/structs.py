@@ -31,6 +31,7 @@ def law_struct(space: Space) -> type:
     depth      # from a face, at which a vertex does not meet it any more
     width      # spacing of the vertices' surface
     span       # a bound of the faces' diameters
+    edges      # 1 where edges meet edges too, else 0
     """
     names = (
         "stiffness",
@@ -42,6 +43,7 @@ def law_struct(space: Space) -> type:
         "depth",
         "width",
         "span",
+        "edges",
     )
     return _struct("MeetingLaw", dict.fromkeys(names, space.scalar))
 

@@ -64,7 +64,7 @@ def touch_kernel(space: Space) -> wp.Kernel:
         force = vec()
         count = int(0)
         if found.count > 0 and found.distance < law.depth and gap < real(0.0):
-            size = facing(own, i, found, met, other, law.width)
+            size = facing(law, own, i, found, met, other)
             h = contact(law, met, gap, size, dt, h)
             force = h.elastic + h.damper - law.tangent * law.stiffness * size * h.stick
             count = found.count

@@ -58,6 +58,7 @@ class Numbers:
     softening  # rate: the impedance is divided by 1 + softening dt
     friction   # Coulomb's coefficient
     relax      # rate of friction's memory, 0 for none
+    edges      # whether edges meet edges
     """
 
     stiffness: float
@@ -65,6 +66,7 @@ class Numbers:
     softening: float
     friction: float
     relax: float
+    edges: bool = False
 
 
 class Way:
@@ -138,6 +140,7 @@ class Way:
         law.softening, law.relax = real(numbers.softening), real(numbers.relax)
         law.friction, law.tangent = real(numbers.friction), real(TANGENT)
         law.depth, law.width, law.span = real(DEPTH * self.width), real(self.own.spacing), real(self._span)
+        law.edges = real(float(numbers.edges))
         return law
 
     def start(self) -> None:

@@ -54,6 +54,7 @@ class Surfaces:
     ):  # fmt: skip
         """Of bodies, by their names."""
         self.surfaces, self._systems, self.laws = dict(surfaces), systems, tuple(laws)
+        self._searched = dict.fromkeys(side.name for law in self.laws if law.searches for side in law.sides)
         self._skin = SKIN * max(surface.spacing for surface in surfaces.values())
         self._skins = {name: Skin(space, len(each.mass), clock) for name, each in surfaces.items()}
         self._spare: dict[str, State] = {}
@@ -107,7 +108,7 @@ class Surfaces:
         """Before a step, on the host: take what has broken, and find the candidates again if a particle can leave its skin by
         the end of it; whether either was so."""
         remade = self._renew({name: surface.eroded() for name, surface in self.surfaces.items()})
-        left = [self._has_left(name) for name in self.surfaces]
+        left = [self._has_left(name) for name in self._searched]
         left += [each.has_left(0.5 * self._skin) for each in self.rigid.values()]
         if not remade and not any(left):
             return False

@@ -11,6 +11,10 @@ from wsph.contact.surfaces.struct import surface_struct
 from wsph.sph.rows import rows_struct
 
 
+TINY = 1e-30
+"""Stands for the length of an edge without one, in a quotient."""
+
+
 @cache
 def place_kernel(space: Space, identity: bool, lagged: bool) -> wp.Kernel:
     """Places X + B u, ways since the last step and velocities of vertices, and no forces. `identity`: each is a particle;
@@ -79,8 +83,23 @@ def area_kernel(space: Space) -> wp.Kernel:
 
 @cache
 def normal_kernel(space: Space) -> wp.Kernel:
-    """Normals at the corners of faces, of the faces that meet there smoothly, in proportion to their areas."""
-    vec, dim, Surface = space.vec, space.dim, surface_struct(space)
+    """Normals at the corners of faces, of the faces that meet there smoothly.
+
+    A face counts as its area vector over the squares of its edges' lengths at the corner (Max, J. Graphics Tools 4, 1999): on
+    a circle or a sphere that is the normal itself, and a side that a vertex sees in two triangles counts as one that it sees
+    in one, so that it does not show which way squares were cut.
+    """
+    real, vec, dim, Surface = space.scalar, space.vec, space.dim, surface_struct(space)
+
+    @wp.func
+    def weight(s: Surface, f: int, v: int) -> real:
+        product = real(1.0)
+        for c in range(wp.static(dim)):
+            w = s.faces[f, c]
+            if w != v:
+                edge = s.x[w] - s.x[v]
+                product *= wp.dot(edge, edge)
+        return real(1.0) / wp.max(product, real(wp.static(TINY)))
 
     @kernel(ranged=True)
     def normal(
@@ -93,9 +112,10 @@ def normal_kernel(space: Space) -> wp.Kernel:
         f = rows[first + wp.tid()]
         for c in range(wp.static(dim)):
             corner = wp.static(dim) * f + c
+            v = surface_out.faces[f, c]
             total = vec()
             for k in range(starts[corner], starts[corner + 1]):
-                total += surface_out.area[smooth[k]]
+                total += weight(surface_out, smooth[k], v) * surface_out.area[smooth[k]]
             surface_out.normal[corner] = wp.normalize(total)
 
     return normal

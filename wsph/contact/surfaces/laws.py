@@ -95,6 +95,11 @@ class Law(Protocol):
         """The rigid bodies that it acts on."""
         return ()
 
+    @property
+    def searches(self) -> bool:
+        """Whether what it finds lasts for a skin alone."""
+        return True
+
     def find(self, places: Places, skin: float) -> None:
         """Find, on the host, what may be met before two surfaces have come nearer by `skin`."""
 

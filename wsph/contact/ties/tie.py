@@ -41,9 +41,6 @@ way shows more; beyond the most little is gained."""
 class Tie(Law):
     """A tie of a scene, as a law between two surfaces."""
 
-    rigid: tuple[()] = ()
-    """It acts on no rigid body."""
-
     def __init__(self, part: Contact, one: Surface, other: Surface, space: Space, scales: Scales, clock: Clock):
         """Raises Refused where no vertex is near enough to be glued."""
         self.name, self._part, self._space, self._clock = part.name, part, space, clock
@@ -87,6 +84,11 @@ class Tie(Law):
     def sides(self) -> tuple[Surface, Surface]:
         """That of the vertices, and that of the faces."""
         return self._sides
+
+    @property
+    def searches(self) -> bool:
+        """What is glued stays so."""
+        return False
 
     def near(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Rows of the vertices and of the faces that its kernels read or write, by the bodies' names."""
