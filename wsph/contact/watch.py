@@ -105,8 +105,8 @@ class Watch:
     """The watch over all pairs of bodies that move; each is reported once. `due` is the step of the next look."""
 
     def __init__(self, bodies: Sequence[WatchedBody], named: Mapping[frozenset[str], bool]):
-        """`named`: the pairs that contact keeps apart, and whether their surfaces do, so that particles on them lie inside of
-        the other body as deep as they are pressed."""
+        """`named`: the pairs that contact keeps apart, and whether their surfaces do, so that particles on them lie inside
+        of the other body as deep as they are pressed."""
         moving = [k for k, run in enumerate(bodies) if "displacement" in run.system.state.layout]
         self._pairs = list(combinations(moving, 2))
         self._named = {pair: frozenset(bodies[k].body.name for k in pair) in named for pair in self._pairs}

@@ -7,6 +7,7 @@ import warp as wp
 
 from wsph.backend.clock import Clock
 from wsph.backend.space import Space
+from wsph.contact.meeting.meeting import Meeting
 from wsph.contact.surfaces.struct import surface_struct
 
 SMOOTH = 0.64
@@ -150,3 +151,13 @@ class Standin:
     def total(self) -> np.ndarray:
         """The sum of the forces, (dim,)."""
         return self.force.numpy().sum(0)
+
+
+def advance(law: Meeting, one: Standin, other: Standin, to: Any, place: Any = 0.0) -> None:
+    """A step: `one` goes to `place`, `other` `to` where it is to be, both beyond their meshes. Forces stay to be read."""
+    one.place(place)
+    other.place(to)
+    law.act()
+    law.close()
+    one.close()
+    other.close()

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from tests.contact.meeting.standins import Standin, box
+from tests.contact.meeting.standins import Standin, advance, box
 from tests.contact.meeting.test_touch import meeting
 from wsph.contact.meeting.edges import SHARE
-from wsph.contact.meeting.meeting import ContactNumbers
+from wsph.contact.meeting.meeting import ContactNumbers, Meeting
 from wsph.contact.meeting.ridges import ridges
 
 
@@ -38,7 +38,7 @@ def test_the_ridges_of_a_box() -> None:
         assert np.abs(np.cross(there - end, along)).max() < 1e-14
 
 
-def crossed(shift: float, apart: float, contact: ContactNumbers) -> tuple[Standin, Standin, object]:
+def crossed(shift: float, apart: float, contact: ContactNumbers) -> tuple[Standin, Standin, Meeting]:
     """Two bars on edge, one across the other, the upper edge of the first below the lower edge of the second."""
     across = about(2, 90.0) @ about(0, 45.0)
     high = np.sqrt(2.0)
@@ -47,16 +47,20 @@ def crossed(shift: float, apart: float, contact: ContactNumbers) -> tuple[Standi
     return meeting(one, other, contact)
 
 
+def edge_forces(law: Meeting) -> np.ndarray:
+    """On the edges of the first surface, (edges, 3)."""
+    assert law.crossings is not None
+    return law.crossings.record.force.numpy()
+
+
 @pytest.mark.parametrize("shift", [0.0, 0.25, 0.4, 0.5])
 def test_crossed_bars_push_each_other_upright(shift: float) -> None:
     """Pressed by .2 cells: k = K eps h^2/2 along the vertical, in one crossing, wherever it lies between vertices."""
     a, b, law = crossed(shift, 0.02, ContactNumbers(stiffness=2.0))
     law.start()
     for step in range(1, 12):
-        a.place(), b.place(np.array([0.0, 0.0, -0.02 * step])), law.act()
-        edges = law.crossings.record
-        law.close(), a.close(), b.close()
-    force = edges.force.numpy()
+        advance(law, a, b, np.array([0.0, 0.0, -0.02 * step]))
+    force = edge_forces(law)
     assert (np.linalg.norm(force, axis=1) > 0.0).sum() == 1
     # The account of a spring that begins to close inside of a step has no part of that.
     assert force.sum(0) == pytest.approx([0.0, 0.0, -2.0 * SHARE * 0.2], abs=1e-12)
@@ -67,12 +71,15 @@ def test_crossed_bars_push_each_other_upright(shift: float) -> None:
 
 def test_edges_inside_of_faces_do_not_meet() -> None:
     """A box on a plate: the ends of its edges see faces; no edge crosses another from inside."""
-    a, b, law = meeting(box((6.0, 6.0, 2.0), 1.0), box((3.0, 3.0, 2.0), 1.0, about(2, 20.0), (0.2, 0.1, 2.02)), ContactNumbers())
+    a, b, law = meeting(
+        box((6.0, 6.0, 2.0), 1.0), box((3.0, 3.0, 2.0), 1.0, about(2, 20.0), (0.2, 0.1, 2.02)), ContactNumbers()
+    )
     law.start()
     for step in range(1, 8):
-        a.place(), b.place(np.array([0.0, 0.0, -0.02 * step])), law.act(), law.close(), a.close(), b.close()
+        advance(law, a, b, np.array([0.0, 0.0, -0.02 * step]))
+    assert law.crossings is not None
     assert law.crossings.rows.count > 0
-    assert np.abs(law.crossings.record.force.numpy()).max() == 0.0
+    assert np.abs(edge_forces(law)).max() == 0.0
     assert b.total[2] > 0.0
 
 
@@ -86,10 +93,9 @@ def test_no_energy_comes_out_of_crossed_bars() -> None:
     for _ in range(300):
         step = rng.normal(0.0, 0.05, 3) - 0.05 * (place + np.array([0.0, 0.0, 0.1]))
         place = place + step
-        a.place(), b.place(place), law.act()
+        advance(law, a, b, place)
         done = 0.5 * float((b.total + last) @ step)
         work, put_in = work - done, put_in + abs(done)
-        law.close(), a.close(), b.close()
         last = b.total
     assert put_in > 0.05
     assert work > law.stored - 0.1 * put_in

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.contact.meeting.standins import Standin, square
+from tests.contact.meeting.standins import Standin, advance, square
 from tests.contact.meeting.test_touch import DT, meeting
 from wsph.contact.meeting.meeting import ContactNumbers, Meeting
 from wsph.contact.meeting.ways import TANGENT
@@ -21,7 +21,7 @@ def pressed(contact: ContactNumbers) -> tuple[Standin, Standin, Meeting]:
 
 
 def step(a: Standin, b: Standin, law: Meeting, place: tuple[float, float]) -> None:
-    a.place(), b.place(np.array(place)), law.act(), law.close(), a.close(), b.close()
+    advance(law, a, b, np.array(place))
 
 
 def normal(law: Meeting, a: Standin) -> float:
@@ -68,7 +68,7 @@ def test_what_slips_does_not_spring_back_further_than_it_was_held() -> None:
 
 
 def test_friction_follows_the_normal_force_with_its_memory() -> None:
-    """A step of the normal force, long after it began: mu P approaches it as 1 - exp(-t/tau), tau = 20 cells of unit waves."""
+    """A step of the normal force, long after it began: mu P approaches it as 1 - exp(-t/tau), tau = 20 cells of waves."""
     tau = 20.0
     a, b, law = pressed(ContactNumbers(friction=0.3, memory=tau, damping=0.0))
     side, place = 0.0, 0.05 + DEPTH

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from tests.contact.meeting.standins import PlainMesh, Standin, box, circle, polygon, square
+from tests.contact.meeting.standins import PlainMesh, Standin, advance, box, circle, polygon, square
 from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
@@ -58,11 +58,7 @@ def test_a_pressed_face_bears_its_area() -> None:
     a, b, law = meeting(one, other, ContactNumbers())
     law.start()
     for step in range(1, 4):
-        b.place(np.array([-0.1 * step, 0.0]))
-        a.place()
-        law.act()
-        law.close()
-        a.close(), b.close()
+        advance(law, a, b, np.array([-0.1 * step, 0.0]))
     assert a.total[0] == pytest.approx(-0.1 * 10.0, rel=1e-12)
     assert law.stored == pytest.approx(0.5 * 0.1**2 * 10.0, rel=1e-12)
     assert np.abs(a.total + b.total).max() < 1e-15
@@ -79,7 +75,7 @@ def test_a_chord_s_error_cancels_on_circles() -> None:
         other = circle(radius, count, (2.0 * radius, 0.0), np.pi + turn)
         a, b, law = meeting(one, other, ContactNumbers(), spacing)
         for s in np.linspace(0.005, 0.04, 8):
-            b.place(np.array([-s, 0.0])), a.place(), law.act(), law.close(), a.close(), b.close()
+            advance(law, a, b, np.array([-s, 0.0]))
         way = law.ways[1]
         force = np.linalg.norm(way.record.force.numpy(), axis=1)
         x = b.places()
@@ -107,7 +103,7 @@ def test_vertices_over_vertices_share(dim: int) -> None:
     down = np.zeros(dim)
     for step in range(1, 5):
         down[dim - 1] = -0.05 * step
-        a.place(dent), b.place(down), law.act(), law.close(), a.close(), b.close()
+        advance(law, a, b, down, dent)
     total = b.total
     assert total[dim - 1] > 0.01
     assert np.abs(total[: dim - 1]).max() < 1e-15
@@ -137,8 +133,7 @@ def test_action_is_reaction(dim: int) -> None:
         into = np.zeros(dim)
         for step in range(1, 6):
             into[:2] = -0.1 * step, 0.03 * step
-            a.place(shaken[0] * step), b.place(into + shaken[1] * step)
-            law.act(), law.close(), a.close(), b.close()
+            advance(law, a, b, into + shaken[1] * step, shaken[0] * step)
         f, g = a.force.numpy(), b.force.numpy()
         size = np.abs(f).sum()
         assert size > 0.05
@@ -167,14 +162,14 @@ def test_no_path_takes_energy_out_of_a_contact(dim: int, damping: float) -> None
         other = square(4.0, 1.0, tuple(at), 0.2) if dim == 2 else box((4.0, 4.0, 4.0), 1.0, None, tuple(at))
         a, b, law = meeting(one, other, ContactNumbers(damping=damping, edges=False))
         work, put_in, place, last = 0.0, 0.0, np.zeros(dim), np.zeros(dim)
+        account: list[np.ndarray] = []
         for _ in range(150):
             step = rng.normal(0.0, 0.08, dim) - 0.05 * place
             place = place + step
-            a.place(), b.place(place), law.act()
+            advance(law, a, b, place)
             done = 0.5 * float((b.total + last) @ step)
             work -= done
             put_in += abs(done)
-            law.close(), a.close(), b.close()
             last = b.total
             account = [way.memory["account"].numpy() for way in law.ways]
             assert work - law.dissipated >= sum(each.sum() for each in account) - 1e-13
@@ -194,12 +189,11 @@ def test_the_account_is_exact_on_a_spring() -> None:
     path = np.concatenate([np.cumsum(ways), np.cumsum(ways)[::-1][1:], [0.0, 0.0]])
     last, before, work = np.zeros(2), 0.0, 0.0
     for s in path:
-        a.place(), b.place(np.array([-s, 0.0])), law.act()
+        advance(law, a, b, np.array([-s, 0.0]))
         work -= 0.5 * float((b.total + last)[0]) * -(s - before)
         depth = max(s - 0.05, 0.0)
         assert b.total[0] == pytest.approx(2.0 * 6.0 * depth, abs=1e-12)
         last, before = b.total, s
-        law.close(), a.close(), b.close()
     assert law.stored == 0.0
     assert abs(work) < 1e-13 + 2.0 * 6.0 * 0.05 * 0.06  # opening and closing inside of a step
 
@@ -208,13 +202,17 @@ def test_stages_that_are_tried_leave_no_trace() -> None:
     """Evaluations elsewhere between two closes change nothing, to the bit."""
     results = []
     for stages in (0, 3):
-        a, b, law = meeting(square(6.0, 1.0), square(6.0, 1.0, (6.05, 0.1), 0.05), ContactNumbers(friction=0.3, damping=1.0))
+        a, b, law = meeting(
+            square(6.0, 1.0), square(6.0, 1.0, (6.05, 0.1), 0.05), ContactNumbers(friction=0.3, damping=1.0)
+        )
         law.start()
         for step in range(1, 8):
             target = np.array([-0.05 * step, 0.04 * step])
             for k in range(stages):
-                a.place(), b.place(target * (0.3 + 0.4 * k)), law.act()
-            a.place(), b.place(target), law.act(), law.close(), a.close(), b.close()
+                a.place()
+                b.place(target * (0.3 + 0.4 * k))
+                law.act()
+            advance(law, a, b, target)
         results.append((b.force.numpy().copy(), law.stored, law.dissipated))
     assert (results[0][0] == results[1][0]).all()
     assert results[0][1:] == results[1][1:]
@@ -223,13 +221,12 @@ def test_stages_that_are_tried_leave_no_trace() -> None:
 def test_an_overlap_at_the_start_is_none() -> None:
     a, b, law = meeting(square(6.0, 1.0), square(6.0, 1.0, (5.9, 0.0)), ContactNumbers())
     law.start()
-    a.place(), b.place(), law.act(), law.close()
+    advance(law, a, b, 0.0)
     assert np.abs(b.force.numpy()).max() == 0.0
-    a.close(), b.close()
     for s in (0.05, 0.1):
-        a.place(), b.place(np.array([-s, 0.0])), law.act(), law.close(), a.close(), b.close()
+        advance(law, a, b, np.array([-s, 0.0]))
     assert b.total[0] == pytest.approx(0.1 * 6.0, rel=1e-6)
     # Once it was clear of the other, nothing is eased any more.
     for s in (0.09, 0.05, 0.0, -0.05, -0.1, -0.3, -0.1, -0.05, 0.0):
-        a.place(), b.place(np.array([-s, 0.0])), law.act(), law.close(), a.close(), b.close()
+        advance(law, a, b, np.array([-s, 0.0]))
     assert b.total[0] == pytest.approx(0.1 * 6.0, rel=1e-6)

@@ -66,8 +66,8 @@ def on_triangle(space: Space) -> wp.Function:
 
 @cache
 def on_face(space: Space) -> wp.Function:
-    """Warp function (place, surface, face) -> weights of the face's vertices at its point that is nearest to the place, (3,),
-    of which those beyond the dimension are zero."""
+    """Warp function (place, surface, face) -> weights of the face's vertices at its point that is nearest to the place,
+    (3,), of which those beyond the dimension are zero."""
     real, vec, point, dim, Surface = space.scalar, space.vec, space.point, space.dim, surface_struct(space)
     segment = on_segment(space)
     triangle = on_triangle(space) if dim == 3 else None

@@ -16,22 +16,28 @@ from wsph.contact.meeting.candidates import Candidates, none, rows_of_pairs
 from wsph.contact.meeting.crossing import cross_kernel, crossings_struct, ends_kernel, ridges_struct
 from wsph.contact.meeting.memory import Memory
 from wsph.contact.meeting.ridges import Ridges
-from wsph.contact.meeting.ways import DEPTH, SLACK, Met, Numbers, Places
+from wsph.contact.meeting.ways import DEPTH, SLACK, Met, Numbers, Places, RecordArrays
 from wsph.sph.pairs import find_pairs
 
 SHARE = 0.5
 """Stiffness of two edges that cross, in that of a cell's side: the product of the spacings times that per area. Vertices on
-slanting ridges leave it to the edges: at a quarter of it fine bars dent each other deep enough to lose a fifth of an impact's
-energy."""
+slanting ridges leave it to the edges: with half of this, fine bars dent each other deep enough to lose a fifth of an
+impact's energy."""
 
 
 class Crossings:
     """The ridges of `own` against those of `other`, which may be the same surface."""
 
     def __init__(
-        self, own: Met, other: Met, lines: tuple[Ridges, Ridges], numbers: Numbers, space: Space, clock: Clock,
+        self,
+        own: Met,
+        other: Met,
+        lines: tuple[Ridges, Ridges],
+        numbers: Numbers,
+        space: Space,
+        clock: Clock,
         arrays: Arrays,
-    ):  # fmt: skip
+    ):
         self.own, self.other, self.numbers = own, other, numbers
         self._space, self._clock, self._device, self._arrays = space, clock, clock.device, arrays
         self._depth = DEPTH * max(own.spacing, other.spacing)
@@ -41,10 +47,11 @@ class Crossings:
     def _make(self, lines: tuple[Ridges, Ridges]) -> None:
         self.lines = lines
         space, arrays, count = self._space, self._arrays, len(lines[0].line)
-        self.record: Any = crossings_struct(space)()
-        self.record.force = arrays.zeros("force", count, space.vec)
-        self.record.other = arrays.take("other", wp.full(count, -1, dtype=wp.int32, device=self._device))
-        self.record.at, self.record.to = (arrays.zeros(name, count, space.scalar) for name in ("at", "to"))
+        self._met = arrays.take("other", wp.full(count, -1, dtype=wp.int32, device=self._device))
+        record: Any = crossings_struct(space)()
+        record.force, record.other = arrays.zeros("force", count, space.vec), self._met
+        record.at, record.to = (arrays.zeros(name, count, space.scalar) for name in ("at", "to"))
+        self.record: RecordArrays = record
         self._structs = [self._struct(each, arrays, k) for k, each in enumerate(lines)]
         self.rows, self._ends, self._back = (none(self._device) for _ in range(3))
 
@@ -83,7 +90,7 @@ class Crossings:
         self._back = rows_of_pairs(other.ends[cols].ravel(), np.repeat(rows, 2), device)
         self.memory.release(self.rows)
         self.record.force.zero_()
-        self.record.other.fill_(-1)
+        self._met.fill_(-1)
 
     def _apart(self, rows: NDArray[np.int64], cols: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Which pairs of a surface's own edges may meet: those of which no end lies near a face of the other."""

@@ -14,13 +14,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from wsph.backend.arrays import Arrays
+from wsph.backend.arrays import Arrays, host
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
 from wsph.contact.meeting.edges import Crossings
 from wsph.contact.meeting.ridges import Ridges, ridges
 from wsph.contact.meeting.ways import Met, Numbers, Places, Way
-from wsph.contact.surfaces.laws import Ground, Law
+from wsph.contact.surfaces.laws import Ground
 from wsph.contact.surfaces.surface import Surface
 from wsph.scene.contact import STICKY, Contact
 from wsph.scene.scene import Scene
@@ -96,7 +96,9 @@ class Meeting:
         width, speed = max(one.spacing, other.spacing), min(one.wave_speed, other.wave_speed)
         relax = speed / (width * contact.memory) if contact.memory > 0.0 else 0.0
         series = 2.0 * one.impedance * other.impedance / (one.impedance + other.impedance)
-        self._numbers = Numbers(0.0, contact.damping * series, 0.0, contact.friction, relax, contact.edges and space.dim == 3)
+        self._numbers = Numbers(
+            0.0, contact.damping * series, 0.0, contact.friction, relax, contact.edges and space.dim == 3
+        )
         self._drag = self._numbers.impedance * self._per_mass(np.ones(1))
         self._numbers.softening = SOFT * self._drag if contact.soft else 0.0
         self._arrays = Arrays(clock.device)
@@ -203,8 +205,8 @@ class Meeting:
         """The sum of its forces on a surface at the last evaluation, nondimensional (dim,)."""
         total = np.zeros(self._space.dim)
         for part in self._parts:
-            acts: NDArray[np.float64] = part.record.force.numpy().sum(0, dtype=np.float64)
-            total += acts * ((part.own is surface) - (part.other is surface))
+            acts = host(part.record.force).sum(0, dtype=np.float64)
+            total += acts * (int(part.own is surface) - int(part.other is surface))
         return total
 
     def kept(self) -> dict[str, Array]:
@@ -214,9 +216,8 @@ class Meeting:
 
 def vertex_areas(side: Met, dim: int) -> NDArray[np.float64]:
     """Every vertex's share of the faces around it, in the reference configuration, (n,)."""
-    faces = side.struct.faces.numpy().reshape(side.m, dim)
-    size = side.struct.size.numpy().astype(np.float64)
-    return np.bincount(faces.ravel(), np.repeat(size / dim, dim), side.n)
+    faces, size = host(side.struct.faces).ravel(), host(side.struct.size).astype(np.float64)
+    return np.bincount(faces, np.repeat(size / dim, dim), side.n).astype(np.float64)
 
 
 def _ridges(side: Meets) -> Ridges:

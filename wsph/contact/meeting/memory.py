@@ -4,7 +4,6 @@
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 import numpy as np
-import warp as wp
 from numpy.typing import NDArray
 
 from wsph.backend.arrays import Arrays, host, put

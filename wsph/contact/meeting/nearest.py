@@ -158,13 +158,20 @@ def meeting_point(space: Space) -> wp.Function:
 
 @cache
 def ridge_share(space: Space) -> wp.Function:
-    """Warp function (own surface, vertex, normal) -> the share of a vertex's contact with a face that is its own, where edges
-    meet edges: 1, but for a vertex on a ridge that slants towards the face.
+    """Warp function (own surface, vertex, normal) -> the share of a vertex's contact with a face that is its own, where
+    edges meet edges: 1, but for a vertex on a ridge that slants towards the face.
 
     The vertex is not what the body has furthest out along the normal then, and the face's normal not the way out: a ridge
     meets another body's ridge, or its end does.
     """
     real, vec, Surface = space.scalar, space.vec, surface_struct(space)
+    if space.dim < 3:
+
+        @wp.func
+        def whole(own: Surface, i: int, normal: vec) -> real:
+            return real(1.0)
+
+        return whole
 
     @wp.func
     def share(own: Surface, i: int, normal: vec) -> real:
@@ -196,7 +203,7 @@ def facing_area(space: Space) -> wp.Function:
     """
     real, dim = space.scalar, space.dim
     Law, Surface, Choice, Met = law_struct(space), surface_struct(space), choice_struct(space), met_struct(space)
-    ridged = ridge_share(space) if dim == 3 else None
+    ridged = ridge_share(space)
 
     @wp.func
     def facing(law: Law, own: Surface, i: int, found: Choice, met: Met, other: Surface) -> real:
@@ -214,9 +221,8 @@ def facing_area(space: Space) -> wp.Function:
                 size = size * wp.min(real(2.0) * met.inner * span / width, real(1.0))
             else:
                 size = size * wp.max(real(1.0) - real(2.0) * met.aside / width, real(0.0))
-        if wp.static(dim == 3):
-            if law.edges > real(0.0) and own.sharp[i] != 0:
-                size = size * ridged(own, i, met.normal)
+        if law.edges > real(0.0) and own.sharp[i] != 0:
+            size = size * ridged(own, i, met.normal)
         return size
 
     return facing

@@ -25,8 +25,8 @@ Places = Mapping[str, NDArray[np.float64]]
 """Where the vertices of surfaces are, by the bodies' names, (n, dim), nondimensional."""
 
 DEPTH = 1.0
-"""From a face, in spacings, at which a vertex does not meet it any more. Corners that hit each other head on go in as deep as
-three quarters."""
+"""From a face, in spacings, at which a vertex does not meet it any more. Corners that hit each other head on go in by three
+quarters of one."""
 
 SLACK = 1.2
 """Faces may grow by this from one search to the next."""
@@ -34,6 +34,12 @@ SLACK = 1.2
 TANGENT = 0.7
 """Stiffness of stick in that of depth: about that of a half-space under a patch, 2 (1 - nu)/(2 - nu) with nu = .45
 (Mindlin 1949)."""
+
+
+class RecordArrays(Protocol):
+    """What acts on vertices or edges, as kernels take it: the `force` on each, and more."""
+
+    force: Array
 
 
 class Met(Protocol):
@@ -86,10 +92,11 @@ class Way:
     def _make(self) -> None:
         own, other, space, arrays = self.own, self.other, self._space, self._arrays
         self.faces: NDArray[np.int64] = other.struct.faces.numpy().astype(np.int64).reshape(other.m, space.dim)
-        self.record: Any = record_struct(space)()
-        self.record.force = arrays.zeros("force", own.n, space.vec)
-        self.record.count = arrays.zeros("count", own.n, wp.int32)
-        self.record.faces = arrays.zeros("faces", own.n, Faces)
+        self._count = arrays.zeros("count", own.n, wp.int32)
+        record: Any = record_struct(space)()
+        record.force = arrays.zeros("force", own.n, space.vec)
+        record.count, record.faces = self._count, arrays.zeros("faces", own.n, Faces)
+        self.record: RecordArrays = record
         self._span, self._met = 0.0, np.zeros(0, np.int64)
         self._take(none(self._device), none(self._device))
 
@@ -123,7 +130,7 @@ class Way:
         )
         self.memory.release(self.rows)
         self.record.force.zero_()
-        self.record.count.zero_()
+        self._count.zero_()
         self._met = np.unique(faces)
 
     @property

@@ -49,9 +49,13 @@ class Surfaces:
     """
 
     def __init__(
-        self, surfaces: Mapping[str, Surface], systems: Mapping[str, SurfacedSystem], laws: Sequence[Law], space: Space,
+        self,
+        surfaces: Mapping[str, Surface],
+        systems: Mapping[str, SurfacedSystem],
+        laws: Sequence[Law],
+        space: Space,
         clock: Clock,
-    ):  # fmt: skip
+    ):
         """Of bodies, by their names."""
         self.surfaces, self._systems, self.laws = dict(surfaces), systems, tuple(laws)
         self._searched = dict.fromkeys(side.name for law in self.laws if law.searches for side in law.sides)
@@ -86,7 +90,7 @@ class Surfaces:
 
     def _find(self) -> None:
         """Find the candidates of all laws where the bodies are between steps."""
-        for name, surface in self.surfaces.items():
+        for name in self.surfaces:
             self._skins[name].found.assign(self._systems[name].state.struct.displacement)
         places = {name: surface.places() for name, surface in self.surfaces.items()}
         everywhere = np.concatenate(list(places.values()))
@@ -105,8 +109,8 @@ class Surfaces:
             surface.attend(vertices, faces)
 
     def follow(self) -> bool:
-        """Before a step, on the host: take what has broken, and find the candidates again if a particle can leave its skin by
-        the end of it; whether either was so."""
+        """Before a step, on the host: take what has broken, and find the candidates again if a particle can leave its skin
+        by the end of it; whether either was so."""
         remade = self._renew({name: surface.eroded() for name, surface in self.surfaces.items()})
         left = [self._has_left(name) for name in self._searched]
         left += [each.has_left(0.5 * self._skin) for each in self.rigid.values()]
@@ -177,7 +181,8 @@ class Surfaces:
 
     def stiffen(self, stiffness: float) -> bool:
         """Give a stiffness to the laws that a scene leaves it open for; whether there are any."""
-        return any([law.stiffen(stiffness) for law in self.laws])
+        takes = [law.stiffen(stiffness) for law in self.laws]  # all of them, not the first that does
+        return any(takes)
 
     @property
     def stored(self) -> float:
@@ -217,9 +222,14 @@ class Surfaces:
 
 
 def coupled(
-    scene: Scene, bodies: Sequence[CoupledBody], makers: Sequence[LawMaker], space: Space, scales: Scales, clock: Clock,
+    scene: Scene,
+    bodies: Sequence[CoupledBody],
+    makers: Sequence[LawMaker],
+    space: Space,
+    scales: Scales,
+    clock: Clock,
     once: bool,
-) -> Surfaces | None:  # fmt: skip
+) -> Surfaces | None:
     """The coupling of a scene's surfaces by the laws that `makers` find in it, None where there are none. `once`: a step
     evaluates forces once, at its end. Raises Refused."""
     systems = {run.body.name: cast(SurfacedSystem, run.system) for run in bodies}

@@ -10,7 +10,6 @@ from wsph.backend.space import Space
 from wsph.contact.surfaces.struct import surface_struct
 from wsph.sph.rows import rows_struct
 
-
 TINY = 1e-30
 """Stands for the length of an edge without one, in a quotient."""
 
@@ -85,9 +84,9 @@ def area_kernel(space: Space) -> wp.Kernel:
 def normal_kernel(space: Space) -> wp.Kernel:
     """Normals at the corners of faces, of the faces that meet there smoothly.
 
-    A face counts as its area vector over the squares of its edges' lengths at the corner (Max, J. Graphics Tools 4, 1999): on
-    a circle or a sphere that is the normal itself, and a side that a vertex sees in two triangles counts as one that it sees
-    in one, so that it does not show which way squares were cut.
+    A face counts as its area vector over the squares of its edges' lengths at the corner (Max, J. Graphics Tools 4, 1999):
+    on a circle or a sphere that is the normal itself, and a side that a vertex sees in two triangles counts as one that it
+    sees in one, so that it does not show which way squares were cut.
     """
     real, vec, dim, Surface = space.scalar, space.vec, space.dim, surface_struct(space)
 

@@ -79,6 +79,13 @@ class Rigid(Protocol):
         ...
 
 
+class Named(Protocol):
+    """What has the `name` of a body."""
+
+    @property
+    def name(self) -> str: ...
+
+
 class Law(Protocol):
     """Forces on surfaces. In a step they may be evaluated many times; `act` is a function of the surfaces' motion and of
     what was kept at the end of the last step alone. What a law does not have is as here, where it is of this class."""
@@ -86,7 +93,7 @@ class Law(Protocol):
     name: str
 
     @property
-    def sides(self) -> tuple[Surface, ...]:
+    def sides(self) -> Sequence[Named]:
         """The surfaces that it acts on."""
         ...
 
@@ -126,8 +133,8 @@ class Law(Protocol):
         return False
 
     def renew(self, surface: Surface, rows: Rows) -> None:
-        """A surface of its was remade: `rows` (old n,) are those of its old vertices, -1 where they are gone. Candidates are
-        found after it."""
+        """A surface of its was remade: `rows` (old n,) are those of its old vertices, -1 where they are gone. Candidates
+        are found after it."""
         ...
 
     @property
