@@ -123,7 +123,7 @@ def touch_kernel(space: Space, kind: str, lagged: bool) -> wp.Kernel:
 @cache
 def react_kernel(space: Space) -> wp.Kernel:
     """Force and torque of blocks of vertices on a tool, about its point."""
-    dim, vec, Pose, Surface = space.dim, space.vec, pose_struct(space), surface_struct(space)
+    real, dim, vec, Pose, Surface = space.scalar, space.dim, space.vec, pose_struct(space), surface_struct(space)
 
     @kernel(ranged=True)
     def react(
@@ -138,13 +138,15 @@ def react_kernel(space: Space) -> wp.Kernel:
         total = wp.vec3d()
         torque = wp.vec3d()
         for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
-            arm = wp.vec3d()
-            force = wp.vec3d()
-            for a in range(wp.static(dim)):
-                arm[a] = wp.float64(own.x[i][a] - pose.place[0][a])
-                force[a] = -wp.float64(push[i][a])
-            total += force
-            torque += wp.cross(arm, force)
+            # Most touch nothing.
+            if wp.dot(push[i], push[i]) > real(0.0):
+                arm = wp.vec3d()
+                force = wp.vec3d()
+                for a in range(wp.static(dim)):
+                    arm[a] = wp.float64(own.x[i][a] - pose.place[0][a])
+                    force[a] = -wp.float64(push[i][a])
+                total += force
+                torque += wp.cross(arm, force)
         for a in range(3):
             sums_out[block, a] = total[a]
             sums_out[block, 3 + a] = torque[a]
