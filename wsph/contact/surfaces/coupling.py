@@ -27,6 +27,13 @@ from wsph.units import Scales
 SKIN = 0.4
 """Distance, in the largest spacing, that surfaces may come nearer before candidates are found again."""
 
+FASTER, LEAST_SPEED = 3.0, 0.03
+"""Between two looks at how far particles have gone they are taken to become so many times as fast as the fastest is, and as
+this part of the fastest wave at least: what a strong shock does to a body at rest."""
+
+NEVER, BREAKING = 10**6, 16
+"""Steps until a look at surfaces that nothing is searched for, and at those of bodies that can break."""
+
 
 @dataclass(frozen=True)
 class _Velocity:
@@ -60,6 +67,7 @@ class Surfaces:
         """Of bodies, by their names."""
         self.surfaces, self._systems, self.laws = dict(surfaces), systems, tuple(laws)
         self._searched = dict.fromkeys(side.name for law in self.laws if law.searches for side in law.sides)
+        self._clock, self._due = clock, 0
         self._skin = SKIN * max(surface.spacing for surface in surfaces.values())
         self._skins = {name: Skin(space, len(each.mass), clock) for name, each in surfaces.items()}
         self._spare: dict[str, State] = {}
@@ -115,17 +123,30 @@ class Surfaces:
     def follow(self) -> bool:
         """Before a step, on the host: take what has broken, and find the candidates again if a particle can leave its skin
         by the end of it; whether either was so."""
-        remade = self._renew({name: surface.eroded() for name, surface in self.surfaces.items()})
-        left = [self._has_left(name) for name in self._searched]
-        left += [each.has_left(0.5 * self._skin) for each in self.rigid.values()]
-        if not remade and not any(left):
+        left = [each.has_left(0.5 * self._skin) for each in self.rigid.values()]
+        self._due -= 1
+        if not any(left) and self._due > 0:
             return False
-        self._find()
-        return True
+        remade = self._renew({name: surface.eroded() for name, surface in self.surfaces.items()})
+        if remade or any(left) or self._steps_left() < 1:
+            self._find()
+            self._due = max(self._steps_left(), 1)
+            return True
+        self._due = self._steps_left()
+        return False
 
-    def _has_left(self, name: str) -> bool:
-        fields = self._systems[name].state.struct
-        return self._skins[name].has_left(fields.displacement, fields.velocity, self._skin)
+    def _steps_left(self) -> int:
+        """Steps that no particle can leave its skin in."""
+        most = BREAKING if any(system.breaks for system in self._systems.values()) else NEVER
+        if not self._searched:
+            return most
+        fields = {name: self._systems[name].state.struct for name in self._searched}
+        gone = [self._skins[name].gone(each.displacement, each.velocity) for name, each in fields.items()]
+        furthest, fastest = (max(each) for each in zip(*gone, strict=True))
+        least = LEAST_SPEED * max(surface.wave_speed for surface in self.surfaces.values())
+        steps = (0.5 * self._skin - furthest) / (self._clock.dt * max(FASTER * fastest, least))
+        # What is not finite the finite check tells.
+        return int(min(steps, most)) if np.isfinite(steps) else most
 
     def _renew(self, rows: Mapping[str, np.ndarray | None]) -> bool:
         """Tell the laws of surfaces that were remade; whether any was."""
