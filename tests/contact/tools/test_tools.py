@@ -273,6 +273,26 @@ def tatara(depth: float, nu: float) -> float:
     return pressed(low)[1]
 
 
+def test_a_light_ball_on_a_wide_plate_takes_the_step_that_it_can_touch():
+    """The bound of the time step counts what the ball can touch at once, not the whole plate; the ball bounces."""
+    plate = body(box(8.0, 0.5), 0.125)
+    ball = {"name": "ball", "shape": {"type": "disc", "center": [4.0, 0.8], "radius": 0.2}, "mass": 0.02, "velocity": [0.0, -0.05],
+            "against": ["b"], "friction": 0.3}  # fmt: skip
+    made = scene(
+        plate,
+        tools=[ball],
+        boundary=[held("-y", 2)],
+        run={"end": 6.0, "cfl": 0.2},
+        probes=[probe("ball", "force", "work")],
+    )
+    result = wsph.run(made)
+    lost = result.probes["ball-told"]["work"][-1] / (0.5 * 0.02 * 0.05**2)
+    assert 0.0 < lost < 0.9  # it weighs as much as a particle of the plate
+    assert result.probes["ball-told"]["force_y"][-1] == 0.0
+    assert result.probes["ball-told"]["force_y"].min() < -1e-3
+    assert abs(result.history["residual"]).max() < 1e-2 * result.history["kinetic"][0]
+
+
 @pytest.mark.slow
 def test_a_ball_between_two_planes_follows_tatara():
     """Contact radii of 1.5 to 2.6 spacings. A law that softens where it is compressed, as St Venant and Kirchhoff's, lies
