@@ -43,7 +43,7 @@ def described(scene: Scene, source: str) -> list[Row]:
         ("probes", ", ".join(p.name for p in scene.probes) or "none"),
     ]
     rows += [
-        ("contact", f"{' and '.join(c.names) if c.between else f'{c.self_} with itself'}, {c.law}")
+        ("contact", f"{c.name}: {' and '.join(c.names) if c.between else f'{c.self_} with itself'}, {c.law}")
         for c in scene.contact
     ]
     rows += [

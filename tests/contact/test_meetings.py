@@ -79,6 +79,17 @@ def test_bodies_that_overlap_at_the_start_are_named(integrator: str, form: str) 
             compose(two(2, -0.1, 0.0, run=run, contact=[{"between": ["b", "a"], "law": "pinball"}]))
 
 
+@pytest.mark.parametrize("law", ["surface", "tie"])
+@pytest.mark.parametrize("form", ["stress-points", "total-lagrangian"])
+def test_surfaces_may_overlap_by_half_a_spacing(law: str, form: str) -> None:
+    """It counts as none: nothing moves them."""
+    run, contact = {"formulation": form, "cfl": 0.1}, [{"between": ["b", "a"], "law": law}]
+    result = wsph.run(two(2, -0.1, 0.0, run=run, contact=contact))
+    assert abs(result.particles["velocity"]).max() < 1e-12
+    with pytest.raises(Refused, match=r"'a' and 'b' overlap at \(.*\) m from the start: contact keeps apart"):
+        compose(two(2, -0.15, 0.0, run=run, contact=contact))
+
+
 @pytest.mark.parametrize("dim", [1, 2, 3])
 def test_what_touches_or_lies_in_a_hole_does_not_overlap(dim: int) -> None:
     compose(two(dim, 0.0, 0.0))

@@ -1,5 +1,6 @@
 """The table of contacts: what its keys come to, whose they are, and what is said of wrong ones."""
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -68,6 +69,22 @@ def test_two_sets_are_refused_before_anything_is_made(law: str) -> None:
     scene = touching({**PAIR, "law": law}, run={"integrator": "tsph"})
     with pytest.raises(Refused, match="body 'a': contact pushes bodies whose particles move"):
         compose.compose(scene)
+
+
+def test_sliding_that_hums_is_warned_of() -> None:
+    with pytest.warns(RuntimeWarning, match=r"contact 'a-b': sliding with friction = 1\.2 hums"):
+        compose.compose(touching({**PAIR, "friction": 1.2}, run={"cfl": 0.05}))
+
+
+def test_points_alone_have_no_surface(tmp_path: Path) -> None:
+    (tmp_path / "points.csv").write_text("".join(f"{x},{y},0.0625\n" for x in (1.1, 1.35) for y in (0.1, 0.35)))
+    scene = touching(PAIR, run={"formulation": "total-lagrangian"})
+    data = scene.data()
+    data["bodies"][1] = {**data["bodies"][1], "points": {"file": str(tmp_path / "points.csv")}}
+    for key in ("shape", "spacing"):
+        del data["bodies"][1][key]
+    with pytest.raises(Refused, match="body 'b': particles without cells have no surface for contact 'a-b'"):
+        compose.compose(wsph.Scene(**data))
 
 
 @pytest.mark.parametrize(("law", "edges"), [("surface", True), ("tie", True), ("pinball", False)])

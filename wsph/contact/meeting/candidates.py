@@ -37,12 +37,13 @@ class Candidates:
 
 def rows_of_pairs(targets: NDArray[np.int64], sources: NDArray[np.int64], device: str) -> Candidates:
     """The pairs (p,) as rows, each once, ascending."""
-    pairs = np.unique(np.stack([targets, sources], axis=1).astype(np.int64).reshape(-1, 2), axis=0)
-    which, number = np.unique(pairs[:, 0], return_counts=True)
+    wide = int(sources.max(initial=0)) + 1
+    pairs = np.unique(targets * wide + sources)
+    which, number = np.unique(pairs // wide, return_counts=True)
     struct = cast(CandidateArrays, candidates_struct()())
     struct.which = wp.array(which, dtype=wp.int32, device=device)
     struct.offsets = wp.array(np.concatenate([[0], np.cumsum(number)]), dtype=wp.int32, device=device)
-    struct.indices = wp.array(pairs[:, 1], dtype=wp.int32, device=device)
+    struct.indices = wp.array(pairs % wide, dtype=wp.int32, device=device)
     return Candidates(which, struct)
 
 

@@ -20,7 +20,7 @@ from wsph.backend.space import Array, Space
 from wsph.contact.meeting.edges import Crossings
 from wsph.contact.meeting.ridges import Ridges, ridges
 from wsph.contact.meeting.ways import Met, Numbers, Places, Way
-from wsph.contact.surfaces.laws import Ground
+from wsph.contact.surfaces.laws import Ground, Law
 from wsph.contact.surfaces.surface import Surface
 from wsph.scene.contact import STICKY, Contact
 from wsph.scene.scene import Scene
@@ -81,18 +81,12 @@ class ContactNumbers:
     soft: bool = True
 
 
-class Meeting:
+class Meeting(Law):
     """`one` meets `other`, which is the same surface for contact of a body with itself."""
-
-    rigid: tuple[()] = ()
-    """It acts on no rigid body."""
-    searches: bool = True
-    """Its candidates last for a skin alone."""
 
     def __init__(self, name: str, one: Meets, other: Meets, contact: ContactNumbers, space: Space, clock: Clock):
         self.name, self.one, self.other, self._contact = name, one, other, contact
         self._space, self._clock = space, clock
-        self.sides: tuple[Meets, ...] = (one,) if one is other else (one, other)
         width, speed = max(one.spacing, other.spacing), min(one.wave_speed, other.wave_speed)
         relax = speed / (width * contact.memory) if contact.memory > 0.0 else 0.0
         series = 2.0 * one.impedance * other.impedance / (one.impedance + other.impedance)
@@ -112,6 +106,11 @@ class Meeting:
             lines = _ridges(one), _ridges(other)
             self.crossings = Crossings(one, other, lines, self._numbers, space, clock, self._arrays.part("edges"))
         self._set(contact.stiffness)
+
+    @property
+    def sides(self) -> tuple[Meets, ...]:
+        """The surfaces that it acts on: one of a body that meets itself."""
+        return (self.one,) if self.one is self.other else (self.one, self.other)
 
     def _set(self, stiffness: float) -> None:
         one, other = self.one, self.other
@@ -195,11 +194,6 @@ class Meeting:
     def dissipated(self) -> float:
         """Energy that friction and damping have taken so far, nondimensional."""
         return sum(part.memory.lost for part in self._parts)
-
-    @property
-    def work(self) -> float:
-        """Work done on it from outside: none."""
-        return 0.0
 
     def force(self, surface: Meets) -> NDArray[np.float64]:
         """The sum of its forces on a surface at the last evaluation, nondimensional (dim,)."""

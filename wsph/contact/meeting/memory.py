@@ -45,9 +45,11 @@ class Memory:
         stays = rows >= 0
         for name, array in self._arrays.items():
             values = host(array).copy()
-            values[rows[stays]] = old[name][stays]
-            if name == "lost" and n:
-                values[0] += old["lost"][~stays].sum() + old["sprung"][~stays].sum()
+            if name != "lost":
+                values[rows[stays]] = old[name][stays]
+            elif n:
+                # Several vertices may have become one.
+                np.add.at(values, np.where(stays, rows, 0), old["lost"] + np.where(stays, 0.0, old["sprung"]))
             put(array, values)
 
     def __getitem__(self, name: str) -> Array:

@@ -10,6 +10,7 @@ from typing import cast
 import numpy as np
 import warp as wp
 
+from wsph.backend.arrays import host
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
@@ -88,11 +89,14 @@ class Surfaces:
         """What is told of it at the end of every step."""
         return tuple(each.told for each in self.rigid.values())
 
-    def _find(self) -> None:
-        """Find the candidates of all laws where the bodies are between steps."""
-        for name in self.surfaces:
-            self._skins[name].found.assign(self._systems[name].state.struct.displacement)
-        places = {name: surface.places() for name, surface in self.surfaces.items()}
+    def _find(self, *, anew: bool = True) -> None:
+        """Find the candidates of all laws: `anew` where the bodies are between steps, else where they were at the last
+        search."""
+        places: dict[str, np.ndarray] = {}
+        for name, surface in self.surfaces.items():
+            if anew:
+                self._skins[name].found.assign(self._systems[name].state.struct.displacement)
+            places[name] = surface.places(host(self._skins[name].found))
         everywhere = np.concatenate(list(places.values()))
         for each in self.rigid.values():
             each.find(everywhere)
@@ -213,12 +217,14 @@ class Surfaces:
         }
         laws = {f"law.{law.name}.{key}": a for law in self.laws for key, a in law.kept().items()}
         rigid = {f"rigid.{name}.{key}": a for name, each in self.rigid.items() for key, a in each.kept().items()}
-        return surfaces | laws | rigid
+        skins = {f"skin.{name}": each.found for name, each in self._skins.items()}
+        return surfaces | laws | rigid | skins
 
     def restored(self) -> None:
-        """Find the candidates of a state that has been put back."""
+        """Find the candidates that there were where a run goes on: contacts that have opened are forgotten at searches, so
+        these have to be those of the run that was not interrupted."""
         self._renew({name: surface.restored() for name, surface in self.surfaces.items()})
-        self._find()
+        self._find(anew=False)
 
 
 def coupled(

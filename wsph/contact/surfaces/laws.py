@@ -26,6 +26,13 @@ Places = Mapping[str, NDArray[np.float64]]
 """By the bodies' names, where the vertices are, (n, dim), nondimensional."""
 
 
+class Named(Protocol):
+    """What has the `name` of a body."""
+
+    @property
+    def name(self) -> str: ...
+
+
 class Rigid(Protocol):
     """A rigid body that steps beside the bodies whose surfaces laws act on. They act on it too: they add to its load."""
 
@@ -77,13 +84,6 @@ class Rigid(Protocol):
     def kept(self) -> Mapping[str, Array]:
         """Device arrays that a run goes on from, by name."""
         ...
-
-
-class Named(Protocol):
-    """What has the `name` of a body."""
-
-    @property
-    def name(self) -> str: ...
 
 
 class Law(Protocol):

@@ -173,10 +173,11 @@ class Surface:
         if rows.count:
             self._clock.launch(kernel, rows.count, [rows.device, *inputs], outputs)
 
-    def places(self) -> np.ndarray:
-        """Where all vertices are now, on the host, about the origin, (n, dim)."""
-        u = host(self._last.struct.displacement).astype(float)
-        return (self.mesh.X - self._origin) / self._system.scales.length + self.B @ u
+    def places(self, displacement: np.ndarray | None = None) -> np.ndarray:
+        """Where all vertices are now, on the host, about the origin, (n, dim); or with another `displacement` of the
+        particles, (count, dim)."""
+        u = host(self._last.struct.displacement) if displacement is None else displacement
+        return (self.mesh.X - self._origin) / self._system.scales.length + self.B @ u.astype(float)
 
     def square(self, stiffness: np.ndarray) -> float:
         """A bound of omega^2 of springs at the vertices, `stiffness` (n,): the largest over the particles that are free of
