@@ -14,6 +14,7 @@ from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.contact.between import CoupledBody
+from wsph.contact.reported import Reported
 from wsph.protocols import Entry
 from wsph.scene.scene import Scene
 from wsph.units import Scales
@@ -52,6 +53,10 @@ class Bond:
 
     def members(self) -> Mapping[str, object]:
         return {}
+
+    @property
+    def told(self) -> tuple[Reported, ...]:
+        return ()
 
     def follow(self) -> bool:
         return False

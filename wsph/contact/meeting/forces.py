@@ -150,7 +150,7 @@ def open_contact(space: Space) -> wp.Function:
     """Warp function (way against the other surface, dt, memory) -> the memory of a vertex that touches nothing.
 
     What its account still held is lost with the depth that it stood for; a debt stays for the next touch. The energy of
-    friction's spring becomes heat.
+    friction's spring is dissipated.
     """
     real, vec, double = space.scalar, space.vec, wp.float64
     Held = held_struct(space)
