@@ -8,6 +8,7 @@ import pytest
 
 import wsph
 from tests.scenes import Data, body, box, driven, held, material, scene
+from wsph.simulation.compose import compose
 
 FLOOR: Data = {"name": "floor", "shape": {"type": "plane", "point": [0.0, 0.0], "normal": [0.0, 1.0]}, "against": ["b"]}
 """All below y = 0."""
@@ -336,3 +337,29 @@ def test_a_block_bounces_in_every_dimension_and_precision(dim: int, precision: s
     push = float((np.diff(told["time"]) * 0.5 * (told["force_x"][1:] + told["force_x"][:-1])).sum())
     assert push == pytest.approx(momentum[-1] - momentum[0], rel=1e-2)
     assert np.abs(told["work"]).max() == 0.0
+
+
+def test_a_surface_that_is_remade_keeps_what_its_vertices_remember():
+    """A cell dies at the corner: what the tool knows of the other vertices goes on with them."""
+    plate = body(box(1.0, 0.5), 0.125, phase_field={"fracture_energy": 1.0, "length": 0.25})
+    composition = compose(scene(plate, tools=[FLOOR], run={"cfl": 0.1}))
+    joint = composition.joint
+    assert joint is not None
+    coupling: Any = joint.couplings[0]
+    law, surface = coupling.laws[0], coupling.surfaces["b"]
+    marks = np.arange(surface.n, dtype=float)
+    law.memory["account"].assign(marks)
+    live = np.ones(len(plate_cells(composition)), bool)
+    live[0] = False
+    rows = surface.remesh(live)
+    law.renew(surface, rows)
+    kept = law.memory["account"].numpy()
+    assert len(kept) == surface.n
+    assert (rows >= 0).sum() > 0.8 * len(marks)
+    np.testing.assert_array_equal(kept[rows[rows >= 0]], marks[rows >= 0])
+    coupling.restored()
+    coupling.push(joint.state.parts, joint.new().parts)
+
+
+def plate_cells(composition: Any) -> np.ndarray:
+    return composition.bodies[0].system.geometry.cells

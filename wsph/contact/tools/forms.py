@@ -61,7 +61,7 @@ class Form:
         return apart + size
 
     def footprint(self, margin: float) -> float:
-        """The largest area [m^2] (2D: length, 1D: 1) of a body that can touch it at once: half of its surface, where that has
+        """The largest area [m^2] (2D: length) of a body that can touch it at once: half of its surface, where that has
         an end and is not a hole's, `margin` [m] further out."""
         if self.corners is not None and not self.hole:
             a, b, c = np.moveaxis(self.corners, 1, 0)
