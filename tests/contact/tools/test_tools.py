@@ -8,6 +8,7 @@ import pytest
 
 import wsph
 from tests.scenes import Data, body, box, driven, held, material, scene
+from wsph.simulation.compose import compose
 
 FLOOR: Data = {"name": "floor", "shape": {"type": "plane", "point": [0.0, 0.0], "normal": [0.0, 1.0]}, "against": ["b"]}
 """All below y = 0."""
@@ -273,6 +274,26 @@ def tatara(depth: float, nu: float) -> float:
     return pressed(low)[1]
 
 
+def test_a_light_ball_on_a_wide_plate_takes_the_step_that_it_can_touch():
+    """The bound of the time step counts what the ball can touch at once, not the whole plate; the ball bounces."""
+    plate = body(box(8.0, 0.5), 0.125)
+    ball = {"name": "ball", "shape": {"type": "disc", "center": [4.0, 0.8], "radius": 0.2}, "mass": 0.02, "velocity": [0.0, -0.05],
+            "against": ["b"], "friction": 0.3}  # fmt: skip
+    made = scene(
+        plate,
+        tools=[ball],
+        boundary=[held("-y", 2)],
+        run={"end": 6.0, "cfl": 0.2},
+        probes=[probe("ball", "force", "work")],
+    )
+    result = wsph.run(made)
+    lost = result.probes["ball-told"]["work"][-1] / (0.5 * 0.02 * 0.05**2)
+    assert 0.0 < lost < 0.9  # it weighs as much as a particle of the plate
+    assert result.probes["ball-told"]["force_y"][-1] == 0.0
+    assert result.probes["ball-told"]["force_y"].min() < -1e-3
+    assert abs(result.history["residual"]).max() < 1e-2 * result.history["kinetic"][0]
+
+
 @pytest.mark.slow
 def test_a_ball_between_two_planes_follows_tatara():
     """Contact radii of 1.5 to 2.6 spacings. A law that softens where it is compressed, as St Venant and Kirchhoff's, lies
@@ -316,3 +337,29 @@ def test_a_block_bounces_in_every_dimension_and_precision(dim: int, precision: s
     push = float((np.diff(told["time"]) * 0.5 * (told["force_x"][1:] + told["force_x"][:-1])).sum())
     assert push == pytest.approx(momentum[-1] - momentum[0], rel=1e-2)
     assert np.abs(told["work"]).max() == 0.0
+
+
+def test_a_surface_that_is_remade_keeps_what_its_vertices_remember():
+    """A cell dies at the corner: what the tool knows of the other vertices goes on with them."""
+    plate = body(box(1.0, 0.5), 0.125, phase_field={"fracture_energy": 1.0, "length": 0.25})
+    composition = compose(scene(plate, tools=[FLOOR], run={"cfl": 0.1}))
+    joint = composition.joint
+    assert joint is not None
+    coupling: Any = joint.couplings[0]
+    law, surface = coupling.laws[0], coupling.surfaces["b"]
+    marks = np.arange(surface.n, dtype=float)
+    law.memory["account"].assign(marks)
+    live = np.ones(len(plate_cells(composition)), bool)
+    live[0] = False
+    rows = surface.remesh(live)
+    law.renew(surface, rows)
+    kept = law.memory["account"].numpy()
+    assert len(kept) == surface.n
+    assert (rows >= 0).sum() > 0.8 * len(marks)
+    np.testing.assert_array_equal(kept[rows[rows >= 0]], marks[rows >= 0])
+    coupling.restored()
+    coupling.push(joint.state.parts, joint.new().parts)
+
+
+def plate_cells(composition: Any) -> np.ndarray:
+    return composition.bodies[0].system.geometry.cells

@@ -60,6 +60,24 @@ class Form:
             size = float(np.linalg.norm(self.corners - self.middle, axis=2).max())
         return apart + size
 
+    def footprint(self, margin: float) -> float:
+        """The largest area [m^2] (2D: length) of a body that can touch it at once: half of its surface, where that has
+        an end and is not a hole's, `margin` [m] further out."""
+        if self.corners is not None and not self.hole:
+            a, b, c = np.moveaxis(self.corners, 1, 0)
+            area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+            return 0.5 * area * (1.0 + margin / self.reach(self.middle)) ** 2
+        if self.round:
+            return np.pi * (self.radius + margin) if self.dim == 2 else 2.0 * np.pi * (self.radius + margin) ** 2
+        if self.kind == "box" and not self.hole:
+            sides = 2.0 * (self.half + margin)
+            return (
+                float(sides.sum())
+                if self.dim == 2
+                else float(sides[0] * sides[1] + sides[1] * sides[2] + sides[2] * sides[0])
+            )
+        return np.inf
+
     def arm(self, points: np.ndarray) -> np.ndarray:
         """How far from the middle a force at `points` (n, dim) [m] can be, where it touches the shape, (n,)."""
         if self.kind == "sphere":

@@ -65,18 +65,21 @@ class ToolLaw(Law):
         self._space, self._clock, self._automatic = space, clock, table.number is None
         self.soft, self.impedance = table.soft, 2.0 * table.damping * side.impedance
         self._law: Struct = law_struct(space)()
-        self._gone = self.stiffness = 0.0
+        self.stiffness = 0.0
+        self._arrays = Arrays(self._clock.device)
+        self.memory = Memory(side.n, space, self._clock, self._arrays)
         self._make()
         self._take(table.number or OPEN)
 
     def _make(self) -> None:
         """What there is of every vertex."""
         side, space, ground = self.side, self._space, self._ground
-        self._arrays = Arrays(self._clock.device)
         self._area = vertex_areas(side, space.dim)
-        arm = self.tool.form.arm(ground.origin + side.places() * ground.scales.length) / ground.scales.length
-        self._compliance = self.tool.body.compliance(arm)
-        self.memory = Memory(side.n, space, self._clock, self._arrays)
+        form, length = self.tool.form, ground.scales.length
+        arm = form.arm(ground.origin + side.places() * length) / length
+        # What presses on a ball does not turn it.
+        self._compliance = self.tool.body.compliance(0.0 * arm if form.round and not self.tool.table.friction else arm)
+        self._footprint = form.footprint(side.spacing * length) / length ** (space.dim - 1)
         self._push: Array = self._arrays.zeros("push", side.n, space.vec)
         self._sums: Array = self._arrays.zeros("sums", (blocks(side.n), 6), wp.float64)
         self._rows: Candidates = none(self._clock.device)
@@ -98,10 +101,11 @@ class ToolLaw(Law):
 
     def per_mass(self, pressure: float) -> tuple[float, float]:
         """Bounds of what `pressure`s on the vertices' areas, per depth or per speed, add to the body and to a free tool, per
-        mass. A plane has one normal: of a closed surface at most half faces it."""
-        forces = pressure * self._area
+        mass. The tool feels those that it can touch at once: a plane has one normal, and of a closed surface at most half
+        faces it."""
         part = 0.5 if self.tool.form.kind == "plane" else 1.0
-        return self.side.square(forces), part * float(forces @ self._compliance)
+        on_tool = min(part * float(self._area @ self._compliance), self._footprint * float(self._compliance.max()))
+        return self.side.square(pressure * self._area), pressure * on_tool
 
     def bound(self, surface: Surface) -> tuple[float, float]:
         """Bounds of omega^2 and of the rate of damping that it adds to the body of a surface. Body and free tool move
@@ -154,16 +158,9 @@ class ToolLaw(Law):
         return {self.side.name: (self._rows.which, faces)}
 
     def renew(self, surface: Surface, rows: Rows) -> None:
-        """The surface was remade: vertices that are still there go on."""
-        before = {name: array.numpy() for name, array in self.memory.arrays.items()}
+        """The surface was remade: vertices that are still there go on, and what others had lost stays lost."""
+        self.memory.renew(surface.n, rows)
         self._make()
-        stay = rows >= 0
-        for name, array in self.memory.arrays.items():
-            values = array.numpy().copy()
-            values[rows[stay]] = before[name][stay]
-            array.assign(values)
-        # What is gone has lost what it held.
-        self._gone += float(sum(before[name][~stay].sum() for name in ("lost", "stored", "sprung")))
         self._take(self._factor)
 
     def act(self) -> None:
@@ -191,7 +188,7 @@ class ToolLaw(Law):
     @property
     def dissipated(self) -> float:
         """Energy that friction and damping have taken so far, nondimensional."""
-        return self.memory.lost + self._gone
+        return self.memory.lost
 
     def force(self, surface: Surface) -> np.ndarray:
         """The sum of its forces on a surface in the last evaluation, nondimensional (dim,)."""
