@@ -60,7 +60,8 @@ def unstable(
 
 HELD_WARNING, HELD_FINDING, HELD_FLOOR, HELD_MATTERS = 0.05, 0.10, 0.05, 0.01
 """Parts of the internal energy that are warned of and that are a finding; part of the whole energy that is the least
-measure, and of the largest internal energy that a finding has at least. Before a wave has crossed a body a front of few cells can be all of its energy: that is no measure of it."""
+measure, and of the largest internal energy that a finding has at least. Before a wave has crossed a body a front of few
+cells can be all of its energy: that is no measure of it."""
 
 
 @dataclass

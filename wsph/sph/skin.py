@@ -78,8 +78,8 @@ class Skin:
         return 0.5 * thickness < largest(self._furthest, self._domain) < np.inf
 
     def gone(self, u: wp.array, v: wp.array) -> tuple[float, float]:
-        """The longest way that a particle has moved, and the largest speed, of displacements `u` and velocities `v`, (n,) vec
-        (a launch and a copy)."""
+        """The longest way that a particle has moved, and the largest speed, of displacements `u` and velocities `v`, (n,)
+        vec (a launch and a copy)."""
         inputs, device = [self.found, u, v, self._n], self._clock.device
         wp.launch(_pace_kernel(self._space), blocks(self._n), inputs=inputs, outputs=[self._pace], device=device)
         way, speed = (float(column.max()) for column in self._pace.numpy().T)

@@ -16,6 +16,15 @@ from wsph.sph.pairs import Pairs
 from wsph.units import Scales
 
 
+class SurfacedForm(Protocol):
+    """How a body's forces are found, as far as its surface asks."""
+
+    @property
+    def averaged(self) -> bool:
+        """Whether gradients are averaged over the edges of the cells."""
+        ...
+
+
 class SurfacedSystem(Protocol):
     """The system of a body that can have a surface: its particles are the nodes or the cells of its geometry. All
     nondimensional but for `position` (n, dim) and `spacing` [m]."""
@@ -37,6 +46,9 @@ class SurfacedSystem(Protocol):
 
     @property
     def constitutive(self) -> Constitutive: ...
+
+    @property
+    def form(self) -> SurfacedForm: ...
 
     @property
     def spacing(self) -> float: ...
