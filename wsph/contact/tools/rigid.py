@@ -195,7 +195,9 @@ class RigidBody:
         before, turned = self._found
         gone = math.dist(numbers[6:9], before)
         # Half as fast again: stages and accelerations within a step.
-        ahead = 1.5 * self.clock.dt * (math.hypot(*numbers[:3]) + self._slack * math.hypot(*numbers[3:6]) * self._extent)
+        ahead = (
+            1.5 * self.clock.dt * (math.hypot(*numbers[:3]) + self._slack * math.hypot(*numbers[3:6]) * self._extent)
+        )
         if self._extent > 0.0:
             # 2 sin(angle/2) of the turning since.
             gone += 2.0 * math.sqrt(max(1.0 - float(numbers[9:] @ turned) ** 2, 0.0)) * self._extent
