@@ -24,9 +24,9 @@ from wsph.sph.pairs import find_pairs
 SURFACE = 1e-6
 """Depth [cells] from which a place at the start is inside: touching faces are not."""
 
-EASED = 0.5
-"""Depth, in the larger spacing, up to which surfaces may overlap at the start: as two curved surfaces in cells of their own
-do, which contact takes for none."""
+EASED = {"surface": 1.0, "tie": 0.5}
+"""Depth, in the larger spacing, up to which surfaces may overlap at the start, by the laws of contact that take it for none.
+Two curved ones in cells of their own do, and the cells of a turned lattice reach out of its shape by most of one."""
 
 PASSED = {True: 0.05, False: 0.5}
 """Depth [cells] below the surface at which a particle has passed the outermost particles of a body: these stand on the

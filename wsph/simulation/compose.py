@@ -116,7 +116,7 @@ def _part(scene: Scene, bodies: Sequence[Standing]) -> None:
     for (one, solid), (other, beside) in combinations(zip(bodies, solids, strict=False), 2):
         names = one.body.name, other.body.name
         law = touching.get(frozenset(names))
-        room = EASED * max(solid.geometry.spacing, beside.geometry.spacing) if law in ("surface", "tie") else 0.0
+        room = EASED.get(law or "", 0.0) * max(solid.geometry.spacing, beside.geometry.spacing)
         place = overlapping(solid, beside, room)
         if place is None:
             continue

@@ -53,7 +53,7 @@ def slow(*values: Any) -> Any:
         slow(0.5, 30.0, {}),
         slow(0.57, 30.0, {"spacing": 0.005}),
         slow(0.5, 30.0, {"spacing": 0.005, "form": "total-lagrangian"}),
-        slow(0.5, 30.0, {"lattice_rotate": 17.0, "cfl": 0.15}),
+        slow(0.5, 30.0, {"lattice_rotate": 17.0, "cfl": 0.05}),
         slow(0.8, 40.0, {"spacing": 0.005, "cfl": 0.15}),
     ],
 )
