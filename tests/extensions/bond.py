@@ -87,6 +87,9 @@ class Bond:
     def kept(self) -> Mapping[str, wp.array]:
         return {}
 
+    def as_kept(self, values: Mapping[str, object]) -> None:
+        pass
+
     def restored(self) -> None:
         pass
 

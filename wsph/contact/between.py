@@ -5,6 +5,8 @@
 from collections.abc import Mapping
 from typing import Protocol
 
+import numpy as np
+
 from wsph.contact.reported import Reported
 from wsph.protocols import AnyState, BodySystem, BodyTable, DeviceArray, Entry, Integrator, Stepped
 
@@ -117,6 +119,10 @@ class Coupling(Protocol):
 
     def kept(self) -> Mapping[str, DeviceArray]:
         """Device arrays that a run goes on from, by name."""
+        ...
+
+    def as_kept(self, values: Mapping[str, np.ndarray]) -> None:
+        """Before `values` are put back into the kept arrays: make those of the lengths that they had."""
         ...
 
     def restored(self) -> None:

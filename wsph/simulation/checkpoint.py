@@ -188,6 +188,8 @@ def kept(composition: Composition) -> dict[str, DeviceArray]:
 
 def restore(path: Path, composition: Composition, arrays: dict[str, np.ndarray]) -> None:
     """Put the arrays of a checkpoint back. Raises CheckpointError where they are not those of the composition."""
+    for coupling in composition.joint.couplings if composition.joint is not None else ():
+        coupling.as_kept(arrays)
     for name, array in kept(composition).items():
         value, wanted = arrays.get(name), array.numpy().shape
         if value is None or value.shape != wanted:

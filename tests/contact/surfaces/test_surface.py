@@ -283,7 +283,7 @@ def test_a_run_goes_on_from_what_is_kept() -> None:
     resumed = surface_of(system)
     for name, array in resumed.kept().items():
         array.assign(kept[name])
-    assert resumed.restored() is None
+    assert resumed.as_kept({}) is None
     resumed.attend(*every(resumed))
     for each in (surface, resumed):
         moving(system, 0)

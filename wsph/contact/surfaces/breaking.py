@@ -55,8 +55,19 @@ class Breaking:
         weights = self._system.breakable_weights
         if weights is None or not len(self._links):
             return self._cut
-        torn = self._joins[host(weights)[self._links] == 0.0]
-        return np.concatenate([self._cut, torn])
+        return self._with(host(weights)[self._links] == 0.0)
+
+    def _with(self, torn: np.ndarray) -> np.ndarray:
+        return np.concatenate([self._cut, self._joins[torn]])
+
+    def flags(self, live: np.ndarray, parted: np.ndarray) -> np.ndarray:
+        """What is alive and what is parted as flags of a length of their own, int32."""
+        keys, torn = (each[:, 0].astype(np.int64) * self._cells + each[:, 1] for each in (self._joins, parted))
+        return np.concatenate([live, np.isin(keys, torn)]).astype(np.int32)
+
+    def flagged(self, flags: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The reverse: `live` (c,) bool and `parted` (k, 2)."""
+        return flags[: self._cells] != 0, self._with(flags[self._cells :] != 0)
 
 
 def _cracked(geometry: Geometry) -> np.ndarray:

@@ -10,7 +10,7 @@ from typing import cast
 import numpy as np
 import warp as wp
 
-from wsph.backend.arrays import host
+from wsph.backend.arrays import host, put
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
@@ -68,6 +68,7 @@ class Surfaces:
         self.surfaces, self._systems, self.laws = dict(surfaces), systems, tuple(laws)
         self._searched = dict.fromkeys(side.name for law in self.laws if law.searches for side in law.sides)
         self._clock, self._due = clock, 0
+        self._due_kept: Array = wp.zeros(1, dtype=wp.int32, device=clock.device)
         self._skin = SKIN * max(surface.spacing for surface in surfaces.values())
         self._skins = {name: Skin(space, len(each.mass), clock) for name, each in surfaces.items()}
         self._spare: dict[str, State] = {}
@@ -239,12 +240,21 @@ class Surfaces:
         laws = {f"law.{law.name}.{key}": a for law in self.laws for key, a in law.kept().items()}
         rigid = {f"rigid.{name}.{key}": a for name, each in self.rigid.items() for key, a in each.kept().items()}
         skins = {f"skin.{name}": each.found for name, each in self._skins.items()}
-        return surfaces | laws | rigid | skins
+        put(self._due_kept, np.array([self._due]))
+        return surfaces | laws | rigid | skins | {"surfaces.due": self._due_kept}
+
+    def as_kept(self, values: Mapping[str, np.ndarray]) -> None:
+        """Have the surfaces that there were when `values` were kept."""
+        own = {name: f"surface.{name}." for name in self.surfaces}
+        parts = {
+            name: {k.removeprefix(own[name]): v for k, v in values.items() if k.startswith(own[name])} for name in own
+        }
+        self._renew({name: surface.as_kept(parts[name]) for name, surface in self.surfaces.items()})
 
     def restored(self) -> None:
         """Find the candidates that there were where a run goes on: contacts that have opened are forgotten at searches, so
         these have to be those of the run that was not interrupted."""
-        self._renew({name: surface.restored() for name, surface in self.surfaces.items()})
+        self._due = int(host(self._due_kept)[0])
         self._find(anew=False)
 
 

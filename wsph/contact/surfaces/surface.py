@@ -7,13 +7,13 @@ on vertices reach the particles by the transpose. So power, resultant and moment
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import cast
 
 import numpy as np
 import warp as wp
 
-from wsph.backend.arrays import Arrays, host
+from wsph.backend.arrays import Arrays, host, put
 from wsph.backend.domain import WHOLE, Domain
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
@@ -92,8 +92,15 @@ class Surface:
         share = (1.0 / self.mass[support]).astype(self._space.numpy)
         self._share: Array = self.arrays.of("share", share, self._space.scalar)
         self._back = self._rows_of("back", self.B.T.only(support))
+        if system.breaks:
+            self._flags: Array = self.arrays.changes(
+                "alive", wp.array(self._flagged(), dtype=wp.int32, device=self._clock.device)
+            )
         every = np.arange(self.n), np.arange(self.m)
         self.attend(*every)
+
+    def _flagged(self) -> np.ndarray:
+        return self._breaking.flags(self._live, self._parted)
 
     def _make(self) -> None:
         """The mesh of the live cells, and its arrays."""
@@ -233,6 +240,7 @@ class Surface:
         self._live = live
         self._parted = self._parted if parted is None else parted
         self._make()
+        put(self._flags, self._flagged())
         self._back = self._rows_of("back", self.B.T.only(self._work.support))
         self.attend(np.arange(self.n), np.arange(self.m))
         return successors(old, self.mesh.boundary)
@@ -241,6 +249,9 @@ class Surface:
         """Device arrays that a run goes on from, by name."""
         return self.arrays.kept
 
-    def restored(self) -> np.ndarray | None:
-        """After these have been put back, and the body's state: the surface that this has. As `eroded`."""
-        return self.eroded()
+    def as_kept(self, values: Mapping[str, np.ndarray]) -> np.ndarray | None:
+        """Be the surface that a run had when it kept `values`, before these are put back. As `eroded`."""
+        flags = values.get("alive")
+        if flags is None or not self._system.breaks or np.array_equal(flags, self._flagged()):
+            return None
+        return self.remesh(*self._breaking.flagged(flags))

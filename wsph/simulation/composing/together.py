@@ -19,6 +19,9 @@ from wsph.simulation.composing.setting import Setting
 from wsph.simulation.step_control import WITH_CONTACT
 from wsph.simulation.timeline import TimeStep
 
+LEAPFROG = 2.0
+"""omega dt up to which leapfrog holds a wave."""
+
 LEAST, MOST = 0.5, 10.0
 """Stiffness of what acts between bodies, in those of the materials: below the least bodies sink into each other by more than
 a cell would give way, and beyond the most nothing is gained."""
@@ -83,7 +86,9 @@ def stiffen(setting: Setting, joint: JointSystem, runs: Sequence[BodyRun]) -> No
         for run in runs:
             run.stability.measure()
         limits = [(run.limit, run.courant) for run in runs if run.limit is not None]
-        return min((WITH_CONTACT * limit / courant for limit, courant in limits), default=np.inf)
+        # Methods that hold longer waves damp what contact swings by.
+        swings = WITH_CONTACT * LEAPFROG / (joint.frequency * joint.clock.dt) if joint.frequency > 0.0 else np.inf
+        return min([swings, *(WITH_CONTACT * limit / courant for limit, courant in limits)])
 
     if room(MOST) >= 1.0:
         return
