@@ -59,6 +59,11 @@ class Conditions:
         slid = any(nonzero(slide.value) for slide in self.slides)
         return slid or any(nonzero(value) for values in self.entries.values() for value in values.values())
 
+    @property
+    def resisted(self) -> bool:
+        """Whether there are loads that depend on velocities."""
+        return any(load.resists for _, load, _ in self.acting)
+
     def prescribed(self, name: str, components: int, count: int) -> np.ndarray:
         """Which of the components of a field are prescribed, (count, components) bool."""
         mask = np.zeros((count, components), bool)

@@ -105,10 +105,10 @@ def _natural_conditions(
                 held = "all velocities are" if not along else "the velocity along the normals is"
                 text = f"{held} prescribed too: a load there moves nothing"
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
-            if load.by_corners and position is not geometry.nodes:
+            if (load.by_corners or load.on_faces) and position is not geometry.nodes:
                 text = (
-                    'needs particles on the faces: use "stress-points", or "total-lagrangian" with pairs along edges; or a'
-                    " traction, which keeps its direction"
+                    'needs particles on the faces: use "stress-points", "total-lagrangian" with pairs along edges, or a body'
+                    f' with placement = "nodes"{"; or " * bool(load.otherwise)}{load.otherwise}'
                 )
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
             result.acting.append((f"{k}.{key}", load, loaded_faces(scene, load, faces, on, rows, position)))

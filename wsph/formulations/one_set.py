@@ -24,6 +24,7 @@ from wsph.formulations.layout import (
     deformation_field,
     deviation_field,
     displacement_field,
+    drag_field,
     matter_fields,
     velocity_field,
 )
@@ -148,7 +149,11 @@ class OneSetSystem(System):
 
     def _find_layout(self, host: Host) -> Layout:
         """The fields of its states."""
-        return layout_of(host)
+        layout = layout_of(host)
+        if self.conditions.resisted and "drag" not in layout:
+            velocity, *rest = layout.fields
+            return Layout((velocity, drag_field(host.space), *rest))
+        return layout
 
     def _attach(self, host: Host) -> dict[str, Attached]:
         """The parts of the body on the device."""
@@ -330,6 +335,11 @@ class OneSetSystem(System):
     def one_sided(self) -> bool:
         """Whether drag acts on approach alone."""
         return self.form.one_sided
+
+    @property
+    def resisted(self) -> bool:
+        """Whether there are loads that depend on velocities, whatever the motion is."""
+        return self.form.resisted
 
     @property
     def damping_rate(self) -> float:

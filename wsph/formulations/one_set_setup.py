@@ -4,6 +4,7 @@
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
 
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 import warp as wp
@@ -69,7 +70,7 @@ class Placement:
 
 class Loads:
     """Loads on a body as forces on its particles, nondimensional: the sum of the prescribed ones, `vectors` (n,) vec, and of
-    those that follow the state, `following` (n,) vec."""
+    those that follow the state, `following` (1, n) vec; those that depend on velocities are a second row, (2, n)."""
 
     def __init__(self, setup: Setup, conditions: Conditions, placement: Placement, arrays: Arrays):
         space, scales, clock = setup.space, setup.scales, setup.clock
@@ -83,10 +84,17 @@ class Loads:
         )
         self._clock = clock
         self.acting: list[ActingLoad] = []
+        material, (_, shear) = setup.constitutive.material, setup.constitutive.material.moduli()
+        impedance = material.density * setup.constitutive.wave_speed, float(np.sqrt(shear * material.density))
         for name, load, faces in conditions.acting:
-            scaled = replace(faces, area=faces.area / area, vector=faces.vector / area)
+            scaled = replace(faces, area=faces.area / area, vector=faces.vector / area, impedance=impedance)
             self.acting.append(load.attach(scaled, space, scales, clock, arrays.part(name)))
-        self.following = arrays.zeros("following", placement.count if self.acting else 1, space.vec)
+        self.resisted = conditions.resisted
+        """Whether some depend on velocities."""
+        shape = (1 + self.resisted, placement.count if self.acting else 1)
+        self.following = arrays.zeros("following", shape, space.vec)
+        self._all: Array = self.following.flatten()
+        self._rows: list[Array] = [cast(Array, self.following[row]) for row in range(shape[0])]
 
     @property
     def count(self) -> int:
@@ -102,9 +110,11 @@ class Loads:
     def follow(self, state: State) -> None:
         """Find the forces of the loads that follow a state (launches, where there are any)."""
         if self.acting:
-            self._clock.launch(clear_kernel(self.following.dtype), len(self.following), [], [self.following])
+            self._clock.launch(clear_kernel(self._all.dtype), len(self._all), [], [self._all])
         for load in self.acting:
-            load.act(state, self.following)
+            load.act(state, self._rows[0])
+            if self.resisted:
+                load.resist(state, self._rows[1])
 
 
 @dataclass(frozen=True)
@@ -170,6 +180,7 @@ class RateSetup:
             flow[0] if flow is not None and stabilised and not responses else -1,
             remembers(host),
             bool(self.walls),
+            self.loads.resisted,
         )
 
     def coefficients(self, form: Form) -> Coefficients:

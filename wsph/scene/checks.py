@@ -166,6 +166,7 @@ def _boundary_faults(scene: SceneTables, condition: Boundary, key: str) -> Itera
         for name, unit in table.values.items():
             value = getattr(table, name)
             yield from _value_faults(scene, lambda v=value, u=unit: scene.value(v, u), value, f"{key}.{load}", unit)
+        yield from (Fault(0, f"{key}.{load}.{name}", text) for name, text in table.faults(scene.dim))
     held = (*condition.fixed, *([condition.symmetry] if condition.symmetry else []))
     for component in held:
         if component not in axes:
