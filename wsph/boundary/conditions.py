@@ -35,7 +35,8 @@ class Conditions:
     """Prescribed components of one body and the faces that do work.
 
     entries: (field, component) -> {particle: value}; free_normals: bit k of (n,) where sigma_kk is prescribed; work_*: rows
-    of (particle, axis, signed area [m^(dim-1)]) on faces that move or carry stress. loads: prescribed loads as forces.
+    of (particle, axis, signed area [m^(dim-1)]) on faces that move or carry stress. loads: prescribed loads as forces, and
+    inside: those of no face.
     acting: loads that follow the state, by a name, and where they act. mirrored (n,): how often a particle is there with its
     images across planes of symmetry, 1, 2, 4 or 8: its volume times that is a whole particle's. across (n,): bit k where
     stresses are prescribed in the frame of a face across axis k of the grid, of two-set bodies alone. slides: velocities
@@ -48,6 +49,7 @@ class Conditions:
     work_axis: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     work_area: np.ndarray = field(default_factory=lambda: np.zeros(0))
     loads: list[FaceLoad] = field(default_factory=list[FaceLoad])
+    inside: list[FaceLoad] = field(default_factory=list[FaceLoad])
     slides: list[Slide] = field(default_factory=list[Slide])
     acting: list[tuple[str, Load, LoadedFaces]] = field(default_factory=list[tuple[str, Load, LoadedFaces]])
     mirrored: np.ndarray = field(default_factory=lambda: np.ones(0))

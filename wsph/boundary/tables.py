@@ -75,6 +75,9 @@ class Prescribing(Protocol):
     @property
     def boundary(self) -> tuple[Boundary, ...]: ...
 
+    @property
+    def gravity(self) -> dict[Literal["x", "y", "z"], Value]: ...
+
     def value(self, value: Value, unit: str) -> Expression | Function:
         """The program of a value: a table of `functions`, or an expression."""
         ...

@@ -17,8 +17,11 @@ from wsph.backend.algebra import combine
 from wsph.backend.space import Array
 from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.conditions import Conditions
+from wsph.boundary.loads.regions import gravity_of, times_volume, volume_loads
+from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.natural import layer_conditions, node_conditions
 from wsph.boundary.walls import Wall
+from wsph.errors import Refused
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.layout import (
     deformation_field,
@@ -108,6 +111,7 @@ class OneSetSystem(System):
         self.placement = Placement.of(host)
         self.points, self.position, self.volume = self.placement.points, self.placement.position, self.placement.volume
         self.conditions = self._find_conditions(setup)
+        self.conditions.inside = self._find_inside(setup)
         self.layout = self._find_layout(host)
         self._derived: Derived | None = None
         self._accepted: State | None = None
@@ -116,7 +120,7 @@ class OneSetSystem(System):
             self.arrays.take("derived", self._derived.buffer)
         self.state = self._make(self.count, self.layout, len(self.point_volume), self._derived, own=True)
         self.loads = Loads(setup, self.conditions, self.placement, self.arrays.part("loads"))
-        self.force = BodyForce(setup.scene.gravity, setup.body.damping, space, setup.scales, self.density)
+        self.force = BodyForce(gravity_of(setup.scene)[0], setup.body.damping, space, setup.scales, self.density)
         self.force_work = WayWork(self.force, self.volume, self.state, self.device)
         made = RateSetup(
             setup, host, self.placement, self.layout, self.conditions, self.loads, self.force, self.arrays, self.walls
@@ -146,6 +150,16 @@ class OneSetSystem(System):
         if self.placement.at_nodes:
             return node_conditions(setup.scene, self.name, self.geometry)
         return layer_conditions(setup.scene, self.name, self.geometry)
+
+    def _find_inside(self, setup: Setup) -> list[FaceLoad]:
+        """Forces on the particles of regions, and of gravity that changes."""
+        number = [body.name for body in setup.scene.bodies].index(self.name)
+        density = setup.constitutive.material.density
+        loads = volume_loads(setup.scene, number, setup.body.body_force, self.position, self.geometry.spacing, density)
+        if loads and setup.host.correction == "paper":
+            text = 'run.correction = "paper" takes gravity that is a number alone, and no body_force: use the symmetric correction'
+            raise Refused(f"body {self.name!r}: {text}")
+        return list(times_volume(loads, self.volume * self.scales.length**self.space.dim))
 
     def _find_layout(self, host: Host) -> Layout:
         """The fields of its states."""
@@ -344,7 +358,7 @@ class OneSetSystem(System):
     @property
     def damping_rate(self) -> float:
         """Rate of the damping in proportion to mass, nondimensional."""
-        return float(self.force.struct.damping)
+        return self.force.rate
 
     @property
     def damped(self) -> bool:

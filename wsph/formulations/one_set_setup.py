@@ -75,12 +75,13 @@ class Loads:
     def __init__(self, setup: Setup, conditions: Conditions, placement: Placement, arrays: Arrays):
         space, scales, clock = setup.space, setup.scales, setup.clock
         # Ghosts ask every face for its load.
-        everywhere = bool(conditions.loads) or setup.scene.run.correction == "paper"
+        prescribed = [*conditions.loads, *conditions.inside]
+        everywhere = bool(prescribed) or setup.scene.run.correction == "paper"
         self.vectors: Array = wp.zeros(placement.count if everywhere else 1, dtype=space.vec, device=setup.device)
         arrays.take("imposed", self.vectors, kept=True)
         area = scales.length ** (space.dim - 1)
         self.forces = LoadForces(
-            space, conditions.loads, self.vectors, placement.position, scales.stress * area, scales.time, setup.device
+            space, prescribed, self.vectors, placement.position, scales.stress * area, scales.time, setup.device
         )
         self._clock = clock
         self.acting: list[ActingLoad] = []
@@ -212,7 +213,7 @@ def pair_warnings(made: RateSetup, blocks: bool) -> tuple[str, ...]:
     averaged over blocks."""
     host, conditions = made.host, made.conditions
     found: list[str] = []
-    faces = bool(conditions.entries) or made.loads.count > 0 or bool(made.loads.acting)
+    faces = bool(conditions.entries) or bool(conditions.loads) or bool(made.loads.acting)
     if host.traits.edges and faces and not host.edges and not host.breaks and host.correction != "paper":
         found.append(
             f"body {host.name!r}: with pairs of a kernel stress is 20 to 70 % off beside held and loaded faces, however fine the"

@@ -70,7 +70,7 @@ def force_from_points_kernel(space: Space, layout: Layout, parts: BodyForceKinds
         if wp.static(drags):
             rate_out.drag[i] = drag / (own[i] * body.density)
             f += drag
-        rate_out.velocity[i] = accelerated(body, f / own[i], fields.velocity[i])
+        rate_out.velocity[i] = accelerated(body, i, f / own[i], fields.velocity[i])
 
     return force_from_points
 
@@ -214,7 +214,7 @@ def closed_sum(space: Space, layout: Layout, parts: BodyForceKinds, form: Form) 
         if wp.static(holds):
             holding_out[i] = hold / (volume * body.density)
             f += hold
-        rate_out.velocity[i] = accelerated(body, f / volume, velocity)
+        rate_out.velocity[i] = accelerated(body, i, f / volume, velocity)
 
     return close
 
