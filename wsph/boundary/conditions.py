@@ -36,11 +36,11 @@ class Conditions:
 
     entries: (field, component) -> {particle: value}; free_normals: bit k of (n,) where sigma_kk is prescribed; work_*: rows
     of (particle, axis, signed area [m^(dim-1)]) on faces that move or carry stress. loads: prescribed loads as forces, and
-    inside: those of no face.
-    acting: loads that follow the state, by a name, and where they act. mirrored (n,): how often a particle is there with its
-    images across planes of symmetry, 1, 2, 4 or 8: its volume times that is a whole particle's. across (n,): bit k where
-    stresses are prescribed in the frame of a face across axis k of the grid, of two-set bodies alone. slides: velocities
-    along faces' own normals.
+    inside: those of no face. acting: loads that follow the state, by a name, and where they act. mirrored (n,): how often a
+    particle is there with its images across planes of symmetry, 1, 2, 4 or 8: its volume times that is a whole particle's.
+    across (n,): bit k where stresses are prescribed in the frame of a face across axis k of the grid, of two-set bodies
+    alone. periodic: pairs of particles (k, 2) that are one, by the key of their entry. slides: velocities along faces' own
+    normals.
     """
 
     entries: dict[tuple[str, int], dict[int, Moved]] = field(default_factory=dict[tuple[str, int], dict[int, Moved]])
@@ -50,6 +50,7 @@ class Conditions:
     work_area: np.ndarray = field(default_factory=lambda: np.zeros(0))
     loads: list[FaceLoad] = field(default_factory=list[FaceLoad])
     inside: list[FaceLoad] = field(default_factory=list[FaceLoad])
+    periodic: list[tuple[str, np.ndarray]] = field(default_factory=list[tuple[str, np.ndarray]])
     slides: list[Slide] = field(default_factory=list[Slide])
     acting: list[tuple[str, Load, LoadedFaces]] = field(default_factory=list[tuple[str, Load, LoadedFaces]])
     mirrored: np.ndarray = field(default_factory=lambda: np.ones(0))

@@ -45,6 +45,7 @@ class Selection:
         where = " ".join(named[0])
         areas = ", ".join(f"{name} {area:.6g}{unit}" for name, area in self.faces.items())
         text = f"{condition.body}, {where}: {self.particles} particles, faces {areas or 'none'}"
+        text += f"; one with face {condition.periodic}" if condition.periodic else ""
         if self.resultant is None:
             return text
         parts = ", ".join(f"{each:.6g}" for each in self.resultant)

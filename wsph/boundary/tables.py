@@ -35,6 +35,7 @@ class _Selection(Model):
     stress: dict[str, Value] = {}
     traction: dict[str, Value] = {}
     normal: Value | None = None
+    periodic: Annotated[str, AfterValidator(_face)] | None = None
 
 
 if TYPE_CHECKING:
@@ -53,10 +54,12 @@ class Boundary(_WithLoads):
         if [self.where, self.face, self.patch].count(None) != 2:
             raise ValueError("exactly one of where, face and patch is needed")
         own = ("velocity", "displacement", "acceleration", "fixed", "symmetry", "stress", "traction")
-        given = (*(getattr(self, key) for key in own), self.normal is not None)
+        given = (*(getattr(self, key) for key in own), self.normal is not None, self.periodic is not None)
         if not (any(given) or self.acting):
-            kinds = [*own, "normal", *LOADS]
+            kinds = [*own, "normal", "periodic", *LOADS]
             raise ValueError(f"nothing is prescribed: give {', '.join(kinds[:-1])} or {kinds[-1]}")
+        if self.periodic is not None and (any(given[:-1]) or self.acting or self.face is None):
+            raise ValueError("periodic goes with face alone: write another entry for what else acts there")
         return self
 
     @property

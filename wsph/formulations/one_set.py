@@ -17,21 +17,19 @@ from wsph.backend.algebra import combine
 from wsph.backend.space import Array
 from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.conditions import Conditions
-from wsph.boundary.loads.regions import gravity_of, times_volume, volume_loads
-from wsph.boundary.loads.rows import FaceLoad
+from wsph.boundary.loads.regions import gravity_of
 from wsph.boundary.natural import layer_conditions, node_conditions
 from wsph.boundary.walls import Wall
-from wsph.errors import Refused
 from wsph.formulations.lagrangian.form import Form
-from wsph.formulations.layout import (
-    deformation_field,
-    deviation_field,
-    displacement_field,
-    drag_field,
-    matter_fields,
-    velocity_field,
+from wsph.formulations.one_set_setup import (
+    Loads,
+    Placement,
+    RateSetup,
+    inside_loads,
+    layout_of,
+    pair_warnings,
+    seam_of,
 )
-from wsph.formulations.one_set_setup import Loads, Placement, RateSetup, pair_warnings, remembers
 from wsph.formulations.one_set_works import Prescribed
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import HERE, System
@@ -76,23 +74,6 @@ class Rates(Protocol):
     def restored(self) -> None: ...
 
 
-def layout_of(host: Host) -> Layout:
-    """The fields of a one-set state."""
-    laws, reference = host.constitutive.laws, host.traits.reference
-    extra = [field for part in host.parts.values() if part.acts for field in part.fields(host)]
-    return Layout.of(
-        (
-            velocity_field(host.space),
-            *(field for field in extra if field.leads),
-            *matter_fields(host.constitutive, at_points=True, derived=laws.total is not None),
-            deformation_field(host.space, at_points=True, derived=reference),
-            displacement_field(host.space),
-            deviation_field(host.space, remembers(host)),
-            *(field for field in extra if not field.leads),
-        )
-    )
-
-
 def _buffers(terms: list[tuple[float, State]]) -> list[tuple[float, Array]]:
     return [(c, state.buffer) for c, state in terms]
 
@@ -111,7 +92,7 @@ class OneSetSystem(System):
         self.placement = Placement.of(host)
         self.points, self.position, self.volume = self.placement.points, self.placement.position, self.placement.volume
         self.conditions = self._find_conditions(setup)
-        self.conditions.inside = self._find_inside(setup)
+        self.conditions.inside = inside_loads(setup, self.placement)
         self.layout = self._find_layout(host)
         self._derived: Derived | None = None
         self._accepted: State | None = None
@@ -142,6 +123,7 @@ class OneSetSystem(System):
             self.arrays,
         )
         self.boundary = self._prescribed.values
+        self._seam = seam_of(setup, host, self.conditions, self.placement, self.arrays.part("seam"))
         self.motions = SmallMotions(cast(Moving, self))
         self.arrays.part("force").adopt(self.force_work, self.force_work.kept())
 
@@ -151,23 +133,9 @@ class OneSetSystem(System):
             return node_conditions(setup.scene, self.name, self.geometry)
         return layer_conditions(setup.scene, self.name, self.geometry)
 
-    def _find_inside(self, setup: Setup) -> list[FaceLoad]:
-        """Forces on the particles of regions, and of gravity that changes."""
-        number = [body.name for body in setup.scene.bodies].index(self.name)
-        density = setup.constitutive.material.density
-        loads = volume_loads(setup.scene, number, setup.body.body_force, self.position, self.geometry.spacing, density)
-        if loads and setup.host.correction == "paper":
-            text = 'run.correction = "paper" takes gravity that is a number alone, and no body_force: use the symmetric correction'
-            raise Refused(f"body {self.name!r}: {text}")
-        return list(times_volume(loads, self.volume * self.scales.length**self.space.dim))
-
     def _find_layout(self, host: Host) -> Layout:
         """The fields of its states."""
-        layout = layout_of(host)
-        if self.conditions.resisted and "drag" not in layout:
-            velocity, *rest = layout.fields
-            return Layout((velocity, drag_field(host.space), *rest))
-        return layout
+        return layout_of(host, self.conditions)
 
     def _attach(self, host: Host) -> dict[str, Attached]:
         """The parts of the body on the device."""
@@ -205,6 +173,8 @@ class OneSetSystem(System):
         middle of the step once. Raises RuntimeError where the derived fields are of another state.
         """
         self.rates.rate(state, out, part, ahead)
+        if part != "rest":
+            self._seam.join(out, self.clock)
         if part != "velocity":
             for attached in self.attached.values():
                 attached.rate(state, out)
@@ -267,6 +237,10 @@ class OneSetSystem(System):
         self._accepted = state
         for part in self.attached.values():
             part.advance()
+
+    def begin(self) -> None:
+        self._seam.join(self.state, self.clock)
+        super().begin()
 
     def kinetic(self, state: State) -> float:
         """sum m |v|^2/2 over the free components of a state's velocity, nondimensional (a copy)."""
@@ -332,8 +306,9 @@ class OneSetSystem(System):
         return free
 
     def project_free(self, velocity: np.ndarray) -> np.ndarray:
-        """Velocities (n dim,) without what is prescribed of them, by components and along faces' own normals."""
-        return self._prescribed.slides.project(velocity * self.free_components)
+        """Velocities (n dim,), times the roots of masses, without what is prescribed of them, by components and along faces'
+        own normals, and without what parts particles that are one."""
+        return self._seam.project(self._prescribed.slides.project(velocity * self.free_components))
 
     @property
     def drags(self) -> bool:

@@ -17,9 +17,20 @@ from wsph.backend.state import Layout, State
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.loads.acting import ActingLoad
 from wsph.boundary.loads.forces import LoadForces
+from wsph.boundary.loads.regions import times_volume, volume_loads
+from wsph.boundary.loads.rows import FaceLoad
+from wsph.boundary.periodic import Seam, refuse_parted, seams_of
 from wsph.boundary.walls import Wall
-from wsph.errors import Refused
+from wsph.errors import Fault, Refused, SceneError
 from wsph.formulations.lagrangian.form import Form, coefficients_of
+from wsph.formulations.layout import (
+    deformation_field,
+    deviation_field,
+    displacement_field,
+    drag_field,
+    matter_fields,
+    velocity_field,
+)
 from wsph.formulations.setup import Setup
 from wsph.geometry.gradients import MIX, NodalGradients, nodal_gradients
 from wsph.parts.body_force import BodyForce
@@ -31,6 +42,25 @@ from wsph.parts.terms import Coefficients
 def remembers(host: Host) -> bool:
     """Whether particles remember the motion that their gradients do not see: there is no reference to measure it from."""
     return not host.traits.reference and stabilisation(host) > 0.0
+
+
+def layout_of(host: Host, conditions: Conditions) -> Layout:
+    """The fields of a one-set state."""
+    laws, reference = host.constitutive.laws, host.traits.reference
+    extra = [field for part in host.parts.values() if part.acts for field in part.fields(host)]
+    if conditions.resisted and not any(field.name == "drag" for field in extra):
+        extra.append(drag_field(host.space))
+    return Layout.of(
+        (
+            velocity_field(host.space),
+            *(field for field in extra if field.leads),
+            *matter_fields(host.constitutive, at_points=True, derived=laws.total is not None),
+            deformation_field(host.space, at_points=True, derived=reference),
+            displacement_field(host.space),
+            deviation_field(host.space, remembers(host)),
+            *(field for field in extra if not field.leads),
+        )
+    )
 
 
 @dataclass(frozen=True)
@@ -116,6 +146,40 @@ class Loads:
             load.act(state, self._rows[0])
             if self.resisted:
                 load.resist(state, self._rows[1])
+
+
+def inside_loads(setup: Setup, placement: Placement) -> list[FaceLoad]:
+    """Forces on the particles of regions, and of gravity that changes."""
+    number, body, density = setup.scene.bodies.index(setup.body), setup.body, setup.constitutive.material.density
+    spacing, unit = setup.geometry.spacing, setup.scales.length**setup.space.dim
+    loads = volume_loads(setup.scene, number, body.body_force, placement.position, spacing, density)
+    if loads and setup.host.correction == "paper":
+        text = 'run.correction = "paper" takes gravity that is a number alone, and no body_force: use the symmetric correction'
+        raise Refused(f"body {body.name!r}: {text}")
+    return list(times_volume(loads, placement.volume * unit))
+
+
+def seam_of(setup: Setup, host: Host, conditions: Conditions, placement: Placement, arrays: Arrays) -> Seam:
+    """The particles that are one where faces are periodic. Raises SceneError where the body, or what is prescribed beside
+    them, cannot have them."""
+    seams = seams_of([pairs for _, pairs in conditions.periodic])
+    if seams:
+        key = conditions.periodic[0][0]
+        contact = [each for each in setup.scene.contact if host.name in each.names]
+        text = ""
+        if host.breaks:
+            text = "can break, and its cracks would end at the face: leave one of both out"
+        elif not (host.corners or host.edges):
+            text = (
+                'has pairs of a kernel, which see nothing of the other face: use "stress-points" or "total-lagrangian", without'
+                " run.support, run.kernel and parts that need a kernel's pairs"
+            )
+        elif contact:
+            text = "is in contact, which does not reach through the face: leave one of both out"
+        if text:
+            raise SceneError("scene", [Fault(0, key, f"body {host.name!r} {text}")])
+        refuse_parted(seams, conditions.entries, conditions.slides, placement.position, key)
+    return Seam(seams, placement.volume, host.space, arrays)
 
 
 @dataclass(frozen=True)
