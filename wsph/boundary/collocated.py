@@ -9,6 +9,7 @@ from wsph.boundary.conditions import (
     Conditions,
     face_component,
     prescribed_velocities,
+    refuse_jump,
     selected_conditions,
     velocity_key,
 )
@@ -40,12 +41,16 @@ def face_conditions(scene: Prescribing, body: str, lattice: Lattice, labels: tup
             raise SceneError("scene", [Fault(0, f"boundary.{k}", text)])
         for axis, value in velocities.items():
             claims.take("velocity", AXES.index(axis), nodes, value, velocity_key(k, condition, axis))
+            refuse_jump(value, lattice.nodes[nodes], velocity_key(k, condition, axis))
             result.put("velocity", AXES.index(axis), nodes, value)
             moved[rows, AXES.index(axis)] = True
             loaded[rows] |= nonzero(value)
         if condition.normal is not None:
             text = "two-set bodies prescribe velocities along the axes of their shape: use symmetry, or an integrator of one set"
             raise SceneError("scene", [Fault(0, f"boundary.{k}.normal", text)])
+        if condition.periodic is not None:
+            text = "two-set bodies have no periodic faces: use an integrator of one set"
+            raise SceneError("scene", [Fault(0, f"boundary.{k}.periodic", text)])
         for key in condition.acting:
             text = "two-set bodies prescribe stress on their faces: use an integrator of one set"
             raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])

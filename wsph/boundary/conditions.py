@@ -19,7 +19,8 @@ import numpy as np
 
 from wsph.boundary.loads.acting import Load, LoadedFaces
 from wsph.boundary.loads.rows import FaceLoad
-from wsph.boundary.programs.prescribed import Prescribed, nonzero
+from wsph.boundary.programs.motion import UNITS, Motion
+from wsph.boundary.programs.prescribed import Moved, nonzero
 from wsph.boundary.slide import Slide
 from wsph.boundary.tables import Boundary, Prescribing
 from wsph.errors import Fault, SceneError
@@ -34,21 +35,22 @@ class Conditions:
     """Prescribed components of one body and the faces that do work.
 
     entries: (field, component) -> {particle: value}; free_normals: bit k of (n,) where sigma_kk is prescribed; work_*: rows
-    of (particle, axis, signed area [m^(dim-1)]) on faces that move or carry stress. loads: prescribed loads as forces.
-    acting: loads that follow the state, by a name, and where they act. mirrored (n,): how often a particle is there with its
-    images across planes of symmetry, 1, 2, 4 or 8: its volume times that is a whole particle's. across (n,): bit k where
-    stresses are prescribed in the frame of a face across axis k of the grid, of two-set bodies alone. slides: velocities
-    along faces' own normals.
+    of (particle, axis, signed area [m^(dim-1)]) on faces that move or carry stress. loads: prescribed loads as forces, and
+    inside: those of no face. acting: loads that follow the state, by a name, and where they act. mirrored (n,): how often a
+    particle is there with its images across planes of symmetry, 1, 2, 4 or 8: its volume times that is a whole particle's.
+    across (n,): bit k where stresses are prescribed in the frame of a face across axis k of the grid, of two-set bodies
+    alone. periodic: pairs of particles (k, 2) that are one, by the key of their entry. slides: velocities along faces' own
+    normals.
     """
 
-    entries: dict[tuple[str, int], dict[int, Prescribed]] = field(
-        default_factory=dict[tuple[str, int], dict[int, Prescribed]]
-    )
+    entries: dict[tuple[str, int], dict[int, Moved]] = field(default_factory=dict[tuple[str, int], dict[int, Moved]])
     free_normals: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     work_particle: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     work_axis: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     work_area: np.ndarray = field(default_factory=lambda: np.zeros(0))
     loads: list[FaceLoad] = field(default_factory=list[FaceLoad])
+    inside: list[FaceLoad] = field(default_factory=list[FaceLoad])
+    periodic: list[tuple[str, np.ndarray]] = field(default_factory=list[tuple[str, np.ndarray]])
     slides: list[Slide] = field(default_factory=list[Slide])
     acting: list[tuple[str, Load, LoadedFaces]] = field(default_factory=list[tuple[str, Load, LoadedFaces]])
     mirrored: np.ndarray = field(default_factory=lambda: np.ones(0))
@@ -60,6 +62,11 @@ class Conditions:
         slid = any(nonzero(slide.value) for slide in self.slides)
         return slid or any(nonzero(value) for values in self.entries.values() for value in values.values())
 
+    @property
+    def resisted(self) -> bool:
+        """Whether there are loads that depend on velocities."""
+        return any(load.resists for _, load, _ in self.acting)
+
     def prescribed(self, name: str, components: int, count: int) -> np.ndarray:
         """Which of the components of a field are prescribed, (count, components) bool."""
         mask = np.zeros((count, components), bool)
@@ -67,7 +74,7 @@ class Conditions:
             mask[list(self.entries.get((name, component), {})), component] = True
         return mask
 
-    def put(self, name: str, component: int, particles: np.ndarray, value: Prescribed) -> None:
+    def put(self, name: str, component: int, particles: np.ndarray, value: Moved) -> None:
         """Prescribe a component; of two values the later holds (`wsph.boundary.clashes` refuses what must not be)."""
         self.entries.setdefault((name, component), {}).update(dict.fromkeys(particles.tolist(), value))
 
@@ -77,17 +84,33 @@ def face_component(axis: int, tangent: int) -> str:
     return "".join(AXES[k] for k in sorted((axis, tangent)))
 
 
-def prescribed_velocities(scene: Prescribing, condition: Boundary) -> dict[str, Prescribed]:
+def prescribed_velocities(scene: Prescribing, condition: Boundary) -> dict[str, Moved]:
     """The velocity components that a condition prescribes, those held at zero included."""
     held = (*condition.fixed, *([condition.symmetry] if condition.symmetry else []))
-    moved = {axis: scene.value(value, "m/s") for axis, value in condition.velocity.items()}
-    return moved | dict.fromkeys(held, constant_program(0.0))
+    found: dict[str, Moved] = {axis: scene.value(value, "m/s") for axis, value in condition.velocity.items()}
+    for axis, value in condition.displacement.items():
+        of = scene.value(value, UNITS["displacement"])
+        found[axis] = Motion("displacement", of) if nonzero(of) else of
+    for axis, value in condition.acceleration.items():
+        found[axis] = Motion("acceleration", scene.value(value, UNITS["acceleration"]))
+    return found | dict.fromkeys(held, constant_program(0.0))
 
 
 def velocity_key(k: int, condition: Boundary, axis: str) -> str:
     """The key of the entry k by which a component of the velocity is prescribed."""
-    held = "fixed" if axis in condition.fixed else "symmetry"
-    return f"boundary.{k}.velocity.{axis}" if axis in condition.velocity else f"boundary.{k}.{held}"
+    for key in UNITS:
+        if axis in getattr(condition, key):
+            return f"boundary.{k}.{key}.{axis}"
+    return f"boundary.{k}.{'fixed' if axis in condition.fixed else 'symmetry'}"
+
+
+def refuse_jump(value: Moved, places: np.ndarray, key: str) -> None:
+    """Refuse a displacement that is not zero at the start, of particles at `places` (n, dim) [m]."""
+    start = value.at_start(places) if isinstance(value, Motion) else np.zeros(1)
+    if not (start == 0.0).all():
+        far = float(start[np.abs(start).argmax()])
+        text = f'is {far:g} m at t = 0, where the body is at rest: let it begin at zero, as in "0.001*min(t/1e-3, 1)"'
+        raise SceneError("scene", [Fault(0, key, text)])
 
 
 def _nothing_selected(k: int, condition: Boundary, faces: Faces) -> SceneError:

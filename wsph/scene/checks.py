@@ -11,6 +11,8 @@ import inspect
 import math
 from collections.abc import Callable, Iterator, Mapping
 
+from wsph.boundary.loads.regions import GRAVITY, UNIT
+from wsph.boundary.programs.motion import UNITS, Motion
 from wsph.errors import Fault, PluginError
 from wsph.expressions import FUNCTIONS, VARIABLES, Expression, compile_expression
 from wsph.geometry.counts import cells_along
@@ -45,9 +47,8 @@ def between_tables(scene: SceneTables) -> Iterator[Fault]:
         yield from body_name_fault(condition.body, names, f"boundary.{k}.body")
         yield from _boundary_faults(scene, condition, f"boundary.{k}")
     yield from _contact_faults(scene, names)
-    for axis in scene.gravity:
-        if axis not in AXES[: scene.dim]:
-            yield Fault(0, f"gravity.{axis}", f"is none of {', '.join(AXES[: scene.dim])}")
+    for axis, value in scene.gravity.items():
+        yield from _component_faults(scene, axis, value, f"gravity.{axis}", GRAVITY)
     for name, function in scene.functions.items():
         if name in (*VARIABLES, *FUNCTIONS, "pi"):
             yield Fault(0, f"functions.{name}", f"{name!r} is a name of the expressions; give the function another")
@@ -118,6 +119,7 @@ def _body_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
         elif crack.start == crack.end:
             yield Fault(0, f"{key}.cracks.{k}", "from and to are the same point")
     yield from _map_faults(scene, body, f"{key}.map")
+    yield from _force_faults(scene, body, f"{key}.body_force")
     if (body.state is None) != (scene.dim == 3):
         wanted = "is for 1D and 2D" if scene.dim == 3 else '"stress" or "strain" is needed in 1D and 2D'
         yield Fault(0, f"{key}.state", wanted)
@@ -132,6 +134,23 @@ def _body_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
             )
         else:
             yield from value_faults(scene, lambda c=component: _no_time(scene, c), component, f"{key}.velocity", "m/s")
+
+
+def _component_faults(scene: SceneTables, axis: str, value: Value, key: str, unit: str) -> Iterator[Fault]:
+    """Faults of a value along an axis."""
+    if axis not in AXES[: scene.dim]:
+        yield Fault(0, key, f"is none of {', '.join(AXES[: scene.dim])}")
+    yield from value_faults(scene, lambda: scene.value(value, unit), value, key, unit)
+
+
+def _force_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
+    for k, force in enumerate(body.body_force):
+        if force.where is not None:
+            yield from _where_faults(scene, force.where, f"{key}.{k}.where")
+        if not force.components:
+            yield Fault(0, f"{key}.{k}", "has no force: give x, y or z")
+        for axis, value in force.components.items():
+            yield from _component_faults(scene, axis, value, f"{key}.{k}.{axis}", UNIT)
 
 
 def _map_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
@@ -166,7 +185,7 @@ def _boundary_faults(scene: SceneTables, condition: Boundary, key: str) -> Itera
     if condition.where is not None:
         yield from _where_faults(scene, condition.where, f"{key}.where")
     for table, allowed, unit in (
-        ("velocity", axes, "m/s"),
+        *((table, axes, unit) for table, unit in UNITS.items()),
         ("stress", COMPONENTS[scene.dim], "Pa"),
         ("traction", axes, "Pa"),
     ):
@@ -175,21 +194,39 @@ def _boundary_faults(scene: SceneTables, condition: Boundary, key: str) -> Itera
                 yield Fault(0, f"{key}.{table}.{component}", f"is none of {', '.join(allowed)}")
             place = f"{key}.{table}.{component}"
             yield from value_faults(scene, lambda v=value, u=unit: scene.value(v, u), value, place, unit)
+    for component, value in condition.displacement.items():
+        yield from _rate_fault(scene, value, f"{key}.displacement.{component}")
     if condition.normal is not None:
         slide = condition.normal
         yield from value_faults(scene, lambda: scene.value(slide, "m/s"), slide, f"{key}.normal", "m/s")
-        if condition.fixed or condition.velocity or condition.symmetry:
+        if condition.fixed or condition.symmetry or any(getattr(condition, table) for table in UNITS):
             yield Fault(0, f"{key}.normal", "goes with no other velocity in one entry: write another for that")
     for load, table in condition.acting.items():
         for name, unit in table.values.items():
             value = getattr(table, name)
             yield from value_faults(scene, lambda v=value, u=unit: scene.value(v, u), value, f"{key}.{load}", unit)
+        yield from (Fault(0, f"{key}.{load}.{name}", text) for name, text in table.faults(scene.dim))
     held = (*condition.fixed, *([condition.symmetry] if condition.symmetry else []))
     for component in held:
         if component not in axes:
             yield Fault(0, key, f"{component!r} is none of {', '.join(axes)}")
-    for component in dict.fromkeys(c for c in held if c in condition.velocity or held.count(c) > 1):
+    moved = [component for table in UNITS for component in getattr(condition, table)]
+    for component in dict.fromkeys(c for c in held if c in moved or held.count(c) > 1):
         yield Fault(0, key, f"{component!r} is prescribed twice: by fixed or symmetry, and again")
+    for component in dict.fromkeys(c for c in moved if moved.count(c) > 1):
+        yield Fault(0, key, f"{component!r} is prescribed twice: give one of {', '.join(UNITS)}")
+
+
+def _rate_fault(scene: SceneTables, value: Value, key: str) -> Iterator[Fault]:
+    """The fault of a displacement that has no velocity."""
+    try:
+        of = scene.value(value, UNITS["displacement"])
+    except ValueError:
+        return  # told of the value itself
+    try:
+        _ = Motion("displacement", of).rate
+    except ValueError as error:
+        yield Fault(0, key, str(error))
 
 
 def _probe_faults(scene: SceneTables, probe: Probe, key: str) -> Iterator[Fault]:
