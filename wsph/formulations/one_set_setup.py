@@ -165,7 +165,9 @@ def seam_of(setup: Setup, host: Host, conditions: Conditions, placement: Placeme
     seams = seams_of([pairs for _, pairs in conditions.periodic])
     if seams:
         key = conditions.periodic[0][0]
-        contact = [each for each in setup.scene.contact if host.name in each.names]
+        scene = setup.scene
+        contact = [each for each in scene.contact if host.name in each.names]
+        contact += [each for each in scene.tools if host.name in each.against]
         text = ""
         if host.breaks:
             text = "can break, and its cracks would end at the face: leave one of both out"
