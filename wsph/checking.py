@@ -37,6 +37,7 @@ def described(scene: Scene, source: str) -> list[Row]:
         ),
         ("memory", _needed(scene)),
         ("time step", f"{composition.dt:.6g} s, {composition.steps} steps to {scene.run.end:g} s"),
+        *_relaxed(scene),
         ("kernels", f"{len(set(kernels))} in {len(kernels)} launches per step: {', '.join(kernels)}"),
         ("launches", _replayed(composition.program)),
         ("probes", ", ".join(p.name for p in scene.probes) or "none"),
@@ -46,6 +47,18 @@ def described(scene: Scene, source: str) -> list[Row]:
         for c in scene.contact
     ]
     return rows
+
+
+def _relaxed(scene: Scene) -> list[Row]:
+    """What comes before the first step."""
+    asked = scene.relax
+    if asked is None:
+        return []
+    said = (
+        f"kinetic damping with the clock at 0 s, until kinetic energy is below {asked.until:g} of the strain energy, in at most"
+        f" {asked.max_steps} steps; rows in relax.csv"
+    )
+    return [("relaxation", said)]
 
 
 def _of_body(scene: Scene, run: BodyRun, steps: str) -> list[Row]:

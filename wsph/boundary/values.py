@@ -48,14 +48,18 @@ def _impose_kernel(space: Space) -> wp.Kernel:
 class BoundaryValues:
     """The prescribed values of a body on the device.
 
-    `impose(state, c)` sets them in a state at t + c dt; c = (a, b) means the mean of both times. Of k entries, the host has
-    `particle` (k,), and the device
+    `impose(state, c)` sets them in a state at t + c dt; c = (a, b) means the mean of both times. While the clock is still,
+    prescribed velocities are zero: what is driven stays where it is. Of k entries, the host has `particle` (k,), and the
+    device
 
     place      # (k,) int32, where each stands in the buffer of the state
     _program   # (k,) int32, its program in the `Bank`, or CONSTANT
     _scale     # (k,) float64, nondimensional units per SI unit, or of a constant the nondimensional value
     _position  # (k,) vec3d, reference position [m], zero beyond the dimensions
     """
+
+    _still: list[wp.array] | None = None
+    """`_program` and `_scale` while the clock is still."""
 
     def __init__(
         self,
@@ -97,6 +101,19 @@ class BoundaryValues:
         """Set the prescribed values in `state` (a launch)."""
         if self.count == 0:
             return
-        inputs = [self._bank, clock.time, self.place, self._program, self._scale, self._position]
+        programs = self._at_rest(state) if clock.still else [self._program, self._scale]
+        inputs = [self._bank, clock.time, self.place, *programs, self._position]
         inputs += [*interval(c), wp.float64(self._second)]
         clock.launch(_impose_kernel(self.space), self.count, inputs, [state.buffer])
+
+    def _at_rest(self, state: State) -> list[wp.array]:
+        """`_program` and `_scale` with zero for every velocity."""
+        if self._still is None:
+            moves = self.place.numpy() < state.split
+            program, scale = np.where(moves, CONSTANT, self._program.numpy()), np.where(moves, 0.0, self._scale.numpy())
+            device = self.place.device
+            self._still = [
+                wp.array(program, dtype=wp.int32, device=device),
+                wp.array(scale, dtype=wp.float64, device=device),
+            ]
+        return self._still

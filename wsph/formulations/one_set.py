@@ -236,7 +236,7 @@ class OneSetSystem(System):
 
     def _set(self, state: State, c: float | tuple[float, float], *, counted: bool) -> None:
         """Set what is prescribed; `counted`: with its work."""
-        self._prescribed.impose(state, self.clock, c, counted=counted)
+        self._prescribed.impose(state, self.clock, self.clock.part(c), counted=counted)
 
     def accept(self, state: State) -> None:
         """Close the step: the stresses that the law allows, the prescribed values at t + dt."""

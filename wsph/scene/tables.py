@@ -372,6 +372,13 @@ class Stop(Model):
     energy: Annotated[float, Unit("", gt=0)] = 0.10
 
 
+class Relax(Model):
+    """Rest before t = 0: where the kinetic energy has fallen below `until` of the strain energy, in at most `max_steps`."""
+
+    until: Annotated[float, Unit("", gt=0, lt=1)] = 1e-6
+    max_steps: Annotated[int, Field(ge=1)] = 100_000
+
+
 class SceneTables(Model):
     """The keys of a whole scene."""
 
@@ -390,6 +397,7 @@ class SceneTables(Model):
     output: Output = Output()
     checkpoint: Checkpoint | None = None
     stop: Stop = Stop()
+    relax: Relax | None = None
 
     def value(self, value: Value, unit: str) -> Expression | Function:
         """The meaning of a value in the scene: a table of `functions`, or an expression (a number is a constant one)."""

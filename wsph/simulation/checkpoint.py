@@ -35,11 +35,12 @@ from wsph.simulation.checks import CheckFacts, Checks
 from wsph.simulation.composition import Composition
 from wsph.simulation.ledger import Ledger
 from wsph.simulation.records import Recorded, Records
+from wsph.simulation.starting.relaxation import RelaxFacts, Relaxation
 from wsph.simulation.step_control import StepControl, StepFacts
 from wsph.simulation.summary import plugins_of
 from wsph.simulation.timeline import Events
 
-FIRST = b"wsph checkpoint 2\n"
+FIRST = b"wsph checkpoint 3\n"
 
 FREE = (("title",), ("run", "end"), ("run", "threads"), ("output",), ("probes",), ("checkpoint",), ("stop",))
 """Keys of a scene that a checkpoint leaves open."""
@@ -47,17 +48,27 @@ FREE = (("title",), ("run", "end"), ("run", "threads"), ("output",), ("probes",)
 
 class Facts(CheckFacts, StepFacts):
     """What a checkpoint says beside its arrays: the scene and the versions, at which step it stands, what the ledger began
-    with, in hexadecimal, the frames and probes so far, and what checks and the time step have come to."""
+    with, in hexadecimal, and its entries then (`begun`), the frames and probes so far, what checks and the time step have
+    come to, and the relaxation before the first step, where there is one."""
 
     identity: dict[str, object]
     step: int
     initial: str
+    begun: list[str]
+    relax: RelaxFacts | None
     frames: list[Listed]
     probes: list[Recorded]
 
 
 Found = tuple[Path, Facts, dict[str, np.ndarray]]
 """A checkpoint: its file, its facts and its arrays."""
+
+
+def unfinished(found: Found) -> bool:
+    """Whether a checkpoint stands in the middle of a relaxation."""
+    relaxed = found[1]["relax"]
+    return relaxed is not None and not relaxed["done"]
+
 
 _NAME = re.compile(r"checkpoint_(\d{12})\.npz")
 
@@ -205,7 +216,9 @@ class Checkpoints:
         checks: Checks,
         control: StepControl,
         records: Records,
+        relaxation: Relaxation | None = None,
     ):
+        self._relaxation, self._relaxed = relaxation, 0
         self._composition, self._folder, self._ledger = composition, folder, ledger
         self._files = file_digests(composition.scene.data()["bodies"])
         self._checks, self._control, self._records = checks, control, records
@@ -234,12 +247,36 @@ class Checkpoints:
         if not due or step >= self._timeline.last:
             return
         self._written = time.perf_counter()
+        self._write(step)
+
+    def keep_relaxing(self, asked: bool = False) -> None:
+        """The same after steps of a relaxation, which an integer counts as it counts those of the run."""
+        relaxation, settings = self._relaxation, self._settings
+        if self._folder is None or relaxation is None:
+            return
+        due = asked
+        if settings is not None and isinstance(settings.every, int):
+            due |= relaxation.steps // settings.every > self._relaxed // settings.every
+        elif settings is not None:
+            due |= time.perf_counter() - self._written > settings.every
+        self._relaxed = relaxation.steps
+        if due:
+            self._written = time.perf_counter()
+            self._write(0)
+
+    def _write(self, step: int) -> None:
+        """Write the checkpoint of a step."""
+        assert self._folder is not None
+        settings, relaxation = self._settings, self._relaxation
         recorded, probes = self._records.kept()
-        arrays = {name: array.numpy() for name, array in kept(self._composition).items()} | recorded
+        device = kept(self._composition) | (relaxation.arrays() if relaxation is not None else {})
+        arrays = {name: array.numpy() for name, array in device.items()} | recorded
         facts: Facts = {
             "identity": identity(self._composition.scene, self._files),
             "step": step,
             "initial": self._ledger.initial.hex(),
+            "begun": [value.hex() for value in self._ledger.begun],
+            "relax": relaxation.kept() if relaxation is not None else None,
             "frames": self._folder.times,
             "probes": probes,
             **self._checks.kept(),
@@ -261,7 +298,15 @@ class Checkpoints:
         for later in listed(path.parent):
             if later.name > path.name:
                 later.unlink()  # damaged, or this would not be the last: they would take the places of those to come
+        if (relaxed := facts["relax"]) is not None and self._relaxation is not None:
+            for name, array in self._relaxation.arrays().items():
+                array.assign(arrays[name])
+            self._relaxation.restore(relaxed)
+            if not relaxed["done"]:
+                self._relaxed = self._relaxation.steps
+                return step
         self._ledger.initial = float.fromhex(facts["initial"])
+        self._ledger.begun = [float.fromhex(value) for value in facts["begun"]]
         self._checks.restore(facts)
         self._records.restore(step, facts["probes"], arrays)
         if self._events is not None:

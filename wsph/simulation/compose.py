@@ -30,7 +30,7 @@ from wsph.protocols import Interaction
 from wsph.scene.geometries import is_fitted, refuse_misfits, stairs_in_words
 from wsph.scene.scene import Scene
 from wsph.simulation.composing.bodies import Standing, alone, standing
-from wsph.simulation.composing.setting import BareBody, Setting, bare_bodies, materials_of, method_of, scales_of
+from wsph.simulation.composing.setting import BareBody, Method, Setting, bare_bodies, materials_of, method_of, scales_of
 from wsph.simulation.composing.together import joined_bodies, stiffen
 from wsph.simulation.composition import BodyRun, Composition, Step
 from wsph.simulation.probes import Recorder
@@ -50,6 +50,7 @@ def compose(scene: Scene) -> Composition:
 def _compose(scene: Scene) -> Composition:
     materials = materials_of(scene)
     method = method_of(scene)
+    _refuse_relaxing(scene, method)
     device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
     refuse_misfits(scene, method.formulation)
     memory.refuse_too_large(scene, device, _first_system, lambda body: is_fitted(scene, body, method.formulation))
@@ -62,6 +63,8 @@ def _compose(scene: Scene) -> Composition:
     once = integrators.once(method.plugin)
     forces = couplings(scene, made, space, scales, time_step.clock, once=once)
     joint, together = joined_bodies(setting, made, forces, time_step)
+    if scene.relax is not None and (own := [name for force in forces for name in force.members()]):
+        raise Refused(f"relax: {own[0]!r} moves by itself, and relaxation stops bodies alone: prescribe its motion")
     bodies = [together.get(each.body.name) or alone(setting, each, time_step) for each in made]
     between = interactions(scene, bodies, space, scales, time_step.clock)
     _push(bodies, between)
@@ -75,6 +78,15 @@ def _compose(scene: Scene) -> Composition:
     pairs = sum(run.system.pairs for run in bodies)
     program = Program(step, time_step.clock, pairs, scene.run.threads, step.before)
     return Composition(scene, space, scales, time_step, bodies, joint, between, probes, program, method.who)
+
+
+def _refuse_relaxing(scene: Scene, method: Method) -> None:
+    """Refuse to relax bodies whose rest would depend on the way there."""
+    if scene.relax is not None and not method.formulation.traits.one_set:
+        raise Refused(
+            f"relax: the stress of two sets is integrated with the dissipation of every step, so that the rest which {method.name}"
+            " comes to is not that of its displacements: use an integrator of one set, such as leapfrog"
+        )
 
 
 def memory_need(scene: Scene) -> memory.Need:

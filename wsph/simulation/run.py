@@ -19,7 +19,7 @@ from wsph.output.folder import OutputFolder
 from wsph.scene.load import load
 from wsph.scene.scene import Scene
 from wsph.simulation import checkpoint
-from wsph.simulation.checkpoint import Checkpoints, Found
+from wsph.simulation.checkpoint import Checkpoints, Found, unfinished
 from wsph.simulation.checks import Checks
 from wsph.simulation.compose import compose
 from wsph.simulation.composition import Composition
@@ -28,6 +28,7 @@ from wsph.simulation.ledger import Account, Ledger
 from wsph.simulation.probes import RING
 from wsph.simulation.records import Records
 from wsph.simulation.result import Result
+from wsph.simulation.starting.relaxation import NO_REST, Relaxation
 from wsph.simulation.step_control import StepControl
 from wsph.simulation.summary import Ending, summary
 
@@ -96,8 +97,11 @@ class Simulation:
         touching = {frozenset(contact.names) for contact in scene.contact}
         self._checks = Checks(bodies, self._timeline, scene.stop.energy, touching)
         self._records = Records(composition, self._ledger.columns, self._folder)
+        self._relaxation: Relaxation | None = None
+        if scene.relax is not None:
+            self._relaxation = Relaxation(composition, self._control.settle, self._checks.relaxing)
         self._checkpoints = Checkpoints(
-            composition, self._folder, self._ledger, self._checks, self._control, self._records
+            composition, self._folder, self._ledger, self._checks, self._control, self._records, self._relaxation
         )
         self._first = 0
         self._inside = 0.0
@@ -105,9 +109,14 @@ class Simulation:
     def run(self, progress: Progress | None, interrupts: Interrupts) -> Result:
         """Run to the end, to a failure or to an interrupt."""
         status, reason, failure = "completed", "", None
-        step = self._first = self._checkpoints.resume(self._found) if self._found is not None else 0
+        relaxation, found = self._relaxation, self._found
+        if relaxation is not None and (found is None or unfinished(found)):
+            relaxation.prepare()
+        step = self._first = self._checkpoints.resume(found) if found is not None else 0
         try:
-            if step == 0:
+            if relaxation is not None and not relaxation.done:
+                self._relax(relaxation, progress, interrupts)
+            if step == 0 and (relaxation is None or relaxation.done):
                 self._begin()
             while step < self._timeline.last and not interrupts.asked:
                 step += self._steps(self._block(step), interrupts)
@@ -116,23 +125,48 @@ class Simulation:
                 self._checkpoints.keep(step)
                 if progress is not None:
                     progress(step, self._timeline.last, self._timeline.time(step))
-            if interrupts.asked and step < self._timeline.last:
+            if relaxation is not None and not relaxation.done:
+                self._checkpoints.keep_relaxing(asked=True)
+            elif interrupts.asked and step < self._timeline.last:
                 # First what is kept: a run that goes on from there has the records of one that never stopped.
                 self._checkpoints.keep(step, asked=True)
                 self._records.take(step, self.check(step), final=True)
         except Unstable as error:
-            # Energy that grew is a stop that the scene asks for; a state that is not finite is not.
-            status, reason, failure = "stopped" if error.field == "energy" else "unstable", str(error), error
+            # Energy that grew is a stop that the scene asks for, and so is no rest; a state that is not finite is not.
+            stopped = error.field in ("energy", NO_REST)
+            status, reason, failure = "stopped" if stopped else "unstable", str(error), error
         if interrupts.asked and failure is None and step < self._timeline.last:
             status, reason = "interrupted", f"interrupted at step {step}"
+            if relaxation is not None and not relaxation.done:
+                reason = f"interrupted in its relaxation, after {relaxation.steps} steps"
         wall = time.perf_counter() - self._started
         ending = Ending(status, reason, step, self._first, wall, self._inside)
         return self._result(ending, failure)
 
+    def _relax(self, relaxation: Relaxation, progress: Progress | None, interrupts: Interrupts) -> None:
+        """Bring the bodies to rest, unless it is asked to end. Raises Unstable where they do not come to rest."""
+        relaxation.compile()
+        if relaxation.steps == 0:
+            relaxation.begin()
+
+        def between(steps: int, most: int) -> None:
+            self._checkpoints.keep_relaxing()
+            if progress is not None:
+                progress(steps, most, 0.0)
+
+        try:
+            relaxation.run(lambda: bool(interrupts.asked), between)
+        finally:
+            if self._folder is not None:
+                self._folder.table("relax.csv", relaxation.columns)
+        if relaxation.done:
+            self._records.retimed()
+
     def _begin(self) -> None:
         """Take the state at the start: its energy is what the ledger begins with."""
         self._records.begin()
-        for interaction in self._composition.interactions:
+        # After a relaxation the forces between bodies stand.
+        for interaction in self._composition.interactions if self._relaxation is None else ():
             interaction.start()
         if self._composition.joint is not None:
             self._composition.joint.start()
@@ -186,6 +220,8 @@ class Simulation:
         """The result of the run; written, where it has a folder."""
         scene, history = self._composition.scene, self._records.history()
         said = summary(self._composition, self._ledger, history, ending, self._checks.findings.words)
+        if self._relaxation is not None:
+            said["relaxation"] = self._relaxation.summary
         if self._folder is not None:
             self._records.write_tables()
             self._folder.summary(said)

@@ -169,6 +169,16 @@ class StepControl:
         if not self.adapts or step != self.look:
             return False
         self._pace_on(step, sums)
+        return self._shorten(step, sums)
+
+    def settle(self, sums: Sequence[BodySums]) -> None:
+        """Follow the deformation in a relaxation before the first step. Raises Unstable as in the steps of a run."""
+        self.check_limits(0, sums)
+        if self.adapts:
+            self._shorten(0, sums)
+
+    def _shorten(self, step: int, sums: Sequence[BodySums]) -> bool:
+        """Shorten the time step where it is half of the way to a limit; whether it was."""
         factor = 1.0
         for run, each in zip(self._bodies, sums, strict=True):
             if run.stability.adapts:

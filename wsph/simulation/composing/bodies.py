@@ -32,7 +32,6 @@ from wsph.simulation.composition import BodyRun
 from wsph.simulation.diagnostics import Diagnostics
 from wsph.simulation.timeline import TimeStep
 from wsph.stability.limit import Ask, StepLimit
-from wsph.units import Scales
 
 
 def wants_displacement(scene: Scene) -> bool:
@@ -103,7 +102,7 @@ def standing(setting: Setting, bare: BareBody, space: Space, time_step: TimeStep
     told = (f"body {body.name!r}: {doubt}" for doubt in doubts(bare.geometry))
     for warning in (*told, *system.warnings):
         warnings.warn(warning, RuntimeWarning, stacklevel=6)
-    _start(scene, body, system, scales)
+    _start(scene, body, system)
     return Standing(bare, constitutive, system)
 
 
@@ -121,16 +120,23 @@ def alone(setting: Setting, made: Standing, time_step: TimeStep, *, bounded: boo
         return made.by(integrator, ask, time_step)
 
 
-def _start(scene: Scene, body: Body, system: System, scales: Scales) -> None:
-    """Give a system its initial velocity and what is prescribed at t = 0."""
+def give_velocity(scene: Scene, body: Body, system: System) -> None:
+    """Give a system its initial velocity."""
     if body.velocity is not None:
         values = [scene.value(v, "m/s") for v in body.velocity]
         columns = [value(system.position) for value in values if isinstance(value, Expression)]
-        system.state.write("velocity", np.stack(columns, 1) / scales.velocity)
+        system.state.write("velocity", np.stack(columns, 1) / system.scales.velocity)
+
+
+def _start(scene: Scene, body: Body, system: System) -> None:
+    """Give a system its initial velocity and what is prescribed at t = 0."""
+    give_velocity(scene, body, system)
     system.hold(system.state, 0.0)
     held: list[np.ndarray] = [array.numpy() for array in (system.state.buffer, *system.arrays.kept.values())]
     if not all(np.isfinite(values).all() for values in held):
         raise Refused(f"body {body.name!r}: its initial velocity, or a value prescribed at t = 0, is not finite")
+    if scene.relax is not None:
+        system.state.write("velocity", np.zeros((system.count, scene.dim)))
     system.start_works()
 
 
