@@ -12,7 +12,7 @@ from wsph.plugins import integrators, registry
 from wsph.protocols import Integrator
 from wsph.scene.scene import Scene
 from wsph.simulation.compose import compose, memory_need, stairs
-from wsph.simulation.composition import BodyRun
+from wsph.simulation.composing.composition import BodyRun
 
 Row = tuple[str, str]
 """What is told of, and the words."""

@@ -13,7 +13,8 @@ from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
-from wsph.protocols import CoupledBody, Entry
+from wsph.contact.between import CoupledBody
+from wsph.protocols import Entry
 from wsph.scene.scene import Scene
 from wsph.units import Scales
 

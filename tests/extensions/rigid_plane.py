@@ -21,11 +21,12 @@ from wsph.backend.clock import Clock
 from wsph.backend.domain import WHOLE
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
+from wsph.contact.between import PushedBody
 from wsph.contact.bodies import ContactBody
 from wsph.contact.law import body_struct
 from wsph.errors import Refused
 from wsph.plugins.integrators import publishes
-from wsph.protocols import Entry, PushedBody
+from wsph.protocols import Entry
 from wsph.scene.scene import Scene
 from wsph.units import Scales
 

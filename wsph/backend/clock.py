@@ -88,7 +88,7 @@ class Clock:
         return found
 
     def part(self, c: float | tuple[float, float]) -> float | tuple[float, float]:
-        """The part of a step, or the two whose mean is meant, at which values are prescribed: where it is still, its start."""
+        """The part of a step, or the two whose mean is meant, of prescribed values: while it is still, its start."""
         return 0.0 if self.still else c
 
     def advance(self) -> None:

@@ -15,8 +15,8 @@ from wsph.backend.reduce import total
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.constitutive.constitutive import Constitutive
+from wsph.contact.between import PushedBody
 from wsph.contact.law import ContactLaw, body_struct, kick_kernel
-from wsph.protocols import PushedBody
 from wsph.scene.tables import Contact
 from wsph.sph.pairs import Pairs
 from wsph.sph.skin import Skin

@@ -31,11 +31,12 @@ import warp as wp
 from wsph.backend.clock import Clock
 from wsph.backend.domain import WHOLE, Domain
 from wsph.backend.space import Array, Space
+from wsph.contact.between import PushedBody
 from wsph.contact.bodies import ContactBody, ContactPair, pushed, without_neighbours
 from wsph.contact.law import ContactLaw, law_struct, push_kernel
 from wsph.errors import Refused
 from wsph.plugins.integrators import publishes
-from wsph.protocols import Entry, PushedBody
+from wsph.protocols import Entry
 from wsph.scene.tables import Contact
 from wsph.sph.pairs import find_pairs
 from wsph.sph.rows import rows_of

@@ -10,8 +10,8 @@ from collections.abc import Callable, Sequence
 
 from wsph.backend.clock import Clock
 from wsph.backend.space import Space
+from wsph.contact.between import CoupledBody, Coupling, Interaction, PushedBody
 from wsph.contact.contacts import Contacts
-from wsph.protocols import CoupledBody, Coupling, Interaction, PushedBody
 from wsph.scene.scene import Scene
 from wsph.units import Scales
 

@@ -32,10 +32,10 @@ from wsph.quantities import is_list, is_table
 from wsph.scene.files import file_digests
 from wsph.scene.scene import Scene
 from wsph.simulation.checks import CheckFacts, Checks
-from wsph.simulation.composition import Composition
+from wsph.simulation.composing.composition import Composition
 from wsph.simulation.ledger import Ledger
 from wsph.simulation.records import Recorded, Records
-from wsph.simulation.starting.relaxation import RelaxFacts, Relaxation
+from wsph.simulation.starting.relaxation import Relaxation, RelaxFacts
 from wsph.simulation.step_control import StepControl, StepFacts
 from wsph.simulation.summary import plugins_of
 from wsph.simulation.timeline import Events

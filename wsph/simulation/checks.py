@@ -20,7 +20,7 @@ from wsph.constitutive.sampling import fault_of_law
 from wsph.contact.watch import Watch
 from wsph.errors import Unstable
 from wsph.plugins import integrators
-from wsph.simulation.composition import BodyRun, integrators_of
+from wsph.simulation.composing.composition import BodyRun, integrators_of
 from wsph.simulation.diagnostics import BodySums
 from wsph.simulation.ledger import HELD, Account
 from wsph.simulation.timeline import Timeline

@@ -19,6 +19,7 @@ from wsph.backend.clock import Clock
 from wsph.backend.device import pick_device
 from wsph.backend.graph import Program
 from wsph.backend.space import Space
+from wsph.contact.between import Interaction
 from wsph.contact.overlap import overlapping, solid_of
 from wsph.contact.table import couplings, interactions
 from wsph.errors import Refused, SceneError
@@ -26,13 +27,12 @@ from wsph.formulations import memory
 from wsph.formulations.system import System
 from wsph.plugins import integrators
 from wsph.plugins.blame import blame
-from wsph.protocols import Interaction
 from wsph.scene.geometries import is_fitted, refuse_misfits, stairs_in_words
 from wsph.scene.scene import Scene
 from wsph.simulation.composing.bodies import Standing, alone, standing
+from wsph.simulation.composing.composition import BodyRun, Composition, Step
 from wsph.simulation.composing.setting import BareBody, Method, Setting, bare_bodies, materials_of, method_of, scales_of
 from wsph.simulation.composing.together import joined_bodies, stiffen
-from wsph.simulation.composition import BodyRun, Composition, Step
 from wsph.simulation.probes import Recorder
 from wsph.simulation.step_control import given_step, settle
 from wsph.simulation.timeline import TimeStep

@@ -12,7 +12,7 @@ from wsph.output import fields
 from wsph.output.cells import Cells, Gathered
 from wsph.output.folder import OutputFolder
 from wsph.simulation.checks import warn
-from wsph.simulation.composition import BodyRun, Composition
+from wsph.simulation.composing.composition import BodyRun, Composition
 from wsph.simulation.ledger import Account
 from wsph.simulation.probes import Recorder
 from wsph.simulation.timeline import Events

@@ -22,7 +22,7 @@ from wsph.simulation import checkpoint
 from wsph.simulation.checkpoint import Checkpoints, Found, unfinished
 from wsph.simulation.checks import Checks
 from wsph.simulation.compose import compose
-from wsph.simulation.composition import Composition
+from wsph.simulation.composing.composition import Composition
 from wsph.simulation.interrupts import Interrupts
 from wsph.simulation.ledger import Account, Ledger
 from wsph.simulation.probes import RING

@@ -148,7 +148,7 @@ def test_the_same_for_any_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_what_is_driven_waits_and_velocities_come_after() -> None:
-    """A bar hung with a weight of its own, whose foot is then driven: before t = 0 it stays; its own velocity is its start."""
+    """A bar under its weight, whose foot is driven: before t = 0 that stays, and the bar's own velocity comes then."""
     foot = scenes.driven("-x", x="step")
     tables = {"boundary": [foot], "functions": {"step": {"t": [0.0, 1.0], "value": [0.01, 0.01]}}}
     result = wsph.run(column(run={"end": 0.1}, tables=tables, velocity=["1e-3*x"]))

@@ -27,8 +27,8 @@ from wsph.plugins.traits import gives, turns
 from wsph.protocols import Integrator, Material
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
+from wsph.simulation.composing.composition import BodyRun
 from wsph.simulation.composing.setting import BareBody, Method, Setting
-from wsph.simulation.composition import BodyRun
 from wsph.simulation.diagnostics import Diagnostics
 from wsph.simulation.timeline import TimeStep
 from wsph.stability.limit import Ask, StepLimit

@@ -14,7 +14,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from wsph.protocols import AnyState, Coupling, Dimensioned, LawForm, OneSet, Terms, Timed
+from wsph.contact.between import Coupling
+from wsph.protocols import AnyState, Dimensioned, LawForm, OneSet, Terms, Timed
 
 
 class Member(OneSet, Protocol):

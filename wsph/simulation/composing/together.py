@@ -8,14 +8,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from wsph.constitutive.sampling import law_named
+from wsph.contact.between import Coupling
 from wsph.errors import Refused
 from wsph.plugins import integrators
 from wsph.plugins.blame import blame
-from wsph.protocols import Coupling
 from wsph.simulation.composing.bodies import Standing
+from wsph.simulation.composing.composition import BodyRun
 from wsph.simulation.composing.joint import JointSystem, share_of
 from wsph.simulation.composing.setting import Setting
-from wsph.simulation.composition import BodyRun
 from wsph.simulation.step_control import WITH_CONTACT
 from wsph.simulation.timeline import TimeStep
 

@@ -2,10 +2,10 @@
 
 A body that swings about its equilibrium has most kinetic energy where it passes that. Stopped there it goes on from the
 least elastic energy of the way, and falls towards the equilibrium again from nearer (Cundall 1976; Barnes 1999): it comes to
-rest without a rate of damping to choose. A peak is known a step later, when motions that take few steps are as far beyond the
-equilibrium as they were before it: so a body goes back to the step of the peak, with all that a checkpoint would hold of it.
-The kinetic energy is summed up in blocks of fixed size, so that a peak is found at the same step for any number of threads.
-All of it are launches: steps are captured in blocks.
+rest without a rate of damping to choose. A peak is known a step later, when motions that take few steps are as far beyond
+the equilibrium as they were before it: so a body goes back to the step of the peak, with all that a checkpoint would hold of
+it. The kinetic energy is summed up in blocks of fixed size, so that a peak is found at the same step for any number of
+threads. All of it are launches: steps are captured in blocks.
 
 Peaks that are as low as asked of a body at rest are left alone: what is fast would keep what is slow from showing.
 """
@@ -24,8 +24,8 @@ from wsph.backend.state import Layout, State, fields_struct
 
 KINETIC, FELL, FLOOR, HIGHEST, TAKEN, PEAKS, SINCE, LONGEST, AGO = range(9)
 """Entries of the memory: kinetic energy after the last step; whether it passed a peak there, 1 or 0; the kinetic energy up
-to which a peak is none; the largest since the memory was last read; the energy taken so far; the number of peaks; steps since
-the last one; the longest way between two, in steps; and steps so far."""
+to which a peak is none; the largest since the memory was last read; the energy taken so far; the number of peaks; steps
+since the last one; the longest way between two, in steps; and steps so far."""
 
 WORDS = 64
 """Words that one thread copies."""

@@ -12,7 +12,7 @@ its motions would have shown in that time.
 import math
 from collections import deque
 from collections.abc import Callable, Sequence
-from typing import TypedDict
+from typing import TypedDict, cast
 
 import numpy as np
 
@@ -23,8 +23,8 @@ from wsph.errors import Unstable
 from wsph.plugins import integrators
 from wsph.protocols import DeviceArray
 from wsph.simulation.composing.bodies import give_velocity
+from wsph.simulation.composing.composition import BodyRun, Composition, Step, integrators_of
 from wsph.simulation.composing.joint import JointState
-from wsph.simulation.composition import BodyRun, Composition, Step, integrators_of
 from wsph.simulation.diagnostics import BodySums
 from wsph.simulation.starting.quench import AGO, HIGHEST, KINETIC, LONGEST, PEAKS, TAKEN, Quench
 
@@ -34,9 +34,18 @@ SURE = 0.8
 LOOK = 32
 """Steps between two looks of the host."""
 
-COLUMNS = ("step", "kinetic", "strain", "kinetic_over_strain", "residual", "residual_part", "peaks", "energy_taken")
+COLUMNS = (
+    "step",
+    "kinetic",
+    "strain",
+    "kinetic_over_strain",
+    "out_of_balance",
+    "out_of_balance_part",
+    "peaks",
+    "energy_taken",
+)
 """Columns of relax.csv: the kinetic energy is the largest since the row before [J]; the ratio is that of the body which is
-furthest from rest; the residual is the force out of balance, the root of the sum of squares over free components [N], and
+furthest from rest; the force out of balance is the root of the sum of squares over free components [N], and beside it stands
 its part of the largest so far."""
 
 NO_REST = "relaxation"
@@ -46,20 +55,20 @@ AT_REST, NOT_AT_REST = "at rest", "not at rest"
 
 
 class Rested(TypedDict):
-    """What summary.json says of a relaxation; energies [J], the residual as in the last row of relax.csv."""
+    """What summary.json says of a relaxation; energies [J], the force out of balance as in the last row of relax.csv."""
 
     status: str
     steps: int
     peaks: int
     kinetic_over_strain: float
-    residual: float
-    residual_part: float
+    out_of_balance: float
+    out_of_balance_part: float
     energy_taken: float
 
 
 class RelaxFacts(TypedDict):
     """What a checkpoint holds of a relaxation beside its arrays: whether it is done, its rows, the largest kinetic energies
-    of the last looks by body, and the largest residual."""
+    of the last looks by body, and the largest force out of balance."""
 
     done: bool
     rows: list[list[float]]
@@ -135,7 +144,7 @@ class Relaxation:
             interaction.start()
         if self._composition.joint is not None:
             self._composition.joint.start()
-        self._largest = self._residual()
+        self._largest = self._unbalance()
 
     def run(self, stop: Callable[[], bool], between: Callable[[int, int], None]) -> None:
         """Step until all bodies are at rest, or it is asked to stop; `between(steps, most)` is called after every look.
@@ -175,8 +184,8 @@ class Relaxation:
             moves = memory[PEAKS] == 0.0 and not still
             resting &= not moves and ratio <= SURE * self._until and len(highest) >= looks
             worst = max(worst, ratio)
-        residual = self._residual()
-        self._largest = max(self._largest, residual)
+        unbalance = self._unbalance()
+        self._largest = max(self._largest, unbalance)
         scales, dim = self._composition.scales, self._composition.scene.dim
         joule = scales.stress * scales.length**dim
         taken = sum(float(memory[TAKEN]) for memory in memories)
@@ -186,14 +195,14 @@ class Relaxation:
             sum(each.strain for each in sums) * joule,
             worst,
         ]
-        row += [residual * joule / scales.length, residual / self._largest if self._largest > 0.0 else 0.0]
+        row += [unbalance * joule / scales.length, unbalance / self._largest if self._largest > 0.0 else 0.0]
         row += [sum(float(memory[PEAKS]) for memory in memories), taken * joule]
         self.rows.append([self.steps, *row])
         if not resting:
             self._settle(sums)
         return resting
 
-    def _residual(self) -> float:
+    def _unbalance(self) -> float:
         """The force out of balance, nondimensional: the root of the sum of squares over free components. Not a number where
         bodies push each other by impulses between steps."""
         if self._composition.interactions:
@@ -208,9 +217,10 @@ class Relaxation:
             joint.rate(JointState(states), JointState(rates), "velocity")
         total = 0.0
         for run in self._bodies:
-            free: Callable[[np.ndarray], np.ndarray] = run.system.project_free  # pyright: ignore[reportAttributeAccessIssue, reportUnknownVariableType]
-            pulled: np.ndarray = free(rates[run.body.name].read("velocity").ravel()).reshape(run.system.count, -1)
-            total += float(((run.system.density * run.system.volume)[:, None] ** 2 * pulled**2).sum())
+            free = cast(Callable[[np.ndarray], np.ndarray], run.system.project_free)  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType]
+            mass = np.repeat(run.system.density * run.system.volume, self._composition.scene.dim)
+            pulled = free(rates[run.body.name].read("velocity").ravel())
+            total += float(((mass * pulled) ** 2).sum())
         return math.sqrt(total)
 
     def _release(self) -> None:
@@ -247,16 +257,25 @@ class Relaxation:
     @property
     def summary(self) -> Rested:
         """What summary.json says of it."""
-        _, _, _, ratio, residual, part, peaks, taken = self.rows[-1] if self.rows else [0.0] * len(COLUMNS)
+        _, _, _, ratio, unbalance, part, peaks, taken = self.rows[-1] if self.rows else [0.0] * len(COLUMNS)
         status = AT_REST if self.done else NOT_AT_REST
-        return Rested(status=status, steps=self.steps, peaks=int(peaks), kinetic_over_strain=ratio, residual=residual,
-                      residual_part=part, energy_taken=taken)  # fmt: skip
+        return {
+            "status": status,
+            "steps": self.steps,
+            "peaks": int(peaks),
+            "kinetic_over_strain": ratio,
+            "out_of_balance": unbalance,
+            "out_of_balance_part": part,
+            "energy_taken": taken,
+        }
 
     def arrays(self) -> dict[str, DeviceArray]:
         """The device arrays that a checkpoint holds of it, by name."""
-        return {
-            f"relax{k}.{name}": array for k, each in enumerate(self._quenches) for name, array in each.kept().items()
-        }
+        found: dict[str, DeviceArray] = {}
+        for k, each in enumerate(self._quenches):
+            kept: dict[str, DeviceArray] = each.kept()
+            found |= {f"relax{k}.{name}": array for name, array in kept.items()}
+        return found
 
     def kept(self) -> RelaxFacts:
         """The numbers that a checkpoint holds of it."""

@@ -13,13 +13,14 @@ from wsph.backend.graph import Program
 from wsph.backend.space import Space
 from wsph.backend.state import State
 from wsph.constitutive.constitutive import Constitutive
+from wsph.contact.between import Coupling, Interaction
 from wsph.errors import PluginError
 from wsph.formulations.reading import Reading
 from wsph.formulations.system import System
 from wsph.plugins import integrators
 from wsph.plugins.blame import blame
 from wsph.plugins.traits import longest_step
-from wsph.protocols import Coupling, Integrator, Interaction
+from wsph.protocols import Integrator
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
 from wsph.simulation.composing.joint import JointSystem
