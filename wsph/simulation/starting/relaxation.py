@@ -11,7 +11,7 @@ its motions would have shown in that time.
 
 import math
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TypedDict, cast
 
 import numpy as np
@@ -273,7 +273,7 @@ class Relaxation:
         """The device arrays that a checkpoint holds of it, by name."""
         found: dict[str, DeviceArray] = {}
         for k, each in enumerate(self._quenches):
-            kept: dict[str, DeviceArray] = each.kept()
+            kept: Mapping[str, DeviceArray] = each.kept()
             found |= {f"relax{k}.{name}": array for name, array in kept.items()}
         return found
 
