@@ -13,6 +13,7 @@ from wsph.protocols import Integrator
 from wsph.scene.scene import Scene
 from wsph.simulation.compose import compose, memory_need, stairs
 from wsph.simulation.composing.composition import BodyRun
+from wsph.simulation.starting.initial import initial_in_words
 
 Row = tuple[str, str]
 """What is told of, and the words."""
@@ -85,6 +86,7 @@ def _of_body(scene: Scene, run: BodyRun, steps: str) -> list[Row]:
     ]
     rows += [(f"  {about}", said) for about, said in in_words(run.system.geometry)]
     rows += [("  surface", steps)] if steps else []
+    rows += [("  initial", said) for said in initial_in_words(run.body, run.system)]
     chosen = selections(scene, run.body.name, run.system.geometry, run.system.position, scene.run.end)
     rows += [(f"boundary {each.number}", str(each)) for each in chosen]
     return rows

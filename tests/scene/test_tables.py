@@ -59,6 +59,7 @@ shape = { type = "box", min = [4.0, 0.0], max = [5.0, 1.0] }
 spacing = 0.1
 state = "stress"
 map = ["x + 0.1*y", "y"]
+initial = { stress = { xx = "1 MPa", xy = "1e5*y" }, file = "before.npz" }
 material = { model = "elastic", density = 7800.0, youngs_modulus = "200 GPa", poisson_ratio = 0.3 }
 [[bodies]]
 name = "d"
@@ -111,6 +112,10 @@ fields = ["velocity"]
 [checkpoint]
 every = 50
 keep = 2
+final = true
+[relax]
+until = 1e-6
+max_steps = 1000
 [stop]
 energy = 0.1
 """)

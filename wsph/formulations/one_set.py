@@ -19,6 +19,7 @@ from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.natural import layer_conditions, node_conditions
 from wsph.boundary.walls import Wall
+from wsph.constitutive.initial import initial_field
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.layout import (
     deformation_field,
@@ -69,6 +70,8 @@ class Rates(Protocol):
 
     def follow(self) -> bool: ...
 
+    def placed(self) -> None: ...
+
     def restored(self) -> None: ...
 
 
@@ -81,6 +84,7 @@ def layout_of(host: Host) -> Layout:
             velocity_field(host.space),
             *(field for field in extra if field.leads),
             *matter_fields(host.constitutive, at_points=True, derived=laws.total is not None),
+            initial_field(host.constitutive, host.stressed),
             deformation_field(host.space, at_points=True, derived=reference),
             displacement_field(host.space),
             deviation_field(host.space, remembers(host)),
@@ -259,6 +263,12 @@ class OneSetSystem(System):
 
     def follow(self) -> bool:
         return self.rates.follow()
+
+    def placed(self) -> None:
+        self.rates.placed()
+        self.refresh(self.state)
+        for part in self.attached.values():
+            part.advance()
 
     def restored(self) -> None:
         self.rates.restored()

@@ -11,6 +11,7 @@ import inspect
 import math
 from collections.abc import Callable, Iterator, Mapping
 
+from wsph.constitutive.stress_state import STRESS_STATES
 from wsph.errors import Fault, PluginError
 from wsph.expressions import FUNCTIONS, VARIABLES, Expression, compile_expression
 from wsph.geometry.counts import cells_along
@@ -100,6 +101,7 @@ def _body_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
     if (body.state is None) != (scene.dim == 3):
         wanted = "is for 1D and 2D" if scene.dim == 3 else '"stress" or "strain" is needed in 1D and 2D'
         yield Fault(0, f"{key}.state", wanted)
+    yield from _initial_faults(scene, body, f"{key}.initial")
     if body.velocity is None:
         return
     if len(body.velocity) != scene.dim:
@@ -111,6 +113,24 @@ def _body_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
             )
         else:
             yield from _value_faults(scene, lambda c=component: _no_time(scene, c), component, f"{key}.velocity", "m/s")
+
+
+def _initial_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
+    """Faults of what a body begins with beside its velocity."""
+    if body.initial is None:
+        return
+    if body.initial.temperature is not None:
+        yield Fault(0, f"{key}.temperature", "no law takes a temperature yet: leave it out")
+    state = STRESS_STATES.get((scene.dim, body.state))
+    for component, value in body.initial.stress.items():
+        place = f"{key}.stress.{component}"
+        if state is not None and component not in state.labels:
+            yield Fault(0, place, f"is none of {', '.join(state.labels)}, the components in {state.name}")
+        if value in scene.functions and scene.functions[str(value)].expression is None:
+            yield Fault(0, place, f"{value!r} is a table; an initial stress is a number or an expression")
+        else:
+            make: Callable[[], object] = lambda v=value: _no_time(scene, v, "Pa", "stress")  # noqa: E731
+            yield from _value_faults(scene, make, value, place, "Pa")
 
 
 def _map_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
@@ -131,10 +151,10 @@ def _map_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
         yield from _axis_faults(scene, expression, key)
 
 
-def _no_time(scene: SceneTables, component: Value) -> object:
-    made = scene.value(component, "m/s")
+def _no_time(scene: SceneTables, component: Value, unit: str = "m/s", what: str = "velocity") -> object:
+    made = scene.value(component, unit)
     if isinstance(made, Expression) and made.uses("t"):
-        raise ValueError("an initial velocity does not depend on t")
+        raise ValueError(f"an initial {what} does not depend on t")
     return made
 
 

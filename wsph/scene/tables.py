@@ -42,6 +42,7 @@ from wsph.quantities import (
     read_switch,
 )
 from wsph.scene.messages import none_of
+from wsph.scene.states import Initial, Relax
 from wsph.sph.smoothing import DEFAULT, SMOOTHING
 from wsph.units import looks_like_quantity, quantity
 
@@ -263,6 +264,7 @@ class Body(_WithParts):
 
     placement: Literal["cells", "nodes"] | None = None
     velocity: Annotated[tuple[Value, ...], BeforeValidator(as_tuple)] | None = None
+    initial: Initial | None = None
     material: MaterialSpec
 
     @model_validator(mode="before")
@@ -352,31 +354,34 @@ class Output(Model):
     history: Cadence | None = None
 
 
-def _due(value: object) -> int | float:
+def _due(value: object) -> int | float | None:
     """Steps, or wall time."""
+    if value is None:
+        return None
     if isinstance(value, float):
         raise ValueError(f'{value} is no number of steps; for wall time write it with its unit, "10 min"')
     return read_cadence(value)
 
 
 class Checkpoint(Model):
-    """When the whole state is kept, to resume from: an integer counts steps, "10 min" is wall time; the last `keep` stay."""
+    """When the whole state is kept, to resume from: an integer counts steps, "10 min" is wall time; the last `keep` stay.
+    `final`: at the end too, so that a longer run may go on from there, or a body of another scene begin with it."""
 
-    every: Annotated[int | float, BeforeValidator(_due)]
+    every: Annotated[int | float | None, BeforeValidator(_due)] = None
     keep: Annotated[int, Field(ge=1)] = 2
+    final: bool = False
+
+    @model_validator(mode="after")
+    def _sometime(self) -> "Checkpoint":
+        if self.every is None and not self.final:
+            raise ValueError("says not when: give every, or final = true")
+        return self
 
 
 class Stop(Model):
     """The limit that ends a run early: energy created, as a part of the largest seen."""
 
     energy: Annotated[float, Unit("", gt=0)] = 0.10
-
-
-class Relax(Model):
-    """Rest before t = 0: where the kinetic energy has fallen below `until` of the strain energy, in at most `max_steps`."""
-
-    until: Annotated[float, Unit("", gt=0, lt=1)] = 1e-6
-    max_steps: Annotated[int, Field(ge=1)] = 100_000
 
 
 class SceneTables(Model):

@@ -20,6 +20,7 @@ import re
 import time
 import warnings
 from pathlib import Path
+from typing import TypedDict
 
 import numpy as np
 
@@ -32,7 +33,7 @@ from wsph.quantities import is_list, is_table
 from wsph.scene.files import file_digests
 from wsph.scene.scene import Scene
 from wsph.simulation.checks import CheckFacts, Checks
-from wsph.simulation.composing.composition import Composition
+from wsph.simulation.composing.composition import BodyRun, Composition
 from wsph.simulation.ledger import Ledger
 from wsph.simulation.records import Recorded, Records
 from wsph.simulation.starting.relaxation import Relaxation, RelaxFacts
@@ -46,16 +47,28 @@ FREE = (("title",), ("run", "end"), ("run", "threads"), ("output",), ("probes",)
 """Keys of a scene that a checkpoint leaves open."""
 
 
+class BodyFacts(TypedDict):
+    """Where the state of a body stands in a checkpoint: its `number` in the scene, its form, the units that its numbers are
+    in (`Scales`), the name of its `array`, and of every field its start, its places and its width there."""
+
+    number: int
+    formulation: str
+    scales: list[float]
+    array: str
+    fields: dict[str, list[int]]
+
+
 class Facts(CheckFacts, StepFacts):
     """What a checkpoint says beside its arrays: the scene and the versions, at which step it stands, what the ledger began
     with, in hexadecimal, and its entries then (`begun`), the frames and probes so far, what checks and the time step have
-    come to, and the relaxation before the first step, where there is one."""
+    come to, the relaxation before the first step, where there is one, and where the states of its bodies stand."""
 
     identity: dict[str, object]
     step: int
     initial: str
     begun: list[str]
     relax: RelaxFacts | None
+    bodies: dict[str, BodyFacts]
     frames: list[Listed]
     probes: list[Recorded]
 
@@ -205,6 +218,18 @@ def restore(path: Path, composition: Composition, arrays: dict[str, np.ndarray])
         interaction.restored()
 
 
+def _body_facts(number: int, run: BodyRun) -> BodyFacts:
+    """Where the state of a body stands."""
+    state, scales = run.system.state, run.system.scales
+    return {
+        "number": number,
+        "formulation": run.system.formulation,
+        "scales": [scales.length, scales.time, scales.density],
+        "array": f"body{number}.state0",
+        "fields": {name: [start, state.counts[name], state.widths[name]] for name, start in state.start.items()},
+    }
+
+
 class Checkpoints:
     """Checkpoints of one run: when each is due, what it holds, and its file in the run's folder."""
 
@@ -242,9 +267,10 @@ class Checkpoints:
         if self._events is not None:
             due |= self._events.next <= step
             self._events.skip(step)
-        elif settings is not None:
+        elif settings is not None and settings.every is not None:
             due |= time.perf_counter() - self._written > settings.every
-        if not due or step >= self._timeline.last:
+        ended = step >= self._timeline.last
+        if not (settings is not None and settings.final) if ended else not due:
             return
         self._written = time.perf_counter()
         self._write(step)
@@ -257,7 +283,7 @@ class Checkpoints:
         due = asked
         if settings is not None and isinstance(settings.every, int):
             due |= relaxation.steps // settings.every > self._relaxed // settings.every
-        elif settings is not None:
+        elif settings is not None and settings.every is not None:
             due |= time.perf_counter() - self._written > settings.every
         self._relaxed = relaxation.steps
         if due:
@@ -277,6 +303,7 @@ class Checkpoints:
             "initial": self._ledger.initial.hex(),
             "begun": [value.hex() for value in self._ledger.begun],
             "relax": relaxation.kept() if relaxation is not None else None,
+            "bodies": {run.body.name: _body_facts(k, run) for k, run in enumerate(self._composition.bodies)},
             "frames": self._folder.times,
             "probes": probes,
             **self._checks.kept(),

@@ -34,6 +34,7 @@ from wsph.simulation.composing.composition import BodyRun, Composition, Step
 from wsph.simulation.composing.setting import BareBody, Method, Setting, bare_bodies, materials_of, method_of, scales_of
 from wsph.simulation.composing.together import joined_bodies, stiffen
 from wsph.simulation.probes import Recorder
+from wsph.simulation.starting.from_file import put_states
 from wsph.simulation.step_control import given_step, settle
 from wsph.simulation.timeline import TimeStep
 from wsph.stability.guard import guard
@@ -59,6 +60,7 @@ def _compose(scene: Scene) -> Composition:
     time_step = given_step(scene.run, scales.time, device, method.who)
     setting = Setting(scene, method, scales)
     made = [standing(setting, each, space, time_step) for each in bare]
+    put_states(scene, made)
     _part(scene, made)
     once = integrators.once(method.plugin)
     forces = couplings(scene, made, space, scales, time_step.clock, once=once)

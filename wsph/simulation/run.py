@@ -16,6 +16,7 @@ from wsph.errors import Unstable
 from wsph.output import fields, formats
 from wsph.output.claim import Claim
 from wsph.output.folder import OutputFolder
+from wsph.output.interrupts import Interrupts
 from wsph.scene.load import load
 from wsph.scene.scene import Scene
 from wsph.simulation import checkpoint
@@ -23,7 +24,6 @@ from wsph.simulation.checkpoint import Checkpoints, Found, unfinished
 from wsph.simulation.checks import Checks
 from wsph.simulation.compose import compose
 from wsph.simulation.composing.composition import Composition
-from wsph.simulation.interrupts import Interrupts
 from wsph.simulation.ledger import Account, Ledger
 from wsph.simulation.probes import RING
 from wsph.simulation.records import Records

@@ -30,6 +30,7 @@ from wsph.scene.tables import Body
 from wsph.simulation.composing.composition import BodyRun
 from wsph.simulation.composing.setting import BareBody, Method, Setting
 from wsph.simulation.diagnostics import Diagnostics
+from wsph.simulation.starting.initial import put_stress, refuse_initial
 from wsph.simulation.timeline import TimeStep
 from wsph.stability.limit import Ask, StepLimit
 
@@ -90,6 +91,7 @@ def standing(setting: Setting, bare: BareBody, space: Space, time_step: TimeStep
     evolves = not traits.small_strain and (traits.needs_rate or turns(bare.material))
     constitutive = Constitutive(space, bare.material, bare.state, scales, bare.who, evolves=evolves)
     _refuse(body, bare.material, method, bare.who)
+    refuse_initial(body)
     warn_of_lost_digits(body.name, bare.material, space, bare.who)
     setup = Setup(
         scene, body, method.formulation, bare.geometry, space, constitutive, scales, clock, wants_displacement(scene)
@@ -130,6 +132,7 @@ def give_velocity(scene: Scene, body: Body, system: System) -> None:
 
 def _start(scene: Scene, body: Body, system: System) -> None:
     """Give a system its initial velocity and what is prescribed at t = 0."""
+    put_stress(scene, body, system)
     give_velocity(scene, body, system)
     system.hold(system.state, 0.0)
     held: list[np.ndarray] = [array.numpy() for array in (system.state.buffer, *system.arrays.kept.values())]

@@ -7,7 +7,7 @@ its motions would have shown in that time.
 """
 
 # pyright: strict
-# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 import math
 from collections import deque
