@@ -37,8 +37,9 @@ def described(scene: Scene, source: str) -> list[Row]:
             f"{name} ({registry.origin('integrators', name)}), order {_order(composition.bodies[0].integrator)}",
         ),
         ("memory", _needed(scene)),
-        ("time step", f"{composition.dt:.6g} s, {composition.steps} steps to {scene.run.end:g} s"),
+        ("time step", f"{composition.dt:.6g} s, {composition.steps} steps to {scene.end:g} s"),
         *_relaxed(scene),
+        *_stages(scene),
         ("kernels", f"{len(set(kernels))} in {len(kernels)} launches per step: {', '.join(kernels)}"),
         ("launches", _replayed(composition.program)),
         ("probes", ", ".join(p.name for p in scene.probes) or "none"),
@@ -60,6 +61,16 @@ def _relaxed(scene: Scene) -> list[Row]:
         f" {asked.max_steps} steps; rows in relax.csv"
     )
     return [("relaxation", said)]
+
+
+def _stages(scene: Scene) -> list[Row]:
+    """The steps of the run, and which boundaries hold in each."""
+    rows: list[Row] = []
+    for stage, begins in zip(scene.steps, scene.begins, strict=False):
+        holding = [str(k) for k, each in enumerate(scene.boundary) if not each.steps or stage.name in each.steps]
+        words = f"{begins:g} to {begins + stage.duration:g} s, with boundary {', '.join(holding) or 'none'}"
+        rows.append((f"step {stage.name}", words + (", from rest" if stage.relax is not None else "")))
+    return rows
 
 
 def _of_body(scene: Scene, run: BodyRun, steps: str) -> list[Row]:
@@ -87,7 +98,7 @@ def _of_body(scene: Scene, run: BodyRun, steps: str) -> list[Row]:
     rows += [(f"  {about}", said) for about, said in in_words(run.system.geometry)]
     rows += [("  surface", steps)] if steps else []
     rows += [("  initial", said) for said in initial_in_words(run.body, run.system)]
-    chosen = selections(scene, run.body.name, run.system.geometry, run.system.position, scene.run.end)
+    chosen = selections(scene, run.body.name, run.system.geometry, run.system.position, scene.end)
     rows += [(f"boundary {each.number}", str(each)) for each in chosen]
     return rows
 

@@ -48,6 +48,8 @@ class Clock:
     """
 
     still = False
+    ahead = 0.0
+    """The part of a step by which prescribed values are ahead of a clock that is still."""
 
     def __init__(self, dt: float, device: str):
         self.device = device
@@ -89,7 +91,7 @@ class Clock:
 
     def part(self, c: float | tuple[float, float]) -> float | tuple[float, float]:
         """The part of a step, or the two whose mean is meant, of prescribed values: while it is still, its start."""
-        return 0.0 if self.still else c
+        return self.ahead if self.still else c
 
     def advance(self) -> None:
         """t += dt (a launch), unless it is still."""

@@ -14,6 +14,7 @@ from math import prod
 import numpy as np
 
 from wsph.boundary.programs.prescribed import Prescribed, same
+from wsph.boundary.programs.windows import meet
 from wsph.errors import Fault, SceneError
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.lattice import Lattice
@@ -45,7 +46,7 @@ class Claims:
         """Note that the entry at `key` prescribes a component of a field. Raises SceneError where another says otherwise."""
         claims = self._claims.setdefault((name, component), [])
         for other in claims:
-            if not same(value, other.value):
+            if not same(value, other.value) and meet(value, other.value):
                 self._refuse(other, _Claim(key, value, particles))
         claims.append(_Claim(key, value, particles))
 

@@ -20,6 +20,7 @@ import numpy as np
 from wsph.boundary.loads.acting import Load, LoadedFaces
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.programs.prescribed import Prescribed, nonzero
+from wsph.boundary.programs.windows import Windowed, over, within
 from wsph.boundary.slide import Slide
 from wsph.boundary.tables import Boundary, Prescribing
 from wsph.errors import Fault, SceneError
@@ -68,8 +69,19 @@ class Conditions:
         return mask
 
     def put(self, name: str, component: int, particles: np.ndarray, value: Prescribed) -> None:
-        """Prescribe a component; of two values the later holds (`wsph.boundary.clashes` refuses what must not be)."""
-        self.entries.setdefault((name, component), {}).update(dict.fromkeys(particles.tolist(), value))
+        """Prescribe a component; of two values the later holds, in the steps of the run in which it does
+        (`wsph.boundary.clashes` refuses what must not be)."""
+        known = self.entries.setdefault((name, component), {})
+        if not isinstance(value, Windowed):
+            known.update(dict.fromkeys(particles.tolist(), value))
+            return
+        # One value for all particles that had one: programs are told apart by what they are.
+        joined: dict[int, Prescribed] = {}
+        for particle in particles.tolist():
+            before = known.get(particle)
+            if before is not None and id(before) not in joined:
+                joined[id(before)] = over(before, value)
+            known[particle] = value if before is None else joined[id(before)]
 
 
 def face_component(axis: int, tangent: int) -> str:
@@ -80,8 +92,13 @@ def face_component(axis: int, tangent: int) -> str:
 def prescribed_velocities(scene: Prescribing, condition: Boundary) -> dict[str, Prescribed]:
     """The velocity components that a condition prescribes, those held at zero included."""
     held = (*condition.fixed, *([condition.symmetry] if condition.symmetry else []))
-    moved = {axis: scene.value(value, "m/s") for axis, value in condition.velocity.items()}
-    return moved | dict.fromkeys(held, constant_program(0.0))
+    moved = {axis: in_steps(scene, condition, scene.value(value, "m/s")) for axis, value in condition.velocity.items()}
+    return moved | dict.fromkeys(held, in_steps(scene, condition, constant_program(0.0)))
+
+
+def in_steps(scene: Prescribing, condition: Boundary, value: Prescribed) -> Prescribed:
+    """A value of a condition in the steps of the run in which that holds."""
+    return within(value, scene.windows(condition.steps)) if condition.steps else value
 
 
 def velocity_key(k: int, condition: Boundary, axis: str) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.programs.prescribed import Prescribed, nonzero
+from wsph.boundary.programs.windows import Windowed
 from wsph.errors import Fault, SceneError
 
 FLAT = 1e-9
@@ -58,6 +59,11 @@ def slides_of(slides: list[Slide], entries: dict[tuple[str, int], dict[int, Pres
             rows.setdefault(particle, []).append((normal, slide.value, slide.key))
     for (name, axis), values in entries.items():
         for particle in rows.keys() & values.keys() if name == "velocity" else ():
+            if isinstance(values[particle], Windowed):
+                text = (
+                    "slides particles whose velocity holds in some steps alone: select others, or leave steps out there"
+                )
+                raise SceneError("scene", [Fault(0, slides[0].key, text)])
             rows[particle].append((np.eye(dim)[axis], values[particle], slides[0].key))
     free, given = np.zeros((len(rows), dim, dim)), list[FaceLoad]()
     pushes: dict[int, tuple[Prescribed, list[int], list[np.ndarray]]] = {}

@@ -33,6 +33,7 @@ class _Selection(Model):
     stress: dict[str, Value] = {}
     traction: dict[str, Value] = {}
     normal: Value | None = None
+    steps: Strings = ()
 
 
 if TYPE_CHECKING:
@@ -74,6 +75,10 @@ class Prescribing(Protocol):
 
     def value(self, value: Value, unit: str) -> Expression | Function:
         """The program of a value: a table of `functions`, or an expression."""
+        ...
+
+    def windows(self, names: tuple[str, ...]) -> tuple[tuple[float, float], ...]:
+        """The times in which steps of the run are, by their names."""
         ...
 
 

@@ -12,7 +12,8 @@ from wsph.backend.space import Space
 from wsph.backend.state import State
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.programs.prescribed import Prescribed, constant
-from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate_mean, interval, places
+from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate_mean, holding, interval, places
+from wsph.boundary.programs.windows import Windowed
 
 CONSTANT = -1
 """The program of an entry that never changes: its scale is its value. Most faces are free: thousands of zeros."""
@@ -34,11 +35,14 @@ def _impose_kernel(space: Space) -> wp.Kernel:
         from_dt: wp.float64,
         to_dt: wp.float64,
         second: wp.float64,
+        leading: int,
         state_out: wp.array(dtype=real),
     ):
         e = first + wp.tid()
         value = scale[e]
         if program[e] != wp.static(CONSTANT):
+            if place[e] < leading and holding(bank, program[e], clock, second, wp.max(from_dt, to_dt)) < 0:
+                return
             value = evaluate_mean(bank, program[e], position[e], clock, second, from_dt, to_dt) * value
         state_out[place[e]] = real(value)
 
@@ -48,9 +52,9 @@ def _impose_kernel(space: Space) -> wp.Kernel:
 class BoundaryValues:
     """The prescribed values of a body on the device.
 
-    `impose(state, c)` sets them in a state at t + c dt; c = (a, b) means the mean of both times. While the clock is still,
-    prescribed velocities are zero: what is driven stays where it is. Of k entries, the host has `particle` (k,), and the
-    device
+    `impose(state, c)` sets them in a state at t + c dt; c = (a, b) means the mean of both times. Velocities that hold in
+    some steps of the run are left as they are in the others. While the clock is still, prescribed velocities are zero: what
+    is driven stays where it is. Of k entries, the host has `particle` (k,), and the device
 
     place      # (k,) int32, where each stands in the buffer of the state
     _program   # (k,) int32, its program in the `Bank`, or CONSTANT
@@ -91,6 +95,7 @@ class BoundaryValues:
         if self.count == 0:
             return
         self._bank = bank_of(kept, device)
+        self._windowed = [k for k, value in enumerate(kept) if isinstance(value, Windowed)]
         self.particle = np.array(owners, np.int32)
         self.place = wp.array(place, dtype=wp.int32, device=device)
         self._program = wp.array(program, dtype=wp.int32, device=device)
@@ -103,14 +108,15 @@ class BoundaryValues:
             return
         programs = self._at_rest(state) if clock.still else [self._program, self._scale]
         inputs = [self._bank, clock.time, self.place, *programs, self._position]
-        inputs += [*interval(c), wp.float64(self._second)]
+        inputs += [*interval(c), wp.float64(self._second), state.split]
         clock.launch(_impose_kernel(self.space), self.count, inputs, [state.buffer])
 
     def _at_rest(self, state: State) -> list[wp.array]:
         """`_program` and `_scale` with zero for every velocity."""
         if self._still is None:
             moves = self.place.numpy() < state.split
-            program, scale = np.where(moves, CONSTANT, self._program.numpy()), np.where(moves, 0.0, self._scale.numpy())
+            stays = moves & ~np.isin(self._program.numpy(), self._windowed)
+            program, scale = np.where(stays, CONSTANT, self._program.numpy()), np.where(moves, 0.0, self._scale.numpy())
             device = self.place.device
             self._still = [
                 wp.array(program, dtype=wp.int32, device=device),

@@ -42,6 +42,7 @@ def between_tables(scene: SceneTables) -> Iterator[Fault]:
     for k, condition in enumerate(scene.boundary):
         yield from _body_name_fault(condition.body, names, f"boundary.{k}.body")
         yield from _boundary_faults(scene, condition, f"boundary.{k}")
+    yield from _step_faults(scene)
     pairs = [frozenset(contact.names) for contact in scene.contact]
     for k, contact in enumerate(scene.contact):
         key = f"contact.{k}." + ("self" if contact.between is None else "between")
@@ -67,6 +68,25 @@ def between_tables(scene: SceneTables) -> Iterator[Fault]:
         if probe.body is not None:
             yield from _body_name_fault(probe.body, names, f"probes.{k}.body")
         yield from _probe_faults(scene, probe, f"probes.{k}")
+
+
+def _step_faults(scene: SceneTables) -> Iterator[Fault]:
+    """Faults of the steps of a run: when it ends, their names, and those that boundaries name."""
+    if scene.run.end is None and not scene.steps:
+        yield Fault(0, "run.end", "is missing")
+    if scene.run.end is not None and scene.steps:
+        yield Fault(0, "run.end", f"is the sum of the durations of [[steps]], {scene.begins[-1]:g} s: leave it out")
+    if scene.relax is not None and any(stage.relax is not None for stage in scene.steps[:1]):
+        yield Fault(0, "relax", "and steps.0.relax are of the same time: leave one out")
+    names = [stage.name for stage in scene.steps]
+    for k, name in enumerate(names):
+        if names.index(name) != k:
+            yield Fault(0, f"steps.{k}.name", f"{name!r} names another step already")
+    for k, condition in enumerate(scene.boundary):
+        for name in condition.steps:
+            if name not in names:
+                known = f"there is {', '.join(names)}" if names else "there are no [[steps]]"
+                yield Fault(0, f"boundary.{k}.steps", f"no step is named {name!r}; {nearest(name, names, known)}")
 
 
 def _body_name_fault(name: str, names: list[str], key: str) -> Iterator[Fault]:

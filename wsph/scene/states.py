@@ -1,7 +1,10 @@
-"""The tables of a scene that say what its run begins with."""
+"""The tables of a scene that say what its run begins with, and the steps that it is made of."""
 
 # pyright: strict
 
+import math
+from collections.abc import Collection, Sequence
+from itertools import accumulate
 from typing import Annotated
 
 from pydantic import Field, model_validator
@@ -29,3 +32,29 @@ class Relax(Model):
 
     until: Annotated[float, Unit("", gt=0, lt=1)] = 1e-6
     max_steps: Annotated[int, Field(ge=1)] = 100_000
+
+
+class Stage(Model):
+    """A step of [[steps]]: its name, which boundaries name, how long it is, and whether bodies come to rest before it."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}$")]
+    duration: Annotated[float, Unit("s", gt=0)]
+    relax: Relax | None = None
+
+
+def begins_of(stages: Sequence[Stage]) -> tuple[float, ...]:
+    """When each step begins, and when the last ends [s]."""
+    return tuple(accumulate((stage.duration for stage in stages), initial=0.0))
+
+
+def windows_of(stages: Sequence[Stage], names: Collection[str]) -> tuple[tuple[float, float], ...]:
+    """The times in which the named steps are, joined where one follows another. The first of a run begins before all times,
+    and its last has no end."""
+    begins = (-math.inf, *begins_of(stages)[1:-1], math.inf)
+    found: list[tuple[float, float]] = []
+    for stage, start, stop in zip(stages, begins, begins[1:], strict=False):
+        if stage.name not in names:
+            continue
+        joins = bool(found) and found[-1][1] == start
+        found[-1:] = [(found[-1][0], stop)] if joins else [*found[-1:], (start, stop)]
+    return tuple(found)

@@ -36,7 +36,7 @@ from wsph.simulation.checks import CheckFacts, Checks
 from wsph.simulation.composing.composition import BodyRun, Composition
 from wsph.simulation.ledger import Ledger
 from wsph.simulation.records import Recorded, Records
-from wsph.simulation.starting.relaxation import Relaxation, RelaxFacts
+from wsph.simulation.starting.relaxations import Relaxations, RelaxationsFacts
 from wsph.simulation.step_control import StepControl, StepFacts
 from wsph.simulation.summary import plugins_of
 from wsph.simulation.timeline import Events
@@ -60,14 +60,15 @@ class BodyFacts(TypedDict):
 
 class Facts(CheckFacts, StepFacts):
     """What a checkpoint says beside its arrays: the scene and the versions, at which step it stands, what the ledger began
-    with, in hexadecimal, and its entries then (`begun`), the frames and probes so far, what checks and the time step have
-    come to, the relaxation before the first step, where there is one, and where the states of its bodies stand."""
+    with, in hexadecimal, its entries then (`begun`) and what relaxations have `taken`, the frames and probes so far, what
+    checks and the time step have come to, the relaxations, and where the states of its bodies stand."""
 
     identity: dict[str, object]
     step: int
     initial: str
     begun: list[str]
-    relax: RelaxFacts | None
+    taken: str
+    relax: RelaxationsFacts
     bodies: dict[str, BodyFacts]
     frames: list[Listed]
     probes: list[Recorded]
@@ -75,12 +76,6 @@ class Facts(CheckFacts, StepFacts):
 
 Found = tuple[Path, Facts, dict[str, np.ndarray]]
 """A checkpoint: its file, its facts and its arrays."""
-
-
-def unfinished(found: Found) -> bool:
-    """Whether a checkpoint stands in the middle of a relaxation."""
-    relaxed = found[1]["relax"]
-    return relaxed is not None and not relaxed["done"]
 
 
 _NAME = re.compile(r"checkpoint_(\d{12})\.npz")
@@ -241,9 +236,9 @@ class Checkpoints:
         checks: Checks,
         control: StepControl,
         records: Records,
-        relaxation: Relaxation | None = None,
+        relaxations: Relaxations,
     ):
-        self._relaxation, self._relaxed = relaxation, 0
+        self._relaxations, self._relaxed = relaxations, 0
         self._composition, self._folder, self._ledger = composition, folder, ledger
         self._files = file_digests(composition.scene.data()["bodies"])
         self._checks, self._control, self._records = checks, control, records
@@ -275,9 +270,9 @@ class Checkpoints:
         self._written = time.perf_counter()
         self._write(step)
 
-    def keep_relaxing(self, asked: bool = False) -> None:
-        """The same after steps of a relaxation, which an integer counts as it counts those of the run."""
-        relaxation, settings = self._relaxation, self._settings
+    def keep_relaxing(self, step: int, asked: bool = False) -> None:
+        """The same after steps of a relaxation before a step, which an integer counts as it counts those of the run."""
+        relaxation, settings = self._relaxations.current, self._settings
         if self._folder is None or relaxation is None:
             return
         due = asked
@@ -288,21 +283,22 @@ class Checkpoints:
         self._relaxed = relaxation.steps
         if due:
             self._written = time.perf_counter()
-            self._write(0)
+            self._write(step)
 
     def _write(self, step: int) -> None:
         """Write the checkpoint of a step."""
         assert self._folder is not None
-        settings, relaxation = self._settings, self._relaxation
+        settings = self._settings
         recorded, probes = self._records.kept()
-        device = kept(self._composition) | (relaxation.arrays() if relaxation is not None else {})
+        device = kept(self._composition) | self._relaxations.arrays()
         arrays = {name: array.numpy() for name, array in device.items()} | recorded
         facts: Facts = {
             "identity": identity(self._composition.scene, self._files),
             "step": step,
             "initial": self._ledger.initial.hex(),
             "begun": [value.hex() for value in self._ledger.begun],
-            "relax": relaxation.kept() if relaxation is not None else None,
+            "taken": self._ledger.taken.hex(),
+            "relax": self._relaxations.kept(),
             "bodies": {run.body.name: _body_facts(k, run) for k, run in enumerate(self._composition.bodies)},
             "frames": self._folder.times,
             "probes": probes,
@@ -318,21 +314,18 @@ class Checkpoints:
         step = facts["step"]
         self._control.restore(facts)
         if step >= self._timeline.last:
-            raise CheckpointError(
-                f"{path}: stands at step {step}; the run ends at step {self._timeline.last}: raise run.end"
-            )
+            way = "raise run.end" if self._composition.scene.run.end is not None else "it is complete"
+            raise CheckpointError(f"{path}: stands at step {step}; the run ends at step {self._timeline.last}: {way}")
+        self._relaxations.restore(facts["relax"], step, arrays)
         restore(path, self._composition, arrays)
         for later in listed(path.parent):
             if later.name > path.name:
                 later.unlink()  # damaged, or this would not be the last: they would take the places of those to come
-        if (relaxed := facts["relax"]) is not None and self._relaxation is not None:
-            for name, array in self._relaxation.arrays().items():
-                array.assign(arrays[name])
-            self._relaxation.restore(relaxed)
-            if not relaxed["done"]:
-                self._relaxed = self._relaxation.steps
-                return step
+        self._relaxed = self._relaxations.current.steps if self._relaxations.current is not None else 0
+        if step == 0 and self._relaxations.current is not None:
+            return step  # Nothing has been recorded.
         self._ledger.initial = float.fromhex(facts["initial"])
+        self._ledger.taken = float.fromhex(facts["taken"])
         self._ledger.begun = [float.fromhex(value) for value in facts["begun"]]
         self._checks.restore(facts)
         self._records.restore(step, facts["probes"], arrays)

@@ -57,7 +57,7 @@ def _compose(scene: Scene) -> Composition:
     memory.refuse_too_large(scene, device, _first_system, lambda body: is_fitted(scene, body, method.formulation))
     bare = bare_bodies(scene, materials, method)
     scales = scales_of(bare)
-    time_step = given_step(scene.run, scales.time, device, method.who)
+    time_step = given_step(scene.run, scene.end, scales.time, device, method.who)
     setting = Setting(scene, method, scales)
     made = [standing(setting, each, space, time_step) for each in bare]
     put_states(scene, made)
@@ -65,7 +65,7 @@ def _compose(scene: Scene) -> Composition:
     once = integrators.once(method.plugin)
     forces = couplings(scene, made, space, scales, time_step.clock, once=once)
     joint, together = joined_bodies(setting, made, forces, time_step)
-    if scene.relax is not None and (own := [name for force in forces for name in force.members()]):
+    if scene.relaxes and (own := [name for force in forces for name in force.members()]):
         raise Refused(f"relax: {own[0]!r} moves by itself, and relaxation stops bodies alone: prescribe its motion")
     bodies = [together.get(each.body.name) or alone(setting, each, time_step) for each in made]
     between = interactions(scene, bodies, space, scales, time_step.clock)
@@ -84,7 +84,7 @@ def _compose(scene: Scene) -> Composition:
 
 def _refuse_relaxing(scene: Scene, method: Method) -> None:
     """Refuse to relax bodies whose rest would depend on the way there."""
-    if scene.relax is not None and not method.formulation.traits.one_set:
+    if scene.relaxes and not method.formulation.traits.one_set:
         raise Refused(
             f"relax: the stress of two sets is integrated with the dissipation of every step, so that the rest which {method.name}"
             " comes to is not that of its displacements: use an integrator of one set, such as leapfrog"
@@ -110,7 +110,7 @@ def _first_system(scene: Scene, bounded: bool) -> System:
     method, space = method_of(scene), Space(scene.dim, scene.run.precision)
     bare = bare_bodies(scene, materials_of(scene), method)
     scales = scales_of(bare)
-    time_step = given_step(scene.run, scales.time, pick_device(scene.run.device), method.who)
+    time_step = given_step(scene.run, scene.end, scales.time, pick_device(scene.run.device), method.who)
     setting = Setting(scene, method, scales)
     return alone(setting, standing(setting, bare[0], space, time_step), time_step, bounded=bounded).system
 

@@ -55,6 +55,8 @@ class Ledger:
         """Columns beyond those that every ledger has."""
         self.columns = (*COLUMNS, *self.further, WORK, RESIDUAL)
         self.initial = 0.0
+        self.taken = 0.0
+        """Energy that relaxations in the middle of the run have taken, nondimensional: it is counted as dissipated."""
         self.begun = [0.0] * len(self._passing)
 
     @property
@@ -87,6 +89,8 @@ class Ledger:
             name: reduce(operator.add, [*measured.get(name, []), *beside[name]] or [0.0])
             for name in (*COLUMNS, *self.further)
         }
+        if self.taken:
+            energies[LOST] += self.taken
         total = sum(e.kinetic + e.strain for e in sums) + energies["dissipated"]
         total += energies["hourglass"] + energies["contact"]
         for value in (*beside["kinetic"], *beside["strain"], *(energies[name] for name in self.further)):

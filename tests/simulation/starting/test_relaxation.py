@@ -116,7 +116,7 @@ def test_resumed_is_straight_byte_for_byte(run: dict, tmp_path: Path, monkeypatc
     monkeypatch.setattr(relaxation.Relaxation, "_look", look)
     stopped = wsph.run(scene, tmp_path / "resumed", throw=False)
     assert stopped.status == "interrupted"
-    assert "relaxation, after 96 steps" in stopped.reason
+    assert "in a relaxation before step 0, after 96 steps of it" in stopped.reason
     wsph.run(scene, tmp_path / "resumed", resume=True)
     for name in ("history.csv", "relax.csv", "probes/top.csv", "frames/frame_000001.npz"):
         assert (tmp_path / "resumed" / name).read_bytes() == (tmp_path / "straight" / name).read_bytes()

@@ -5,20 +5,23 @@
 from collections.abc import Iterable
 
 from wsph.boundary.programs.functions import Function
+from wsph.boundary.programs.windows import Windowed
 from wsph.expressions import OPERATIONS, Expression, constant_program
 from wsph.output.fields import AXES
 
-Prescribed = Expression | Function
+Prescribed = Expression | Function | Windowed
 
 
 def nonzero(value: Prescribed) -> bool:
     """Whether a prescribed value is anything but the constant zero."""
+    if isinstance(value, Windowed):
+        return any(nonzero(each) for _, _, each in value.pieces)
     return not (isinstance(value, Expression) and value.program == constant_program(0.0).program)
 
 
 def varies(value: Prescribed, along: Iterable[str] = AXES) -> bool:
     """Whether a prescribed value differs from place to place, `along` some axes."""
-    return isinstance(value, Expression) and any(value.uses(axis) for axis in along)
+    return isinstance(value, Expression | Windowed) and any(value.uses(axis) for axis in along)
 
 
 def constant(value: Prescribed) -> float | None:
@@ -33,4 +36,6 @@ def same(one: Prescribed, other: Prescribed) -> bool:
     """Whether two values are written alike, and so always equal."""
     if isinstance(one, Expression) and isinstance(other, Expression):
         return one.program == other.program
+    if isinstance(one, Windowed) and isinstance(other, Windowed) and len(one.pieces) == len(other.pieces):
+        return all(a[:2] == b[:2] and same(a[2], b[2]) for a, b in zip(one.pieces, other.pieces, strict=True))
     return one == other

@@ -138,7 +138,7 @@ def _start(scene: Scene, body: Body, system: System) -> None:
     held: list[np.ndarray] = [array.numpy() for array in (system.state.buffer, *system.arrays.kept.values())]
     if not all(np.isfinite(values).all() for values in held):
         raise Refused(f"body {body.name!r}: its initial velocity, or a value prescribed at t = 0, is not finite")
-    if scene.relax is not None:
+    if scene.relaxes_first:
         system.state.write("velocity", np.zeros((system.count, scene.dim)))
     system.start_works()
 

@@ -22,11 +22,15 @@ from wsph.backend.state import State
 from wsph.errors import Unstable
 from wsph.plugins import integrators
 from wsph.protocols import DeviceArray
+from wsph.scene.states import Relax
 from wsph.simulation.composing.bodies import give_velocity
 from wsph.simulation.composing.composition import BodyRun, Composition, Step, integrators_of
 from wsph.simulation.composing.joint import JointState
 from wsph.simulation.diagnostics import BodySums
 from wsph.simulation.starting.quench import AGO, HIGHEST, KINETIC, LONGEST, PEAKS, TAKEN, Quench
+
+LATER = 1e-6
+"""The part of a step ahead of the clock at which values are those of the step of [[steps]] that begins there."""
 
 SURE = 0.8
 """The part of `relax.until` that is waited for: not all that still swings has its kinetic energy at one time."""
@@ -67,28 +71,30 @@ class Rested(TypedDict):
 
 
 class RelaxFacts(TypedDict):
-    """What a checkpoint holds of a relaxation beside its arrays: whether it is done, its rows, the largest kinetic energies
+    """What a checkpoint holds of a relaxation in progress beside its arrays: its rows, the largest kinetic energies
     of the last looks by body, and the largest force out of balance."""
 
-    done: bool
     rows: list[list[float]]
     highest: list[list[float]]
     largest: float
 
 
 class Relaxation:
-    """The relaxation of one run."""
+    """A relaxation, which in the end is `done`, of so many `steps`."""
 
     def __init__(
         self,
         composition: Composition,
-        settle: Callable[[Sequence[BodySums]], None],
+        asked: Relax,
+        step: int,
+        name: str,
+        settle: Callable[[int, Sequence[BodySums]], None],
         finite: Callable[[Sequence[BodySums], int], None],
     ):
-        """`settle` follows the deformation with the time step, `finite` refuses a state that the run could not go on from;
-        both raise Unstable."""
-        asked = composition.scene.relax
-        assert asked is not None
+        """Before the `step` of the run at which a step of [[steps]] with that `name` begins. `settle` follows the
+        deformation with the time step, `finite` refuses a state that the run could not go on from; both raise Unstable."""
+        self._step, self._name, self.taken = step, name, 0.0
+        self._time = composition.time_step.timeline.time(step)
         self._composition, self._clock, self._bodies = composition, composition.clock, composition.bodies
         self._until, self._most = asked.until, asked.max_steps
         self._settle, self._finite = settle, finite
@@ -108,15 +114,14 @@ class Relaxation:
         self._highest = [deque[float]() for _ in self._bodies]
         self._largest = 0.0
         self._rates: list[State] = []
-        step = Step(self._bodies, composition.joint, composition.interactions, self._clock, [])
+        plain = Step(self._bodies, composition.joint, composition.interactions, self._clock, [])
 
         def damped() -> None:
-            step()
+            plain()
             for run, quench in zip(self._bodies, self._quenches, strict=True):
                 quench.act(self._stepped(run), self._clock)
 
-        self._step = damped
-        self._program = Program(damped, self._clock, composition.pairs, composition.scene.run.threads, step.before)
+        self._program = Program(damped, self._clock, composition.pairs, composition.scene.run.threads, plain.before)
 
     @staticmethod
     def _stepped(run: BodyRun) -> State:
@@ -128,21 +133,25 @@ class Relaxation:
         self._program.compile([kernel for quench in self._quenches for kernel in quench.kernels])
 
     def prepare(self) -> None:
-        """Stop the clock, and put bodies where nothing is driven."""
-        self._clock.still = True
+        """Stop the clock, and let nothing be driven."""
+        self._clock.still, self._clock.ahead = True, LATER if self._step > 0 else 0.0
         for run in self._bodies:
-            run.system.hold(run.system.state, 0.0)
+            if self._step > 0:
+                # What stops of a motion that was driven is work of that.
+                run.system.constrain(run.system.state, 0.0)  # pyright: ignore[reportAttributeAccessIssue]
+            else:
+                run.system.hold(run.system.state, 0.0)
             self._rates.append(run.system.temporary())  # pyright: ignore[reportAttributeAccessIssue, reportUnknownArgumentType]
 
     def begin(self) -> None:
         """Take what is there before the first step."""
-        for run in self._bodies:
+        for run in self._bodies if self._step == 0 else ():
             run.system.start_works()
         for integrator in integrators_of(self._bodies):
             integrators.begin(integrator)
-        for interaction in self._composition.interactions:
+        for interaction in self._composition.interactions if self._step == 0 else ():
             interaction.start()
-        if self._composition.joint is not None:
+        if self._composition.joint is not None and self._step == 0:
             self._composition.joint.start()
         self._largest = self._unbalance()
 
@@ -190,6 +199,7 @@ class Relaxation:
         joule = scales.stress * scales.length**dim
         taken = sum(float(memory[TAKEN]) for memory in memories)
         taken += sum(float(memory[KINETIC]) for memory in memories) * resting
+        self.taken = taken
         row = [
             sum(float(memory[HIGHEST]) for memory in memories) * joule,
             sum(each.strain for each in sums) * joule,
@@ -199,7 +209,7 @@ class Relaxation:
         row += [sum(float(memory[PEAKS]) for memory in memories), taken * joule]
         self.rows.append([self.steps, *row])
         if not resting:
-            self._settle(sums)
+            self._settle(self._step, sums)
         return resting
 
     def _unbalance(self) -> float:
@@ -217,22 +227,25 @@ class Relaxation:
             joint.rate(JointState(states), JointState(rates), "velocity")
         total = 0.0
         for run in self._bodies:
-            free = cast(Callable[[np.ndarray], np.ndarray], run.system.project_free)  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType]
+            free = cast(Callable[[np.ndarray, float], np.ndarray], run.system.project_free)  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType]
             mass = np.repeat(run.system.density * run.system.volume, self._composition.scene.dim)
-            pulled = free(rates[run.body.name].read("velocity").ravel())
+            pulled = free(
+                rates[run.body.name].read("velocity").ravel(), self._time + 1e-6 * self._composition.time_step.dt
+            )
             total += float(((mass * pulled) ** 2).sum())
         return math.sqrt(total)
 
     def _release(self) -> None:
-        """Let the clock go from a state at rest, with what bodies start with."""
+        """Let the clock go from a state at rest; before the first step with what bodies start with."""
         self._clock.still = False
         for run in self._bodies:
             system = run.system
             system.state.write("velocity", np.zeros((system.count, self._composition.scene.dim)))
-            give_velocity(self._composition.scene, run.body, system)
-            system.hold(system.state, 0.0)
-            system.refresh(system.state)
-            system.start_works()
+            if self._step == 0:
+                give_velocity(self._composition.scene, run.body, system)
+                system.hold(system.state, 0.0)
+                system.refresh(system.state)
+                system.start_works()
         for integrator in integrators_of(self._bodies):
             integrators.begin(integrator)
 
@@ -242,17 +255,15 @@ class Relaxation:
         part_said = f", the force out of balance is {part:.2g} of the largest" if math.isfinite(part) else ""
         held = "" if peaks else ": none has passed a peak, as of a body that nothing holds"
         what = (
-            f"relaxation: not at rest after {self.steps} steps: kinetic energy is {ratio:.3g} of the energy stored, relax.until ="
+            f"relaxation{self._place}: not at rest after {self.steps} steps: kinetic energy is {ratio:.3g} of the energy stored, relax.until ="
             f" {self._until:g}{part_said}{held}; raise relax.max_steps, or relax.until, or hold what moves"
         )
-        return Unstable(what, step=0, time=0.0, dt=self._composition.time_step.dt, field=NO_REST)
+        return Unstable(what, step=self._step, time=self._time, dt=self._composition.time_step.dt, field=NO_REST)
 
     @property
-    def columns(self) -> dict[str, np.ndarray]:
-        """Those of relax.csv."""
-        table = np.array(self.rows).reshape(len(self.rows), len(COLUMNS))
-        whole = ("step", "peaks")
-        return {name: table[:, k].astype(int) if name in whole else table[:, k] for k, name in enumerate(COLUMNS)}
+    def _place(self) -> str:
+        """Of a relaxation in the middle of a run, where."""
+        return f" before step {self._name}, t = {self._time:.6g} s" if self._step > 0 else ""
 
     @property
     def summary(self) -> Rested:
@@ -280,10 +291,10 @@ class Relaxation:
     def kept(self) -> RelaxFacts:
         """The numbers that a checkpoint holds of it."""
         highest = [list(each) for each in self._highest]
-        return {"done": self.done, "rows": self.rows, "highest": highest, "largest": self._largest}
+        return {"rows": self.rows, "highest": highest, "largest": self._largest}
 
     def restore(self, facts: RelaxFacts) -> None:
         """Go on with what `kept` gave; the arrays have been put back."""
-        self.done, self.rows, self._largest = facts["done"], facts["rows"], facts["largest"]
+        self.rows, self._largest = facts["rows"], facts["largest"]
         self._highest = [deque(each) for each in facts["highest"]]
-        self.steps = int(self.rows[-1][0]) if self.done else int(self._quenches[0].memory.numpy()[AGO])
+        self.steps = int(self._quenches[0].memory.numpy()[AGO])
