@@ -20,7 +20,7 @@ import numpy as np
 from wsph.boundary.loads.acting import Load, LoadedFaces
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.programs.prescribed import Prescribed, nonzero
-from wsph.boundary.programs.windows import Windowed, over, within
+from wsph.boundary.programs.windows import Windowed, holds, over, within
 from wsph.boundary.slide import Slide
 from wsph.boundary.tables import Boundary, Prescribing
 from wsph.errors import Fault, SceneError
@@ -67,6 +67,14 @@ class Conditions:
         for component in range(components):
             mask[list(self.entries.get((name, component), {})), component] = True
         return mask
+
+    def free(self, count: int, dim: int, time: float | None = None) -> np.ndarray:
+        """1 where a component of the velocity of a particle is free in some step of the run, or at a `time` [s], 0 where it
+        is prescribed, (count dim,)."""
+        free = np.ones((count, dim))
+        for (_, component), values in self.entries.items():
+            free[[particle for particle, value in values.items() if holds(value, time)], component] = 0.0
+        return free.ravel()
 
     def put(self, name: str, component: int, particles: np.ndarray, value: Prescribed) -> None:
         """Prescribe a component; of two values the later holds, in the steps of the run in which it does

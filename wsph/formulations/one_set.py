@@ -18,7 +18,6 @@ from wsph.backend.space import Array
 from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.natural import layer_conditions, node_conditions
-from wsph.boundary.programs.windows import holds
 from wsph.boundary.walls import Wall
 from wsph.constitutive.initial import initial_field
 from wsph.formulations.lagrangian.form import Form
@@ -316,20 +315,12 @@ class OneSetSystem(System):
     @property
     def free_components(self) -> np.ndarray:
         """1 where a component of the velocity is free in some step of the run, 0 where it is prescribed, (n dim,)."""
-        return self._free_at(None)
-
-    def _free_at(self, time: float | None) -> np.ndarray:
-        """The same at a `time` [s] alone."""
-        free = np.ones(self.count * self.space.dim)
-        for (_, component), values in self.conditions.entries.items():
-            held = [particle for particle, value in values.items() if holds(value, time)]
-            free[[self.state.index("velocity", particle, component) for particle in held]] = 0.0
-        return free
+        return self.conditions.free(self.count, self.space.dim)
 
     def project_free(self, velocity: np.ndarray, time: float | None = None) -> np.ndarray:
         """Velocities (n dim,) without what is prescribed of them, in the whole run or at a `time` [s], by components and
         along faces' own normals."""
-        return self._prescribed.slides.project(velocity * self._free_at(time))
+        return self._prescribed.slides.project(velocity * self.conditions.free(self.count, self.space.dim, time))
 
     @property
     def drags(self) -> bool:

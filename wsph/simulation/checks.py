@@ -209,6 +209,10 @@ class Checks:
                 f" ({place}) m and pass through each other: nothing acts between them; write [[contact]] between = {json.dumps(names)}"
             )
 
+    def rested(self, energy: float) -> None:
+        """Count energies below that as none: what a body at rest has left, and its roundings."""
+        self._largest = max(self._largest, energy)
+
     def energy(self, step: int, account: Account) -> Unstable | None:
         """The error that stops the run where more energy was created than it allows, or None. Warns earlier, and of a loss
         at the end."""

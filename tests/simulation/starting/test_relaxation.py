@@ -39,10 +39,19 @@ def kinetic_part(result: wsph.Result) -> float:
     return float(result.history["kinetic"].max() / result.history["strain"].min())
 
 
-@pytest.mark.parametrize("model", ["elastic", "jaumann"])
+LAWS = {
+    "elastic": {},
+    "neo-hookean": {},
+    "jaumann": {},
+    "mises": {"yield_stress": 0.01, "hardening_modulus": 0.1},
+    "perzyna": {"yield_stress": 0.01, "hardening_modulus": 0.1, "fluidity": 0.01, "exponent": 1.0},
+}
+
+
+@pytest.mark.parametrize("model", LAWS)
 @pytest.mark.parametrize("form", ONE_SET)
 def test_a_column_rests_under_its_weight(form: str, model: str) -> None:
-    result = wsph.run(column(run={"formulation": form, "end": 5.0}, material=scenes.material(model)))
+    result = wsph.run(column(run={"formulation": form, "end": 5.0}, material=scenes.material(model, **LAWS[model])))
     told = result.summary["relaxation"]
     assert told["status"] == "at rest"
     assert told["kinetic_over_strain"] <= UNTIL

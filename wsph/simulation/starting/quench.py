@@ -123,7 +123,9 @@ class Quench:
         self._mass = arrays.of("mass", mass, space.scalar)
         self._parts = arrays.zeros("parts", blocks(len(mass)), wp.float64)
         self.memory = arrays.zeros("memory", AGO + 1, wp.float64)
-        found = [(name, _words(array)) for name, array in body.kept.items() if array.capacity]
+        # Where pairs were last found is the host's, which does not go back.
+        kept = {name: array for name, array in body.kept.items() if not name.endswith("skin.found")}
+        found = [(name, _words(array)) for name, array in kept.items() if array.capacity]
         self._kept = [(now, arrays.zeros(f"before.{name}", len(now), now.dtype)) for name, now in found]
 
     @property

@@ -76,7 +76,8 @@ class Relaxations:
     def end(self) -> float:
         """Close the current one, which is at rest; the energy that it has taken, nondimensional."""
         assert self.current is not None
-        name, time, _ = self._plans[len(self._done)]
+        name, time, asked = self._plans[len(self._done)]
+        self._checks.rested(asked.until * self.current.taken)
         self._done.append({"name": name, "time": time, "rows": self.current.rows, "summary": self.current.summary})
         taken, self.current = self.current.taken, None
         return taken
