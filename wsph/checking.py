@@ -14,6 +14,7 @@ from wsph.scene.scene import Scene
 from wsph.scene.tools import Tool
 from wsph.simulation.compose import compose, memory_need, stairs
 from wsph.simulation.composing.composition import BodyRun
+from wsph.simulation.starting.initial import initial_in_words
 
 Row = tuple[str, str]
 """What is told of, and the words."""
@@ -37,7 +38,9 @@ def described(scene: Scene, source: str) -> list[Row]:
             f"{name} ({registry.origin('integrators', name)}), order {_order(composition.bodies[0].integrator)}",
         ),
         ("memory", _needed(scene)),
-        ("time step", f"{composition.dt:.6g} s, {composition.steps} steps to {scene.run.end:g} s"),
+        ("time step", f"{composition.dt:.6g} s, {composition.steps} steps to {scene.end:g} s"),
+        *_relaxed(scene),
+        *_stages(scene),
         ("kernels", f"{len(set(kernels))} in {len(kernels)} launches per step: {', '.join(kernels)}"),
         ("launches", _replayed(composition.program)),
         ("probes", ", ".join(p.name for p in scene.probes) or "none"),
@@ -57,6 +60,28 @@ def _moved(tool: Tool) -> str:
     """How a tool moves, in a word."""
     moved = [key for key, given in (("velocity", tool.velocity), ("turn", tool.turn)) if given]
     return "free" if tool.free else f"prescribed {' and '.join(moved)}" if moved else "fixed"
+
+
+def _relaxed(scene: Scene) -> list[Row]:
+    """What comes before the first step."""
+    asked = scene.relax
+    if asked is None:
+        return []
+    said = (
+        f"kinetic damping with the clock at 0 s, until kinetic energy is below {asked.until:g} of the strain energy, in at most"
+        f" {asked.max_steps} steps; rows in relax.csv"
+    )
+    return [("relaxation", said)]
+
+
+def _stages(scene: Scene) -> list[Row]:
+    """The steps of the run, and which boundaries hold in each."""
+    rows: list[Row] = []
+    for stage, begins in zip(scene.steps, scene.begins, strict=False):
+        holding = [str(k) for k, each in enumerate(scene.boundary) if not each.steps or stage.name in each.steps]
+        words = f"{begins:g} to {begins + stage.duration:g} s, with boundary {', '.join(holding) or 'none'}"
+        rows.append((f"step {stage.name}", words + (", from rest" if stage.relax is not None else "")))
+    return rows
 
 
 def _of_body(scene: Scene, run: BodyRun, steps: str) -> list[Row]:
@@ -86,7 +111,8 @@ def _of_body(scene: Scene, run: BodyRun, steps: str) -> list[Row]:
     for force in run.body.body_force:
         where = force.where or "all particles"
         rows.append(("  body force", f"{', '.join(force.components)} on {where}"))
-    chosen = selections(scene, run.body.name, run.system.geometry, run.system.position, scene.run.end)
+    rows += [("  initial", said) for said in initial_in_words(run.body, run.system)]
+    chosen = selections(scene, run.body.name, run.system.geometry, run.system.position, scene.end)
     rows += [(f"boundary {each.number}", str(each)) for each in chosen]
     return rows
 

@@ -16,7 +16,6 @@ title = "all parts"
 [run]
 integrator = { name = "rkc", stages = 4 }
 formulation = "total-lagrangian"
-end = "1 ms"
 cfl = 0.2
 support = 2.6
 seed = 3
@@ -60,6 +59,7 @@ shape = { type = "box", min = [4.0, 0.0], max = [5.0, 1.0] }
 spacing = 0.1
 state = "stress"
 map = ["x + 0.1*y", "y"]
+initial = { stress = { xx = "1 MPa", xy = "1e5*y" }, file = "before.npz" }
 material = { model = "elastic", density = 7800.0, youngs_modulus = "200 GPa", poisson_ratio = 0.3 }
 [[bodies]]
 name = "d"
@@ -82,6 +82,7 @@ velocity = { x = "ramp" }
 body = "b"
 where = "x > 2.9"
 traction = { x = "1 MPa" }
+steps = ["impact"]
 [[boundary]]
 body = "d"
 patch = "hole"
@@ -152,6 +153,17 @@ fields = ["velocity"]
 [checkpoint]
 every = 50
 keep = 2
+final = true
+[relax]
+until = 1e-6
+max_steps = 1000
+[[steps]]
+name = "preload"
+duration = "1 ms"
+[[steps]]
+name = "impact"
+duration = "1 ms"
+relax = { until = 1e-4 }
 [stop]
 energy = 0.1
 """)
@@ -184,10 +196,10 @@ ODD = [True, "text", "1 parsec", "", -1, 0, -0.0, 1e308, 10**400, float("nan"), 
 
 
 def test_the_rich_scene_is_one_and_leaves_out_no_key() -> None:
-    """Of its tables and of those of runs and bodies: but dt, which cfl stands for."""
+    """Of its tables and of those of runs and bodies: but dt, which cfl stands for, and end, which steps do."""
     wsph.Scene(**copy.deepcopy(RICH))
     assert set(RICH) == {field.alias or name for name, field in wsph.Scene.model_fields.items()}
-    assert set(RICH["run"]) == set(tables.Run.model_fields) - {"dt"}
+    assert set(RICH["run"]) == set(tables.Run.model_fields) - {"dt", "end"}
     assert {key for body in RICH["bodies"] for key in body} == set(tables.Body.model_fields)
 
 

@@ -43,8 +43,13 @@ class Clock:
     """Step number and inner time on the device: `step` (1,) int64, and `time` (4,) float64, which kernels take whole and
     read by `time_of` and `dt_of`.
 
-    Every launch of a step goes through `launch`, so what a step is made of can be listed without running it.
+    Every launch of a step goes through `launch`, so what a step is made of can be listed without running it. While it is
+    `still` its time stands: steps are those of a relaxation, under what is prescribed at that time.
     """
+
+    still = False
+    ahead = 0.0
+    """The part of a step by which prescribed values are ahead of a clock that is still."""
 
     def __init__(self, dt: float, device: str):
         self.device = device
@@ -84,6 +89,11 @@ class Clock:
             self._listed = None
         return found
 
+    def part(self, c: float | tuple[float, float]) -> float | tuple[float, float]:
+        """The part of a step, or the two whose mean is meant, of prescribed values: while it is still, its start."""
+        return self.ahead if self.still else c
+
     def advance(self) -> None:
-        """t += dt (a launch)."""
-        self.launch(_advance(), 1, [], [self.step, self.time])
+        """t += dt (a launch), unless it is still."""
+        if not self.still:
+            self.launch(_advance(), 1, [], [self.step, self.time])

@@ -13,7 +13,9 @@ from math import prod
 
 import numpy as np
 
+from wsph.boundary.programs.motion import Motion
 from wsph.boundary.programs.prescribed import Moved, same
+from wsph.boundary.programs.windows import Windowed, meet
 from wsph.errors import Fault, SceneError
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.lattice import Lattice
@@ -45,8 +47,9 @@ class Claims:
         """Note that the entry at `key` prescribes a component of a field. Raises SceneError where another says otherwise."""
         claims = self._claims.setdefault((name, component), [])
         for other in claims:
-            if not same(value, other.value):
+            if not same(value, other.value) and meet(value, other.value):
                 self._refuse(other, _Claim(key, value, particles))
+                _refuse_interrupted(other, _Claim(key, value, particles))
         claims.append(_Claim(key, value, particles))
 
     def _refuse(self, earlier: _Claim, later: _Claim) -> None:
@@ -80,3 +83,14 @@ class Claims:
             np.isin(self._place[at] + step, there) | np.isin(self._place[at] - step, there) for step in self._steps
         ]
         return np.sum(beside, axis=0)
+
+
+def _refuse_interrupted(earlier: _Claim, later: _Claim) -> None:
+    """Refuse what holds in some steps at an edge where a displacement or an acceleration goes on in all of them."""
+    interrupts = isinstance(earlier.value, Motion) and isinstance(later.value, Windowed)
+    if interrupts and np.isin(earlier.particles, later.particles).any():
+        text = (
+            f"holds in some steps at particles that {earlier.key} moves in the whole run: select others, write this entry before"
+            " that one, or leave steps out"
+        )
+        raise SceneError("scene", [Fault(0, later.key, text)])

@@ -8,6 +8,7 @@ from wsph.boundary.clashes import Claims
 from wsph.boundary.conditions import (
     Conditions,
     face_component,
+    in_steps,
     prescribed_velocities,
     refuse_jump,
     selected_conditions,
@@ -34,6 +35,9 @@ def face_conditions(scene: Prescribing, body: str, lattice: Lattice, labels: tup
         scene, body, faces, lattice.spacing, lattice.nodes, faces.nodes
     ):
         velocities = prescribed_velocities(scene, condition)
+        if velocities and condition.steps:
+            text = "two-set bodies hold or move a face in the whole run, or load it: use an integrator of one set"
+            raise SceneError("scene", [Fault(0, f"boundary.{k}.steps", text)])
         if condition.symmetry:
             result.mirrored[nodes] *= 2.0
         if velocities and len(velocities) < dim and not lattice.upright:
@@ -58,7 +62,8 @@ def face_conditions(scene: Prescribing, body: str, lattice: Lattice, labels: tup
             text = "two-set bodies prescribe stress on their faces: write stress = { xx = ... }"
             raise SceneError("scene", [Fault(0, f"boundary.{k}.traction", text)])
         for label, given in condition.stress.items():
-            value, key = scene.value(given, "Pa"), f"boundary.{k}.stress.{label}"
+            value = in_steps(scene, condition, scene.value(given, "Pa"))
+            key = f"boundary.{k}.stress.{label}"
             acting = rows & np.isin(faces.axis, [AXES.index(axis) for axis in label])
             if not acting.any():
                 across = " or ".join(sorted(set(label)))

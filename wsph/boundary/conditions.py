@@ -20,7 +20,8 @@ import numpy as np
 from wsph.boundary.loads.acting import Load, LoadedFaces
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.programs.motion import UNITS, Motion
-from wsph.boundary.programs.prescribed import Moved, nonzero
+from wsph.boundary.programs.prescribed import Moved, Prescribed, nonzero
+from wsph.boundary.programs.windows import Windowed, holds, over, within
 from wsph.boundary.slide import Slide
 from wsph.boundary.tables import Boundary, Prescribing
 from wsph.errors import Fault, SceneError
@@ -74,9 +75,30 @@ class Conditions:
             mask[list(self.entries.get((name, component), {})), component] = True
         return mask
 
+    def free(self, count: int, dim: int, time: float | None = None) -> np.ndarray:
+        """1 where a component of the velocity of a particle is free in some step of the run, or at a `time` [s], 0 where it
+        is prescribed, (count dim,)."""
+        free = np.ones((count, dim))
+        for (_, component), values in self.entries.items():
+            free[[particle for particle, value in values.items() if holds(value, time)], component] = 0.0
+        return free.ravel()
+
     def put(self, name: str, component: int, particles: np.ndarray, value: Moved) -> None:
-        """Prescribe a component; of two values the later holds (`wsph.boundary.clashes` refuses what must not be)."""
-        self.entries.setdefault((name, component), {}).update(dict.fromkeys(particles.tolist(), value))
+        """Prescribe a component; of two values the later holds, in the steps of the run in which it does
+        (`wsph.boundary.clashes` refuses what must not be)."""
+        known = self.entries.setdefault((name, component), {})
+        if not isinstance(value, Windowed):
+            known.update(dict.fromkeys(particles.tolist(), value))
+            return
+        # One value for all particles that had one: programs are told apart by what they are.
+        joined: dict[int, Prescribed] = {}
+        for particle in particles.tolist():
+            before = known.get(particle)
+            if isinstance(before, Motion):
+                raise ValueError("a motion lasts: what holds in some steps cannot come over it")
+            if before is not None and id(before) not in joined:
+                joined[id(before)] = over(before, value)
+            known[particle] = value if before is None else joined[id(before)]
 
 
 def face_component(axis: int, tangent: int) -> str:
@@ -87,13 +109,20 @@ def face_component(axis: int, tangent: int) -> str:
 def prescribed_velocities(scene: Prescribing, condition: Boundary) -> dict[str, Moved]:
     """The velocity components that a condition prescribes, those held at zero included."""
     held = (*condition.fixed, *([condition.symmetry] if condition.symmetry else []))
-    found: dict[str, Moved] = {axis: scene.value(value, "m/s") for axis, value in condition.velocity.items()}
+    found: dict[str, Moved] = {
+        axis: in_steps(scene, condition, scene.value(value, "m/s")) for axis, value in condition.velocity.items()
+    }
     for axis, value in condition.displacement.items():
         of = scene.value(value, UNITS["displacement"])
         found[axis] = Motion("displacement", of) if nonzero(of) else of
     for axis, value in condition.acceleration.items():
         found[axis] = Motion("acceleration", scene.value(value, UNITS["acceleration"]))
-    return found | dict.fromkeys(held, constant_program(0.0))
+    return found | dict.fromkeys(held, in_steps(scene, condition, constant_program(0.0)))
+
+
+def in_steps(scene: Prescribing, condition: Boundary, value: Prescribed) -> Prescribed:
+    """A value of a condition in the steps of the run in which that holds."""
+    return within(value, scene.windows(condition.steps)) if condition.steps else value
 
 
 def velocity_key(k: int, condition: Boundary, axis: str) -> str:

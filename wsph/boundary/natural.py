@@ -9,6 +9,7 @@ import numpy as np
 from wsph.boundary.clashes import Claims
 from wsph.boundary.conditions import (
     Conditions,
+    in_steps,
     prescribed_velocities,
     refuse_jump,
     selected_conditions,
@@ -41,12 +42,18 @@ def wall_conditions(scene: Prescribing, body: str, lattice: Lattice) -> tuple[Co
     chosen = list(selected_conditions(scene, body, lattice.sides, lattice.spacing, lattice.cells, on))
     for k, condition, particles, rows in chosen:
         velocity = {AXES.index(axis): value for axis, value in prescribed_velocities(scene, condition).items()}
-        if velocity and walls.take(condition, particles, rows, velocity):
+        if velocity and not condition.steps and walls.take(condition, particles, rows, velocity):
             taken.add(k)
     for k, condition, particles, rows in chosen:
         velocity = {AXES.index(axis): value for axis, value in prescribed_velocities(scene, condition).items()}
         axes = set(lattice.faces.axis[rows].tolist())
-        if velocity and k not in taken and len(axes) == 1 and np.isin(particles, lattice.faces.cell[rows]).all():
+        if (
+            velocity
+            and not condition.steps
+            and k not in taken
+            and len(axes) == 1
+            and np.isin(particles, lattice.faces.cell[rows]).all()
+        ):
             taken |= {k} if walls.join(axes.pop(), rows, velocity) else set()
     return _natural_conditions(scene, body, lattice, lattice.cells, on, taken), walls.found()
 
@@ -74,6 +81,7 @@ def _natural_conditions(
     result, claims = Conditions(), Claims(geometry, at_nodes=position is geometry.nodes)
     for k, condition, particles, rows in selected_conditions(scene, body, faces, geometry.spacing, position, on):
         velocities = prescribed_velocities(scene, condition)
+        _refuse_steps(k, condition)
         if velocities and len(velocities) < dim and condition.symmetry and not geometry.upright:
             text = (
                 f"a turned body prescribes velocities along the coordinate axes; symmetry holds none of its {dim} alone"
@@ -119,7 +127,7 @@ def _natural_conditions(
                     f' with placement = "nodes"{"; or " * bool(load.otherwise)}{load.otherwise}'
                 )
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
-            result.acting.append((f"{k}.{key}", load, loaded_faces(scene, load, faces, on, rows, position)))
+            result.acting.append((f"{k}.{key}", load, loaded_faces(scene, condition, load, faces, on, rows, position)))
         for key, load in prescribed_loads(scene, condition, geometry, on, rows):
             if not len(load.particle):
                 text = "acts on no face selected here" + (
@@ -128,6 +136,18 @@ def _natural_conditions(
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
             result.loads.append(load)
     return result
+
+
+def _refuse_steps(k: int, condition: Boundary) -> None:
+    """Refuse what cannot begin or end with a step of the run: motions that are measured from its start, what slides or is
+    one with another face, and loads without a value."""
+    moving = [key for key in ("displacement", "acceleration") if getattr(condition, key)]
+    lasting = [key for key, load in condition.acting.items() if not load.values]
+    lasting += [key for key in ("normal", "periodic") if getattr(condition, key) is not None]
+    if condition.steps and (moving or lasting):
+        text = f"{(moving or lasting)[0]} holds in the whole run: write it in an entry without steps"
+        text += ", or its velocity, which may have them" * bool(moving)
+        raise SceneError("scene", [Fault(0, f"boundary.{k}.steps", text)])
 
 
 def _refuse_oblique(k: int, condition: Boundary, faces: Faces, rows: np.ndarray) -> None:
@@ -161,18 +181,27 @@ def prescribed_loads(
     particles of each face."""
     faces = geometry.sides
     for label, value in condition.stress.items():
-        yield f"stress.{label}", stress_load(faces, on, rows, label, scene.value(value, "Pa"), geometry)
+        program = in_steps(scene, condition, scene.value(value, "Pa"))
+        yield f"stress.{label}", stress_load(faces, on, rows, label, program, geometry)
     for axis, value in condition.traction.items():
-        yield f"traction.{axis}", traction_load(faces, on, rows, axis, scene.value(value, "Pa"), scene.dim)
+        program = in_steps(scene, condition, scene.value(value, "Pa"))
+        yield f"traction.{axis}", traction_load(faces, on, rows, axis, program, scene.dim)
 
 
 def loaded_faces(
-    scene: Prescribing, load: Load, faces: Faces, on: np.ndarray, rows: np.ndarray, position: np.ndarray
+    scene: Prescribing,
+    condition: Boundary,
+    load: Load,
+    faces: Faces,
+    on: np.ndarray,
+    rows: np.ndarray,
+    position: np.ndarray,
 ) -> LoadedFaces:
-    """The faces `rows` (m,) bool as a load that follows the state has them, SI. `on` (m, k): the particles of each face;
-    `position` (n, dim) [m] of all particles."""
+    """The faces `rows` (m,) bool as a load of a condition that follows the state has them, SI. `on` (m, k): the particles of
+    each face; `position` (n, dim) [m] of all particles."""
     n, dim = position.shape
-    values = {name: scene.value(getattr(load, name), unit) for name, unit in load.values.items()}
+    given = {name: scene.value(getattr(load, name), unit) for name, unit in load.values.items()}
+    values = {name: in_steps(scene, condition, value) for name, value in given.items()}
     vector = _vectors(faces, on, rows)
     flat = on[rows].ravel()
     area = np.bincount(flat, faces.shares(on)[rows].ravel(), n)

@@ -46,6 +46,7 @@ class Selection:
         areas = ", ".join(f"{name} {area:.6g}{unit}" for name, area in self.faces.items())
         text = f"{condition.body}, {where}: {self.particles} particles, faces {areas or 'none'}"
         text += "".join(f"; {said}" for said in _supports(condition))
+        text += f"; in {', '.join(condition.steps)}" if condition.steps else ""
         if self.resultant is None:
             return text
         parts = ", ".join(f"{each:.6g}" for each in self.resultant)
@@ -72,7 +73,8 @@ def selections(
     for k, condition, particles, rows in selected_conditions(scene, body, faces, geometry.spacing, position, on):
         loads = [load for _, load in prescribed_loads(scene, condition, geometry, on, rows)]
         acting = [
-            load.at_rest(loaded_faces(scene, load, faces, on, rows, position)) for load in condition.acting.values()
+            load.at_rest(loaded_faces(scene, condition, load, faces, on, rows, position))
+            for load in condition.acting.values()
         ]
         loads += [load for load in acting if load is not None]
         looks = [(*_resultant(loads, position, time), time) for time in _times(loads, end)]

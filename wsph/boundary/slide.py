@@ -15,6 +15,7 @@ import numpy as np
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.programs.motion import Motion
 from wsph.boundary.programs.prescribed import Moved, Prescribed, nonzero
+from wsph.boundary.programs.windows import Windowed
 from wsph.errors import Fault, SceneError
 
 FLAT = 1e-9
@@ -62,6 +63,11 @@ def slides_of(slides: list[Slide], entries: dict[tuple[str, int], dict[int, Move
             value = values[particle]
             if isinstance(value, Motion):
                 text = f"a {value.kind} is prescribed beside it: write the velocity there"
+                raise SceneError("scene", [Fault(0, slides[0].key, text)])
+            if isinstance(value, Windowed):
+                text = (
+                    "slides particles whose velocity holds in some steps alone: select others, or leave steps out there"
+                )
                 raise SceneError("scene", [Fault(0, slides[0].key, text)])
             rows[particle].append((np.eye(dim)[axis], value, slides[0].key))
     free, given = np.zeros((len(rows), dim, dim)), list[FaceLoad]()

@@ -61,11 +61,14 @@ class Sliding:
     _particle  # (k,) int32
     _free      # (k,) mat, I - N^+ N
     _given     # (n,) vec, N^+ g of the last time imposed
+    _still     # (n,) vec, zeros in its place while the clock is still, where it has been
     _before    # (k,) vec, velocities before they were last set
     _mass      # (k,)
     _old       # (k,) vec, velocities at the end of the last step
     _work      # (blocks,) float64, work of setting them so far
     """
+
+    _still: wp.array | None = None
 
     def __init__(
         self,
@@ -91,8 +94,13 @@ class Sliding:
 
     def impose(self, state: State, clock: Clock, c: float | tuple[float, float]) -> None:
         """Set the velocities of t + c dt along the normals (launches)."""
-        self._values.impose(clock, c)
-        inputs = [self._particle, self._free, self._given]
+        given = self._given
+        if clock.still:
+            self._still = self._still if self._still is not None else wp.zeros_like(given)
+            given = self._still
+        else:
+            self._values.impose(clock, c)
+        inputs = [self._particle, self._free, given]
         clock.launch(self._slide, self._count, inputs, [state.struct, self._before])
 
     def count_work(self, state: State, clock: Clock) -> None:

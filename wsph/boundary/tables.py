@@ -36,6 +36,7 @@ class _Selection(Model):
     traction: dict[str, Value] = {}
     normal: Value | None = None
     periodic: Annotated[str, AfterValidator(_face)] | None = None
+    steps: Strings = ()
 
 
 if TYPE_CHECKING:
@@ -83,6 +84,10 @@ class Prescribing(Protocol):
 
     def value(self, value: Value, unit: str) -> Expression | Function:
         """The program of a value: a table of `functions`, or an expression."""
+        ...
+
+    def windows(self, names: tuple[str, ...]) -> tuple[tuple[float, float], ...]:
+        """The times in which steps of the run are, by their names."""
         ...
 
 

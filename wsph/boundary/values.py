@@ -14,7 +14,8 @@ from wsph.boundary.conditions import Conditions
 from wsph.boundary.programs.motion import Motion
 from wsph.boundary.programs.motions import WHOLE, Motions
 from wsph.boundary.programs.prescribed import Prescribed, constant
-from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate_mean, interval, places
+from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate_mean, holding, interval, places
+from wsph.boundary.programs.windows import Windowed
 
 CONSTANT = -1
 """The program of an entry that never changes: its scale is its value. Most faces are free: thousands of zeros."""
@@ -36,11 +37,14 @@ def _impose_kernel(space: Space) -> wp.Kernel:
         from_dt: wp.float64,
         to_dt: wp.float64,
         second: wp.float64,
+        leading: int,
         state_out: wp.array(dtype=real),
     ):
         e = first + wp.tid()
         value = scale[e]
         if program[e] != wp.static(CONSTANT):
+            if place[e] < leading and holding(bank, program[e], clock, second, wp.max(from_dt, to_dt)) < 0:
+                return
             value = evaluate_mean(bank, program[e], position[e], clock, second, from_dt, to_dt) * value
         state_out[place[e]] = real(value)
 
@@ -50,16 +54,21 @@ def _impose_kernel(space: Space) -> wp.Kernel:
 class BoundaryValues:
     """The prescribed values of a body on the device.
 
-    `impose(state, c)` sets them in a state at t + c dt; c = (a, b) means the mean of both times. Of k entries, the host has
-    `particle` (k,), and the device
+    `impose(state, c)` sets them in a state at t + c dt; c = (a, b) means the mean of both times. Velocities that hold in
+    some steps of the run are left as they are in the others. While the clock is still, prescribed velocities are zero: what
+    is driven stays where it is. Of k entries, the host has `particle` (k,), and the device
 
     place      # (k,) int32, where each stands in the buffer of the state
     _program   # (k,) int32, its program in the `Bank`, or CONSTANT
     _scale     # (k,) float64, nondimensional units per SI unit, or of a constant the nondimensional value
     _position  # (k,) vec3d, reference position [m], zero beyond the dimensions
 
-    Displacements and accelerations are set after the others, by `motions`; their place in the list has a zero.
+    Displacements and accelerations are set after the others, by `motions`; their place in the list has a zero, which holds
+    while the clock is still.
     """
+
+    _still: list[wp.array] | None = None
+    """`_program` and `_scale` while the clock is still."""
 
     def __init__(
         self,
@@ -100,6 +109,7 @@ class BoundaryValues:
         if self.count == 0:
             return
         self._bank = bank_of(kept, device)
+        self._windowed = [k for k, value in enumerate(kept) if isinstance(value, Windowed)]
         self.particle = np.array(owners, np.int32)
         self.place = wp.array(place, dtype=wp.int32, device=device)
         self._program = wp.array(program, dtype=wp.int32, device=device)
@@ -111,7 +121,21 @@ class BoundaryValues:
         step."""
         if self.count == 0:
             return
-        inputs = [self._bank, clock.time, self.place, self._program, self._scale, self._position]
-        inputs += [*interval(c), wp.float64(self._second)]
+        programs = self._at_rest(state) if clock.still else [self._program, self._scale]
+        inputs = [self._bank, clock.time, self.place, *programs, self._position]
+        inputs += [*interval(c), wp.float64(self._second), state.split]
         clock.launch(_impose_kernel(self.space), self.count, inputs, [state.buffer])
         self.motions.impose(state, clock, WHOLE if leads and c == 0.5 else c)
+
+    def _at_rest(self, state: State) -> list[wp.array]:
+        """`_program` and `_scale` with zero for every velocity."""
+        if self._still is None:
+            moves = self.place.numpy() < state.split
+            stays = moves & ~np.isin(self._program.numpy(), self._windowed)
+            program, scale = np.where(stays, CONSTANT, self._program.numpy()), np.where(moves, 0.0, self._scale.numpy())
+            device = self.place.device
+            self._still = [
+                wp.array(program, dtype=wp.int32, device=device),
+                wp.array(scale, dtype=wp.float64, device=device),
+            ]
+        return self._still

@@ -146,24 +146,24 @@ def _whole_gradient(space: Space, law: wp.Function, state: StressState, Params: 
     return whole
 
 
-def total_laws(
-    space: Space, material: object, state: StressState, Params: type
-) -> tuple[wp.Function | None, wp.Function | None]:
-    """The total law for the displacement gradients of a stress state, and its energy; None where the material has none."""
+def total_laws(space: Space, material: object, state: StressState, Params: type) -> dict[str, wp.Function]:
+    """The total law for the displacement gradients of a stress state, and its energy, by their names in `Laws`; none where
+    the material has none. About an initial stress S0, packed, its energy is W(F) + S0:E + W0, E the strain of Green and
+    Lagrange and W0 what a linear solid stores at S0: so P = dW/dF + F S0."""
     if not gives(material, "stress"):
-        return None, None
-    law, stored = material.stress(space, Params), None
+        return {}
+    law = material.stress(space, Params)
     if not isinstance(law, wp.Function) or len(inspect.signature(law.func).parameters) != 2:
         raise PluginError(f"{type(material).__name__}.stress gave no law of two arguments; expected {TOTAL_SIGNATURE}")
     real, tensor, mat, dim = space.scalar, space.tensor, space.mat, space.dim
-    (_, pack), whole = packing(space, state), _whole_gradient(space, law, state, Params)
+    (unpack, pack), whole = packing(space, state), _whole_gradient(space, law, state, Params)
+    linear, packed = linear_energy(space, Params), space.vector(len(state.components))
     # A law may give its first Piola stress itself: that is what forces take, and cheaper than there and back.
     direct = gives(material, "piola")
     nominal = material.piola(space, Params) if direct else law
 
     @wp.func
-    def total(p: Params, h: mat):
-        H = whole(p, h)
+    def answer(p: Params, H: tensor):
         F = wp.identity(n=3, dtype=real) + H
         cauchy = tensor()
         piola = tensor()
@@ -173,12 +173,30 @@ def total_laws(
         else:
             cauchy = law(p, H)
             piola = wp.determinant(F) * cauchy * wp.transpose(wp.inverse(F))
+        return cauchy, piola
+
+    @wp.func
+    def plane(piola: tensor) -> mat:
         P = mat()
         for i in range(wp.static(dim)):
             for j in range(wp.static(dim)):
                 P[i, j] = piola[i, j]
-        return pack(cauchy), P
+        return P
 
+    @wp.func
+    def total(p: Params, h: mat):
+        cauchy, piola = answer(p, whole(p, h))
+        return pack(cauchy), plane(piola)
+
+    @wp.func
+    def total_about(p: Params, h: mat, initial: packed):
+        H = whole(p, h)
+        cauchy, piola = answer(p, H)
+        F = wp.identity(n=3, dtype=real) + H
+        more = F * unpack(initial)
+        return pack(cauchy + more * wp.transpose(F) / wp.determinant(F)), plane(piola + more)
+
+    found = {"total": total, "total_about": total_about}
     if gives(material, "energy"):
         density = material.energy(space, Params)
 
@@ -186,8 +204,28 @@ def total_laws(
         def energy(p: Params, h: mat) -> real:
             return density(p, whole(p, h))
 
-        stored = energy
-    return total, stored
+        @wp.func
+        def energy_about(p: Params, h: mat, initial: packed) -> real:
+            H = whole(p, h)
+            S = unpack(initial)
+            strain = real(0.5) * (H + wp.transpose(H) + wp.transpose(H) * H)
+            return density(p, H) + wp.ddot(S, strain) + linear(p, S)
+
+        found |= {"total_energy": energy, "total_energy_about": energy_about}
+    return found
+
+
+def linear_energy(space: Space, Params: type) -> wp.Function:
+    """Warp function (p, stress) -> the energy density that a linear solid stores at a stress."""
+    real, tensor = space.scalar, space.tensor
+
+    @wp.func
+    def stored(p: Params, s: tensor) -> real:
+        mean = (s[0, 0] + s[1, 1] + s[2, 2]) / real(3.0)
+        deviator = s - mean * wp.identity(n=3, dtype=real)
+        return real(0.5) * mean * mean / p.elastic_bulk + real(0.25) * wp.ddot(deviator, deviator) / p.elastic_shear
+
+    return stored
 
 
 def returning(space: Space, law: wp.Function, Params: type, count: int) -> wp.Function:

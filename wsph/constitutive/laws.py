@@ -26,7 +26,7 @@ import warp as wp
 
 from wsph.backend.space import Space
 from wsph.constitutive.face_return import face_return
-from wsph.constitutive.free_normals import free_rate, projection, total_laws
+from wsph.constitutive.free_normals import free_rate, linear_energy, projection, total_laws
 from wsph.constitutive.kept import Kept
 from wsph.constitutive.stress_state import StressState, packing, unit_normal
 from wsph.errors import PluginError
@@ -68,6 +68,7 @@ class Laws:
     total(p, H) -> (stress, first Piola stress dim x dim)      of a total law, static free normals at zero stress;
                                                                None: the law is a rate
     total_energy(p, H) -> energy per reference volume          where a total law gives it
+    total_about(p, H, S), total_energy_about(p, H, S)          the same about an initial stress S, packed
 
     `kept` says which internals are kept beside the material's own, and where. `turned`: the driver turns the stress; the
     skew part of L is the spin that it turns with, and the law itself sees the symmetric part.
@@ -90,6 +91,8 @@ class Laws:
     project_face: wp.Function | None = None
     total: wp.Function | None = None
     total_energy: wp.Function | None = None
+    total_about: wp.Function | None = None
+    total_energy_about: wp.Function | None = None
 
 
 def user_law(space: Space, material: object, Params: type, internal: type) -> wp.Function:
@@ -172,13 +175,11 @@ def _embedding(space: Space) -> wp.Function:
 def _stored(space: Space, Params: type, state: StressState) -> wp.Function:
     """Warp function (p, packed stress) -> elastic energy density."""
     real, stress, (unpack, _) = space.scalar, space.vector(len(state.components)), packing(space, state)
+    linear = linear_energy(space, Params)
 
     @wp.func
     def energy(p: Params, packed: stress) -> real:
-        s = unpack(packed)
-        mean = (s[0, 0] + s[1, 1] + s[2, 2]) / real(3.0)
-        deviator = s - mean * wp.identity(n=3, dtype=real)
-        return real(0.5) * mean * mean / p.elastic_bulk + real(0.25) * wp.ddot(deviator, deviator) / p.elastic_shear
+        return linear(p, unpack(packed))
 
     return energy
 
@@ -328,7 +329,6 @@ def laws_of(space: Space, material: object, state: StressState, evolves: bool = 
         return pack(rate) + S, dq + Q
 
     project = projection(space, material, state, Params, internal, kept)
-    total, total_energy = total_laws(space, material, state, Params)
     return Laws(
         state=state,
         kept=kept,
@@ -345,6 +345,5 @@ def laws_of(space: Space, material: object, state: StressState, evolves: bool = 
         dissipates=dissipating,
         project=project,
         project_face=face_return(space, material, state, Params, internal, kept, project),
-        total=total,
-        total_energy=total_energy,
+        **total_laws(space, material, state, Params),
     )

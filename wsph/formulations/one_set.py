@@ -71,6 +71,8 @@ class Rates(Protocol):
 
     def follow(self) -> bool: ...
 
+    def placed(self) -> None: ...
+
     def restored(self) -> None: ...
 
 
@@ -226,7 +228,7 @@ class OneSetSystem(System):
 
     def _set(self, state: State, c: float | tuple[float, float], *, counted: bool) -> None:
         """Set what is prescribed; `counted`: with its work."""
-        self._prescribed.impose(state, self.clock, c, counted=counted)
+        self._prescribed.impose(state, self.clock, self.clock.part(c), counted=counted)
 
     def accept(self, state: State) -> None:
         """Close the step: the stresses that the law allows, the prescribed values at t + dt."""
@@ -254,6 +256,12 @@ class OneSetSystem(System):
 
     def follow(self) -> bool:
         return self.rates.follow()
+
+    def placed(self) -> None:
+        self.rates.placed()
+        self.refresh(self.state)
+        for part in self.attached.values():
+            part.advance()
 
     def restored(self) -> None:
         self.rates.restored()
@@ -299,16 +307,14 @@ class OneSetSystem(System):
 
     @property
     def free_components(self) -> np.ndarray:
-        """1 where a component of the velocity is free, 0 where it is prescribed, (n dim,)."""
-        free = np.ones(self.count * self.space.dim)
-        for (_, component), values in self.conditions.entries.items():
-            free[[self.state.index("velocity", particle, component) for particle in values]] = 0.0
-        return free
+        """1 where a component of the velocity is free in some step of the run, 0 where it is prescribed, (n dim,)."""
+        return self.conditions.free(self.count, self.space.dim)
 
-    def project_free(self, velocity: np.ndarray) -> np.ndarray:
-        """Velocities (n dim,), times the roots of masses, without what is prescribed of them, by components and along faces'
-        own normals, and without what parts particles that are one."""
-        return self._seam.project(self._prescribed.slides.project(velocity * self.free_components))
+    def project_free(self, velocity: np.ndarray, time: float | None = None) -> np.ndarray:
+        """Velocities (n dim,), times the roots of masses, without what is prescribed of them, in the whole run or at a
+        `time` [s], by components and along faces' own normals, and without what parts particles that are one."""
+        free = velocity * self.conditions.free(self.count, self.space.dim, time)
+        return self._seam.project(self._prescribed.slides.project(free))
 
     @property
     def drags(self) -> bool:

@@ -21,6 +21,7 @@ from wsph.boundary.loads.regions import times_volume, volume_loads
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.periodic import Seam, refuse_parted, seams_of
 from wsph.boundary.walls import Wall
+from wsph.constitutive.initial import initial_field
 from wsph.errors import Fault, Refused, SceneError
 from wsph.formulations.lagrangian.form import Form, coefficients_of
 from wsph.formulations.layout import (
@@ -55,6 +56,7 @@ def layout_of(host: Host, conditions: Conditions) -> Layout:
             velocity_field(host.space),
             *(field for field in extra if field.leads),
             *matter_fields(host.constitutive, at_points=True, derived=laws.total is not None),
+            initial_field(host.constitutive, host.stressed),
             deformation_field(host.space, at_points=True, derived=reference),
             displacement_field(host.space),
             deviation_field(host.space, remembers(host)),
@@ -139,12 +141,13 @@ class Loads:
             load.impose(clock, c)
 
     def follow(self, state: State) -> None:
-        """Find the forces of the loads that follow a state (launches, where there are any)."""
+        """Find the forces of the loads that follow a state (launches, where there are any). In a relaxation nothing resists:
+        what creeps would look like what rests."""
         if self.acting:
             self._clock.launch(clear_kernel(self._all.dtype), len(self._all), [], [self._all])
         for load in self.acting:
             load.act(state, self._rows[0])
-            if self.resisted:
+            if self.resisted and not self._clock.still:
                 load.resist(state, self._rows[1])
 
 

@@ -66,6 +66,7 @@ class Setup:
             edges,
             self.at_corners,
             parts,
+            self.body.initial is not None and bool(self.body.initial.stress),
         )
 
     @property

@@ -157,6 +157,9 @@ class System:
             values = list(self.constitutive.internals.values())
             state.write("internals", np.tile(values, (state.counts["internals"], 1)))
 
+    def placed(self) -> None:
+        """Recompute whatever depends on where particles are, after a state has been put in from elsewhere."""
+
     def restored(self) -> None:
         """Recompute whatever depends on the kept arrays, after a checkpoint has put them back."""
 

@@ -105,7 +105,7 @@ def own_files(folder: Path, listings: Sequence[str], suffixes: Sequence[str]) ->
     are the files that list frames."""
     frame = re.compile(rf"\.?frame_\d{{6}}(\.partial)?\.({'|'.join(map(re.escape, suffixes))})")
     frames = [path for path in (folder / "frames").glob("*") if frame.fullmatch(path.name)]
-    own = [folder / name for name in ("summary.json", "history.csv", *filter(None, listings))]
+    own = [folder / name for name in ("summary.json", "history.csv", "relax.csv", *filter(None, listings))]
     own += [_partial(path) for path in own]
     own += list((folder / "checkpoints").glob("*checkpoint_*.npz"))
     return [*frames, *(folder / "probes").glob("*.csv"), *own]

@@ -33,7 +33,7 @@ class Host:
     """The body that a part belongs to, as the part sees it. `correction`, `smoothing` and `support` [spacings] are those of
     the run; `parts` the body's own by their keys; `at_nodes`: whether particles are the lattice's nodes; `edges`: whether
     pairs are the edges of its cells, and no kernel's; `corners`: whether points see the corners of their own cells, and no
-    kernel's."""
+    kernel's; `stressed`: whether it begins with a stress."""
 
     name: str
     space: Space
@@ -48,6 +48,7 @@ class Host:
     edges: bool
     corners: bool
     parts: "Mapping[str, Part]"
+    stressed: bool = False
 
     @property
     def lattice(self) -> Lattice:

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 from wsph.boundary.loads.regions import GRAVITY, UNIT
 from wsph.boundary.programs.motion import UNITS, Motion
+from wsph.constitutive.stress_state import STRESS_STATES
 from wsph.errors import Fault, PluginError
 from wsph.expressions import FUNCTIONS, VARIABLES, Expression, compile_expression
 from wsph.geometry.counts import cells_along
@@ -46,6 +47,7 @@ def between_tables(scene: SceneTables) -> Iterator[Fault]:
     for k, condition in enumerate(scene.boundary):
         yield from body_name_fault(condition.body, names, f"boundary.{k}.body")
         yield from _boundary_faults(scene, condition, f"boundary.{k}")
+    yield from _step_faults(scene)
     yield from _contact_faults(scene, names)
     for axis, value in scene.gravity.items():
         yield from _component_faults(scene, axis, value, f"gravity.{axis}", GRAVITY)
@@ -63,6 +65,25 @@ def between_tables(scene: SceneTables) -> Iterator[Fault]:
         if probe.body is not None:
             yield from body_name_fault(probe.body, names, f"probes.{k}.body")
         yield from _probe_faults(scene, probe, f"probes.{k}")
+
+
+def _step_faults(scene: SceneTables) -> Iterator[Fault]:
+    """Faults of the steps of a run: when it ends, their names, and those that boundaries name."""
+    if scene.run.end is None and not scene.steps:
+        yield Fault(0, "run.end", "is missing")
+    if scene.run.end is not None and scene.steps:
+        yield Fault(0, "run.end", f"is the sum of the durations of [[steps]], {scene.begins[-1]:g} s: leave it out")
+    if scene.relax is not None and any(stage.relax is not None for stage in scene.steps[:1]):
+        yield Fault(0, "relax", "and steps.0.relax are of the same time: leave one out")
+    names = [stage.name for stage in scene.steps]
+    for k, name in enumerate(names):
+        if names.index(name) != k:
+            yield Fault(0, f"steps.{k}.name", f"{name!r} names another step already")
+    for k, condition in enumerate(scene.boundary):
+        for name in condition.steps:
+            if name not in names:
+                known = f"there is {', '.join(names)}" if names else "there are no [[steps]]"
+                yield Fault(0, f"boundary.{k}.steps", f"no step is named {name!r}; {nearest(name, names, known)}")
 
 
 def body_name_fault(name: str, names: list[str], key: str) -> Iterator[Fault]:
@@ -123,6 +144,7 @@ def _body_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
     if (body.state is None) != (scene.dim == 3):
         wanted = "is for 1D and 2D" if scene.dim == 3 else '"stress" or "strain" is needed in 1D and 2D'
         yield Fault(0, f"{key}.state", wanted)
+    yield from _initial_faults(scene, body, f"{key}.initial")
     if body.velocity is None:
         return
     if len(body.velocity) != scene.dim:
@@ -153,6 +175,24 @@ def _force_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
             yield from _component_faults(scene, axis, value, f"{key}.{k}.{axis}", UNIT)
 
 
+def _initial_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
+    """Faults of what a body begins with beside its velocity."""
+    if body.initial is None:
+        return
+    if body.initial.temperature is not None:
+        yield Fault(0, f"{key}.temperature", "no law takes a temperature yet: leave it out")
+    state = STRESS_STATES.get((scene.dim, body.state))
+    for component, value in body.initial.stress.items():
+        place = f"{key}.stress.{component}"
+        if state is not None and component not in state.labels:
+            yield Fault(0, place, f"is none of {', '.join(state.labels)}, the components in {state.name}")
+        if value in scene.functions and scene.functions[str(value)].expression is None:
+            yield Fault(0, place, f"{value!r} is a table; an initial stress is a number or an expression")
+        else:
+            make: Callable[[], object] = lambda v=value: _no_time(scene, v, "Pa", "stress")  # noqa: E731
+            yield from value_faults(scene, make, value, place, "Pa")
+
+
 def _map_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
     if body.map is None:
         return
@@ -171,10 +211,10 @@ def _map_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
         yield from _axis_faults(scene, expression, key)
 
 
-def _no_time(scene: SceneTables, component: Value) -> object:
-    made = scene.value(component, "m/s")
+def _no_time(scene: SceneTables, component: Value, unit: str = "m/s", what: str = "velocity") -> object:
+    made = scene.value(component, unit)
     if isinstance(made, Expression) and made.uses("t"):
-        raise ValueError("an initial velocity does not depend on t")
+        raise ValueError(f"an initial {what} does not depend on t")
     return made
 
 

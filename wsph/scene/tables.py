@@ -23,7 +23,6 @@ from wsph.boundary.tables import Boundary, Function
 from wsph.expressions import Expression, compile_expression, constant_program
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import BaseShape, Rotation
-from wsph.output import formats
 from wsph.parts.body_force import Damping
 from wsph.parts.part import Part
 from wsph.parts.table import PARTS
@@ -38,12 +37,13 @@ from wsph.quantities import (
     as_tuple,
     is_sequence,
     is_table,
-    read_cadence,
     read_switch,
 )
 from wsph.scene.contact import Contact
 from wsph.scene.messages import none_of
 from wsph.scene.names import file_name, printable
+from wsph.scene.outputs import Checkpoint, Output, Stop
+from wsph.scene.states import Initial, Relax, Stage, begins_of, windows_of
 from wsph.scene.tools import Tool
 from wsph.sph.smoothing import DEFAULT, SMOOTHING
 from wsph.units import looks_like_quantity, quantity
@@ -59,13 +59,6 @@ def _whole(value: object) -> object:
 def _smoothing(name: str) -> str:
     if name not in SMOOTHING:
         raise ValueError(f"{name!r} is none of {', '.join(SMOOTHING)}")
-    return name
-
-
-def _format(name: object) -> object:
-    known = formats.names()
-    if name not in known:
-        raise ValueError(none_of(name, known))
     return name
 
 
@@ -120,7 +113,7 @@ class Run(Model):
     """How to integrate: method, time, precision, device."""
 
     integrator: Annotated[IntegratorSpec, BeforeValidator(_named)]
-    end: Annotated[float, Unit("s", gt=0)]
+    end: Annotated[float, Unit("s", gt=0)] | None = None
     cfl: Courant | None = None
     dt: Annotated[float, Unit("s", gt=0)] | None = None
     precision: Literal["f64", "f32"] = "f64"
@@ -254,6 +247,7 @@ class Body(_WithParts):
 
     placement: Literal["cells", "nodes"] | None = None
     velocity: Annotated[tuple[Value, ...], BeforeValidator(as_tuple)] | None = None
+    initial: Initial | None = None
     material: MaterialSpec
 
     @model_validator(mode="before")
@@ -312,36 +306,6 @@ class Probe(Model):
         return self
 
 
-class Output(Model):
-    """Fields and formats of the output, and when it is written."""
-
-    every: Cadence | None = None
-    formats: Annotated[tuple[Annotated[str, BeforeValidator(_format)], ...], BeforeValidator(as_tuple)] = ("vtu",)
-    fields: Strings = ("velocity", "stress")
-    positions: Literal["current", "reference"] = "current"
-    history: Cadence | None = None
-
-
-def _due(value: object) -> int | float:
-    """Steps, or wall time."""
-    if isinstance(value, float):
-        raise ValueError(f'{value} is no number of steps; for wall time write it with its unit, "10 min"')
-    return read_cadence(value)
-
-
-class Checkpoint(Model):
-    """When the whole state is kept, to resume from: an integer counts steps, "10 min" is wall time; the last `keep` stay."""
-
-    every: Annotated[int | float, BeforeValidator(_due)]
-    keep: Annotated[int, Field(ge=1)] = 2
-
-
-class Stop(Model):
-    """The limit that ends a run early: energy created, as a part of the largest seen."""
-
-    energy: Annotated[float, Unit("", gt=0)] = 0.10
-
-
 class SceneTables(Model):
     """The keys of a whole scene."""
 
@@ -361,6 +325,33 @@ class SceneTables(Model):
     output: Output = Output()
     checkpoint: Checkpoint | None = None
     stop: Stop = Stop()
+    relax: Relax | None = None
+    steps: Annotated[tuple[Stage, ...], BeforeValidator(as_tuple)] = ()
+
+    @property
+    def end(self) -> float:
+        """When the run ends [s]."""
+        return self.run.end if self.run.end is not None else self.begins[-1]
+
+    @property
+    def begins(self) -> tuple[float, ...]:
+        """When each step of [[steps]] begins, and when the last ends [s]."""
+        return begins_of(self.steps)
+
+    @property
+    def relaxes(self) -> bool:
+        """Whether bodies come to rest anywhere."""
+        return self.relax is not None or any(stage.relax is not None for stage in self.steps)
+
+    @property
+    def relaxes_first(self) -> bool:
+        """Whether they do before the first step."""
+        return self.relax is not None or any(stage.relax is not None for stage in self.steps[:1])
+
+    def windows(self, names: tuple[str, ...]) -> tuple[tuple[float, float], ...]:
+        """The times in which steps are, by their names: joined where one follows another. The first begins before all times,
+        and the last has no end."""
+        return windows_of(self.steps, names)
 
     @property
     def balls(self) -> frozenset[str]:

@@ -20,6 +20,7 @@ import re
 import time
 import warnings
 from pathlib import Path
+from typing import TypedDict
 
 import numpy as np
 
@@ -32,32 +33,50 @@ from wsph.quantities import is_list, is_table
 from wsph.scene.files import file_digests
 from wsph.scene.scene import Scene
 from wsph.simulation.checks import CheckFacts, Checks
-from wsph.simulation.composing.composition import Composition
+from wsph.simulation.composing.composition import BodyRun, Composition
 from wsph.simulation.ledger import Ledger
 from wsph.simulation.records import Recorded, Records
+from wsph.simulation.starting.relaxations import Relaxations, RelaxationsFacts
 from wsph.simulation.step_control import StepControl, StepFacts
 from wsph.simulation.summary import plugins_of
 from wsph.simulation.timeline import Events
 
-FIRST = b"wsph checkpoint 2\n"
+FIRST = b"wsph checkpoint 3\n"
 
 FREE = (("title",), ("run", "end"), ("run", "threads"), ("output",), ("probes",), ("checkpoint",), ("stop",))
 """Keys of a scene that a checkpoint leaves open."""
 
 
+class BodyFacts(TypedDict):
+    """Where the state of a body stands in a checkpoint: its `number` in the scene, its form, the units that its numbers are
+    in (`Scales`), the name of its `array`, and of every field its start, its places and its width there."""
+
+    number: int
+    formulation: str
+    scales: list[float]
+    array: str
+    fields: dict[str, list[int]]
+
+
 class Facts(CheckFacts, StepFacts):
     """What a checkpoint says beside its arrays: the scene and the versions, at which step it stands, what the ledger began
-    with, in hexadecimal, the frames and probes so far, and what checks and the time step have come to."""
+    with, in hexadecimal, its entries then (`begun`) and what relaxations have `taken`, the frames and probes so far, what
+    checks and the time step have come to, the relaxations, and where the states of its bodies stand."""
 
     identity: dict[str, object]
     step: int
     initial: str
+    begun: list[str]
+    taken: str
+    relax: RelaxationsFacts
+    bodies: dict[str, BodyFacts]
     frames: list[Listed]
     probes: list[Recorded]
 
 
 Found = tuple[Path, Facts, dict[str, np.ndarray]]
 """A checkpoint: its file, its facts and its arrays."""
+
 
 _NAME = re.compile(r"checkpoint_(\d{12})\.npz")
 
@@ -202,6 +221,18 @@ def restore(path: Path, composition: Composition, arrays: dict[str, np.ndarray])
         interaction.restored()
 
 
+def _body_facts(number: int, run: BodyRun) -> BodyFacts:
+    """Where the state of a body stands."""
+    state, scales = run.system.state, run.system.scales
+    return {
+        "number": number,
+        "formulation": run.system.formulation,
+        "scales": [scales.length, scales.time, scales.density],
+        "array": f"body{number}.state0",
+        "fields": {name: [start, state.counts[name], state.widths[name]] for name, start in state.start.items()},
+    }
+
+
 class Checkpoints:
     """Checkpoints of one run: when each is due, what it holds, and its file in the run's folder."""
 
@@ -213,7 +244,9 @@ class Checkpoints:
         checks: Checks,
         control: StepControl,
         records: Records,
+        relaxations: Relaxations,
     ):
+        self._relaxations, self._relaxed = relaxations, 0
         self._composition, self._folder, self._ledger = composition, folder, ledger
         self._files = _digests(composition.scene)
         self._checks, self._control, self._records = checks, control, records
@@ -237,17 +270,44 @@ class Checkpoints:
         if self._events is not None:
             due |= self._events.next <= step
             self._events.skip(step)
-        elif settings is not None:
+        elif settings is not None and settings.every is not None:
             due |= time.perf_counter() - self._written > settings.every
-        if not due or step >= self._timeline.last:
+        ended = step >= self._timeline.last
+        if not (settings is not None and settings.final) if ended else not due:
             return
         self._written = time.perf_counter()
+        self._write(step)
+
+    def keep_relaxing(self, step: int, asked: bool = False) -> None:
+        """The same after steps of a relaxation before a step, which an integer counts as it counts those of the run."""
+        relaxation, settings = self._relaxations.current, self._settings
+        if self._folder is None or relaxation is None:
+            return
+        due = asked
+        if settings is not None and isinstance(settings.every, int):
+            due |= relaxation.steps // settings.every > self._relaxed // settings.every
+        elif settings is not None and settings.every is not None:
+            due |= time.perf_counter() - self._written > settings.every
+        self._relaxed = relaxation.steps
+        if due:
+            self._written = time.perf_counter()
+            self._write(step)
+
+    def _write(self, step: int) -> None:
+        """Write the checkpoint of a step."""
+        assert self._folder is not None
+        settings = self._settings
         recorded, probes = self._records.kept()
-        arrays = {name: array.numpy() for name, array in kept(self._composition).items()} | recorded
+        device = kept(self._composition) | self._relaxations.arrays()
+        arrays = {name: array.numpy() for name, array in device.items()} | recorded
         facts: Facts = {
             "identity": identity(self._composition.scene, self._files),
             "step": step,
             "initial": self._ledger.initial.hex(),
+            "begun": [value.hex() for value in self._ledger.begun],
+            "taken": self._ledger.taken.hex(),
+            "relax": self._relaxations.kept(),
+            "bodies": {run.body.name: _body_facts(k, run) for k, run in enumerate(self._composition.bodies)},
             "frames": self._folder.times,
             "probes": probes,
             **self._checks.kept(),
@@ -262,14 +322,19 @@ class Checkpoints:
         step = facts["step"]
         self._control.restore(facts)
         if step >= self._timeline.last:
-            raise CheckpointError(
-                f"{path}: stands at step {step}; the run ends at step {self._timeline.last}: raise run.end"
-            )
+            way = "raise run.end" if self._composition.scene.run.end is not None else "it is complete"
+            raise CheckpointError(f"{path}: stands at step {step}; the run ends at step {self._timeline.last}: {way}")
+        self._relaxations.restore(facts["relax"], step, arrays)
         restore(path, self._composition, arrays)
         for later in listed(path.parent):
             if later.name > path.name:
                 later.unlink()  # damaged, or this would not be the last: they would take the places of those to come
+        self._relaxed = self._relaxations.current.steps if self._relaxations.current is not None else 0
+        if step == 0 and self._relaxations.current is not None:
+            return step  # Nothing has been recorded.
         self._ledger.initial = float.fromhex(facts["initial"])
+        self._ledger.taken = float.fromhex(facts["taken"])
+        self._ledger.begun = [float.fromhex(value) for value in facts["begun"]]
         self._checks.restore(facts)
         self._records.restore(step, facts["probes"], arrays)
         if self._events is not None:

@@ -168,6 +168,17 @@ class Checks:
         self._largest, self._warned, self._swung = 0.0, False, False
         self.findings, self.watch = Findings(bodies), Watch(bodies, touching)
 
+    def relaxing(self, sums: Sequence[BodySums], steps: int) -> None:
+        """`finite`, and in one piece with others, of a state after `steps` of a relaxation."""
+        try:
+            self.finite(0, sums)
+        except Unstable as error:
+            told = str(error).replace(
+                "found unstable at step 0, t = 0 s", f"relaxation: unstable after {steps} steps", 1
+            )
+            values = {name: value for name, value in vars(error).items() if name != "__notes__"}
+            raise Unstable(told, **values) from None
+
     def finite(self, step: int, sums: Sequence[BodySums]) -> None:
         """Raise Unstable where a state is not finite, a particle is turned inside out, or the formulation finds a fault.
         Warn at the end of what makes the answer a wrong one."""
@@ -200,6 +211,10 @@ class Checks:
                 f"step {step}, t = {self._timeline.time(step):.4g} s: bodies {names[0]!r} and {names[1]!r} run into each other at"
                 f" ({place}) m and pass through each other: nothing acts between them; write [[contact]] between = {json.dumps(names)}"
             )
+
+    def rested(self, energy: float) -> None:
+        """Count energies below that as none: what a body at rest has left, and its roundings."""
+        self._largest = max(self._largest, energy)
 
     def energy(self, step: int, account: Account) -> Unstable | None:
         """The error that stops the run where more energy was created than it allows, or None. Warns earlier, and of a loss

@@ -33,11 +33,12 @@ from wsph.scene.geometries import is_fitted, refuse_misfits, stairs_in_words
 from wsph.scene.scene import Scene
 from wsph.simulation.composing.bodies import Standing, alone, standing
 from wsph.simulation.composing.composition import BodyRun, Composition, Step
-from wsph.simulation.composing.setting import BareBody, Setting, bare_bodies, materials_of, method_of, scales_of
+from wsph.simulation.composing.setting import BareBody, Method, Setting, bare_bodies, materials_of, method_of, scales_of
 from wsph.simulation.composing.together import joined_bodies, stiffen
 from wsph.simulation.probing.probes import Recorder
 from wsph.simulation.probing.rings import Rings
 from wsph.simulation.probing.telling import Teller
+from wsph.simulation.starting.from_file import put_states
 from wsph.simulation.step_control import given_step, settle
 from wsph.simulation.timeline import TimeStep
 from wsph.stability.guard import guard
@@ -54,19 +55,24 @@ def compose(scene: Scene) -> Composition:
 def _compose(scene: Scene) -> Composition:
     materials = materials_of(scene)
     method = method_of(scene)
+    _refuse_relaxing(scene, method)
     device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
     refuse_contact(scene, method.formulation)
     refuse_misfits(scene, method.formulation)
     memory.refuse_too_large(scene, device, _first_system, lambda body: is_fitted(scene, body, method.formulation))
     bare = bare_bodies(scene, materials, method)
     scales = scales_of(bare)
-    time_step = given_step(scene.run, scales.time, device, method.who)
+    time_step = given_step(scene.run, scene.end, scales.time, device, method.who)
     setting = Setting(scene, method, scales)
     made = [standing(setting, each, space, time_step) for each in bare]
+    put_states(scene, made)
     _part(scene, made)
     once = integrators.once(method.plugin)
     forces = couplings(scene, made, space, scales, time_step.clock, once=once)
     joint, together = joined_bodies(setting, made, forces, time_step)
+    driven = [tool.name for tool in scene.tools if not tool.free]
+    if scene.relaxes and (own := [name for force in forces for name in force.members() if name not in driven]):
+        raise Refused(f"relax: {own[0]!r} moves by itself, and relaxation stops bodies alone: prescribe its motion")
     bodies = [together.get(each.body.name) or alone(setting, each, time_step) for each in made]
     between = interactions(scene, bodies, space, scales, time_step.clock)
     _push(bodies, between)
@@ -81,6 +87,15 @@ def _compose(scene: Scene) -> Composition:
     pairs = sum(run.system.pairs for run in bodies)
     program = Program(step, time_step.clock, pairs, scene.run.threads, step.before)
     return Composition(scene, space, scales, time_step, bodies, joint, between, probes, program, method.who)
+
+
+def _refuse_relaxing(scene: Scene, method: Method) -> None:
+    """Refuse to relax bodies whose rest would depend on the way there."""
+    if scene.relaxes and not method.formulation.traits.one_set:
+        raise Refused(
+            f"relax: the stress of two sets is integrated with the dissipation of every step, so that the rest which {method.name}"
+            " comes to is not that of its displacements: use an integrator of one set, such as leapfrog"
+        )
 
 
 def memory_need(scene: Scene) -> memory.Need:
@@ -102,7 +117,7 @@ def _first_system(scene: Scene, bounded: bool) -> System:
     method, space = method_of(scene), Space(scene.dim, scene.run.precision)
     bare = bare_bodies(scene, materials_of(scene), method)
     scales = scales_of(bare)
-    time_step = given_step(scene.run, scales.time, pick_device(scene.run.device), method.who)
+    time_step = given_step(scene.run, scene.end, scales.time, pick_device(scene.run.device), method.who)
     setting = Setting(scene, method, scales)
     return alone(setting, standing(setting, bare[0], space, time_step), time_step, bounded=bounded).system
 

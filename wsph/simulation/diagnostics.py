@@ -14,6 +14,7 @@ from wsph.backend.state import Layout, State, fields_struct
 from wsph.backend.tensors import determinant_and_inverse
 from wsph.constitutive.constitutive import Constitutive
 from wsph.constitutive.evolution import volume_ratio
+from wsph.constitutive.initial import total_energy_of
 from wsph.constitutive.laws import Laws
 from wsph.parts.part import BROKEN
 from wsph.parts.terms import Response
@@ -80,12 +81,7 @@ def stored_energy(
 
         stored = counted_stored
     elif of_deformation is not None:
-
-        @wp.func
-        def total_stored(p: Params, fields: Fields, i: int) -> real:
-            return of_deformation(p, fields.deformation[i])
-
-        stored = total_stored
+        stored = total_energy_of(space, laws, layout)
     else:
 
         @wp.func

@@ -9,7 +9,7 @@ the external work less all the others: below zero, energy was created.
 # pyright: strict
 
 import operator
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import reduce
 
@@ -29,6 +29,9 @@ WORK, RESIDUAL = "external_work", "residual"
 LOST, HELD = COLUMNS[2:4]
 """The columns of what is dissipated, and of what holds spurious modes."""
 
+PASSING = (WORK, LOST, *OF_CONTACT[1:])
+"""Columns of what passes: they count from the start of the run."""
+
 
 @dataclass(frozen=True)
 class Account:
@@ -45,7 +48,9 @@ class Account:
 
 
 class Ledger:
-    """Sums up the entries of bodies and interactions. `initial` is what the bodies started with, nondimensional."""
+    """Sums up the entries of bodies and interactions. `initial` is what the bodies started with, nondimensional, and `begun`
+    what every entry of a work or of a loss stood at then, which is not of the run: zero, but after a relaxation, or where a
+    body starts displaced."""
 
     def __init__(self, bodies: Sequence[Sequence[Entry]], interactions: Sequence[Sequence[Entry]]):
         """The entries of each. Raises ValueError for one that names the residual."""
@@ -58,16 +63,27 @@ class Ledger:
         """Columns beyond those that every ledger has."""
         self.columns = (*COLUMNS, *self.further, WORK, RESIDUAL)
         self.initial = 0.0
+        self.taken = 0.0
+        """Energy that relaxations in the middle of the run have taken, nondimensional: it is counted as dissipated."""
+        self.begun = [0.0] * len(self._passing)
+
+    @property
+    def _passing(self) -> list[Entry]:
+        """The entries that sum up what has passed, in their order."""
+        entries = (entry for entries in (*self._bodies, *self._interactions) for entry in entries)
+        return [entry for entry in entries if entry.column in PASSING]
 
     def open(self, sums: Sequence[BodySums]) -> Account:
         """Begin with what the bodies hold; the account of that."""
+        self.begun = [entry.value() for entry in self._passing]
         self.initial = self.account(sums).total
         return self.account(sums)
 
     def account(self, sums: Sequence[BodySums]) -> Account:
         """The account at present (copies from the device). `sums` are of the bodies' states as they are."""
-        bodies = [_by_column(entries) for entries in self._bodies]
-        interactions = [_by_column(entries) for entries in self._interactions]
+        begun = iter(self.begun)
+        bodies = [_by_column(entries, begun) for entries in self._bodies]
+        interactions = [_by_column(entries, begun) for entries in self._interactions]
         measured = {
             "kinetic": [sum(e.kinetic for e in sums)],
             "strain": [sum(e.strain for e in sums)],
@@ -84,6 +100,8 @@ class Ledger:
         # An entry may be of contact as a whole, too.
         energies[CONTACT] += sum(energies.get(name, 0.0) for name in OF_CONTACT)
         counted = [energies[name] for name in self.further if name not in OF_CONTACT]
+        if self.taken:
+            energies[LOST] += self.taken
         total = sum(e.kinetic + e.strain for e in sums) + energies["dissipated"]
         total += energies["hourglass"] + energies[CONTACT]
         for value in (*beside["kinetic"], *beside["strain"], *counted):
@@ -97,11 +115,13 @@ class Ledger:
         return Account(energies, total, work, momentum, held, lost)
 
 
-def _by_column(entries: Sequence[Entry]) -> dict[str, float]:
-    """The values of the entries of one body or interaction so far, by column."""
+def _by_column(entries: Sequence[Entry], begun: Iterator[float]) -> dict[str, float]:
+    """The values of the entries of one body or interaction so far, by column; `begun` of those that sum up what passes."""
     values: dict[str, float] = {}
     for entry in entries:
         value = entry.value()
+        if entry.column in PASSING:
+            value -= next(begun)
         values[entry.column] = values[entry.column] + value if entry.column in values else value
     return values
 

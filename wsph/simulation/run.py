@@ -16,6 +16,7 @@ from wsph.errors import Unstable
 from wsph.output import fields, formats
 from wsph.output.claim import Claim
 from wsph.output.folder import OutputFolder
+from wsph.output.interrupts import Interrupts
 from wsph.scene.load import load
 from wsph.scene.scene import Scene
 from wsph.simulation import checkpoint
@@ -23,11 +24,12 @@ from wsph.simulation.checkpoint import Checkpoints, Found
 from wsph.simulation.checks import Checks
 from wsph.simulation.compose import compose
 from wsph.simulation.composing.composition import Composition
-from wsph.simulation.interrupts import Interrupts
 from wsph.simulation.ledger import Account, Ledger
 from wsph.simulation.probing.rings import RING
 from wsph.simulation.records import Records
 from wsph.simulation.result import Result
+from wsph.simulation.starting.relaxation import NO_REST
+from wsph.simulation.starting.relaxations import Relaxations
 from wsph.simulation.step_control import StepControl
 from wsph.simulation.summary import Ending, summary
 
@@ -96,8 +98,9 @@ class Simulation:
         touching = {frozenset(contact.names): contact.law != "pinball" for contact in scene.contact}
         self._checks = Checks(bodies, self._timeline, scene.stop.energy, touching)
         self._records = Records(composition, self._ledger.columns, self._folder)
+        self._relaxations = Relaxations(composition, self._control, self._checks)
         self._checkpoints = Checkpoints(
-            composition, self._folder, self._ledger, self._checks, self._control, self._records
+            composition, self._folder, self._ledger, self._checks, self._control, self._records, self._relaxations
         )
         self._first = 0
         self._inside = 0.0
@@ -105,34 +108,71 @@ class Simulation:
     def run(self, progress: Progress | None, interrupts: Interrupts) -> Result:
         """Run to the end, to a failure or to an interrupt."""
         status, reason, failure = "completed", "", None
-        step = self._first = self._checkpoints.resume(self._found) if self._found is not None else 0
+        found, relaxations = self._found, self._relaxations
+        step = self._first = self._checkpoints.resume(found) if found is not None else 0
         try:
-            if step == 0:
+            if step == 0 and self._relax(step, progress, interrupts):
                 self._begin()
-            while step < self._timeline.last and not interrupts.asked:
+            while step < self._timeline.last and not interrupts.asked and self._relax(step, progress, interrupts):
                 step += self._steps(self._block(step), interrupts)
                 self._records.collect(step)
                 self._records.take(step, self.check(step))
                 self._checkpoints.keep(step)
                 if progress is not None:
                     progress(step, self._timeline.last, self._timeline.time(step))
-            if interrupts.asked and step < self._timeline.last:
+            if relaxations.current is not None:
+                self._checkpoints.keep_relaxing(step, asked=True)
+            elif interrupts.asked and step < self._timeline.last:
                 # First what is kept: a run that goes on from there has the records of one that never stopped.
                 self._checkpoints.keep(step, asked=True)
                 self._records.take(step, self.check(step), final=True)
         except Unstable as error:
-            # Energy that grew is a stop that the scene asks for; a state that is not finite is not.
-            status, reason, failure = "stopped" if error.field == "energy" else "unstable", str(error), error
+            # Energy that grew is a stop that the scene asks for, and so is no rest; a state that is not finite is not.
+            stopped = error.field in ("energy", NO_REST)
+            status, reason, failure = "stopped" if stopped else "unstable", str(error), error
         if interrupts.asked and failure is None and step < self._timeline.last:
             status, reason = "interrupted", f"interrupted at step {step}"
+            if relaxations.current is not None:
+                reason = (
+                    f"interrupted in a relaxation before step {step}, after {relaxations.current.steps} steps of it"
+                )
         wall = time.perf_counter() - self._started
         ending = Ending(status, reason, step, self._first, wall, self._inside)
         return self._result(ending, failure)
 
+    def _relax(self, step: int, progress: Progress | None, interrupts: Interrupts) -> bool:
+        """Bring the bodies to rest, where that is due before a step; False where it was asked to end before they were.
+        Raises Unstable where they do not come to rest."""
+        relaxations = self._relaxations
+        if relaxations.current is None and (relaxations.due is None or step < relaxations.due):
+            return True
+        relaxation = relaxations.current or relaxations.start(step)
+        relaxation.compile()
+        if relaxation.steps == 0:
+            relaxation.begin()
+
+        def between(steps: int, most: int) -> None:
+            self._checkpoints.keep_relaxing(step)
+            if progress is not None:
+                progress(steps, most, self._timeline.time(step))
+
+        try:
+            relaxation.run(lambda: bool(interrupts.asked), between)
+        finally:
+            if self._folder is not None:
+                self._folder.table("relax.csv", relaxations.columns)
+        if relaxation.done:
+            taken = relaxations.end()
+            # Before the first step the ledger has not begun.
+            self._ledger.taken += taken if step > 0 else 0.0
+            self._records.retimed()
+        return relaxation.done
+
     def _begin(self) -> None:
         """Take the state at the start: its energy is what the ledger begins with."""
         self._records.begin()
-        for interaction in self._composition.interactions:
+        # After a relaxation the forces between bodies stand.
+        for interaction in () if self._relaxations.before_the_start else self._composition.interactions:
             interaction.start()
         if self._composition.joint is not None:
             self._composition.joint.start()
@@ -143,6 +183,7 @@ class Simulation:
     def _block(self, step: int) -> int:
         """Steps until something is due, or the rings are full, or the state has to be checked."""
         due = [self._timeline.last, *self._records.due(), *self._checkpoints.due()]
+        due += [self._relaxations.due] if self._relaxations.due is not None else []
         if self._control.adapts:
             due.append(self._control.look)
         due.append(self._checks.watch.due)
@@ -186,6 +227,8 @@ class Simulation:
         """The result of the run; written, where it has a folder."""
         scene, history = self._composition.scene, self._records.history()
         said = summary(self._composition, self._ledger, history, ending, self._checks.findings.words)
+        if self._relaxations.asked:
+            said["relaxation"] = self._relaxations.summary
         if self._folder is not None:
             self._records.write_tables()
             self._folder.summary(said)

@@ -42,7 +42,7 @@ LEAST_STEP = 1e-3
 """A time step that has shrunk below this part of the first is the end of a run."""
 
 
-def given_step(run: Run, shortest: float, device: str, integrator: str) -> TimeStep:
+def given_step(run: Run, end: float, shortest: float, device: str, integrator: str) -> TimeStep:
     """The time step that a scene gives, or with `cfl = "auto"` one still to be settled. `shortest` [s] is the smallest
     spacing over wave speed of its bodies, the run's unit of time."""
     if run.cfl == AUTO:
@@ -52,11 +52,11 @@ def given_step(run: Run, shortest: float, device: str, integrator: str) -> TimeS
             f'run.cfl = "auto": {integrator} asks for the time step, {because}before its limit is known:'
             f" give {', '.join([*left, 'run.cfl'])} or run.dt a number"
         )
-        return TimeStep(UnsetClock(device, refusal), Timeline(run.end, shortest))
+        return TimeStep(UnsetClock(device, refusal), Timeline(end, shortest))
     if run.dt is not None:
-        return TimeStep(Clock(run.dt / shortest, device), Timeline(run.end, run.dt))
+        return TimeStep(Clock(run.dt / shortest, device), Timeline(end, run.dt))
     courant = float(run.cfl or 0.0)
-    return TimeStep(Clock(courant, device), Timeline(run.end, courant * shortest))
+    return TimeStep(Clock(courant, device), Timeline(end, courant * shortest))
 
 
 def settle(time_step: TimeStep, bodies: Sequence[BodyRun], shortest: float, integrator: str) -> None:
@@ -169,6 +169,16 @@ class StepControl:
         if not self.adapts or step != self.look:
             return False
         self._pace_on(step, sums)
+        return self._shorten(step, sums)
+
+    def settle(self, step: int, sums: Sequence[BodySums]) -> None:
+        """Follow the deformation in a relaxation before a step. Raises Unstable as in the steps of a run."""
+        self.check_limits(step, sums)
+        if self.adapts:
+            self._shorten(step, sums)
+
+    def _shorten(self, step: int, sums: Sequence[BodySums]) -> bool:
+        """Shorten the time step where it is half of the way to a limit; whether it was."""
         factor = 1.0
         for run, each in zip(self._bodies, sums, strict=True):
             if run.stability.adapts:

@@ -3,6 +3,7 @@
 # pyright: strict
 
 import platform
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import metadata
 from typing import NotRequired, TypedDict
@@ -49,6 +50,7 @@ class Summary(TypedDict):
     bytes_per_particle: float
     energy: dict[str, float]
     fracture: NotRequired[dict[str, dict[str, float]]]
+    relaxation: NotRequired[Mapping[str, object]]
     energy_step: int
     momentum: list[float]
     device: str

@@ -119,7 +119,8 @@ class Events:
 
     def retimed(self) -> None:
         """Recompute the next due step: the timeline has changed."""
-        self.next = self._after(self._done)
+        if self.next > self._done:
+            self.next = self._after(self._done)
 
     def _after(self, step: int) -> int:
         last, cadence, line = self._timeline.last, self._cadence, self._timeline

@@ -109,8 +109,8 @@ class Oracle(Model):
             raise _fault("oracle.exact", text)
         if self.reference is not None:
             own = Reference.read(folder / self.reference, self.reference).times
-            if own[-1] <= 0.0 or own[0] > scene.run.end:
-                text = f"{self.reference}: is of {own[0]:g} to {own[-1]:g} s, the run of 0 to {scene.run.end:g} s"
+            if own[-1] <= 0.0 or own[0] > scene.end:
+                text = f"{self.reference}: is of {own[0]:g} to {own[-1]:g} s, the run of 0 to {scene.end:g} s"
                 raise _fault("oracle.reference", text)
 
     def error(self, result: Result, folder: Path) -> Compared:

@@ -95,6 +95,9 @@ class Ground(ActingLoad):
             inputs = [self._particle, self._damping, state.struct.velocity]
             self._clock.launch(pull, self._count, inputs, [drags])
 
+    def start(self, state: State) -> None:
+        self.advance(state)
+
     def advance(self, state: State) -> None:
         if self._stiffness is not None:
             _, energy = _kernels(self._space, state.layout)

@@ -3,7 +3,8 @@
 A displacement u(t) gives the velocity u'(t); where one velocity leads over a whole step (the middle of a leapfrog step, the
 two sets of Taylor-SPH) it is the mean (u(t + dt) - u(t))/dt, and at the end of a step the displacement is set to u(t + dt).
 An acceleration is integrated beside the run, by Gauss' four points between the entries of a table: exactly, up to
-rounding, where it is linear in time between them.
+rounding, where it is linear in time between them. Both are measured from where the particles are at the start of the run:
+in the reference configuration, or in the state of a file. While the clock is still nothing moves.
 """
 
 from functools import cache
@@ -39,7 +40,7 @@ class Moves:
     rate          # (k,), of the velocity of a displacement, or -1
     position      # (k,), reference position [m], zero beyond the dimensions
     velocity      # (k,), of an acceleration, at the start of the step [m/s]
-    displacement  # (k,), of an acceleration, at the start of the step [m]
+    displacement  # (k,), at the start of the step [m]; of a displacement, at the start of the run
     """
 
     place: wp.array(dtype=wp.int32)
@@ -84,7 +85,7 @@ def _moved(bank: Bank, moves: Moves, e: int, clock: wp.array(dtype=wp.float64), 
         return moves.displacement[e] + c * dt * moves.velocity[e] + way, moves.velocity[e] + gain
     slack = wp.float64(1.0e-9) * dt
     u = evaluate(bank, moves.program[e], x, t + c * dt, slack)
-    return u, evaluate(bank, moves.rate[e], x, t + c * dt, slack)
+    return moves.displacement[e] + u, evaluate(bank, moves.rate[e], x, t + c * dt, slack)
 
 
 @cache
@@ -180,27 +181,29 @@ class Motions:
         return {"velocity": self.moves.velocity, "displacement": self.moves.displacement} if self.count else {}
 
     def begin(self, state: State) -> None:
-        """Take the velocities at the start of the run, with which accelerations go on."""
+        """Take the velocities at the start of the run, with which accelerations go on, and the displacements, from which all
+        motions are measured."""
         if self.count:
-            there = state.buffer.numpy()[self.moves.place.numpy()].astype(float)
-            self.moves.velocity.assign(there * float(self.moves.speed))
+            buffer, way = state.buffer.numpy().astype(float), self.moves.way.numpy()
+            self.moves.velocity.assign(buffer[self.moves.place.numpy()] * float(self.moves.speed))
+            self.moves.displacement.assign(np.where(way >= 0, buffer[way], 0.0) * float(self.moves.length))
 
     def impose(self, state: State, clock: Clock, c: float | tuple[float, float]) -> None:
         """Set their velocities at t + c dt; of c = (a, b) the mean of both times, of `WHOLE` the mean of the step (a
         launch)."""
-        if self.count:
+        if self.count and not clock.still:
             first, last = c if isinstance(c, tuple) else (c, c)
             inputs = [self._bank, self.moves, clock.time, wp.float64(first), wp.float64(last), int(c == WHOLE)]
             clock.launch(_kernels(self._space)[0], self.count, inputs, [state.buffer])
 
     def lead(self, state: State, clock: Clock) -> None:
         """Set their displacements at t + dt, where the state has them (a launch)."""
-        if self.count:
+        if self.count and not clock.still:
             inputs = [self._bank, self.moves, clock.time]
             clock.launch(_kernels(self._space)[1], self.count, inputs, [state.buffer])
 
     def close(self, clock: Clock) -> None:
         """Close a step (a launch)."""
-        if self.count:
+        if self.count and not clock.still:
             inputs, outputs = [self._bank, self.moves, clock.time], [self.moves.velocity, self.moves.displacement]
             clock.launch(_kernels(self._space)[2], self.count, inputs, outputs)

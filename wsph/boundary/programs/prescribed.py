@@ -6,16 +6,19 @@ from collections.abc import Iterable
 
 from wsph.boundary.programs.functions import Function
 from wsph.boundary.programs.motion import Motion
+from wsph.boundary.programs.windows import Windowed
 from wsph.expressions import OPERATIONS, Expression, constant_program
 from wsph.output.fields import AXES
 
-Prescribed = Expression | Function
+Prescribed = Expression | Function | Windowed
 Moved = Prescribed | Motion
 """What a component of a velocity is prescribed by."""
 
 
 def nonzero(value: Moved) -> bool:
     """Whether a prescribed value is anything but the constant zero."""
+    if isinstance(value, Windowed):
+        return any(nonzero(each) for _, _, each in value.pieces)
     return not (isinstance(value, Expression) and value.program == constant_program(0.0).program)
 
 
@@ -23,7 +26,7 @@ def varies(value: Moved, along: Iterable[str] = AXES) -> bool:
     """Whether a prescribed value differs from place to place, `along` some axes."""
     if isinstance(value, Motion):
         return varies(value.of, along)
-    return isinstance(value, Expression) and any(value.uses(axis) for axis in along)
+    return isinstance(value, Expression | Windowed) and any(value.uses(axis) for axis in along)
 
 
 def constant(value: Moved) -> float | None:
@@ -40,4 +43,6 @@ def same(one: Moved, other: Moved) -> bool:
         return one.kind == other.kind and same(one.of, other.of)
     if isinstance(one, Expression) and isinstance(other, Expression):
         return one.program == other.program
+    if isinstance(one, Windowed) and isinstance(other, Windowed) and len(one.pieces) == len(other.pieces):
+        return all(a[:2] == b[:2] and same(a[2], b[2]) for a, b in zip(one.pieces, other.pieces, strict=True))
     return one == other

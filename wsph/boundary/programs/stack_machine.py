@@ -11,6 +11,7 @@ import warp as wp
 
 from wsph.backend.clock import dt_of, time_of
 from wsph.boundary.programs.prescribed import Prescribed
+from wsph.boundary.programs.windows import Windowed
 from wsph.expressions import OPERATIONS, Expression
 
 Stack = wp.types.vector(length=16, dtype=wp.float64)
@@ -27,6 +28,9 @@ class Bank:
     table_step   # (s,), 1 where a table is one of steps, 0 where it is linear
     table_t      # (r,) [s]
     table_value  # (r,), in the SI unit of the prescribed quantity
+    window_start # (p + 1,), where the windows of each program begin; a program with windows has no instructions of its own
+    window_from, window_to  # (w,) [s]
+    window_value # (w,), the program that holds there
     """
 
     start: wp.array(dtype=wp.int32)
@@ -36,6 +40,10 @@ class Bank:
     table_step: wp.array(dtype=wp.int32)
     table_t: wp.array(dtype=wp.float64)
     table_value: wp.array(dtype=wp.float64)
+    window_start: wp.array(dtype=wp.int32)
+    window_from: wp.array(dtype=wp.float64)
+    window_to: wp.array(dtype=wp.float64)
+    window_value: wp.array(dtype=wp.int32)
 
 
 def _op(name: str) -> int:
@@ -198,6 +206,21 @@ def knot_after(bank: Bank, program: int, t: wp.float64, end: wp.float64) -> wp.f
 
 
 @wp.func
+def holding(bank: Bank, program: int, clock: wp.array(dtype=wp.float64), second: wp.float64, part: wp.float64) -> int:
+    """The program that holds at t + part dt in place of one of windows, -1 where none does; else the program itself. A time
+    a rounding above the end of a window is still in it."""
+    start = bank.window_start[program]
+    end = bank.window_start[program + 1]
+    if start == end:
+        return program
+    t = (time_of(clock) + (part - wp.float64(1.0e-9)) * dt_of(clock)) * second
+    for k in range(start, end):
+        if bank.window_from[k] < t and t <= bank.window_to[k]:
+            return bank.window_value[k]
+    return -1
+
+
+@wp.func
 def evaluate_mean(
     bank: Bank,
     program: int,
@@ -208,13 +231,16 @@ def evaluate_mean(
     to_dt: wp.float64,
 ) -> wp.float64:
     """A value at t + from_dt dt, or the mean of that and the one at t + to_dt dt where these differ; t and dt are those of
-    a clock in units of `second` [s]."""
+    a clock in units of `second` [s]. Zero where the value is one of windows, and none is open at the later time."""
     dt = dt_of(clock) * second
     t = time_of(clock) * second
     slack = wp.float64(1.0e-9) * dt
-    value = evaluate(bank, program, x, t + from_dt * dt, slack)
+    which = holding(bank, program, clock, second, wp.max(from_dt, to_dt))
+    if which < 0:
+        return wp.float64(0.0)
+    value = evaluate(bank, which, x, t + from_dt * dt, slack)
     if to_dt != from_dt:
-        value = wp.float64(0.5) * (value + evaluate(bank, program, x, t + to_dt * dt, slack))
+        value = wp.float64(0.5) * (value + evaluate(bank, which, x, t + to_dt * dt, slack))
     return value
 
 
@@ -230,11 +256,19 @@ def places(points: np.ndarray) -> np.ndarray:
 
 
 def bank_of(values: list[Prescribed], device: str) -> Bank:
-    """Values as programs on the device, in their order."""
+    """Values as programs on the device, in their order; behind them those that hold in windows of theirs."""
     start, code, number = [0], [], []
     table_start, table_step, table_t, table_value = [0], [], [], []
-    for value in values:
-        if isinstance(value, Expression):
+    window_start, window_from, window_to, window_value = [0], [], [], []
+    programs = list(values)
+    for value in programs:
+        if isinstance(value, Windowed):
+            for begins, ends, each in value.pieces:
+                window_from.append(begins)
+                window_to.append(ends)
+                window_value.append(len(programs))
+                programs.append(each)
+        elif isinstance(value, Expression):
             code += [c for c, _ in value.program]
             number += [v for _, v in value.program]
         else:
@@ -245,10 +279,13 @@ def bank_of(values: list[Prescribed], device: str) -> Bank:
             table_value += value.value or ()
             table_start.append(len(table_t))
         start.append(len(code))
+        window_start.append(len(window_from))
     bank = Bank()
     integers: Callable[[list[int]], wp.array] = lambda v: wp.array(v, dtype=wp.int32, device=device)  # noqa: E731
     doubles: Callable[[list[float]], wp.array] = lambda v: wp.array(v, dtype=wp.float64, device=device)  # noqa: E731
-    bank.start, bank.code, bank.number = integers(start), integers(code), doubles(number)
+    bank.start, bank.code, bank.number = integers(start), integers(code or [0]), doubles(number or [0.0])
     bank.table_start, bank.table_step = integers(table_start), integers(table_step or [0])
     bank.table_t, bank.table_value = doubles(table_t or [0.0]), doubles([float(v) for v in table_value] or [0.0])
+    bank.window_start, bank.window_value = integers(window_start), integers(window_value or [0])
+    bank.window_from, bank.window_to = doubles(window_from or [0.0]), doubles(window_to or [0.0])
     return bank

@@ -154,6 +154,13 @@ def impose(
 
 
 @kernel(module=MODULE)
+def rest(fields_out: Fields):
+    """No velocity and no angular velocity."""
+    fields_out.velocity[0] = vec()
+    fields_out.spin[0] = vec()
+
+
+@kernel(module=MODULE)
 def unify(fields_out: Fields):
     """Give the quaternion its length of one."""
     fields_out.turn[0] = numbers(quaternion(fields_out.turn[0]))

@@ -122,6 +122,10 @@ class RigidBody:
         self._made += 1
         return state
 
+    def temporary(self) -> State:
+        """A state that the caller owns."""
+        return State(SPACE, 1, LAYOUT, self.clock.device)
+
     def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None:
         """`out` = the time derivative of `state`, with gravity and without other forces."""
         if not self._still:
@@ -148,8 +152,10 @@ class RigidBody:
             self.clock.launch(moving.drift, 1, [self.rigid, self.clock.time, wp.float64(c)], [state.struct])
 
     def impose(self, state: State, c: float | tuple[float, float]) -> None:
-        """Set the prescribed velocities at t + c dt."""
-        if self._motion is not None and not self._still:
+        """Set the prescribed velocities at t + c dt; none while the clock is still."""
+        if self._motion is not None and not self._still and self.clock.still:
+            self.clock.launch(moving.rest, 1, [], [state.struct])
+        elif self._motion is not None and not self._still:
             units = [wp.float64(self.scales.time), wp.float64(self.scales.length)]
             inputs = [self._bank, self.clock.time, self._axis, *interval(c), *units]
             self.clock.launch(moving.impose, 1, inputs, [state.struct])

@@ -31,6 +31,7 @@ from wsph.backend.kernels import kernel
 from wsph.backend.space import Space, Struct
 from wsph.backend.state import Layout, fields_struct
 from wsph.backend.tensors import determinant_and_inverse, in_plane
+from wsph.constitutive.initial import total_of
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.formulations.lagrangian.form import Form, coefficients_of, smoothed
@@ -85,7 +86,7 @@ def block_strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) ->
     """`strain` of a total law, over blocks: deformation with the block's volume, stress, and first Piola stress before it is
     averaged. A block that is turned inside out gets what is not finite."""
     real, dim, Fields = space.scalar, space.dim, fields_struct(space, layout)
-    Params, total = laws.Params, laws.total
+    Params, total = laws.Params, total_of(space, laws, layout)
     Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
     determinant, inverse = determinant_and_inverse(space)
     (unpack, pack), volume_of = packing(space, laws.state), _gathered_volume(space, layout, form.averaged)
@@ -111,7 +112,8 @@ def block_strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) ->
             J = determinant(F)
             scale = wp.pow(mean / J, real(wp.static(1.0 / dim)))
             # From H, so that small strains keep their digits.
-            s, P = total(p, scale * fields_out.deformation[i] + (scale - real(1.0)) * one)
+            H = scale * fields_out.deformation[i] + (scale - real(1.0)) * one
+            s, P = total(p, fields_out, H, i)
             fields_out.stress[i] = (mean / J) * s
             answers_out.nominal[i] = scale * P
             volume += points.volume[i]

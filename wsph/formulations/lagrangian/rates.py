@@ -231,6 +231,9 @@ class LagrangianRates:
         """Nothing here follows the motion."""
         return False
 
+    def placed(self) -> None:
+        """Nothing here follows where particles are."""
+
     def restored(self) -> None:
         """Nothing to recompute: the next evaluation does."""
 

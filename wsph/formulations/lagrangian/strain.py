@@ -12,6 +12,7 @@ from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
 from wsph.backend.tensors import determinant_and_inverse, in_plane
 from wsph.constitutive.evolution import thickness
+from wsph.constitutive.initial import total_of
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered, misfit_pull, smoothed
@@ -30,7 +31,7 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
     misfit = misfit_pull(space)
     cofactor, (unpack, _), plane = _cofactor(space), packing(space, laws.state), in_plane(space)
     thick, thins = thickness(space, laws), laws.kept.thinning >= 0
-    total, answers_by_law = laws.total or laws.respond, form.response is None
+    total, answers_by_law = total_of(space, laws, layout), form.response is None
     Response = form.response.struct(space) if form.response is not None else Points
     respond = form.response.make(space, laws, layout) if form.response is not None else laws.respond
     opposes = form.stress_term is not None
@@ -73,7 +74,7 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
         if wp.static(not answers_by_law):
             hold, P = respond(p, response_out, rows, fields_out, points.share[i], H, i)
         elif wp.static(form.total):
-            s, P = total(p, H)
+            s, P = total(p, fields_out, H, i)
             fields_out.stress[i] = s
         if wp.static(answers_by_law and (opposes or not form.total)):
             cauchy = plane(unpack(fields_out.stress[i]))

@@ -8,6 +8,7 @@ from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
 from wsph.backend.tensors import generalized_inverse, in_plane
 from wsph.constitutive.evolution import volume_ratio
+from wsph.constitutive.initial import total_of
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.formulations.lagrangian.form import Form, coefficients_of, seen_pair
@@ -24,7 +25,7 @@ def moments_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.K
     Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
     imaged = seen_image(space, layout, form) if form.imaged else None
     Memory, recalled = memory_struct(space), remembered(space)
-    total, ratio, plane = laws.total or laws.respond, volume_ratio(space, laws, layout), in_plane(space)
+    total, ratio, plane = total_of(space, laws, layout), volume_ratio(space, laws, layout), in_plane(space)
     seen, inverse, at = seen_pair(space, layout, form), generalized_inverse(space), element(wp.int32)
     unpack, opposes = packing(space, laws.state)[0], form.stress_term is not None
     opposed = form.stress_term.make(space, Coefficients) if form.stress_term is not None else laws.respond
@@ -64,7 +65,7 @@ def moments_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.K
         points_out.moment[i] = b
         rank_out[i] = rank
         if wp.static(form.total):
-            s, _P = total(p, fields_out.deformation[i])
+            s, _P = total(p, fields_out, fields_out.deformation[i], i)
             fields_out.stress[i] = s
         current = points_out.volume[i] * ratio(fields_out, i)
         if wp.static(form.shares):

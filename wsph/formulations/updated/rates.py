@@ -210,6 +210,10 @@ class UpdatedRates:
             return True
         return False
 
+    def placed(self) -> None:
+        """Find the pairs of where the particles have been put."""
+        self._find()
+
     def restored(self) -> None:
         """Find the pairs as they were found before the checkpoint."""
         self._find(self.skin.found.numpy().astype(float))

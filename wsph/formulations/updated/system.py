@@ -62,6 +62,10 @@ class UpdatedSystem(OneSetSystem):
         super()._set(state, c, counted=counted)
         self._driven.impose(state, self.clock, c, leads=counted)
 
+    def begin(self) -> None:
+        super().begin()
+        self._driven.motions.begin(self.state)
+
     def start_works(self) -> None:
         super().start_works()
         self._walls_done(self.clock, start=True)

@@ -30,9 +30,9 @@ from wsph.scene.tables import Body
 from wsph.simulation.composing.composition import BodyRun
 from wsph.simulation.composing.setting import BareBody, Method, Setting
 from wsph.simulation.diagnostics import Diagnostics
+from wsph.simulation.starting.initial import put_stress, refuse_initial
 from wsph.simulation.timeline import TimeStep
 from wsph.stability.limit import Ask, StepLimit
-from wsph.units import Scales
 
 
 def wants_displacement(scene: Scene) -> bool:
@@ -95,6 +95,7 @@ def standing(setting: Setting, bare: BareBody, space: Space, time_step: TimeStep
     evolves = not traits.small_strain and (traits.needs_rate or turns(bare.material))
     constitutive = Constitutive(space, bare.material, bare.state, scales, bare.who, evolves=evolves)
     _refuse(body, bare.material, method, bare.who)
+    refuse_initial(body)
     warn_of_lost_digits(body.name, bare.material, space, bare.who)
     setup = Setup(
         scene, body, method.formulation, bare.geometry, space, constitutive, scales, clock, wants_displacement(scene)
@@ -107,7 +108,7 @@ def standing(setting: Setting, bare: BareBody, space: Space, time_step: TimeStep
     told = (f"body {body.name!r}: {doubt}" for doubt in doubts(bare.geometry))
     for warning in (*told, *system.warnings):
         warnings.warn(warning, RuntimeWarning, stacklevel=6)
-    _start(scene, body, system, scales)
+    _start(scene, body, system)
     return Standing(bare, constitutive, system)
 
 
@@ -125,17 +126,25 @@ def alone(setting: Setting, made: Standing, time_step: TimeStep, *, bounded: boo
         return made.by(integrator, ask, time_step)
 
 
-def _start(scene: Scene, body: Body, system: System, scales: Scales) -> None:
-    """Give a system its initial velocity and what is prescribed at t = 0."""
+def give_velocity(scene: Scene, body: Body, system: System) -> None:
+    """Give a system its initial velocity."""
     if body.velocity is not None:
         values = [scene.value(v, "m/s") for v in body.velocity]
         columns = [value(system.position) for value in values if isinstance(value, Expression)]
-        system.state.write("velocity", np.stack(columns, 1) / scales.velocity)
+        system.state.write("velocity", np.stack(columns, 1) / system.scales.velocity)
     system.begin()
+
+
+def _start(scene: Scene, body: Body, system: System) -> None:
+    """Give a system its initial velocity and what is prescribed at t = 0."""
+    put_stress(scene, body, system)
+    give_velocity(scene, body, system)
     system.hold(system.state, 0.0)
     held: list[np.ndarray] = [array.numpy() for array in (system.state.buffer, *system.arrays.kept.values())]
     if not all(np.isfinite(values).all() for values in held):
         raise Refused(f"body {body.name!r}: its initial velocity, or a value prescribed at t = 0, is not finite")
+    if scene.relaxes_first:
+        system.state.write("velocity", np.zeros((system.count, scene.dim)))
     system.start_works()
 
 

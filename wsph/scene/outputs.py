@@ -1,0 +1,58 @@
+"""The tables of a scene that say what a run writes, when it is kept, and when it is stopped."""
+
+# pyright: strict
+
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from wsph.output import formats
+from wsph.quantities import Cadence, Model, Strings, Unit, as_tuple, read_cadence
+from wsph.scene.messages import none_of
+
+
+def _format(name: object) -> object:
+    known = formats.names()
+    if name not in known:
+        raise ValueError(none_of(name, known))
+    return name
+
+
+class Output(Model):
+    """Fields and formats of the output, and when it is written."""
+
+    every: Cadence | None = None
+    formats: Annotated[tuple[Annotated[str, BeforeValidator(_format)], ...], BeforeValidator(as_tuple)] = ("vtu",)
+    fields: Strings = ("velocity", "stress")
+    positions: Literal["current", "reference"] = "current"
+    history: Cadence | None = None
+
+
+def _due(value: object) -> int | float | None:
+    """Steps, or wall time."""
+    if value is None:
+        return None
+    if isinstance(value, float):
+        raise ValueError(f'{value} is no number of steps; for wall time write it with its unit, "10 min"')
+    return read_cadence(value)
+
+
+class Checkpoint(Model):
+    """When the whole state is kept, to resume from: an integer counts steps, "10 min" is wall time; the last `keep` stay.
+    `final`: at the end too, so that a longer run may go on from there, or a body of another scene begin with it."""
+
+    every: Annotated[int | float | None, BeforeValidator(_due)] = None
+    keep: Annotated[int, Field(ge=1)] = 2
+    final: bool = False
+
+    @model_validator(mode="after")
+    def _sometime(self) -> "Checkpoint":
+        if self.every is None and not self.final:
+            raise ValueError("says not when: give every, or final = true")
+        return self
+
+
+class Stop(Model):
+    """The limit that ends a run early: energy created, as a part of the largest seen."""
+
+    energy: Annotated[float, Unit("", gt=0)] = 0.10

@@ -1,0 +1,1 @@
+"""How a run begins: relaxation to rest, and what bodies start with."""
