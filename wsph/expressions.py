@@ -10,6 +10,7 @@ kernel of its own, which would cost 0.35 s each to compile.
 import ast
 import difflib
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -125,7 +126,7 @@ def compile_expression(text: str) -> Expression:
         raise ValueError(f"the expression {text!r} has more than {MAX_NODES} parts")
     program: list[tuple[int, float]] = []
     _emit(tree, program, text)
-    if _depth(program) > MAX_STACK:
+    if stack_depth(program) > MAX_STACK:
         raise ValueError(f"the expression {text!r} is nested more than {MAX_STACK} deep")
     return Expression(text, tuple(program))
 
@@ -135,7 +136,8 @@ def constant_program(value: float) -> Expression:
     return Expression(repr(value), ((OPERATIONS["constant"], value),))
 
 
-def _depth(program: list[tuple[int, float]]) -> int:
+def stack_depth(program: Sequence[tuple[int, float]]) -> int:
+    """The most numbers that a program has on its stack."""
     height = highest = 0
     for code, _ in program:
         if code <= OPERATIONS["t"]:

@@ -13,7 +13,7 @@ from math import prod
 
 import numpy as np
 
-from wsph.boundary.programs.prescribed import Prescribed, same
+from wsph.boundary.programs.prescribed import Moved, same
 from wsph.errors import Fault, SceneError
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.lattice import Lattice
@@ -22,7 +22,7 @@ from wsph.geometry.lattice import Lattice
 @dataclass(frozen=True)
 class _Claim:
     key: str
-    value: Prescribed
+    value: Moved
     particles: np.ndarray
 
 
@@ -41,7 +41,7 @@ class Claims:
         self._steps = np.array([prod(wide[axis + 1 :]) for axis in range(len(wide))])
         self._place = index @ self._steps
 
-    def take(self, name: str, component: int, particles: np.ndarray, value: Prescribed, key: str) -> None:
+    def take(self, name: str, component: int, particles: np.ndarray, value: Moved, key: str) -> None:
         """Note that the entry at `key` prescribes a component of a field. Raises SceneError where another says otherwise."""
         claims = self._claims.setdefault((name, component), [])
         for other in claims:

@@ -9,6 +9,7 @@ from wsph.boundary.conditions import (
     Conditions,
     face_component,
     prescribed_velocities,
+    refuse_jump,
     selected_conditions,
     velocity_key,
 )
@@ -40,6 +41,7 @@ def face_conditions(scene: Prescribing, body: str, lattice: Lattice, labels: tup
             raise SceneError("scene", [Fault(0, f"boundary.{k}", text)])
         for axis, value in velocities.items():
             claims.take("velocity", AXES.index(axis), nodes, value, velocity_key(k, condition, axis))
+            refuse_jump(value, lattice.nodes[nodes], velocity_key(k, condition, axis))
             result.put("velocity", AXES.index(axis), nodes, value)
             moved[rows, AXES.index(axis)] = True
             loaded[rows] |= nonzero(value)

@@ -19,7 +19,8 @@ import numpy as np
 
 from wsph.boundary.loads.acting import Load, LoadedFaces
 from wsph.boundary.loads.rows import FaceLoad
-from wsph.boundary.programs.prescribed import Prescribed, nonzero
+from wsph.boundary.programs.motion import UNITS, Motion
+from wsph.boundary.programs.prescribed import Moved, nonzero
 from wsph.boundary.slide import Slide
 from wsph.boundary.tables import Boundary, Prescribing
 from wsph.errors import Fault, SceneError
@@ -41,9 +42,7 @@ class Conditions:
     along faces' own normals.
     """
 
-    entries: dict[tuple[str, int], dict[int, Prescribed]] = field(
-        default_factory=dict[tuple[str, int], dict[int, Prescribed]]
-    )
+    entries: dict[tuple[str, int], dict[int, Moved]] = field(default_factory=dict[tuple[str, int], dict[int, Moved]])
     free_normals: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     work_particle: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     work_axis: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
@@ -67,7 +66,7 @@ class Conditions:
             mask[list(self.entries.get((name, component), {})), component] = True
         return mask
 
-    def put(self, name: str, component: int, particles: np.ndarray, value: Prescribed) -> None:
+    def put(self, name: str, component: int, particles: np.ndarray, value: Moved) -> None:
         """Prescribe a component; of two values the later holds (`wsph.boundary.clashes` refuses what must not be)."""
         self.entries.setdefault((name, component), {}).update(dict.fromkeys(particles.tolist(), value))
 
@@ -77,17 +76,33 @@ def face_component(axis: int, tangent: int) -> str:
     return "".join(AXES[k] for k in sorted((axis, tangent)))
 
 
-def prescribed_velocities(scene: Prescribing, condition: Boundary) -> dict[str, Prescribed]:
+def prescribed_velocities(scene: Prescribing, condition: Boundary) -> dict[str, Moved]:
     """The velocity components that a condition prescribes, those held at zero included."""
     held = (*condition.fixed, *([condition.symmetry] if condition.symmetry else []))
-    moved = {axis: scene.value(value, "m/s") for axis, value in condition.velocity.items()}
-    return moved | dict.fromkeys(held, constant_program(0.0))
+    found: dict[str, Moved] = {axis: scene.value(value, "m/s") for axis, value in condition.velocity.items()}
+    for axis, value in condition.displacement.items():
+        of = scene.value(value, UNITS["displacement"])
+        found[axis] = Motion("displacement", of) if nonzero(of) else of
+    for axis, value in condition.acceleration.items():
+        found[axis] = Motion("acceleration", scene.value(value, UNITS["acceleration"]))
+    return found | dict.fromkeys(held, constant_program(0.0))
 
 
 def velocity_key(k: int, condition: Boundary, axis: str) -> str:
     """The key of the entry k by which a component of the velocity is prescribed."""
-    held = "fixed" if axis in condition.fixed else "symmetry"
-    return f"boundary.{k}.velocity.{axis}" if axis in condition.velocity else f"boundary.{k}.{held}"
+    for key in UNITS:
+        if axis in getattr(condition, key):
+            return f"boundary.{k}.{key}.{axis}"
+    return f"boundary.{k}.{'fixed' if axis in condition.fixed else 'symmetry'}"
+
+
+def refuse_jump(value: Moved, places: np.ndarray, key: str) -> None:
+    """Refuse a displacement that is not zero at the start, of particles at `places` (n, dim) [m]."""
+    start = value.at_start(places) if isinstance(value, Motion) else np.zeros(1)
+    if not (start == 0.0).all():
+        far = float(start[np.abs(start).argmax()])
+        text = f'is {far:g} m at t = 0, where the body is at rest: let it begin at zero, as in "0.001*min(t/1e-3, 1)"'
+        raise SceneError("scene", [Fault(0, key, text)])
 
 
 def _nothing_selected(k: int, condition: Boundary, faces: Faces) -> SceneError:

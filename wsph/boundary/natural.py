@@ -7,7 +7,13 @@ from collections.abc import Collection, Iterator
 import numpy as np
 
 from wsph.boundary.clashes import Claims
-from wsph.boundary.conditions import Conditions, prescribed_velocities, selected_conditions, velocity_key
+from wsph.boundary.conditions import (
+    Conditions,
+    prescribed_velocities,
+    refuse_jump,
+    selected_conditions,
+    velocity_key,
+)
 from wsph.boundary.loads.acting import Load, LoadedFaces
 from wsph.boundary.loads.rows import FaceLoad, stress_load, traction_load
 from wsph.boundary.programs.prescribed import Prescribed
@@ -75,6 +81,7 @@ def _natural_conditions(
         _refuse_oblique(k, condition, faces, rows)
         for axis, value in velocities.items():
             claims.take("velocity", AXES.index(axis), particles, value, velocity_key(k, condition, axis))
+            refuse_jump(value, position[particles], velocity_key(k, condition, axis))
             if k not in walls:
                 result.put("velocity", AXES.index(axis), particles, value)
             if axis in condition.traction:

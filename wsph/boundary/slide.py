@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from wsph.boundary.loads.rows import FaceLoad
-from wsph.boundary.programs.prescribed import Prescribed, nonzero
+from wsph.boundary.programs.motion import Motion
+from wsph.boundary.programs.prescribed import Moved, Prescribed, nonzero
 from wsph.errors import Fault, SceneError
 
 FLAT = 1e-9
@@ -48,7 +49,7 @@ class Slides:
         return result.ravel()
 
 
-def slides_of(slides: list[Slide], entries: dict[tuple[str, int], dict[int, Prescribed]], dim: int) -> Slides:
+def slides_of(slides: list[Slide], entries: dict[tuple[str, int], dict[int, Moved]], dim: int) -> Slides:
     """All sliding of a body together, with the velocity components that are prescribed beside. Raises SceneError where what
     is prescribed at a particle is not independent, normals alike or more of them than there are directions, unless all of
     it is zero."""
@@ -58,7 +59,11 @@ def slides_of(slides: list[Slide], entries: dict[tuple[str, int], dict[int, Pres
             rows.setdefault(particle, []).append((normal, slide.value, slide.key))
     for (name, axis), values in entries.items():
         for particle in rows.keys() & values.keys() if name == "velocity" else ():
-            rows[particle].append((np.eye(dim)[axis], values[particle], slides[0].key))
+            value = values[particle]
+            if isinstance(value, Motion):
+                text = f"a {value.kind} is prescribed beside it: write the velocity there"
+                raise SceneError("scene", [Fault(0, slides[0].key, text)])
+            rows[particle].append((np.eye(dim)[axis], value, slides[0].key))
     free, given = np.zeros((len(rows), dim, dim)), list[FaceLoad]()
     pushes: dict[int, tuple[Prescribed, list[int], list[np.ndarray]]] = {}
     for k, (particle, each) in enumerate(rows.items()):

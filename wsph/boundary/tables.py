@@ -28,6 +28,8 @@ class _Selection(Model):
     face: Annotated[str, AfterValidator(_face)] | None = None
     patch: Annotated[str, Field(min_length=1)] | None = None
     velocity: dict[str, Value] = {}
+    displacement: dict[str, Value] = {}
+    acceleration: dict[str, Value] = {}
     fixed: Strings = ()
     symmetry: Literal["x", "y", "z"] | None = None
     stress: dict[str, Value] = {}
@@ -50,9 +52,10 @@ class Boundary(_WithLoads):
     def _complete(self) -> "Boundary":
         if [self.where, self.face, self.patch].count(None) != 2:
             raise ValueError("exactly one of where, face and patch is needed")
-        given = (self.velocity, self.fixed, self.symmetry, self.stress, self.traction, self.normal is not None)
+        own = ("velocity", "displacement", "acceleration", "fixed", "symmetry", "stress", "traction")
+        given = (*(getattr(self, key) for key in own), self.normal is not None)
         if not (any(given) or self.acting):
-            kinds = ["velocity", "fixed", "symmetry", "stress", "traction", "normal", *LOADS]
+            kinds = [*own, "normal", *LOADS]
             raise ValueError(f"nothing is prescribed: give {', '.join(kinds[:-1])} or {kinds[-1]}")
         return self
 

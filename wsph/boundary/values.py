@@ -11,6 +11,8 @@ from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import State
 from wsph.boundary.conditions import Conditions
+from wsph.boundary.programs.motion import Motion
+from wsph.boundary.programs.motions import WHOLE, Motions
 from wsph.boundary.programs.prescribed import Prescribed, constant
 from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate_mean, interval, places
 
@@ -55,6 +57,8 @@ class BoundaryValues:
     _program   # (k,) int32, its program in the `Bank`, or CONSTANT
     _scale     # (k,) float64, nondimensional units per SI unit, or of a constant the nondimensional value
     _position  # (k,) vec3d, reference position [m], zero beyond the dimensions
+
+    Displacements and accelerations are set after the others, by `motions`; their place in the list has a zero.
     """
 
     def __init__(
@@ -66,15 +70,22 @@ class BoundaryValues:
         units: dict[str, float],
         second: float,
         device: str,
+        ways: tuple[str, str] = ("velocity", "displacement"),
     ):
+        """`ways`: the field whose values lead, and the one that says where to."""
         self.space, self._second = space, second
         place, program, scale, points, owners = [], [], [], [], []
+        moved: list[tuple[int, int, Motion, np.ndarray]] = []
         programs: dict[int, int] = {}
         kept: list[Prescribed] = []
         for (name, component), values in sorted(conditions.entries.items(), key=lambda item: item[0]):
             for particle, value in sorted(values.items()):
                 factor = 1.0 / units[name]
                 number = constant(value)
+                if isinstance(value, Motion):
+                    way = state.index(ways[1], particle, component) if ways[1] in state.layout else -1
+                    moved.append((state.index(name, particle, component), way, value, position[particle]))
+                    number = 0.0
                 if number is None and id(value) not in programs:
                     programs[id(value)] = len(kept)
                     kept.append(value)
@@ -83,6 +94,8 @@ class BoundaryValues:
                 scale.append(factor if number is None else number * factor)
                 points.append(position[particle])
                 owners.append(particle)
+        columns = [list(column) for column in zip(*moved, strict=True)] or [[], [], [], []]
+        self.motions = Motions(space, *columns, (units.get(ways[0], 1.0), second), device)
         self.count = len(place)
         if self.count == 0:
             return
@@ -93,10 +106,12 @@ class BoundaryValues:
         self._scale = wp.array(scale, dtype=wp.float64, device=device)
         self._position = wp.array(places(np.array(points)), dtype=wp.vec3d, device=device)
 
-    def impose(self, state: State, clock: Clock, c: float | tuple[float, float]) -> None:
-        """Set the prescribed values in `state` (a launch)."""
+    def impose(self, state: State, clock: Clock, c: float | tuple[float, float], *, leads: bool = False) -> None:
+        """Set the prescribed values in `state` (launches). `leads`: at c = 0.5 the velocities are to lead over all of the
+        step."""
         if self.count == 0:
             return
         inputs = [self._bank, clock.time, self.place, self._program, self._scale, self._position]
         inputs += [*interval(c), wp.float64(self._second)]
         clock.launch(_impose_kernel(self.space), self.count, inputs, [state.buffer])
+        self.motions.impose(state, clock, WHOLE if leads and c == 0.5 else c)

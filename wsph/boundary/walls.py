@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from wsph.boundary.programs.prescribed import Prescribed, nonzero, varies
+from wsph.boundary.programs.prescribed import Moved, nonzero, varies
 from wsph.boundary.tables import Boundary
 from wsph.geometry.lattice import Lattice
 
@@ -27,7 +27,7 @@ class Wall:
     normal: np.ndarray
     point: np.ndarray
     columns: np.ndarray
-    velocity: dict[int, Prescribed]
+    velocity: dict[int, Moved]
 
     @property
     def driven(self) -> bool:
@@ -49,11 +49,9 @@ class Walls:
     def __init__(self, lattice: Lattice, body: str):
         self._lattice, self._body = lattice, body
         self._index = np.floor(lattice.index[lattice.corners].mean(1)).astype(int)
-        self._planes: dict[Face, list[tuple[np.ndarray, dict[int, Prescribed]]]] = {}
+        self._planes: dict[Face, list[tuple[np.ndarray, dict[int, Moved]]]] = {}
 
-    def take(
-        self, condition: Boundary, particles: np.ndarray, rows: np.ndarray, velocity: dict[int, Prescribed]
-    ) -> bool:
+    def take(self, condition: Boundary, particles: np.ndarray, rows: np.ndarray, velocity: dict[int, Moved]) -> bool:
         """Take a condition on `particles`, and `rows` of the faces, that prescribes `velocity`; whether it is a wall's.
         Warns of a face that cannot be one."""
         faces, frame, dim = self._lattice.faces, self._lattice.frame, self._index.shape[1]
@@ -73,7 +71,7 @@ class Walls:
             self._planes.setdefault(face, []).append((cells, dict(velocity)))
         return True
 
-    def join(self, axis: int, rows: np.ndarray, velocity: dict[int, Prescribed]) -> bool:
+    def join(self, axis: int, rows: np.ndarray, velocity: dict[int, Moved]) -> bool:
         """Prescribe further components on walls that are there already; whether the faces are just these."""
         same = [
             [given for cells, given in self._planes.get(face, []) if np.array_equal(cells, chosen)]
@@ -101,7 +99,7 @@ class Walls:
         wide, whole = (np.ptp(index[:, across], axis=0) + 1 for index in (self._index[cells], self._index))
         return bool((wide < np.minimum(whole, NEAR)).any())
 
-    def _fault(self, chosen: dict[Face, np.ndarray], velocity: dict[int, Prescribed]) -> str:
+    def _fault(self, chosen: dict[Face, np.ndarray], velocity: dict[int, Moved]) -> str:
         """Why faces cannot be walls, or ""."""
         if self._lattice.cracks:
             return "the body is cracked"
@@ -130,7 +128,7 @@ class Walls:
             for cells, velocity in entries
         ]
 
-    def _wall(self, axis: int, sign: int, plane: int, cells: np.ndarray, velocity: dict[int, Prescribed]) -> Wall:
+    def _wall(self, axis: int, sign: int, plane: int, cells: np.ndarray, velocity: dict[int, Moved]) -> Wall:
         lattice, index = self._lattice, self._index
         columns = np.delete(index, axis, 1)
         _, key = np.unique(columns, axis=0, return_inverse=True)

@@ -231,7 +231,8 @@ class OneSetSystem(System):
         self._set(state, c, counted=False)
 
     def constrain(self, state: State, c: float | tuple[float, float]) -> None:
-        """`impose` on the state that the run continues from, in the middle of a step; its work is counted too."""
+        """`impose` on the state that the run continues from, in the middle of a step; its work is counted too. What a
+        displacement or an acceleration prescribes at c = 0.5 leads over all of the step: the mean velocity in it."""
         self._set(state, c, counted=True)
 
     def _set(self, state: State, c: float | tuple[float, float], *, counted: bool) -> None:
@@ -243,6 +244,7 @@ class OneSetSystem(System):
         self._closes(state)
         self.project(state)
         self.constrain(state, 1.0)
+        self.boundary.motions.lead(state, self.clock)
         self._accepted = state
         for part in self.attached.values():
             part.advance()

@@ -51,6 +51,7 @@ class Prescribed:
         self._load_work = LoadWork(loads.forces.loaded, loads.vectors, space, device)
         self.drag = DragWork(space, state, holding, mass, device)
         arrays.part("boundary").adopt(self.values)
+        arrays.part("motions").adopt(self.values.motions, self.values.motions.kept())
         arrays.part("loads").adopt(loads.forces)
         for name, works in (("work", self._constraint_work), ("loads.work", self._load_work), ("drag.work", self.drag)):
             arrays.part(name).adopt(works, works.kept())
@@ -60,7 +61,7 @@ class Prescribed:
         state that the run continues from, whose work is counted too."""
         if counted:
             self._constraint_work.before(state, clock)
-        self.values.impose(state, clock, c)
+        self.values.impose(state, clock, c, leads=counted)
         if counted:
             self._constraint_work.after(state, clock)
         if self._sliding is not None:
@@ -80,6 +81,7 @@ class Prescribed:
 
     def close(self, state: State, clock: Clock) -> None:
         """Add the works of a step (launches)."""
+        self.values.motions.close(clock)
         self._load_work.add(state, clock)
         self.drag.add(state, clock)
         for load in self._loads.acting:

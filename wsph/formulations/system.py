@@ -91,6 +91,10 @@ class System:
         """Before a step: update pairs that follow the motion; returns whether the inputs of launches changed."""
         return False
 
+    def begin(self) -> None:
+        """Take the velocities at the start of the run, with which what is accelerated goes on."""
+        self.boundary.motions.begin(self.state)
+
     def start_works(self) -> None:
         """Note the powers of the current state, as those at the start of the run."""
         self.work.start(self.state, self.clock)

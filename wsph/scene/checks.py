@@ -11,6 +11,7 @@ import inspect
 import math
 from collections.abc import Callable, Iterator, Mapping
 
+from wsph.boundary.programs.motion import UNITS, Motion
 from wsph.errors import Fault, PluginError
 from wsph.expressions import FUNCTIONS, VARIABLES, Expression, compile_expression
 from wsph.geometry.counts import cells_along
@@ -145,7 +146,7 @@ def _boundary_faults(scene: SceneTables, condition: Boundary, key: str) -> Itera
     if condition.where is not None:
         yield from _where_faults(scene, condition.where, f"{key}.where")
     for table, allowed, unit in (
-        ("velocity", axes, "m/s"),
+        *((table, axes, unit) for table, unit in UNITS.items()),
         ("stress", COMPONENTS[scene.dim], "Pa"),
         ("traction", axes, "Pa"),
     ):
@@ -154,10 +155,12 @@ def _boundary_faults(scene: SceneTables, condition: Boundary, key: str) -> Itera
                 yield Fault(0, f"{key}.{table}.{component}", f"is none of {', '.join(allowed)}")
             place = f"{key}.{table}.{component}"
             yield from _value_faults(scene, lambda v=value, u=unit: scene.value(v, u), value, place, unit)
+    for component, value in condition.displacement.items():
+        yield from _rate_fault(scene, value, f"{key}.displacement.{component}")
     if condition.normal is not None:
         slide = condition.normal
         yield from _value_faults(scene, lambda: scene.value(slide, "m/s"), slide, f"{key}.normal", "m/s")
-        if condition.fixed or condition.velocity or condition.symmetry:
+        if condition.fixed or condition.symmetry or any(getattr(condition, table) for table in UNITS):
             yield Fault(0, f"{key}.normal", "goes with no other velocity in one entry: write another for that")
     for load, table in condition.acting.items():
         for name, unit in table.values.items():
@@ -167,8 +170,23 @@ def _boundary_faults(scene: SceneTables, condition: Boundary, key: str) -> Itera
     for component in held:
         if component not in axes:
             yield Fault(0, key, f"{component!r} is none of {', '.join(axes)}")
-    for component in dict.fromkeys(c for c in held if c in condition.velocity or held.count(c) > 1):
+    moved = [component for table in UNITS for component in getattr(condition, table)]
+    for component in dict.fromkeys(c for c in held if c in moved or held.count(c) > 1):
         yield Fault(0, key, f"{component!r} is prescribed twice: by fixed or symmetry, and again")
+    for component in dict.fromkeys(c for c in moved if moved.count(c) > 1):
+        yield Fault(0, key, f"{component!r} is prescribed twice: give one of {', '.join(UNITS)}")
+
+
+def _rate_fault(scene: SceneTables, value: Value, key: str) -> Iterator[Fault]:
+    """The fault of a displacement that has no velocity."""
+    try:
+        of = scene.value(value, UNITS["displacement"])
+    except ValueError:
+        return  # told of the value itself
+    try:
+        _ = Motion("displacement", of).rate
+    except ValueError as error:
+        yield Fault(0, key, str(error))
 
 
 def _probe_faults(scene: SceneTables, probe: Probe, key: str) -> Iterator[Fault]:

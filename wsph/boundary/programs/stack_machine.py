@@ -183,6 +183,21 @@ def evaluate(bank: Bank, program: int, x: wp.vec3d, t: wp.float64, slack: wp.flo
 
 
 @wp.func
+def knot_after(bank: Bank, program: int, t: wp.float64, end: wp.float64) -> wp.float64:
+    """The first entry after t of a program that is a table, or `end` where that comes first."""
+    k = bank.start[program]
+    if bank.code[k] == wp.static(_op("table")):
+        table = int(bank.number[k])
+        last = bank.table_start[table + 1]
+        row = _first_at_or_after(bank.table_t, bank.table_start[table], last, t)
+        if row < last and bank.table_t[wp.min(row, last - 1)] == t:
+            row += 1
+        if row < last:
+            return wp.min(bank.table_t[row], end)
+    return end
+
+
+@wp.func
 def evaluate_mean(
     bank: Bank,
     program: int,

@@ -127,6 +127,7 @@ class TwoSetSystem(System):
                 self.arrays.take(f"{name}.{part}", getattr(weights[0].pairs, part))
         self.arrays.part("body").adopt(self)
         self.arrays.part("boundary").adopt(self.boundary)
+        self.arrays.part("motions").adopt(self.boundary.motions, self.boundary.motions.kept())
         self.arrays.part("carried").adopt(self._carried)
         for name, works in (("work", self._works), ("force", self.force_work)):
             self.arrays.part(name).adopt(works, works.kept())
@@ -316,8 +317,10 @@ class TwoSetSystem(System):
         if self._displacement:
             drift = drift_kernel(self.space, state.layout)
             self.clock.launch(drift, state.n, [self.clock.time], [state.struct])
+        self.boundary.motions.lead(state, self.clock)
 
     def close(self) -> None:
+        self.boundary.motions.close(self.clock)
         self._works.add(self.state, self.clock)
         if self._middle is not None:
             self.force_work.add(self._middle, self.clock)

@@ -6,6 +6,8 @@ from wsph.backend.clock import Clock
 from wsph.backend.state import Layout, State
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.natural import wall_conditions
+from wsph.boundary.programs.motion import Motion
+from wsph.errors import Refused
 from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.setup import Setup
 from wsph.formulations.updated.loads import spread_loads
@@ -21,10 +23,12 @@ class UpdatedSystem(OneSetSystem):
 
     def __init__(self, setup: Setup):
         super().__init__(setup, UpdatedRates)
+        self._refuse_accelerated(setup)
         driven = [wall for wall in self.walls if wall.driven]
         self._driven = wall_values(self.space, driven, self.state, self.position, self.scales, self.device)
         self._wall_work = WallWork(self.count, bool(driven), self.rates, self.device)
         self.arrays.part("walls").adopt(self._driven)
+        self.arrays.part("walls.motions").adopt(self._driven.motions, self._driven.motions.kept())
         self.arrays.part("walls.work").adopt(self._wall_work, self._wall_work.kept())
 
     def _find_conditions(self, setup: Setup) -> Conditions:
@@ -34,6 +38,16 @@ class UpdatedSystem(OneSetSystem):
         self.walls = tuple(walls)
         spread_loads(conditions, setup.host, walls, self.device)
         return conditions
+
+    def _refuse_accelerated(self, setup: Setup) -> None:
+        """Refuse walls that are to go on, accelerated, with a velocity that the body has from the start."""
+        given = (value for wall in self.walls for value in wall.velocity.values())
+        moving = setup.body.velocity is not None and any(value not in (0.0, "0") for value in setup.body.velocity)
+        if moving and any(isinstance(value, Motion) and value.kind == "acceleration" for value in given):
+            raise Refused(
+                f"body {self.name!r}: its velocity is given at the start, and an acceleration of a face that is a wall here begins"
+                ' at rest: prescribe the velocity of that face, or use "stress-points" or "total-lagrangian"'
+            )
 
     def _find_layout(self, host: Host) -> Layout:
         layout, driven = super()._find_layout(host), sum(wall.driven for wall in self.walls)
@@ -46,7 +60,7 @@ class UpdatedSystem(OneSetSystem):
 
     def _set(self, state: State, c: float | tuple[float, float], *, counted: bool) -> None:
         super()._set(state, c, counted=counted)
-        self._driven.impose(state, self.clock, c)
+        self._driven.impose(state, self.clock, c, leads=counted)
 
     def start_works(self) -> None:
         super().start_works()
@@ -54,7 +68,12 @@ class UpdatedSystem(OneSetSystem):
 
     def accept(self, state: State) -> None:
         super().accept(state)
+        self._driven.motions.lead(state, self.clock)
         self._walls_done(self.clock)
+
+    def close(self) -> None:
+        self._driven.motions.close(self.clock)
+        super().close()
 
     def _walls_done(self, clock: Clock, start: bool = False) -> None:
         """Add the work of the walls up to the state as it is."""

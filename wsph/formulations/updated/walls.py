@@ -39,7 +39,8 @@ def wall_values(
     for k, wall in enumerate(walls):
         for component, value in wall.velocity.items():
             conditions.entries.setdefault((SPEED, component), {})[k] = value
-    return BoundaryValues(space, conditions, state, position, {SPEED: scales.velocity}, scales.time, device)
+    units = {SPEED: scales.velocity}
+    return BoundaryValues(space, conditions, state, position, units, scales.time, device, (SPEED, PLACE))
 
 
 @cache

@@ -127,6 +127,7 @@ def _start(scene: Scene, body: Body, system: System, scales: Scales) -> None:
         values = [scene.value(v, "m/s") for v in body.velocity]
         columns = [value(system.position) for value in values if isinstance(value, Expression)]
         system.state.write("velocity", np.stack(columns, 1) / scales.velocity)
+    system.begin()
     system.hold(system.state, 0.0)
     held: list[np.ndarray] = [array.numpy() for array in (system.state.buffer, *system.arrays.kept.values())]
     if not all(np.isfinite(values).all() for values in held):
