@@ -21,6 +21,7 @@ from wsph.plugins.options import build
 from wsph.plugins.traits import internal_units
 from wsph.quantities import Table, Value, is_sequence, is_table
 from wsph.scene.messages import nearest
+from wsph.scene.numbers import NUMBERS
 from wsph.scene.tables import Body, Boundary, Probe, SceneTables
 
 MOST_CELLS = 2**31 // 64
@@ -50,6 +51,7 @@ def between_tables(scene: SceneTables) -> Iterator[Fault]:
         if pairs.index(pairs[k]) != k:
             which = " and ".join(map(repr, contact.names))
             yield Fault(0, key, f"{which} stand in contact.{pairs.index(pairs[k])} already; they would push twice")
+    yield from _named_faults(scene, names)
     for axis in scene.gravity:
         if axis not in AXES[: scene.dim]:
             yield Fault(0, f"gravity.{axis}", f"is none of {', '.join(AXES[: scene.dim])}")
@@ -72,6 +74,31 @@ def between_tables(scene: SceneTables) -> Iterator[Fault]:
 def _body_name_fault(name: str, names: list[str], key: str) -> Iterator[Fault]:
     if name not in names:
         yield Fault(0, key, f"no body is named {name!r}; {nearest(name, names, 'there is ' + ', '.join(names))}")
+
+
+def _named_faults(scene: SceneTables, bodies: list[str]) -> Iterator[Fault]:
+    """Faults of what has numbers by its name."""
+    called = [*((f"boundary.{k}", name) for k, name in enumerate(scene.boundary_names))]
+    called += [(f"sections.{k}", section.name) for k, section in enumerate(scene.sections)]
+    first: dict[str, str] = {}
+    for key, name in called:
+        if (other := first.setdefault(name.casefold(), key)) != key:
+            yield Fault(0, f"{key}.name", f"{name!r} names {other} already; give it another")
+    for k, section in enumerate(scene.sections):
+        yield from _body_name_fault(section.body, bodies, f"sections.{k}.body")
+        for key in ("point", "normal"):
+            given = getattr(section, key)
+            if len(given) != scene.dim:
+                text = f"{list(given)} has {len(given)} coordinates in a scene of dim = {scene.dim}"
+                yield Fault(0, f"sections.{k}.{key}", text)
+        if not any(section.normal):
+            yield Fault(0, f"sections.{k}.normal", "is zero: it has no direction")
+    names = [name for _, name in called]
+    for k, probe in enumerate(scene.probes):
+        if probe.of is not None and probe.of not in names:
+            there = f"there is {', '.join(names)}" if names else "there is nothing that has"
+            text = f"nothing that has numbers is named {probe.of!r}; {nearest(probe.of, names, there)}"
+            yield Fault(0, f"probes.{k}.of", text)
 
 
 def _body_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
@@ -244,7 +271,10 @@ def _field_faults(scene: SceneTables) -> Iterator[Fault]:
     names = known(internals, scene.dim, dict.fromkeys(offered))
     wanted = [("output.fields", scene.output.fields, names)]
     probed = [name for name in names if name not in ALWAYS]
-    wanted += [(f"probes.{k}.fields", probe.fields, probed) for k, probe in enumerate(scene.probes)]
+    wanted += [
+        (f"probes.{k}.fields", probe.fields, probed if probe.of is None else list(NUMBERS))
+        for k, probe in enumerate(scene.probes)
+    ]
     for key, listed, names in wanted:
         for k, name in enumerate(listed):
             if name not in names:

@@ -2,7 +2,6 @@
 
 # pyright: strict
 
-import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Literal, cast
 
@@ -36,12 +35,14 @@ from wsph.quantities import (
     Unit,
     Value,
     as_tuple,
+    file_name,
     is_sequence,
     is_table,
     read_cadence,
     read_switch,
 )
 from wsph.scene.messages import none_of
+from wsph.scene.numbers import NUMBERS, Section, boundary_names
 from wsph.sph.smoothing import DEFAULT, SMOOTHING
 from wsph.units import looks_like_quantity, quantity
 
@@ -193,15 +194,6 @@ def _printable(name: str) -> str:
     return name
 
 
-def _file_name(name: str) -> str:
-    """Names of probes are names of files, on every system."""
-    if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}", name):
-        raise ValueError(
-            f"{name!r}: a name has at most 100 of a to z, A to Z, 0 to 9, _ . and -, and begins with none of the last two"
-        )
-    return name
-
-
 def _spaced(value: float | tuple[float, ...] | None, info: ValidationInfo) -> float | tuple[float, ...] | None:
     if value is None and info.data.get("mesh") is None and info.data.get("points") is None:
         raise ValueError("is missing")
@@ -321,20 +313,27 @@ class Contact(Model):
 
 
 class Probe(Model):
-    """A record of fields at material points, or of the particles that `where` selects, reduced to one number."""
+    """A record of fields at material points, or of the particles that `where` selects, reduced to one number; or of the
+    numbers `of` a boundary, contact, tool or section."""
 
-    name: Annotated[str, AfterValidator(_file_name)]
+    name: Annotated[str, AfterValidator(file_name)]
     body: str | None = None
     at: Annotated[tuple[_Point, ...], BeforeValidator(as_tuple)] | None = None
     where: str | None = None
+    of: str | None = None
     reduce: Literal["mean", "sum", "max"] | None = None
     fields: Annotated[Strings, Field(min_length=1)]
     every: Cadence = 1
 
     @model_validator(mode="after")
     def _complete(self) -> "Probe":
-        if (self.at is None) == (self.where is None):
-            raise ValueError("exactly one of at and where is needed")
+        if [self.at, self.where, self.of].count(None) != 2:
+            raise ValueError("exactly one of at, where and of is needed")
+        if self.of is not None and self.body is not None:
+            raise ValueError("body goes with at and where: what `of` names is one thing in the scene")
+        unknown = [name for name in self.fields if name not in NUMBERS]
+        if self.of is not None and unknown:
+            raise ValueError(f"of {self.of!r} fields are {', '.join(NUMBERS)}: {none_of(unknown[0], NUMBERS)}")
         if self.at is not None and not self.at:
             raise ValueError("at names no point")
         if (self.where is None) != (self.reduce is None):
@@ -385,11 +384,17 @@ class SceneTables(Model):
     functions: dict[str, Function] = {}
     boundary: Annotated[tuple[Boundary, ...], BeforeValidator(as_tuple)] = ()
     contact: Annotated[tuple[Contact, ...], BeforeValidator(as_tuple)] = ()
+    sections: Annotated[tuple[Section, ...], BeforeValidator(as_tuple)] = ()
     probes: Annotated[tuple[Probe, ...], BeforeValidator(as_tuple)] = ()
     gravity: dict[Literal["x", "y", "z"], Annotated[float, Unit("m/s2")]] = {}
     output: Output = Output()
     checkpoint: Checkpoint | None = None
     stop: Stop = Stop()
+
+    @property
+    def boundary_names(self) -> tuple[str, ...]:
+        """The names of the boundaries, those that the scene leaves out too."""
+        return boundary_names(self.boundary)
 
     def value(self, value: Value, unit: str) -> Expression | Function:
         """The meaning of a value in the scene: a table of `functions`, or an expression (a number is a constant one)."""

@@ -27,13 +27,17 @@ from wsph.formulations import memory
 from wsph.formulations.system import System
 from wsph.plugins import integrators
 from wsph.plugins.blame import blame
+from wsph.protocols import Reported
 from wsph.scene.geometries import is_fitted, refuse_misfits, stairs_in_words
 from wsph.scene.scene import Scene
+from wsph.scene.tables import Probe
 from wsph.simulation.composing.bodies import Standing, alone, standing
-from wsph.simulation.composing.composition import BodyRun, Composition, Step
+from wsph.simulation.composing.composition import BodyRun, Composition, Step, reported
 from wsph.simulation.composing.setting import BareBody, Setting, bare_bodies, materials_of, method_of, scales_of
 from wsph.simulation.composing.together import joined_bodies, stiffen
-from wsph.simulation.probes import Recorder
+from wsph.simulation.probing.numbers import NumberRecorder
+from wsph.simulation.probing.points import PointRecorder
+from wsph.simulation.probing.recorder import Recorder
 from wsph.simulation.step_control import given_step, settle
 from wsph.simulation.timeline import TimeStep
 from wsph.stability.guard import guard
@@ -70,7 +74,7 @@ def _compose(scene: Scene) -> Composition:
         if joint is not None:
             stiffen(setting, joint, list(together.values()))
     _guard(setting, bare, bodies, space, time_step, set(together))
-    probes = _probes(scene, bodies, space, time_step)
+    probes = _probes(setting, bodies, reported(bodies, (*between, *forces)), space, time_step)
     step = Step(bodies, joint, between, time_step.clock, [probe for probe in probes if probe.every_step])
     pairs = sum(run.system.pairs for run in bodies)
     program = Program(step, time_step.clock, pairs, scene.run.threads, step.before)
@@ -154,13 +158,18 @@ def _guard(
         run.stability.share = run.courant / run.limit if run.limit else 1.0
 
 
-def _probes(scene: Scene, bodies: Sequence[BodyRun], space: Space, time_step: TimeStep) -> list[Recorder]:
+def _probes(
+    setting: Setting, bodies: Sequence[BodyRun], numbers: Sequence[Reported], space: Space, time_step: TimeStep
+) -> list[Recorder]:
     """The recorders of a scene's probes; those of nearly every step are part of the steps."""
 
     def cadence(every: float) -> float:
         return every if isinstance(every, int) else every / time_step.dt
 
-    return [
-        Recorder(probe, f"probes.{k}", bodies, space, time_step.clock, every_step=cadence(probe.every) < 2.0)
-        for k, probe in enumerate(scene.probes)
-    ]
+    def made(probe: Probe, key: str) -> Recorder:
+        often, clock = cadence(probe.every) < 2.0, time_step.clock
+        if probe.of is None:
+            return PointRecorder(probe, key, bodies, space, clock, often)
+        return NumberRecorder(probe, key, numbers, setting.scales, clock, space.dim, often)
+
+    return [made(probe, f"probes.{k}") for k, probe in enumerate(setting.scene.probes)]

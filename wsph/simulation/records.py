@@ -14,7 +14,8 @@ from wsph.output.folder import OutputFolder
 from wsph.simulation.checks import warn
 from wsph.simulation.composing.composition import BodyRun, Composition
 from wsph.simulation.ledger import Account
-from wsph.simulation.probes import Recorder
+from wsph.simulation.probing.numbers import Numbers
+from wsph.simulation.probing.recorder import Recorder
 from wsph.simulation.timeline import Events
 
 Recorded = tuple[str, list[int]]
@@ -37,7 +38,8 @@ class Records:
         self._wanted, self._single = scene.output.fields, composition.space.precision == "f32"
         self._moved, self._dim = scene.output.positions == "current", scene.dim
         axes = [f"momentum_{axis}" for axis in "xyz"[: scene.dim]]
-        self._names = ["step", "time", "dt", *energies, *axes]
+        self._numbers = Numbers(composition.reported, scales, scene.dim)
+        self._names = ["step", "time", "dt", *energies, *axes, *self._numbers.units]
         self._rows: list[list[float]] = []
         self._energy = scales.stress * scales.length**scene.dim
         self._impulse = scales.density * scales.length**scene.dim * scales.velocity
@@ -91,7 +93,8 @@ class Records:
             return
         energies = [value * self._energy for value in account.energies.values()]
         momentum = account.momentum * self._impulse
-        self._rows.append([step, self._timeline.time(step), self._timeline.dt, *energies, *momentum])
+        times = [step, self._timeline.time(step), self._timeline.dt]
+        self._rows.append([*times, *energies, *momentum, *self._numbers.values()])
 
     def frame(self, step: int) -> None:
         """Write a frame of the state, which is that after `step`."""
@@ -140,6 +143,11 @@ class Records:
             having = [run.reading for run in self._bodies if fields.primitive(name) in run.reading.names]
             found[name] = having[0].unit(fields.primitive(name)) if having else ""
         return found
+
+    def column_units(self) -> dict[str, str]:
+        """SI units of the numbers in the history and in probes, by their columns."""
+        probes = (each.units for each in self._probes)
+        return self._numbers.units | {name: unit for units in probes for name, unit in units.items()}
 
     def write_tables(self) -> None:
         """Write the history and the probes, whole."""

@@ -25,7 +25,7 @@ from wsph.simulation.compose import compose
 from wsph.simulation.composing.composition import Composition
 from wsph.simulation.interrupts import Interrupts
 from wsph.simulation.ledger import Account, Ledger
-from wsph.simulation.probes import RING
+from wsph.simulation.probing.recorder import RING
 from wsph.simulation.records import Records
 from wsph.simulation.result import Result
 from wsph.simulation.step_control import StepControl
@@ -196,5 +196,6 @@ class Simulation:
         read = [
             fields.primitive(key.partition("[")[0]) for columns in probes.values() for key in columns if key != "time"
         ]
-        units = self._records.units(tuple(dict.fromkeys((*wanted, *read))))
+        numbers = self._records.column_units()
+        units = self._records.units(tuple(dict.fromkeys((*wanted, *(n for n in read if n not in numbers))))) | numbers
         return Result(scene, ending.status, ending.reason, t, history, probes, particles, said, failure, cells, units)

@@ -20,12 +20,12 @@ from wsph.formulations.system import System
 from wsph.plugins import integrators
 from wsph.plugins.blame import blame
 from wsph.plugins.traits import longest_step
-from wsph.protocols import Integrator
+from wsph.protocols import Integrator, Reported
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
 from wsph.simulation.composing.joint import JointSystem
 from wsph.simulation.diagnostics import Diagnostics
-from wsph.simulation.probes import Recorder
+from wsph.simulation.probing.recorder import Recorder
 from wsph.simulation.timeline import TimeStep
 from wsph.stability.limit import StepLimit
 from wsph.units import Scales
@@ -136,6 +136,11 @@ class Composition:
         return (*self.interactions, *(self.joint.couplings if self.joint is not None else ()))
 
     @property
+    def reported(self) -> tuple[Reported, ...]:
+        """All that people read numbers off, in the order of their columns."""
+        return reported(self.bodies, self.between)
+
+    @property
     def clock(self) -> Clock:
         """The clock of all bodies, on the device."""
         return self.time_step.clock
@@ -225,6 +230,12 @@ def publish(bodies: Sequence[BodyRun]) -> None:
     for run in bodies:
         if not integrators.fresh(run.integrator):
             run.system.refresh(run.system.state)
+
+
+def reported(bodies: Sequence[BodyRun], between: Sequence[object]) -> tuple[Reported, ...]:
+    """What of bodies, and of what acts `between` them, people read numbers off."""
+    holders = (*(run.system for run in bodies), *between)
+    return tuple(each for holder in holders for each in getattr(holder, "reported", ()))
 
 
 def integrators_of(bodies: Sequence[BodyRun]) -> list[Integrator]:

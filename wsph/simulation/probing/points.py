@@ -1,7 +1,7 @@
-"""Probes: records of fields at material points, kept on the device between reads.
+"""Probes of fields at material points.
 
-A record is a few weighted averages over the flat state, so one kernel serves every probe of every system; rows go into a
-ring indexed by the step number, and the host reads it between blocks of steps. A field at a particle is that of frames.
+A record is a few weighted averages over the flat state, so one kernel serves every probe of every system. A field at a
+particle is that of frames.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,17 +14,15 @@ import warp as wp
 from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
-from wsph.errors import CheckpointError, Fault, SceneError
+from wsph.errors import Fault, SceneError
 from wsph.formulations.reading import DENSITY, Reading
 from wsph.formulations.system import System
 from wsph.geometry.selection import select
 from wsph.output import fields
 from wsph.scene.tables import Body, Probe
+from wsph.simulation.probing.recorder import Recorder
 from wsph.sph.averages import Averages
 from wsph.units import rounded
-
-RING = 1024
-"""Steps between two reads of a probe that records every step."""
 
 
 @cache
@@ -171,11 +169,9 @@ def _selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tu
     return run, read
 
 
-class Recorder:
-    """One probe on the device. `record()` is a launch; `flush(steps)` appends the rows of those steps.
-
-    A row has c columns: for each point, the components of each primitive field. All values are nondimensional. A column is
-    the sum, or the largest, of what is read at entries, e of them in all, each an average over places.
+class PointRecorder(Recorder):
+    """A probe of fields. A row has c columns: for each point, the components of each primitive field. A column is the sum,
+    or the largest, of what is read at entries, e of them in all, each an average over places.
 
     _columns  # (c + 1,) int32, where the entries of each column begin
     _share    # (c,) scalar, factor of the entries of a column
@@ -183,11 +179,10 @@ class Recorder:
     _offsets  # (e + 1,) int32, where the terms of each entry begin
     _place    # (terms,) int32, an index into the buffers of the state and of its derived fields
     _weight   # (terms,) scalar
-    _ring     # (RING, c) scalar, the row of step s at s modulo RING; (1, c) unless every step is recorded
     """
 
     def __init__(self, probe: Probe, key: str, bodies: Sequence[Probed], space: Space, clock: Clock, every_step: bool):
-        self.probe, self._space, self._clock, self.every_step = probe, space, clock, every_step
+        self._space = space
         able = [b for b in bodies if probe.body in (None, b.body.name)]
         if DENSITY in probe.fields:
             text = f"the density cannot be probed in the {able[0].system.formulation} form; frames carry it"
@@ -203,11 +198,12 @@ class Recorder:
         read = {name: places(name) for name in self._primitives}
         self.points = len(read[self._primitives[0]])
         made = [
-            self._column(name, c, read[name][k][c])
+            self._column(probe, name, c, read[name][k][c])
             for k in range(self.points)
             for name in self._primitives
             for c in range(reading.fields[name].width)
         ]
+        super().__init__(probe, clock, len(made), space.scalar, every_step=every_step)
         entries = [np.diff(each.offsets) for _, _, each in made]
         kinds = (
             (np.cumsum([0, *map(len, entries)]), wp.int32),
@@ -219,16 +215,13 @@ class Recorder:
         )
         arrays = [wp.array(numbers, dtype=kind, device=clock.device) for numbers, kind in kinds]
         self._columns, self._share, self._bounded, self._offsets, self._place, self._weight = arrays
-        self._ring = wp.zeros((RING if every_step else 1, len(made)), dtype=space.scalar, device=clock.device)
-        self._rows: list[np.ndarray] = []
-        self.steps: list[int] = []
 
-    def _column(self, name: str, component: int, read: Averages) -> tuple[float, bool, Averages]:
+    def _column(self, probe: Probe, name: str, component: int, read: Averages) -> tuple[float, bool, Averages]:
         """A column's factor, whether its entries are bounded, and the entries, over the buffers."""
-        share = 1.0 / read.count if self.probe.reduce == "mean" else 1.0
+        share = 1.0 / read.count if probe.reduce == "mean" else 1.0
         # Where no weight is negative an average is within the range of its places by itself.
         bounded = self._reading.fields[name].bounded and bool((read.weights < 0.0).any())
-        if self.probe.reduce in ("mean", "sum") and not bounded:
+        if probe.reduce in ("mean", "sum") and not bounded:
             read, share = read.together(share), 1.0
         return share, bounded, Averages(read.offsets, self._reading.index(name, read.places, component), read.weights)
 
@@ -237,26 +230,6 @@ class Recorder:
         inputs = [self._clock.step, self._columns, self._share, self._bounded, self._offsets, self._place, self._weight]
         inputs += [*self._reading.buffers, int(self.probe.reduce == "max")]
         self._clock.launch(_kernel(self._space), self._ring.shape[1], inputs, [self._ring])
-
-    def flush(self, steps: list[int]) -> None:
-        """Read the rows of `steps` (all still in the ring)."""
-        if steps:
-            ring = self._ring.numpy()
-            self._rows.append(ring[[s % len(ring) for s in steps]].astype(np.float64))
-            self.steps += steps
-
-    def kept(self) -> tuple[np.ndarray, list[int]]:
-        """The rows read so far, (steps, c), and their steps."""
-        width = self._ring.shape[1]
-        return (np.concatenate(self._rows) if self._rows else np.zeros((0, width))), self.steps
-
-    def go_on(self, rows: np.ndarray, steps: list[int]) -> None:
-        """Take up a record where a checkpoint left it. Raises CheckpointError for one of other columns."""
-        if len(rows) and rows.shape[1:] != self._ring.shape[1:]:
-            raise CheckpointError(
-                f"probe {self.probe.name!r} has {rows.shape[1]} columns in the checkpoint, not {self._ring.shape[1]}"
-            )
-        self._rows, self.steps = ([rows] if len(rows) else []), list(steps)
 
     def columns(self) -> dict[str, np.ndarray]:
         """The record so far, SI: one array (records,) per field component, `FIELD[k]` for the k-th of several points."""

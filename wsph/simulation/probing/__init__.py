@@ -1,0 +1,1 @@
+"""What probes record: fields at material points, and numbers of what the scene names."""
