@@ -34,15 +34,17 @@ from wsph.output.fields import AXES
 class Conditions:
     """Prescribed components of one body and the faces that do work.
 
-    entries: (field, component) -> {particle: value}; free_normals: bit k of (n,) where sigma_kk is prescribed; work_*: rows
-    of (particle, axis, signed area [m^(dim-1)]) on faces that move or carry stress. loads: prescribed loads as forces.
-    acting: loads that follow the state, by a name, and where they act. mirrored (n,): how often a particle is there with its
+    entries: (field, component) -> {particle: value}; owners: the same with the number of the boundary that says so.
+    free_normals: bit k of (n,) where sigma_kk is prescribed; work_*: rows of (particle, axis, signed area [m^(dim-1)]) on
+    faces that move or carry stress. loads: prescribed loads as forces. acting: loads that follow the state, by the number of
+    the boundary and the key in it, and where they act. mirrored (n,): how often a particle is there with its
     images across planes of symmetry, 1, 2, 4 or 8: its volume times that is a whole particle's. across (n,): bit k where
     stresses are prescribed in the frame of a face across axis k of the grid, of two-set bodies alone. slides: velocities
     along faces' own normals.
     """
 
     entries: dict[tuple[str, int], dict[int, Moved]] = field(default_factory=dict[tuple[str, int], dict[int, Moved]])
+    owners: dict[tuple[str, int], dict[int, int]] = field(default_factory=dict[tuple[str, int], dict[int, int]])
     free_normals: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     work_particle: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     work_axis: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
@@ -66,9 +68,15 @@ class Conditions:
             mask[list(self.entries.get((name, component), {})), component] = True
         return mask
 
-    def put(self, name: str, component: int, particles: np.ndarray, value: Moved) -> None:
-        """Prescribe a component; of two values the later holds (`wsph.boundary.clashes` refuses what must not be)."""
+    def put(self, name: str, component: int, particles: np.ndarray, value: Moved, owner: int = -1) -> None:
+        """Prescribe a component, by the boundary `owner`; of two values the later holds (`wsph.boundary.clashes` refuses
+        what must not be)."""
         self.entries.setdefault((name, component), {}).update(dict.fromkeys(particles.tolist(), value))
+        self.owners.setdefault((name, component), {}).update(dict.fromkeys(particles.tolist(), owner))
+
+    def owner(self, name: str, component: int, particle: int) -> int:
+        """The number of the boundary that prescribes a component; -1 for none."""
+        return self.owners.get((name, component), {}).get(particle, -1)
 
 
 def face_component(axis: int, tangent: int) -> str:

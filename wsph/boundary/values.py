@@ -51,7 +51,7 @@ class BoundaryValues:
     """The prescribed values of a body on the device.
 
     `impose(state, c)` sets them in a state at t + c dt; c = (a, b) means the mean of both times. Of k entries, the host has
-    `particle` (k,), and the device
+    `particle`, `component` and `owner` (k,), the number of the boundary, and the device
 
     place      # (k,) int32, where each stands in the buffer of the state
     _program   # (k,) int32, its program in the `Bank`, or CONSTANT
@@ -75,6 +75,7 @@ class BoundaryValues:
         """`ways`: the field whose values lead, and the one that says where to."""
         self.space, self._second = space, second
         place, program, scale, points, owners = [], [], [], [], []
+        components, boundaries = [], []
         moved: list[tuple[int, int, Motion, np.ndarray]] = []
         programs: dict[int, int] = {}
         kept: list[Prescribed] = []
@@ -94,6 +95,8 @@ class BoundaryValues:
                 scale.append(factor if number is None else number * factor)
                 points.append(position[particle])
                 owners.append(particle)
+                components.append(component)
+                boundaries.append(conditions.owner(name, component, particle))
         columns = [list(column) for column in zip(*moved, strict=True)] or [[], [], [], []]
         self.motions = Motions(space, *columns, (units.get(ways[0], 1.0), second), device)
         self.count = len(place)
@@ -101,6 +104,7 @@ class BoundaryValues:
             return
         self._bank = bank_of(kept, device)
         self.particle = np.array(owners, np.int32)
+        self.component, self.owner = np.array(components, int), np.array(boundaries, int)
         self.place = wp.array(place, dtype=wp.int32, device=device)
         self._program = wp.array(program, dtype=wp.int32, device=device)
         self._scale = wp.array(scale, dtype=wp.float64, device=device)

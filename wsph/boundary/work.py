@@ -8,7 +8,7 @@ import warp as wp
 from wsph.backend.clock import Clock, dt_of
 from wsph.backend.domain import WHOLE, Domain
 from wsph.backend.kernels import kernel
-from wsph.backend.reduce import BLOCK, blocks, total
+from wsph.backend.reduce import BLOCK, Segments, totals
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.backend.tensors import determinant_and_inverse
@@ -17,7 +17,9 @@ from wsph.boundary.values import BoundaryValues
 from wsph.constitutive.evolution import volume_ratio
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
+from wsph.output.fields import AXES
 from wsph.parts.works import PowerWorks
+from wsph.protocols import Term
 
 
 @cache
@@ -117,66 +119,99 @@ def _constraint_kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
         mass: wp.array(dtype=real),
         free: wp.array(dtype=real),
         state: wp.array(dtype=real),
-        count: int,
+        starts: wp.array(dtype=wp.int32),
+        clock: wp.array(dtype=wp.float64),
+        step: wp.array(dtype=wp.int64),
         old_out: wp.array(dtype=real),
-        work_out: wp.array(dtype=wp.float64),
+        sums_out: wp.array2d(dtype=wp.float64),
+        last_out: wp.array(dtype=wp.int64),
     ):
         block = first + wp.tid()
         total = wp.float64(0.0)
-        for e in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+        impulse = wp.float64(0.0)
+        for e in range(starts[block], starts[block + 1]):
             new = state[place[e]]
-            total += wp.float64(real(0.5) * mass[e] * (new - free[e]) * (new + old_out[e]))
+            change = mass[e] * (new - free[e])
+            total += wp.float64(real(0.5) * change * (new + old_out[e]))
+            impulse += wp.float64(change)
             old_out[e] = new
-        work_out[block] = work_out[block] + total
+        force = impulse / dt_of(clock)
+        # Velocities are set several times in a step: the first time of each begins anew.
+        if last_out[block] == step[0]:
+            force += sums_out[block, 1]
+        last_out[block] = step[0]
+        sums_out[block, 0] = sums_out[block, 0] + total
+        sums_out[block, 1] = force
 
     return keep, work
 
 
 class ConstraintWork:
     """Work of prescribed velocities on a one-set body: the impulse that sets them, times the mean velocity of the step. Of k
-    prescribed components, nondimensional:
+    prescribed components, nondimensional, in blocks of one boundary and one component each:
 
-    _mass  # of the component's particle, (k,) scalar
-    _free  # the value that the step gave before it was set, (k,) scalar
-    _old   # the value at the end of the last step, (k,) scalar
-    _work  # works so far, (blocks,) float64
+    _place   # (k,) int32, where each stands in the buffer of the state
+    _mass    # of the component's particle, (k,) scalar
+    _free    # the value that the step gave before it was set, (k,) scalar
+    _old     # the value at the end of the last step, (k,) scalar
+    _starts  # (blocks + 1,) int32, where the blocks begin
+    _sums    # (blocks, 2) float64, works so far, and the mean force of the last step: that impulse over dt
+    _last    # (blocks,) int64, the step that it is of
     """
 
     def __init__(self, space: Space, boundary: BoundaryValues, mass: np.ndarray, device: str, domain: Domain = WHOLE):
         self.count = boundary.count
-        self._space, self._boundary, self._domain = space, boundary, domain
+        self._space, self._domain = space, domain
         if self.count:
-            self._mass = wp.array(mass[boundary.particle], dtype=space.scalar, device=device)
+            # Of boundary k the component a is owner k dim + a.
+            dim = space.dim
+            self._segments = segments = Segments.of(boundary.owner * dim + boundary.component)
+            particle = boundary.particle[segments.order]
+            self._place = wp.array(boundary.place.numpy()[segments.order], dtype=wp.int32, device=device)
+            self._mass = wp.array(mass[particle], dtype=space.scalar, device=device)
             self._free = wp.zeros(self.count, dtype=space.scalar, device=device)
             self._old = wp.zeros(self.count, dtype=space.scalar, device=device)
-            self._work = wp.zeros(blocks(self.count), dtype=wp.float64, device=device)
+            self._starts = wp.array(segments.starts, dtype=wp.int32, device=device)
+            self._sums = wp.zeros((segments.count, 2), dtype=wp.float64, device=device)
+            self._last = wp.full(segments.count, -1, dtype=wp.int64, device=device)
 
     def before(self, state: State, clock: Clock) -> None:
         """Keep the velocities that the step gave, before they are set (a launch)."""
         if self.count:
-            clock.launch(
-                _constraint_kernels(self._space)[0], self.count, [self._boundary.place, state.buffer], [self._free]
-            )
+            clock.launch(_constraint_kernels(self._space)[0], self.count, [self._place, state.buffer], [self._free])
 
     def after(self, state: State, clock: Clock) -> None:
         """Add the work of setting them (a launch)."""
         if self.count:
-            inputs = [self._boundary.place, self._mass, self._free, state.buffer, self.count]
-            clock.launch(_constraint_kernels(self._space)[1], self._work.shape[0], inputs, [self._old, self._work])
+            inputs = [self._place, self._mass, self._free, state.buffer, self._starts, clock.time, clock.step]
+            outputs = [self._old, self._sums, self._last]
+            clock.launch(_constraint_kernels(self._space)[1], self._segments.count, inputs, outputs)
 
     def kept(self) -> dict[str, wp.array]:
         """The arrays that a checkpoint holds of it, by name."""
-        return {"old": self._old, "work": self._work} if self.count else {}
+        return {"old": self._old, "work": self._sums, "last": self._last} if self.count else {}
 
     def start(self, state: State, clock: Clock) -> None:
         """Take the prescribed velocities at the start of the run."""
         if self.count:
-            self._old.assign(state.buffer.numpy()[self._boundary.place.numpy()])
+            self._old.assign(state.buffer.numpy()[self._place.numpy()])
+            self._sums.zero_()
+            self._last.fill_(-1)
 
     @property
     def total(self) -> float:
         """Work so far, nondimensional."""
-        return total(self._work, self._domain) if self.count else 0.0
+        return float(totals(self._sums, self._domain)[0]) if self.count else 0.0
+
+    def terms(self, owner: int) -> dict[str, list[Term]]:
+        """What the boundary of a number has of it: the terms of its force and its work."""
+        found: dict[str, list[Term]] = {}
+        dim = self._space.dim if self.count else 0
+        for axis in range(dim):
+            mine = self._segments.terms(owner * dim + axis, self._sums, ("work", f"force_{AXES[axis]}"))
+            for name, terms in mine.items():
+                found.setdefault(name, []).extend(terms)
+        return found
 
 
 @cache

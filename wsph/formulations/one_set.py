@@ -18,6 +18,7 @@ from wsph.backend.space import Array
 from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.natural import layer_conditions, node_conditions
+from wsph.boundary.reactions import Terms
 from wsph.boundary.walls import Wall
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.layout import (
@@ -267,6 +268,9 @@ class OneSetSystem(System):
         for part in self.attached.values():
             part.restored()
         self.refresh(self.state)
+
+    def does(self, boundary: int) -> list[Terms]:
+        return self._prescribed.numbers(boundary)
 
     @property
     def ledger(self) -> tuple[Entry, ...]:

@@ -83,6 +83,8 @@ class Loads:
         )
         self._clock = clock
         self.acting: list[ActingLoad] = []
+        self.owners = [int(name.partition(".")[0]) for name, _, _ in conditions.acting]
+        """The numbers of the boundaries that the acting ones are of."""
         for name, load, faces in conditions.acting:
             scaled = replace(faces, area=faces.area / area, vector=faces.vector / area)
             self.acting.append(load.attach(scaled, space, scales, clock, arrays.part(name)))

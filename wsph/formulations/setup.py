@@ -33,6 +33,12 @@ class Setup:
     """Whether a probe or a frame asks for displacements, or for a density that follows from them."""
 
     @property
+    def boundaries(self) -> dict[int, str]:
+        """The boundaries of the body, by their numbers in the scene, with their names."""
+        scene = self.scene
+        return {k: name for k, name in enumerate(scene.boundary_names) if scene.boundary[k].body == self.body.name}
+
+    @property
     def lattice(self) -> Lattice:
         """Its geometry, of a body that the lines of a grid cut."""
         return on_grid(self.geometry)
