@@ -344,6 +344,11 @@ class OneSet(Stability, Protocol):
         ...
 
     @property
+    def held(self) -> bool:
+        """Whether a velocity is prescribed anywhere, zero included."""
+        ...
+
+    @property
     def projects(self) -> bool:
         """Whether its law has a yield surface, so that `project` changes a state."""
         ...

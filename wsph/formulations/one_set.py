@@ -361,6 +361,11 @@ class OneSetSystem(System):
         return self.conditions.moved
 
     @property
+    def held(self) -> bool:
+        """Whether a velocity is prescribed anywhere, zero included."""
+        return bool(self.conditions.entries or self.conditions.slides)
+
+    @property
     def irregular(self) -> bool:
         """Whether its cells differ."""
         return self.geometry.irregular

@@ -66,6 +66,8 @@ class System:
     """The parts of the body on the device, by their keys."""
     warnings: tuple[str, ...] = ()
     """What whoever runs it should know of this form on this body."""
+    sections: tuple[Reported, ...] = ()
+    """Planes through the body whose forces people read off."""
     _counts: Mapping[str, int] = {}
     """Places of the fields of a state whose number of places is their own."""
 
@@ -122,7 +124,8 @@ class System:
     def reported(self) -> tuple[Reported, ...]:
         """What of the body people read numbers off."""
         does = {name: self.does(k) for k, name in self._boundaries.items()}
-        return tuple(reaction(name, self.space.dim, parts, self.gather) for name, parts in does.items() if parts)
+        held = (reaction(name, self.space.dim, parts, self.gather) for name, parts in does.items() if parts)
+        return (*held, *self.sections)
 
     def does(self, boundary: int) -> list[Terms]:
         """What the boundary of a number does to the body; nothing where that cannot be told."""

@@ -54,6 +54,13 @@ def acceleration(space: Space, parts: BodyForceKinds) -> wp.Function:
     return accelerated
 
 
+def weightless(body: object, space: Space) -> object:
+    """The inertia of a body without gravity and damping, for kernels that are to find its own forces alone."""
+    bare = inertia_struct(space)()
+    bare.density, bare.damping, bare.gravity = body.density, space.scalar(0.0), space.vec()
+    return bare
+
+
 class BodyForce:
     """Gravity and damping of one body: `struct` goes to the kernels, `parts` says which of them there are."""
 
