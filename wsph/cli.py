@@ -141,6 +141,12 @@ def _parser() -> argparse.ArgumentParser:
     view.add_argument(
         "--save", type=Path, metavar="FILE", help="a .png, .pdf or .svg of the last frame, a .gif or .mp4 of all"
     )
+    view.add_argument(
+        "--curve",
+        metavar="COLUMNS",
+        help="draw columns of history.csv or of probes (PROBE.COLUMN) instead: --curve=a,b",
+    )
+    view.add_argument("--against", metavar="COLUMN", help="what curves are drawn over (default: time)")
     view.add_argument("--body", metavar="NAME", help="draw this body alone")
     view.add_argument("--time", metavar="T|FROM:TO", help='the frame nearest to a time ("2 ms"), or those in a range')
     view.add_argument(
@@ -355,7 +361,11 @@ def _validate(options: argparse.Namespace) -> int:
 def _view(options: argparse.Namespace) -> int:
     from wsph.output.view.look import Look, plane, span
     from wsph.output.view.pictures import view
+    from wsph.output.view.tables import view_curves
 
+    if options.curve is not None:
+        view_curves(options.folder, options.curve, options.against, options.save)
+        return 0
     slice, clip = plane(options.slice) if options.slice else None, plane(options.clip, "<>") if options.clip else None
     limits = span(options.range) if options.range else None
     shown = options.field, options.body, options.warp, options.camera

@@ -16,6 +16,7 @@ from wsph.simulation.composing.composition import BodyRun, Composition
 from wsph.simulation.ledger import Account
 from wsph.simulation.probing.numbers import Numbers
 from wsph.simulation.probing.recorder import Recorder
+from wsph.simulation.summary import TableUnits
 from wsph.simulation.timeline import Events
 
 Recorded = tuple[str, list[int]]
@@ -144,10 +145,14 @@ class Records:
             found[name] = having[0].unit(fields.primitive(name)) if having else ""
         return found
 
-    def column_units(self) -> dict[str, str]:
-        """SI units of the numbers in the history and in probes, by their columns."""
-        probes = (each.units for each in self._probes)
-        return self._numbers.units | {name: unit for units in probes for name, unit in units.items()}
+    def table_units(self) -> TableUnits:
+        """SI units of the columns of the history and of every probe, by name."""
+        per = ("/m2", "/m", "")[self._dim - 1]
+        units = dict.fromkeys(self._names, f"J{per}")
+        units |= {name: f"N s{per}" for name in self._names if name.startswith("momentum_")} | self._numbers.units
+        units |= {"step": "1", "time": "s", "dt": "s"}
+        probes = {each.probe.name: {"time": "s"} | each.units for each in self._probes}
+        return {"history": {name: units[name] for name in self._names}, "probes": probes}
 
     def write_tables(self) -> None:
         """Write the history and the probes, whole."""

@@ -186,6 +186,7 @@ class Simulation:
         """The result of the run; written, where it has a folder."""
         scene, history = self._composition.scene, self._records.history()
         said = summary(self._composition, self._ledger, history, ending, self._checks.findings.words)
+        said["units"] = self._records.table_units()
         if self._folder is not None:
             self._records.write_tables()
             self._folder.summary(said)
@@ -196,6 +197,5 @@ class Simulation:
         read = [
             fields.primitive(key.partition("[")[0]) for columns in probes.values() for key in columns if key != "time"
         ]
-        numbers = self._records.column_units()
-        units = self._records.units(tuple(dict.fromkeys((*wanted, *(n for n in read if n not in numbers))))) | numbers
+        units = self._records.units(tuple(dict.fromkeys((*wanted, *read))))
         return Result(scene, ending.status, ending.reason, t, history, probes, particles, said, failure, cells, units)

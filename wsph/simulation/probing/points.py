@@ -249,3 +249,8 @@ class PointRecorder(Recorder):
                 for k in range(self.points):
                     result[column if self.points == 1 else f"{column}[{k}]"] = series[:, k]
         return result
+
+    @property
+    def units(self) -> dict[str, str]:
+        of = {key: fields.primitive(key.partition("[")[0]) for key in self.columns()}
+        return {key: self._reading.unit(name) for key, name in of.items()}

@@ -39,8 +39,8 @@ class Recorder:
 
     @property
     def units(self) -> dict[str, str]:
-        """SI units of columns that are no fields, by name."""
-        return {}
+        """SI units of the columns, by name."""
+        raise NotImplementedError
 
     def flush(self, steps: list[int]) -> None:
         """Read the rows of `steps` (all still in the ring)."""
