@@ -180,7 +180,8 @@ class JointSystem:
 
     @property
     def modes(self) -> NDArray[np.complex128]:
-        found = [member.modes for member in self._bodies.values()]
+        # A body that is held everywhere has no motions.
+        found = [member.modes for member in self._bodies.values() if member.frequency > 0.0]
         if self.pushed:
             found.append(self.frequency * np.array([1j, -1j], np.complex128))
         return np.concatenate(found)
@@ -190,7 +191,8 @@ class JointSystem:
         found: list[float] = []
         for name, member in self._bodies.items():
             square, drag = self._added(name)
-            found.append(member.largest(dt, factor) + dt**2 * square + 2.0 * dt * drag)
+            own = member.largest(dt, factor) if member.frequency > 0.0 else 0.0
+            found.append(own + dt**2 * square + 2.0 * dt * drag)
         return max(found)
 
     def courant(self, product: float) -> float:

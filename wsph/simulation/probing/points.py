@@ -140,14 +140,21 @@ def _at(points: np.ndarray, key: str, bodies: Sequence[Probed]) -> tuple[Probed,
 
 
 def _selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tuple[Probed, Places]:
-    """The body of which a probe selects places, and how those are read that a field stands at."""
+    """The body of which a probe selects places, and how those are read that a field stands at. Between the particles, where
+    nothing stands, it selects the middles of the cells."""
 
     def chosen(run: Probed, name: str) -> np.ndarray:
         # Where stresses have places of their own, those are selected.
         return np.flatnonzero(select(text, run.reading.where(name), run.system.spacing))
 
+    def middles(run: Probed) -> np.ndarray:
+        cells = run.system.geometry.cells
+        return cells[select(text, cells, run.system.spacing)]
+
     wanted = {"velocity", *(fields.primitive(name) for name in probe.fields)}
     hit = [run for run in bodies if any(len(chosen(run, name)) for name in wanted.intersection(run.reading.fields))]
+    between = not hit
+    hit = hit or [run for run in bodies if len(middles(run))]
     if not hit:
         among = "; ".join(map(_extent, bodies))
         raise _fault(f"{key}.where", f"{probe.where!r} selects no particle; {among}")
@@ -156,6 +163,8 @@ def _selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tu
     run = hit[0]
 
     def read(name: str) -> list[list[Averages]]:
+        if between:
+            return [run.reading.sample(middles(run), name)]
         there = chosen(run, name)
         if not len(there):
             where = "at the points inside the cells" if run.reading.apart(name) else "at the particles"
