@@ -8,6 +8,9 @@ import pytest
 import wsph
 from tests.scenes import FORMS, body, box, cube, held, scene
 from wsph.errors import SceneError
+from wsph.simulation.compose import compose
+from wsph.simulation.probing.numbers import Numbers
+from wsph.validation.case import example
 
 ONE_SET = (*FORMS, "updated-lagrangian")
 REST = {"damping": {"rate": 0.9}}
@@ -127,6 +130,23 @@ def test_in_three_dimensions_and_in_one() -> None:
     history = wsph.run(bar).history
     assert [name for name in history if name.startswith("section")] == ["section_cut_x"]
     assert history["section_cut_x"][-1] == pytest.approx(1e-3, rel=1e-7)
+
+
+def test_a_cut_through_a_ring_has_the_pressure_on_its_bore() -> None:
+    """At rest the force across the plane is that of the pressure on the part behind, to rounding, and that on the bore."""
+    made = compose(example("ring").with_(**{"bodies.0.spacing": 0.01, "run.end": 2.5e-3}))
+    made.program.run(made.steps)
+    system, scales = made.bodies[0].system, made.scales
+    system.refresh(system.state)
+    cut = next(each for each in system.reported if each.name == "cut")
+    x, y, moment = Numbers([cut], scales, 2).values()
+    behind = system.position[:, 1] <= 1e-9
+    loads = system.loads.following.numpy() * scales.stress * scales.length
+    assert np.abs(np.array([x, y]) + loads[behind].sum(0)).max() < 1e-9 * y
+    place = system.position + system.state.read("displacement") * scales.length
+    turning = (place[:, 0] * loads[:, 1] - place[:, 1] * loads[:, 0])[behind].sum()
+    assert abs(moment + turning) < 1e-9 * y * 0.1
+    assert y == pytest.approx(1e5, rel=1e-2)
 
 
 def test_where_it_leaves_nothing_and_where_there_are_no_forces_it_is_refused() -> None:
