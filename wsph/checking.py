@@ -2,6 +2,7 @@
 
 # pyright: strict
 
+from collections.abc import Sequence
 from typing import Any
 
 from wsph.backend.graph import Program
@@ -10,6 +11,7 @@ from wsph.errors import WsphError
 from wsph.geometry.meshes.inspection import in_words
 from wsph.plugins import integrators, registry
 from wsph.protocols import Integrator
+from wsph.reporting import Reported
 from wsph.scene.scene import Scene
 from wsph.simulation.compose import compose, memory_need, stairs
 from wsph.simulation.composing.composition import BodyRun
@@ -40,12 +42,19 @@ def described(scene: Scene, source: str) -> list[Row]:
         ("kernels", f"{len(set(kernels))} in {len(kernels)} launches per step: {', '.join(kernels)}"),
         ("launches", _replayed(composition.program)),
         ("probes", ", ".join(p.name for p in scene.probes) or "none"),
+        ("numbers", _numbers(composition.reported) or "none"),
     ]
     rows += [
         ("contact", f"{' and '.join(c.names) if c.between else f'{c.self_} with itself'}, {c.law}")
         for c in scene.contact
     ]
     return rows
+
+
+def _numbers(reported: Sequence[Reported]) -> str:
+    """What has columns of its own in history.csv, by kind."""
+    kinds = dict.fromkeys(each.kind for each in reported)
+    return "; ".join(f"{kind} {', '.join(each.name for each in reported if each.kind == kind)}" for kind in kinds)
 
 
 def _of_body(scene: Scene, run: BodyRun, steps: str) -> list[Row]:

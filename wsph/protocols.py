@@ -2,7 +2,7 @@
 
 # pyright: strict
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -49,6 +49,8 @@ class Traits:
     """Whether the guard tries the step of a jittered body for modes that grow: collocation can have some."""
     clumps: bool = False
     """Whether modes of neighbouring particles can grow about a stretched state."""
+    cuts: bool = False
+    """Whether the forces between its particles alone can be asked for: those through a plane."""
     pushable: bool = False
     """Whether interactions between bodies may change the velocities of its particles between steps."""
 
@@ -202,43 +204,6 @@ class Entry:
 
     column: str
     value: Callable[[], float]
-
-
-@dataclass(frozen=True, eq=False)
-class Term:
-    """A part of a number that is read off a run: the sum of `count` elements of `values`, flat, from `first` on, every
-    `stride`-th of them, times `factor`. `values` are float64 on the device, nondimensional; steps keep them up to date."""
-
-    values: DeviceArray
-    first: int = 0
-    count: int = 1
-    stride: int = 1
-    factor: float = 1.0
-
-
-class Reported(Protocol):
-    """Something in a run that people read numbers off: a boundary, a contact, a tool, a section. Its numbers are columns of
-    history.csv, and what a probe `of` it records."""
-
-    @property
-    def name(self) -> str:
-        """Its name in the scene."""
-        ...
-
-    @property
-    def kind(self) -> str:
-        """What its columns begin with: "reaction", "contact", "tool" or "section"."""
-        ...
-
-    @property
-    def numbers(self) -> Mapping[str, Sequence[Term]]:
-        """The terms of each number: "force_x", "force_y", "force_z" as the dimension has them, "torque" in 2D or "torque_x",
-        "torque_y", "torque_z", and "work". A number that it does not have is left out; that of no terms is zero."""
-        ...
-
-    def gather(self) -> None:
-        """Bring its terms up to date, where steps do not (launches)."""
-        ...
 
 
 class Dimensioned(Protocol):

@@ -13,7 +13,7 @@ import wsph
 from tests.scenes import body, box, held, scene
 from wsph.backend.clock import Clock
 from wsph.errors import SceneError
-from wsph.protocols import Term
+from wsph.reporting import Term
 from wsph.scene.tables import Probe
 from wsph.simulation.probing.numbers import NumberRecorder, Numbers, column, components, unit
 from wsph.units import Scales

@@ -14,7 +14,7 @@ import numpy as np
 
 from wsph.backend.domain import WHOLE, Domain
 from wsph.backend.space import Array
-from wsph.protocols import Term
+from wsph.reporting import Term
 
 BLOCK = 1024
 """Rows that one thread sums up."""

@@ -13,14 +13,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from wsph.parts.works import work_and_force
-from wsph.protocols import Term
+from wsph.reporting import Term
 
 Terms = Mapping[str, Sequence[Term]]
 
 
 @dataclass(frozen=True)
 class Reaction:
-    """The reaction of a boundary, as people read it off (`wsph.protocols.Reported`)."""
+    """The reaction of a boundary, as people read it off (`wsph.reporting.Reported`)."""
 
     name: str
     numbers: Terms

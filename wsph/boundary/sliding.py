@@ -14,7 +14,7 @@ from wsph.backend.state import Layout, State, fields_struct
 from wsph.boundary.loads.forces import LoadForces
 from wsph.boundary.slide import Slides
 from wsph.parts.works import work_and_force
-from wsph.protocols import Term
+from wsph.reporting import Term
 
 
 @cache

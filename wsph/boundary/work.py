@@ -19,7 +19,7 @@ from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.output.fields import AXES
 from wsph.parts.works import PowerWorks
-from wsph.protocols import Term
+from wsph.reporting import Term
 
 
 @cache

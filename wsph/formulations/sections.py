@@ -21,7 +21,7 @@ from wsph.errors import Fault, SceneError
 from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.system import System
 from wsph.output.fields import AXES
-from wsph.protocols import Reported, Term
+from wsph.reporting import Reported, Term
 
 NEAR = 1e-6
 """Distance from a plane within which a particle is on it [spacings]."""
@@ -77,7 +77,7 @@ def _sum_kernel(space: Space, layout: Layout) -> wp.Kernel:
 
 
 class SectionForces:
-    """Force and moment of one section (`wsph.protocols.Reported`), of k particles behind its plane, nondimensional.
+    """Force and moment of one section (`wsph.reporting.Reported`), of k particles behind its plane, nondimensional.
 
     _side      # (n,) int32, 1 of the particles in front
     _particle  # (k,) int32
@@ -126,7 +126,7 @@ class SectionForces:
 def cut(system: System, planes: Sequence[tuple[int, Plane]]) -> tuple[Reported, ...]:
     """The sections of a body, by their numbers in the scene. Raises SceneError where they cannot be had."""
     for k, _ in planes:
-        if not isinstance(system, OneSetSystem) or not hasattr(system.rates, "internal"):
+        if not isinstance(system, OneSetSystem) or not system.traits.cuts:
             text = (
                 f"the {system.formulation} form has no forces between particles that a plane could cut: use an integrator of one"
                 " set, such as leapfrog, or a probe of the stress"

@@ -20,7 +20,8 @@ from wsph.parts.body_force import BodyForce
 from wsph.parts.body_force_work import ForceWork
 from wsph.parts.part import Attached
 from wsph.parts.terms import Response
-from wsph.protocols import Entry, Reported
+from wsph.protocols import Entry
+from wsph.reporting import Reported
 from wsph.sph.averages import Averages
 
 HERE = 1e-6

@@ -14,7 +14,7 @@ from wsph.output.fields import AXES
 
 
 def work_and_force(dim: int) -> tuple[str, ...]:
-    """Names of the numbers (`wsph.protocols.Reported`) of a work and a force, in this order."""
+    """Names of the numbers (`wsph.reporting.Reported`) of a work and a force, in this order."""
     return ("work", *(f"force_{axis}" for axis in AXES[:dim]))
 
 

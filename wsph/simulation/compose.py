@@ -27,7 +27,7 @@ from wsph.formulations import memory
 from wsph.formulations.system import System
 from wsph.plugins import integrators
 from wsph.plugins.blame import blame
-from wsph.protocols import Reported
+from wsph.reporting import Reported
 from wsph.scene.geometries import is_fitted, refuse_misfits, stairs_in_words
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Probe

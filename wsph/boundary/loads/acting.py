@@ -19,8 +19,9 @@ from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.programs.prescribed import Prescribed
-from wsph.protocols import Entry, Term
+from wsph.protocols import Entry
 from wsph.quantities import Model
+from wsph.reporting import Term
 from wsph.units import Scales
 
 
@@ -48,7 +49,7 @@ class ActingLoad:
     ledger: tuple[Entry, ...] = ()
     """Its entries of the energy ledger."""
     numbers: Mapping[str, Sequence[Term]] = {}
-    """What it does to the body, for those who read it off (`wsph.protocols.Reported`): "force_x", ..., the mean of the last
+    """What it does to the body, for those who read it off (`wsph.reporting.Reported`): "force_x", ..., the mean of the last
     step, and "work" so far."""
 
     def impose(self, clock: Clock, c: float | tuple[float, float]) -> None:

@@ -11,7 +11,7 @@ from wsph.backend.reduce import BLOCK, Segments
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.parts.works import Works, work_and_force
-from wsph.protocols import Term
+from wsph.reporting import Term
 
 
 @cache

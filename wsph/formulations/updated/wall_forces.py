@@ -24,7 +24,7 @@ from wsph.formulations.updated.memory import memory_struct
 from wsph.output.fields import AXES
 from wsph.parts.terms import answers_struct, points_struct
 from wsph.parts.works import PowerWorks
-from wsph.protocols import Term
+from wsph.reporting import Term
 
 
 def shares_of(kinds: list[Kind], walls: list[Wall]) -> np.ndarray:

@@ -20,7 +20,8 @@ from wsph.formulations.system import System
 from wsph.plugins import integrators
 from wsph.plugins.blame import blame
 from wsph.plugins.traits import longest_step
-from wsph.protocols import Integrator, Reported
+from wsph.protocols import Integrator
+from wsph.reporting import Reported, Reporting
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
 from wsph.simulation.composing.joint import JointSystem
@@ -235,7 +236,7 @@ def publish(bodies: Sequence[BodyRun]) -> None:
 def reported(bodies: Sequence[BodyRun], between: Sequence[object]) -> tuple[Reported, ...]:
     """What of bodies, and of what acts `between` them, people read numbers off."""
     holders = (*(run.system for run in bodies), *between)
-    return tuple(each for holder in holders for each in getattr(holder, "reported", ()))
+    return tuple(each for holder in holders if isinstance(holder, Reporting) for each in holder.reported)
 
 
 def integrators_of(bodies: Sequence[BodyRun]) -> list[Integrator]:

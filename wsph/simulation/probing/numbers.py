@@ -1,6 +1,6 @@
 """Numbers that people read off a run, of what the scene names: forces, torques and works, as columns and as probes.
 
-Whatever has such numbers says which sums on the device they are (`wsph.protocols.Reported`); their names, units and columns
+Whatever has such numbers says which sums on the device they are (`wsph.reporting.Reported`); their names, units and columns
 are made here, alike for boundaries, contacts, tools and sections.
 """
 
@@ -14,7 +14,7 @@ from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
 from wsph.errors import Fault, SceneError
 from wsph.output.fields import AXES
-from wsph.protocols import Reported, Term
+from wsph.reporting import Reported, Term
 from wsph.scene.messages import nearest
 from wsph.scene.tables import Probe
 from wsph.simulation.probing.recorder import Recorder
