@@ -81,6 +81,9 @@ def _of_body(scene: Scene, run: BodyRun, steps: str) -> list[Row]:
     ]
     rows += [(f"  {about}", said) for about, said in in_words(run.system.geometry)]
     rows += [("  surface", steps)] if steps else []
+    for force in run.body.body_force:
+        where = force.where or "all particles"
+        rows.append(("  body force", f"{', '.join(force.components)} on {where}"))
     chosen = selections(scene, run.body.name, run.system.geometry, run.system.position, scene.run.end)
     rows += [(f"boundary {each.number}", str(each)) for each in chosen]
     return rows

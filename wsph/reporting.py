@@ -1,4 +1,4 @@
-"""Numbers that people read off a run, of boundaries, contacts, tools and sections: how whoever has them says which they are."""
+"""Numbers that people read off a run: how boundaries, contacts, tools and sections say which they are."""
 
 # pyright: strict
 

@@ -198,6 +198,52 @@ def test_of_pressure_that_follows_and_of_two_loads_on_one_particle() -> None:
     assert np.abs(external - works(result)).max() < 1e-12 * np.abs(external).max()
 
 
+SPRINGS = {"body": "b", "face": "+x", "name": "springs", "spring": {"stiffness": {"normal": 0.5, "tangential": 0.1}}}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_of_springs_to_rounding_and_none_of_periodic_faces(form: str) -> None:
+    made = scene(
+        body(cube(2), 0.1, velocity=["0.02*cos(pi*x)", "0.01*x"]),
+        run={"formulation": form, "end": 1.0, "cfl": 0.3},
+        boundary=[SPRINGS, {"body": "b", "face": "+y", "periodic": "-y"}],
+        output={"history": 1},
+    )
+    result = wsph.run(made)
+    assert gap(result, 2, np.zeros(2)) < ROUNDING
+    assert result.history["work_springs"][-1] < 0.0
+    assert not [name for name in result.history if "b-2" in name]
+
+
+def test_of_quiet_faces_to_the_square_of_the_step() -> None:
+    """Leapfrog finds the forces of dashpots with predicted velocities."""
+    gaps: list[tuple[float, float]] = []
+    for cfl in (0.1, 0.05):
+        made = scene(
+            body(cube(2), 0.1, velocity=["0.02*(1 - cos(2*pi*x))", "0.01*x^2"]),
+            run={"formulation": "stress-points", "end": 1.0, "cfl": cfl},
+            boundary=[SPRINGS, {"body": "b", "face": "-x", "name": "quiet", "quiet": True}],
+            output={"history": 1},
+        )
+        result = wsph.run(made)
+        dissipated = result.history["dissipated"]
+        lost = np.abs(result.history["work_quiet"] + dissipated).max() / dissipated.max()
+        gaps.append((gap(result, 2, np.zeros(2)), lost))
+    assert gaps[0][0] < 3e-3
+    for first, second in zip(*gaps, strict=True):
+        assert second < 0.3 * first
+
+
+def test_a_body_force_is_of_no_boundary() -> None:
+    made = scene(
+        body(cube(2), 0.2, body_force={"x": 1e-3}),
+        run={"formulation": "stress-points", "end": 0.5, "cfl": 0.3},
+        boundary=[held("-x", 2)],
+        output={"history": 1},
+    )
+    assert gap(wsph.run(made), 2, np.array([1e-3, 0.0])) < ROUNDING
+
+
 def test_a_bar_at_rest_between_its_load_and_its_support() -> None:
     """Damped to rest: what holds it is what pulls at it, in single precision too."""
     entries = [{"body": "b", "face": "-x", "fixed": ["x"]}, {"body": "b", "face": "+x", "traction": {"x": 1e-3}}]

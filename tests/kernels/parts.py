@@ -83,6 +83,17 @@ def _placed_and_loaded() -> Iterator[tuple[str, dict[str, Any]]]:
     loads = [moved, {"body": "block", "face": "+x", "traction": {"x": 1e-3}}]
     for dim, form in itertools.product((2, 3), FORMS[:2]):
         yield f"loads, {form}, {dim}D", {"dim": dim, "form": form, "boundary": loads}
+    for dim, form in itertools.product((1, 2, 3), FORMS[:2]):
+        quiet = {"body": "block", "face": "+x", "quiet": True, "spring": {"stiffness": 1e-3}}
+        seam = [{"body": "block", "face": "+y", "periodic": "-y"}] if dim > 1 else []
+        yield f"supports, {form}, {dim}D", {"dim": dim, "form": form, "boundary": [quiet, *seam]}
+    spring = {"body": "block", "face": "+x", "spring": {"damping": {"normal": 1e-3}}}
+    yield "dashpots, updated-lagrangian", {"form": "updated-lagrangian", "boundary": [spring]}
+    for integrator in ("leapfrog", "tsph", "ul-tsph"):
+        run = {"integrator": integrator, "formulation": None}
+        driven = {"body": "block", "face": "-x", "displacement": {"x": "1e-3*t"}, "acceleration": {"y": "t"}}
+        keys = {"boundary": [driven], "gravity": {"x": "1e-3*t"}, "body": {"body_force": {"y": "t*x"}}}
+        yield f"motions and forces, {integrator}", {"run": run, **keys}
     probe = {"name": "most", "where": "x > 0.5", "reduce": "max", "fields": ["stress_xx"], "every": 1}
     yield "a probe", {"probes": [probe]}
     # Above some size the threads of a CPU share a step, and meet in a kernel of its own.

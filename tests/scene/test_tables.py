@@ -42,6 +42,7 @@ viscosity = { alpha = 1.0, beta = 1.0, kind = "pair" }
 hourglass = { coefficient = 0.1 }
 artificial_stress = { epsilon = 0.3, exponent = 4.0 }
 damping = { rate = 10.0 }
+body_force = { x = "1 MN/m3", y = "x", where = "x > 0.5" }
 [bodies.links]
 criterion = "stretch"
 threshold = 0.02
@@ -90,7 +91,16 @@ traction = { x = "1 MPa" }
 body = "d"
 face = "+x"
 pressure = "1 MPa"
-spring = { stiffness = 1e9 }
+spring = { stiffness = 1e9, damping = { normal = "1 kPa s/m", tangential = 2.0 } }
+[[boundary]]
+body = "e"
+where = "x > 1"
+displacement = { x = "0.1*t" }
+acceleration = { y = "ramp" }
+[[boundary]]
+body = "c"
+face = "+y"
+quiet = true
 [[contact]]
 between = ["a", "b"]
 law = "pinball"

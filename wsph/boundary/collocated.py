@@ -48,6 +48,9 @@ def face_conditions(scene: Prescribing, body: str, lattice: Lattice, labels: tup
         if condition.normal is not None:
             text = "two-set bodies prescribe velocities along the axes of their shape: use symmetry, or an integrator of one set"
             raise SceneError("scene", [Fault(0, f"boundary.{k}.normal", text)])
+        if condition.periodic is not None:
+            text = "two-set bodies have no periodic faces: use an integrator of one set"
+            raise SceneError("scene", [Fault(0, f"boundary.{k}.periodic", text)])
         for key in condition.acting:
             text = "two-set bodies prescribe stress on their faces: use an integrator of one set"
             raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])

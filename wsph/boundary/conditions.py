@@ -36,11 +36,11 @@ class Conditions:
 
     entries: (field, component) -> {particle: value}; owners: the same with the number of the boundary that says so.
     free_normals: bit k of (n,) where sigma_kk is prescribed; work_*: rows of (particle, axis, signed area [m^(dim-1)]) on
-    faces that move or carry stress. loads: prescribed loads as forces. acting: loads that follow the state, by the number of
-    the boundary and the key in it, and where they act. mirrored (n,): how often a particle is there with its
-    images across planes of symmetry, 1, 2, 4 or 8: its volume times that is a whole particle's. across (n,): bit k where
-    stresses are prescribed in the frame of a face across axis k of the grid, of two-set bodies alone. slides: velocities
-    along faces' own normals.
+    faces that move or carry stress. loads: prescribed loads as forces, and inside: those of no face. acting: loads that
+    follow the state, by the number of the boundary and the key in it, and where they act. mirrored (n,): how often a
+    particle is there with its images across planes of symmetry, 1, 2, 4 or 8: its volume times that is a whole particle's.
+    across (n,): bit k where stresses are prescribed in the frame of a face across axis k of the grid, of two-set bodies
+    alone. periodic: pairs of particles (k, 2) that are one, by the key of their entry. slides: velocities along faces' own normals.
     """
 
     entries: dict[tuple[str, int], dict[int, Moved]] = field(default_factory=dict[tuple[str, int], dict[int, Moved]])
@@ -50,6 +50,8 @@ class Conditions:
     work_axis: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     work_area: np.ndarray = field(default_factory=lambda: np.zeros(0))
     loads: list[FaceLoad] = field(default_factory=list[FaceLoad])
+    inside: list[FaceLoad] = field(default_factory=list[FaceLoad])
+    periodic: list[tuple[str, np.ndarray]] = field(default_factory=list[tuple[str, np.ndarray]])
     slides: list[Slide] = field(default_factory=list[Slide])
     acting: list[tuple[str, Load, LoadedFaces]] = field(default_factory=list[tuple[str, Load, LoadedFaces]])
     mirrored: np.ndarray = field(default_factory=lambda: np.ones(0))
@@ -60,6 +62,11 @@ class Conditions:
         """Whether a value other than zero is prescribed anywhere."""
         slid = any(nonzero(slide.value) for slide in self.slides)
         return slid or any(nonzero(value) for values in self.entries.values() for value in values.values())
+
+    @property
+    def resisted(self) -> bool:
+        """Whether there are loads that depend on velocities."""
+        return any(load.resists for _, load, _ in self.acting)
 
     def prescribed(self, name: str, components: int, count: int) -> np.ndarray:
         """Which of the components of a field are prescribed, (count, components) bool."""

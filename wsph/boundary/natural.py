@@ -17,6 +17,7 @@ from wsph.boundary.conditions import (
 )
 from wsph.boundary.loads.acting import Load, LoadedFaces
 from wsph.boundary.loads.rows import FaceLoad, stress_load, traction_load
+from wsph.boundary.periodic import partners
 from wsph.boundary.programs.prescribed import Prescribed
 from wsph.boundary.slide import Slide
 from wsph.boundary.tables import Boundary, Prescribing
@@ -95,6 +96,13 @@ def _natural_conditions(
         if condition.stress and len(velocities) == dim:
             text = "all velocities are prescribed too: a load there moves nothing"
             raise SceneError("scene", [Fault(0, f"boundary.{k}.stress", text)])
+        if condition.periodic is not None:
+            key = f"boundary.{k}.periodic"
+            if position is not geometry.nodes:
+                text = 'needs particles on the faces: use "stress-points", or "total-lagrangian" with pairs along edges'
+                raise SceneError("scene", [Fault(0, key, text)])
+            pairs = partners(key, condition.periodic, particles, faces, position, geometry.spacing)
+            result.periodic.append((key, pairs))
         if condition.normal is not None:
             slid = _slide(f"boundary.{k}.normal", scene.value(condition.normal, "m/s"), faces, on, rows)
             result.slides.append(replace(slid, owner=k))
@@ -106,10 +114,10 @@ def _natural_conditions(
                 held = "all velocities are" if not along else "the velocity along the normals is"
                 text = f"{held} prescribed too: a load there moves nothing"
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
-            if load.by_corners and position is not geometry.nodes:
+            if (load.by_corners or load.on_faces) and position is not geometry.nodes:
                 text = (
-                    'needs particles on the faces: use "stress-points", or "total-lagrangian" with pairs along edges; or a'
-                    " traction, which keeps its direction"
+                    'needs particles on the faces: use "stress-points", "total-lagrangian" with pairs along edges, or a body'
+                    f' with placement = "nodes"{"; or " * bool(load.otherwise)}{load.otherwise}'
                 )
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
             result.acting.append((f"{k}.{key}", load, loaded_faces(scene, load, faces, on, rows, position)))

@@ -45,10 +45,21 @@ class Selection:
         where = " ".join(named[0])
         areas = ", ".join(f"{name} {area:.6g}{unit}" for name, area in self.faces.items())
         text = f"{condition.body}, {where}: {self.particles} particles, faces {areas or 'none'}"
+        text += "".join(f"; {said}" for said in _supports(condition))
         if self.resultant is None:
             return text
         parts = ", ".join(f"{each:.6g}" for each in self.resultant)
         return f"{text}; resultant ({parts}) {force}" + (f" at t = {self.time:.4g} s" if self.time else "")
+
+
+def _supports(condition: Boundary) -> Iterator[str]:
+    """What a condition says of the motion and of supports, in words."""
+    for key in ("displacement", "acceleration"):
+        if given := getattr(condition, key):
+            yield f"{key} {', '.join(given)}"
+    if condition.periodic:
+        yield f"one with face {condition.periodic}"
+    yield from (key for key in condition.acting)
 
 
 def selections(

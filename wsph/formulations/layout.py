@@ -20,6 +20,11 @@ def velocity_field(space: Space) -> Field:
     return Field("velocity", space.dim, "m/s", leads=True)
 
 
+def drag_field(space: Space) -> Field:
+    """What drag has added to the velocities since the step began."""
+    return Field("drag", space.dim, "m/s", leads=True, hidden=True)
+
+
 def displacement_field(space: Space, wanted: bool = True) -> Field:
     """The displacement of particles, where it is `wanted`."""
     return Field("displacement", space.dim * wanted, "m")

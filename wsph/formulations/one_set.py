@@ -17,18 +17,20 @@ from wsph.backend.algebra import combine
 from wsph.backend.space import Array
 from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.conditions import Conditions
+from wsph.boundary.loads.regions import gravity_of
 from wsph.boundary.natural import layer_conditions, node_conditions
 from wsph.boundary.reactions import Terms
 from wsph.boundary.walls import Wall
 from wsph.formulations.lagrangian.form import Form
-from wsph.formulations.layout import (
-    deformation_field,
-    deviation_field,
-    displacement_field,
-    matter_fields,
-    velocity_field,
+from wsph.formulations.one_set_setup import (
+    Loads,
+    Placement,
+    RateSetup,
+    inside_loads,
+    layout_of,
+    pair_warnings,
+    seam_of,
 )
-from wsph.formulations.one_set_setup import Loads, Placement, RateSetup, pair_warnings, remembers
 from wsph.formulations.one_set_works import Prescribed
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import HERE, System
@@ -73,23 +75,6 @@ class Rates(Protocol):
     def restored(self) -> None: ...
 
 
-def layout_of(host: Host) -> Layout:
-    """The fields of a one-set state."""
-    laws, reference = host.constitutive.laws, host.traits.reference
-    extra = [field for part in host.parts.values() if part.acts for field in part.fields(host)]
-    return Layout.of(
-        (
-            velocity_field(host.space),
-            *(field for field in extra if field.leads),
-            *matter_fields(host.constitutive, at_points=True, derived=laws.total is not None),
-            deformation_field(host.space, at_points=True, derived=reference),
-            displacement_field(host.space),
-            deviation_field(host.space, remembers(host)),
-            *(field for field in extra if not field.leads),
-        )
-    )
-
-
 def _buffers(terms: list[tuple[float, State]]) -> list[tuple[float, Array]]:
     return [(c, state.buffer) for c, state in terms]
 
@@ -108,6 +93,7 @@ class OneSetSystem(System):
         self.placement = Placement.of(host)
         self.points, self.position, self.volume = self.placement.points, self.placement.position, self.placement.volume
         self.conditions = self._find_conditions(setup)
+        self.conditions.inside = inside_loads(setup, self.placement)
         self.layout = self._find_layout(host)
         self._derived: Derived | None = None
         self._accepted: State | None = None
@@ -116,7 +102,7 @@ class OneSetSystem(System):
             self.arrays.take("derived", self._derived.buffer)
         self.state = self._make(self.count, self.layout, len(self.point_volume), self._derived, own=True)
         self.loads = Loads(setup, self.conditions, self.placement, self.arrays.part("loads"))
-        self.force = BodyForce(setup.scene.gravity, setup.body.damping, space, setup.scales, self.density)
+        self.force = BodyForce(gravity_of(setup.scene)[0], setup.body.damping, space, setup.scales, self.density)
         self.force_work = WayWork(self.force, self.volume, self.state, self.device)
         made = RateSetup(
             setup, host, self.placement, self.layout, self.conditions, self.loads, self.force, self.arrays, self.walls
@@ -138,6 +124,7 @@ class OneSetSystem(System):
             self.arrays,
         )
         self.boundary = self._prescribed.values
+        self._seam = seam_of(setup, host, self.conditions, self.placement, self.arrays.part("seam"))
         self.motions = SmallMotions(cast(Moving, self))
         self.arrays.part("force").adopt(self.force_work, self.force_work.kept())
 
@@ -149,7 +136,7 @@ class OneSetSystem(System):
 
     def _find_layout(self, host: Host) -> Layout:
         """The fields of its states."""
-        return layout_of(host)
+        return layout_of(host, self.conditions)
 
     def _attach(self, host: Host) -> dict[str, Attached]:
         """The parts of the body on the device."""
@@ -187,6 +174,8 @@ class OneSetSystem(System):
         middle of the step once. Raises RuntimeError where the derived fields are of another state.
         """
         self.rates.rate(state, out, part, ahead)
+        if part != "rest":
+            self._seam.join(out, self.clock)
         if part != "velocity":
             for attached in self.attached.values():
                 attached.rate(state, out)
@@ -249,6 +238,10 @@ class OneSetSystem(System):
         self._accepted = state
         for part in self.attached.values():
             part.advance()
+
+    def begin(self) -> None:
+        self._seam.join(self.state, self.clock)
+        super().begin()
 
     def kinetic(self, state: State) -> float:
         """sum m |v|^2/2 over the free components of a state's velocity, nondimensional (a copy)."""
@@ -317,8 +310,9 @@ class OneSetSystem(System):
         return free
 
     def project_free(self, velocity: np.ndarray) -> np.ndarray:
-        """Velocities (n dim,) without what is prescribed of them, by components and along faces' own normals."""
-        return self._prescribed.slides.project(velocity * self.free_components)
+        """Velocities (n dim,), times the roots of masses, without what is prescribed of them, by components and along faces'
+        own normals, and without what parts particles that are one."""
+        return self._seam.project(self._prescribed.slides.project(velocity * self.free_components))
 
     @property
     def drags(self) -> bool:
@@ -336,9 +330,14 @@ class OneSetSystem(System):
         return self.form.one_sided
 
     @property
+    def resisted(self) -> bool:
+        """Whether there are loads that depend on velocities, whatever the motion is."""
+        return self.form.resisted
+
+    @property
     def damping_rate(self) -> float:
         """Rate of the damping in proportion to mass, nondimensional."""
-        return float(self.force.struct.damping)
+        return self.force.rate
 
     @property
     def damped(self) -> bool:

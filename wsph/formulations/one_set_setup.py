@@ -4,6 +4,7 @@
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
 
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 import warp as wp
@@ -16,9 +17,20 @@ from wsph.backend.state import Layout, State
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.loads.acting import ActingLoad
 from wsph.boundary.loads.forces import LoadForces
+from wsph.boundary.loads.regions import times_volume, volume_loads
+from wsph.boundary.loads.rows import FaceLoad
+from wsph.boundary.periodic import Seam, refuse_parted, seams_of
 from wsph.boundary.walls import Wall
-from wsph.errors import Refused
+from wsph.errors import Fault, Refused, SceneError
 from wsph.formulations.lagrangian.form import Form, coefficients_of
+from wsph.formulations.layout import (
+    deformation_field,
+    deviation_field,
+    displacement_field,
+    drag_field,
+    matter_fields,
+    velocity_field,
+)
 from wsph.formulations.setup import Setup
 from wsph.geometry.gradients import MIX, NodalGradients, nodal_gradients
 from wsph.parts.body_force import BodyForce
@@ -30,6 +42,25 @@ from wsph.parts.terms import Coefficients
 def remembers(host: Host) -> bool:
     """Whether particles remember the motion that their gradients do not see: there is no reference to measure it from."""
     return not host.traits.reference and stabilisation(host) > 0.0
+
+
+def layout_of(host: Host, conditions: Conditions) -> Layout:
+    """The fields of a one-set state."""
+    laws, reference = host.constitutive.laws, host.traits.reference
+    extra = [field for part in host.parts.values() if part.acts for field in part.fields(host)]
+    if conditions.resisted and not any(field.name == "drag" for field in extra):
+        extra.append(drag_field(host.space))
+    return Layout.of(
+        (
+            velocity_field(host.space),
+            *(field for field in extra if field.leads),
+            *matter_fields(host.constitutive, at_points=True, derived=laws.total is not None),
+            deformation_field(host.space, at_points=True, derived=reference),
+            displacement_field(host.space),
+            deviation_field(host.space, remembers(host)),
+            *(field for field in extra if not field.leads),
+        )
+    )
 
 
 @dataclass(frozen=True)
@@ -69,26 +100,34 @@ class Placement:
 
 class Loads:
     """Loads on a body as forces on its particles, nondimensional: the sum of the prescribed ones, `vectors` (n,) vec, and of
-    those that follow the state, `following` (n,) vec."""
+    those that follow the state, `following` (1, n) vec; those that depend on velocities are a second row, (2, n)."""
 
     def __init__(self, setup: Setup, conditions: Conditions, placement: Placement, arrays: Arrays):
         space, scales, clock = setup.space, setup.scales, setup.clock
         # Ghosts ask every face for its load.
-        everywhere = bool(conditions.loads) or setup.scene.run.correction == "paper"
+        prescribed = [*conditions.loads, *conditions.inside]
+        everywhere = bool(prescribed) or setup.scene.run.correction == "paper"
         self.vectors: Array = wp.zeros(placement.count if everywhere else 1, dtype=space.vec, device=setup.device)
         arrays.take("imposed", self.vectors, kept=True)
         area = scales.length ** (space.dim - 1)
         self.forces = LoadForces(
-            space, conditions.loads, self.vectors, placement.position, scales.stress * area, scales.time, setup.device
+            space, prescribed, self.vectors, placement.position, scales.stress * area, scales.time, setup.device
         )
         self._clock = clock
         self.acting: list[ActingLoad] = []
         self.owners = [int(name.partition(".")[0]) for name, _, _ in conditions.acting]
         """The numbers of the boundaries that the acting ones are of."""
+        material, (_, shear) = setup.constitutive.material, setup.constitutive.material.moduli()
+        impedance = material.density * setup.constitutive.wave_speed, float(np.sqrt(shear * material.density))
         for name, load, faces in conditions.acting:
-            scaled = replace(faces, area=faces.area / area, vector=faces.vector / area)
+            scaled = replace(faces, area=faces.area / area, vector=faces.vector / area, impedance=impedance)
             self.acting.append(load.attach(scaled, space, scales, clock, arrays.part(name)))
-        self.following = arrays.zeros("following", placement.count if self.acting else 1, space.vec)
+        self.resisted = conditions.resisted
+        """Whether some depend on velocities."""
+        shape = (1 + self.resisted, placement.count if self.acting else 1)
+        self.following = arrays.zeros("following", shape, space.vec)
+        self._all: Array = self.following.flatten()
+        self._rows: list[Array] = [cast(Array, self.following[row]) for row in range(shape[0])]
 
     @property
     def count(self) -> int:
@@ -104,9 +143,45 @@ class Loads:
     def follow(self, state: State) -> None:
         """Find the forces of the loads that follow a state (launches, where there are any)."""
         if self.acting:
-            self._clock.launch(clear_kernel(self.following.dtype), len(self.following), [], [self.following])
+            self._clock.launch(clear_kernel(self._all.dtype), len(self._all), [], [self._all])
         for load in self.acting:
-            load.act(state, self.following)
+            load.act(state, self._rows[0])
+            if self.resisted:
+                load.resist(state, self._rows[1])
+
+
+def inside_loads(setup: Setup, placement: Placement) -> list[FaceLoad]:
+    """Forces on the particles of regions, and of gravity that changes."""
+    number, body, density = setup.scene.bodies.index(setup.body), setup.body, setup.constitutive.material.density
+    spacing, unit = setup.geometry.spacing, setup.scales.length**setup.space.dim
+    loads = volume_loads(setup.scene, number, body.body_force, placement.position, spacing, density)
+    if loads and setup.host.correction == "paper":
+        text = 'run.correction = "paper" takes gravity that is a number alone, and no body_force: use the symmetric correction'
+        raise Refused(f"body {body.name!r}: {text}")
+    return list(times_volume(loads, placement.volume * unit))
+
+
+def seam_of(setup: Setup, host: Host, conditions: Conditions, placement: Placement, arrays: Arrays) -> Seam:
+    """The particles that are one where faces are periodic. Raises SceneError where the body, or what is prescribed beside
+    them, cannot have them."""
+    seams = seams_of([pairs for _, pairs in conditions.periodic])
+    if seams:
+        key = conditions.periodic[0][0]
+        contact = [each for each in setup.scene.contact if host.name in each.names]
+        text = ""
+        if host.breaks:
+            text = "can break, and its cracks would end at the face: leave one of both out"
+        elif not (host.corners or host.edges):
+            text = (
+                'has pairs of a kernel, which see nothing of the other face: use "stress-points" or "total-lagrangian", without'
+                " run.support, run.kernel and parts that need a kernel's pairs"
+            )
+        elif contact:
+            text = "is in contact, which does not reach through the face: leave one of both out"
+        if text:
+            raise SceneError("scene", [Fault(0, key, f"body {host.name!r} {text}")])
+        refuse_parted(seams, conditions.entries, conditions.slides, placement.position, key)
+    return Seam(seams, placement.volume, host.space, arrays)
 
 
 @dataclass(frozen=True)
@@ -172,6 +247,7 @@ class RateSetup:
             flow[0] if flow is not None and stabilised and not responses else -1,
             remembers(host),
             bool(self.walls),
+            self.loads.resisted,
         )
 
     def coefficients(self, form: Form) -> Coefficients:
@@ -203,7 +279,7 @@ def pair_warnings(made: RateSetup, blocks: bool) -> tuple[str, ...]:
     averaged over blocks."""
     host, conditions = made.host, made.conditions
     found: list[str] = []
-    faces = bool(conditions.entries) or made.loads.count > 0 or bool(made.loads.acting)
+    faces = bool(conditions.entries) or bool(conditions.loads) or bool(made.loads.acting)
     if host.traits.edges and faces and not host.edges and not host.breaks and host.correction != "paper":
         found.append(
             f"body {host.name!r}: with pairs of a kernel stress is 20 to 70 % off beside held and loaded faces, however fine the"

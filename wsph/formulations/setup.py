@@ -34,9 +34,9 @@ class Setup:
 
     @property
     def boundaries(self) -> dict[int, str]:
-        """The boundaries of the body, by their numbers in the scene, with their names."""
-        scene = self.scene
-        return {k: name for k, name in enumerate(scene.boundary_names) if scene.boundary[k].body == self.body.name}
+        """The boundaries of the body that hold or load it, by their numbers in the scene, with their names."""
+        own = [each.body == self.body.name and each.periodic is None for each in self.scene.boundary]
+        return {k: name for k, name in enumerate(self.scene.boundary_names) if own[k]}
 
     @property
     def lattice(self) -> Lattice:

@@ -1,6 +1,8 @@
 """Inertia, gravity and damping of every particle of a body. A scene that names neither pays for neither.
 
 dv/dt = (div stress)/rho + g - rate v
+
+Bodies of two sets take accelerations that change from place to place as a field of theirs; of one set these are loads.
 """
 
 from collections.abc import Mapping
@@ -11,7 +13,7 @@ from typing import Annotated, Literal
 import numpy as np
 import warp as wp
 
-from wsph.backend.space import Space
+from wsph.backend.space import Space, Struct
 from wsph.quantities import Model, Unit
 from wsph.units import Scales
 
@@ -24,8 +26,14 @@ class Damping(Model):
 
 @cache
 def inertia_struct(space: Space) -> type:
-    """Struct of the nondimensional density, damping rate and gravity, as kernels take it."""
-    annotations = {"density": space.scalar, "damping": space.scalar, "gravity": space.vec}
+    """Struct of the nondimensional density, damping rate and gravity, as kernels take it, and of further accelerations of
+    the particles, (n,) vec."""
+    annotations = {
+        "density": space.scalar,
+        "damping": space.scalar,
+        "gravity": space.vec,
+        "field": wp.array(dtype=space.vec),
+    }
     return wp.struct(type("Inertia", (), {"__annotations__": annotations, "__module__": __name__}))
 
 
@@ -35,18 +43,22 @@ class BodyForceKinds:
 
     damped: bool
     heavy: bool
+    varied: bool = False
+    """Whether there are accelerations that change from place to place."""
 
 
 @cache
 def acceleration(space: Space, parts: BodyForceKinds) -> wp.Function:
-    """Warp function (inertia, force per volume, velocity) -> acceleration."""
+    """Warp function (inertia, particle, force per volume, velocity) -> acceleration."""
     vec, Inertia = space.vec, inertia_struct(space)
 
     @wp.func
-    def accelerated(body: Inertia, force: vec, velocity: vec) -> vec:
+    def accelerated(body: Inertia, i: int, force: vec, velocity: vec) -> vec:
         a = force / body.density
         if wp.static(parts.heavy):
             a += body.gravity
+        if wp.static(parts.varied):
+            a += body.field[i]
         if wp.static(parts.damped):
             a -= body.damping * velocity
         return a
@@ -71,11 +83,22 @@ class BodyForce:
         space: Space,
         scales: Scales,
         density: float,
+        varied: bool = False,
     ):
         pull = np.array([gravity.get(axis, 0.0) for axis in "xyz"[: space.dim]])
         rate = damping.rate if damping is not None else 0.0
-        self.parts = BodyForceKinds(damped=rate > 0.0, heavy=bool(pull.any()))
-        self.struct = inertia_struct(space)()
-        self.struct.density = space.scalar(density)
-        self.struct.damping = space.scalar(rate * scales.time)
-        self.struct.gravity = space.vec(*(pull * scales.time / scales.velocity))
+        self.parts = BodyForceKinds(damped=rate > 0.0, heavy=bool(pull.any()), varied=varied)
+        self._space, self._density = space, density
+        self._pull = pull * scales.time / scales.velocity
+        self.rate = float(space.scalar(rate * scales.time))
+        """Rate of the damping, nondimensional."""
+        self.struct = self.among(None)
+
+    def among(self, field: wp.array | None) -> Struct:
+        """The struct for particles with further accelerations `field` (n,) vec."""
+        space, struct = self._space, inertia_struct(self._space)()
+        struct.density, struct.damping = space.scalar(self._density), space.scalar(self.rate)
+        struct.gravity = space.vec(*self._pull)
+        if field is not None:
+            struct.field = field
+        return struct

@@ -119,7 +119,7 @@ class WayWork(ForceWork):
 
 
 @cache
-def _middle_kernel(space: Space, layout: Layout) -> wp.Kernel:
+def _middle_kernel(space: Space, layout: Layout, varied: bool) -> wp.Kernel:
     Inertia, Fields = inertia_struct(space), fields_struct(space, layout)
 
     @kernel(ranged=True)
@@ -138,7 +138,10 @@ def _middle_kernel(space: Space, layout: Layout) -> wp.Kernel:
         for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
             v = fields.velocity[i]
             mass = wp.float64(body.density * volume[i])
-            lifted += mass * wp.float64(wp.dot(body.gravity, v))
+            pull = body.gravity
+            if wp.static(varied):
+                pull += body.field[i]
+            lifted += mass * wp.float64(wp.dot(pull, v))
             damped += mass * wp.float64(body.damping * wp.dot(v, v))
         work_out[block, 0] = work_out[block, 0] + dt_of(clock) * lifted
         work_out[block, 1] = work_out[block, 1] + dt_of(clock) * damped
@@ -153,16 +156,18 @@ class MiddleWork(ForceWork):
     _volume  # of the virtual particles, (m,) scalar
     """
 
-    def __init__(self, force: BodyForce, volume: np.ndarray, space: Space, device: str):
-        acts = force.parts.damped or force.parts.heavy
+    def __init__(self, force: BodyForce, volume: np.ndarray, space: Space, device: str, struct: object):
+        """`struct`: of the virtual particles, whose accelerations are those of the middle of the step when works are
+        added."""
+        acts = force.parts.damped or force.parts.heavy or force.parts.varied
         super().__init__(len(volume), acts, device)
-        self._force = force
+        self._struct, self._varied = struct, force.parts.varied
         if acts:
             self._volume = wp.array(volume, dtype=space.scalar, device=device)
 
     def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object], list[object]]:
-        made = _middle_kernel(state.space, state.layout)
-        return made, [clock.time, self._force.struct, self._volume, state.struct, self._n], []
+        made = _middle_kernel(state.space, state.layout, self._varied)
+        return made, [clock.time, self._struct, self._volume, state.struct, self._n], []
 
     def start(self, state: State, clock: Clock) -> None:
         """The first step has not been taken."""

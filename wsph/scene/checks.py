@@ -11,6 +11,7 @@ import inspect
 import math
 from collections.abc import Callable, Iterator, Mapping
 
+from wsph.boundary.loads.regions import GRAVITY, UNIT
 from wsph.boundary.programs.motion import UNITS, Motion
 from wsph.errors import Fault, PluginError
 from wsph.expressions import FUNCTIONS, VARIABLES, Expression, compile_expression
@@ -52,9 +53,8 @@ def between_tables(scene: SceneTables) -> Iterator[Fault]:
             which = " and ".join(map(repr, contact.names))
             yield Fault(0, key, f"{which} stand in contact.{pairs.index(pairs[k])} already; they would push twice")
     yield from _named_faults(scene, names)
-    for axis in scene.gravity:
-        if axis not in AXES[: scene.dim]:
-            yield Fault(0, f"gravity.{axis}", f"is none of {', '.join(AXES[: scene.dim])}")
+    for axis, value in scene.gravity.items():
+        yield from _component_faults(scene, axis, value, f"gravity.{axis}", GRAVITY)
     for name, function in scene.functions.items():
         if name in (*VARIABLES, *FUNCTIONS, "pi"):
             yield Fault(0, f"functions.{name}", f"{name!r} is a name of the expressions; give the function another")
@@ -125,6 +125,7 @@ def _body_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
         elif crack.start == crack.end:
             yield Fault(0, f"{key}.cracks.{k}", "from and to are the same point")
     yield from _map_faults(scene, body, f"{key}.map")
+    yield from _force_faults(scene, body, f"{key}.body_force")
     if (body.state is None) != (scene.dim == 3):
         wanted = "is for 1D and 2D" if scene.dim == 3 else '"stress" or "strain" is needed in 1D and 2D'
         yield Fault(0, f"{key}.state", wanted)
@@ -139,6 +140,23 @@ def _body_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
             )
         else:
             yield from _value_faults(scene, lambda c=component: _no_time(scene, c), component, f"{key}.velocity", "m/s")
+
+
+def _component_faults(scene: SceneTables, axis: str, value: Value, key: str, unit: str) -> Iterator[Fault]:
+    """Faults of a value along an axis."""
+    if axis not in AXES[: scene.dim]:
+        yield Fault(0, key, f"is none of {', '.join(AXES[: scene.dim])}")
+    yield from _value_faults(scene, lambda: scene.value(value, unit), value, key, unit)
+
+
+def _force_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
+    for k, force in enumerate(body.body_force):
+        if force.where is not None:
+            yield from _where_faults(scene, force.where, f"{key}.{k}.where")
+        if not force.components:
+            yield Fault(0, f"{key}.{k}", "has no force: give x, y or z")
+        for axis, value in force.components.items():
+            yield from _component_faults(scene, axis, value, f"{key}.{k}.{axis}", UNIT)
 
 
 def _map_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
@@ -193,6 +211,7 @@ def _boundary_faults(scene: SceneTables, condition: Boundary, key: str) -> Itera
         for name, unit in table.values.items():
             value = getattr(table, name)
             yield from _value_faults(scene, lambda v=value, u=unit: scene.value(v, u), value, f"{key}.{load}", unit)
+        yield from (Fault(0, f"{key}.{load}.{name}", text) for name, text in table.faults(scene.dim))
     held = (*condition.fixed, *([condition.symmetry] if condition.symmetry else []))
     for component in held:
         if component not in axes:

@@ -113,7 +113,8 @@ def _beyond(data: Table, error: ValidationError) -> list[Fault]:
         place: Any = repaired
         *outer, last = scene_path(e["loc"])
         for key in outer:
-            place = place[key]
+            # A table may stand for a list of one.
+            place = place if isinstance(key, int) and is_table(place) else place[key]
         place.pop(last, None)
     try:
         Scene(**repaired)

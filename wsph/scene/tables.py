@@ -18,6 +18,7 @@ from pydantic import (
 )
 from pydantic.fields import FieldInfo
 
+from wsph.boundary.loads.regions import RegionForce
 from wsph.boundary.tables import Boundary, Function
 from wsph.expressions import Expression, compile_expression, constant_program
 from wsph.geometry.shapes.combined import Shape
@@ -216,6 +217,11 @@ class PointsFile(Model):
     scale: Annotated[float, Unit("m", gt=0)] = 1.0
 
 
+def _listed(value: object) -> object:
+    """One table as a list of one."""
+    return (value,) if is_table(value) else as_tuple(value)
+
+
 class _Matter(Model):
     """The keys of a body, without those of its parts."""
 
@@ -235,6 +241,7 @@ class _Matter(Model):
     jitter: Annotated[float, Unit("", ge=0, le=0.5)] = 0.0
     cracks: Annotated[tuple[CrackLine, ...], BeforeValidator(as_tuple)] = ()
     damping: Damping | None = None
+    body_force: Annotated[tuple[RegionForce, ...], BeforeValidator(_listed)] = ()
 
 
 def _key_of(part: type[Part]) -> object:
@@ -386,7 +393,7 @@ class SceneTables(Model):
     contact: Annotated[tuple[Contact, ...], BeforeValidator(as_tuple)] = ()
     sections: Annotated[tuple[Section, ...], BeforeValidator(as_tuple)] = ()
     probes: Annotated[tuple[Probe, ...], BeforeValidator(as_tuple)] = ()
-    gravity: dict[Literal["x", "y", "z"], Annotated[float, Unit("m/s2")]] = {}
+    gravity: dict[Literal["x", "y", "z"], Value] = {}
     output: Output = Output()
     checkpoint: Checkpoint | None = None
     stop: Stop = Stop()

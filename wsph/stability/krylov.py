@@ -31,6 +31,8 @@ class Moving(Protocol):
     """Whether drag acts on approach alone."""
     drags: bool
     """Whether there are forces that depend on velocities."""
+    resisted: bool
+    """Whether some of those are of loads, which act whatever the motion is."""
     evolves: bool
     """Whether stress or deformation is integrated, and does not follow from the displacements."""
     damping_rate: float

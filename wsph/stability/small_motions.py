@@ -27,6 +27,8 @@ class SmallMotions:
         """Shares of the drag that may act at once. Several where it is switched by the motion or does not see all of it: a
         time step has to suit each."""
         shares = self._spectrum.approach() if self._system.one_sided else (1.0,)
+        # Dashpots act all the time.
+        shares = (*shares, 1.0) if self._system.one_sided and self._system.resisted else shares
         # Gradients of points with places of their own do not see all motion.
         return (0.0, *shares) if self._system.points and self._system.drags else shares
 

@@ -7,7 +7,7 @@ lowers the limit of the time step by itself: limits are found from the right-han
 
 # pyright: strict
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -31,7 +31,8 @@ class LoadedFaces:
     and `normal` (k, dim) outward unit vectors, in the reference configuration, nondimensional.
 
     By the f faces: `corners` (f, c) their particles, and `vector` (f, c, dim) the integrals of N_j n, n outward. `place` (n,
-    dim) [m] of all particles of the body; `values` what the load's keys prescribe, in SI units.
+    dim) [m] of all particles of the body; `values` what the load's keys prescribe, in SI units; `impedance` the density
+    times the speeds of waves along and across their way at the start [Pa s/m].
     """
 
     particle: np.ndarray
@@ -41,6 +42,7 @@ class LoadedFaces:
     vector: np.ndarray
     place: np.ndarray
     values: Mapping[str, Prescribed]
+    impedance: tuple[float, float] = (0.0, 0.0)
 
 
 class ActingLoad:
@@ -60,6 +62,10 @@ class ActingLoad:
         """Add its forces in a state to `forces` (n,) vec, nondimensional (launches)."""
         raise NotImplementedError
 
+    def resist(self, state: State, drags: Array) -> None:
+        """Add its forces that depend on velocities, which dissipate, to `drags` (n,) vec, of a load that `resists`
+        (launches). What they change and take is summed up by integrators."""
+
     def start(self, state: State) -> None:
         """Take what is there at the start of the run, where its work is summed up."""
 
@@ -76,6 +82,19 @@ class Load(Model):
     """Those of its keys that are prescribed values, of time and place, with their units."""
     by_corners: ClassVar[bool] = False
     """Whether it acts on faces by their corners, and so needs particles there."""
+    on_faces: ClassVar[bool] = False
+    """Whether it needs particles on the faces for another reason."""
+    otherwise: ClassVar[str] = ""
+    """The load that a body without such particles can have in place of it, in words."""
+
+    @property
+    def resists(self) -> bool:
+        """Whether it has forces that depend on velocities."""
+        return False
+
+    def faults(self, dim: int) -> Iterator[tuple[str, str]]:
+        """Keys of it, and what is wrong with them in a scene of `dim` dimensions."""
+        yield from ()
 
     def at_rest(self, faces: LoadedFaces) -> FaceLoad | None:
         """Its forces on a body that has not moved, so that its resultant is seen before a run; None where there are none.

@@ -35,6 +35,7 @@ class Pressure(Load):
     key: ClassVar[str] = "pressure"
     values: ClassVar[dict[str, str]] = {"value": "Pa"}
     by_corners: ClassVar[bool] = True
+    otherwise: ClassVar[str] = "a traction, which keeps its direction"
     value: Value
 
     @model_validator(mode="before")

@@ -1,90 +1,121 @@
-"""Springs between faces and the ground: a traction -k u, k [N/m3], in every direction.
+"""Springs and dashpots between faces and the ground: a traction -k u - c v, k [N/m3] and c [N s/m3].
 
-Every particle of the selected faces is held by the area A that it stands for, f = -k A u, with the energy k A |u|^2/2, which
-the ledger counts as strain.
+Every particle of the selected faces is held by the area A that it stands for, f = -A (k u + c v). Both are numbers, of every
+direction, or have parts along the normal of the faces at the start and along the faces, or along the axes.
 """
 
-from functools import cache
+# pyright: strict
+
+from collections.abc import Iterator
 from typing import Annotated, ClassVar
 
-import warp as wp
+import numpy as np
+from pydantic import model_validator
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
-from wsph.backend.kernels import kernel
-from wsph.backend.reduce import BLOCK, blocks, total
 from wsph.backend.space import Space
-from wsph.backend.state import Layout, State, fields_struct
 from wsph.boundary.loads.acting import ActingLoad, Load, LoadedFaces
-from wsph.protocols import Entry
-from wsph.quantities import Unit
-from wsph.units import Scales
+from wsph.boundary.loads.ground import Ground
+from wsph.output.fields import AXES
+from wsph.quantities import Model, Unit, is_table
+from wsph.units import Scales, quantity
+
+BY_FACE = ("normal", "tangential")
+
+
+class Directed(Model):
+    """A coefficient per area: of `every` direction, or its parts by the faces or by the axes; what is not named is zero."""
+
+    unit: ClassVar[str] = ""
+    every: Annotated[float, Unit("", ge=0)] | None = None
+    normal: Annotated[float, Unit("", ge=0)] | None = None
+    tangential: Annotated[float, Unit("", ge=0)] | None = None
+    x: Annotated[float, Unit("", ge=0)] | None = None
+    y: Annotated[float, Unit("", ge=0)] | None = None
+    z: Annotated[float, Unit("", ge=0)] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _in_its_unit(cls, given: object) -> object:
+        table = given if is_table(given) else {"every": given}
+        return {key: quantity(value, cls.unit) if key in cls.model_fields else value for key, value in table.items()}
+
+    @model_validator(mode="after")
+    def _of_one_kind(self) -> "Directed":
+        given = self.model_dump(exclude_none=True)
+        kinds = (("every",), BY_FACE, tuple(AXES))
+        if not any(set(given) <= set(kind) for kind in kinds) or not any(value > 0.0 for value in given.values()):
+            raise ValueError("is a number above zero, or such numbers by normal and tangential, or by x, y, z")
+        return self
+
+    def faults(self, dim: int) -> Iterator[str]:
+        """What of it a scene of a dimension does not have."""
+        beyond = [axis for axis in AXES[dim:] if getattr(self, axis) is not None]
+        if beyond:
+            yield f"has {', '.join(beyond)}, which a scene of dim = {dim} does not have"
+        if dim == 1 and self.tangential is not None:
+            yield "has a tangential part, which a bar does not have: write a number"
+
+    def matrices(self, faces: LoadedFaces) -> np.ndarray:
+        """Of the area that each particle of the faces stands for, (k, dim, dim)."""
+        dim = faces.normal.shape[1]
+        if self.every is not None:
+            return self.every * faces.area[:, None, None] * np.eye(dim)
+        if self.normal is None and self.tangential is None:
+            along = np.diag([getattr(self, axis) or 0.0 for axis in AXES[:dim]])
+            return faces.area[:, None, None] * along
+        return by_face(faces, self.normal or 0.0, self.tangential or 0.0)
+
+
+def by_face(faces: LoadedFaces, normal: float, tangential: float) -> np.ndarray:
+    """Coefficients along the normals and along the faces, of the area that each particle stands for, (k, dim, dim)."""
+    size = np.linalg.norm(faces.vector, axis=2)
+    n = faces.vector / np.where(size > 0.0, size, 1.0)[..., None]
+    across = n[..., :, None] * n[..., None, :]
+    one = np.eye(n.shape[2])
+    each = size[..., None, None] * (normal * across + tangential * (one - across))
+    total = np.zeros((len(faces.particle), *one.shape))
+    np.add.at(total, np.searchsorted(faces.particle, faces.corners), each)
+    return total
+
+
+class Stiffness(Directed):
+    """Of springs [N/m3]."""
+
+    unit: ClassVar[str] = "N/m3"
+
+
+class Damping(Directed):
+    """Of dashpots [N s/m3]."""
+
+    unit: ClassVar[str] = "N s/m3"
 
 
 class Spring(Load):
-    """Springs to the ground, of `stiffness` per area [N/m3]."""
+    """Springs to the ground, of `stiffness` per area [N/m3], and dashpots, of `damping` per area [N s/m3]."""
 
     key: ClassVar[str] = "spring"
-    stiffness: Annotated[float, Unit("N/m3", gt=0)]
+    stiffness: Stiffness | None = None
+    damping: Damping | None = None
+
+    @model_validator(mode="after")
+    def _something(self) -> "Spring":
+        if self.stiffness is None and self.damping is None:
+            raise ValueError("needs stiffness, damping or both")
+        return self
+
+    @property
+    def resists(self) -> bool:
+        return self.damping is not None
+
+    def faults(self, dim: int) -> Iterator[tuple[str, str]]:
+        for key, each in (("stiffness", self.stiffness), ("damping", self.damping)):
+            yield from ((key, text) for text in (each.faults(dim) if each is not None else ()))
 
     def attach(self, faces: LoadedFaces, space: Space, scales: Scales, clock: Clock, arrays: Arrays) -> ActingLoad:
-        return Springs(self.stiffness * scales.length / scales.stress, faces, space, clock, arrays)
-
-
-@cache
-def _kernels(space: Space, layout: Layout) -> tuple[wp.Kernel, wp.Kernel]:
-    real, vec, Fields = space.scalar, space.vec, fields_struct(space, layout)
-
-    @kernel(ranged=True)
-    def pull(
-        first: int,
-        particle: wp.array(dtype=wp.int32),
-        stiffness: wp.array(dtype=real),
-        fields: Fields,
-        force_out: wp.array(dtype=vec),
-    ):
-        k = first + wp.tid()
-        i = particle[k]
-        force_out[i] = force_out[i] - stiffness[k] * fields.displacement[i]
-
-    @kernel()
-    def energy(
-        count: int,
-        particle: wp.array(dtype=wp.int32),
-        stiffness: wp.array(dtype=real),
-        fields: Fields,
-        energy_out: wp.array(dtype=wp.float64),
-    ):
-        block = wp.tid()
-        stored = wp.float64(0.0)
-        for k in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
-            u = fields.displacement[particle[k]]
-            stored += wp.float64(real(0.5) * stiffness[k] * wp.dot(u, u))
-        energy_out[block] = stored
-
-    return pull, energy
-
-
-class Springs(ActingLoad):
-    """Springs on the device, k of them, nondimensional.
-
-    _particle   # (k,) int32
-    _stiffness  # (k,), of the area that each particle stands for
-    _energy     # (blocks,) float64, at the end of the last step
-    """
-
-    def __init__(self, stiffness: float, faces: LoadedFaces, space: Space, clock: Clock, arrays: Arrays):
-        self._space, self._clock, self._count = space, clock, len(faces.particle)
-        self._particle = arrays.of("particle", faces.particle, wp.int32)
-        self._stiffness = arrays.of("stiffness", stiffness * faces.area, space.scalar)
-        self._energy = arrays.zeros("energy", blocks(self._count), wp.float64, kept=True)
-        self.ledger = (Entry("strain", lambda: total(self._energy)),)
-
-    def act(self, state: State, forces: wp.array) -> None:
-        pull, _ = _kernels(self._space, state.layout)
-        self._clock.launch(pull, self._count, [self._particle, self._stiffness, state.struct], [forces])
-
-    def advance(self, state: State) -> None:
-        _, energy = _kernels(self._space, state.layout)
-        inputs = [self._count, self._particle, self._stiffness, state.struct]
-        self._clock.launch(energy, len(self._energy), inputs, [self._energy])
+        found = [
+            each.matrices(faces) / scales.of(each.unit) if each is not None else None
+            for each in (self.stiffness, self.damping)
+        ]
+        return Ground(faces.particle, found[0], found[1], space, clock, arrays)

@@ -22,7 +22,8 @@ def force_from_points_kernel(space: Space, layout: Layout, parts: BodyForceKinds
     real, vec, mat, Fields = space.scalar, space.vec, space.mat, fields_struct(space, layout)
     accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
     Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
-    at, drags, loaded = element(wp.int32, real, vec, mat), form.drags, loaded_force(space, form)
+    at, damps, loaded = element(wp.int32, real, vec, mat), form.damps, loaded_force(space, form)
+    drags, resisted = form.drags, form.resisted
 
     @kernel(ranged=True, pairs=True)
     def force_from_points(
@@ -32,7 +33,7 @@ def force_from_points_kernel(space: Space, layout: Layout, parts: BodyForceKinds
         points: Points,
         answers: Answers,
         loads: wp.array(dtype=vec),
-        following: wp.array(dtype=vec),
+        following: wp.array2d(dtype=vec),
         own: wp.array(dtype=real),
         fields: Fields,
         rate_out: Fields,
@@ -58,16 +59,18 @@ def force_from_points_kernel(space: Space, layout: Layout, parts: BodyForceKinds
                     left = left - at(answers.gradient, p) * r
                 push = push + (points.stabilisation * at(points.share, p)) * left
             f = f - at(rows.weight, k) * push
-            if wp.static(drags and form.vectors):
+            if wp.static(damps and form.vectors):
                 drag = drag - at(answers.extra, p) * at(points.back, k)
-            elif wp.static(drags):
+            elif wp.static(damps):
                 drag = drag - at(rows.weight, k) * (at(answers.extra, p) * r)
             k += 1
         f = loaded(f, loads, following, i)
+        if wp.static(resisted):
+            drag = drag + following[1, i]
         if wp.static(drags):
             rate_out.drag[i] = drag / (own[i] * body.density)
             f += drag
-        rate_out.velocity[i] = accelerated(body, f / own[i], fields.velocity[i])
+        rate_out.velocity[i] = accelerated(body, i, f / own[i], fields.velocity[i])
 
     return force_from_points
 
@@ -84,7 +87,7 @@ def force_between_kernel(space: Space, layout: Layout, parts: BodyForceKinds, fo
     seen, at, loaded = seen_pair(space, layout, form), element(wp.int32, real, vec, mat), loaded_force(space, form)
     pulled = _pulled(space, form)
     dragged, held = (summed_terms(space, layout, form, kind) for kind in ("drag", "hold"))
-    drags, holds = form.drags, form.holds
+    damps, holds, resisted = form.damps, form.holds, form.resisted
 
     @kernel(ranged=True, pairs=True)
     def force_between(
@@ -95,7 +98,7 @@ def force_between_kernel(space: Space, layout: Layout, parts: BodyForceKinds, fo
         points: Points,
         answers: Answers,
         loads: wp.array(dtype=vec),
-        following: wp.array(dtype=vec),
+        following: wp.array2d(dtype=vec),
         fields: Fields,
         others: Fields,
         holding_out: wp.array(dtype=vec),
@@ -128,10 +131,10 @@ def force_between_kernel(space: Space, layout: Layout, parts: BodyForceKinds, fo
                 # What is left of du beside H r: that part stands in the corrected stress, but of vectors.
                 f = f + (points.stabilisation * both) * (at(others.displacement, j) - u)
             apart = r
-            if wp.static(drags or holds):
+            if wp.static(damps or holds):
                 apart = r + (at(others.displacement, j) - u)
             square = wp.dot(apart, apart)
-            if wp.static(drags):
+            if wp.static(damps):
                 drag = drag + dragged(
                     c, body.density, points, answers, fields, others, i, j, wr, r, apart, square, both
                 )
@@ -139,6 +142,8 @@ def force_between_kernel(space: Space, layout: Layout, parts: BodyForceKinds, fo
                 hold = hold + held(c, body.density, points, answers, fields, others, i, j, wr, r, apart, square, both)
             k += 1
         f = loaded(f, loads, following, i)
+        if wp.static(resisted):
+            drag = drag + following[1, i]
         close(body, points.volume[i], fields.velocity[i], f, drag, hold, i, holding_out, rate_out)
 
     return force_between
@@ -173,12 +178,12 @@ def loaded_force(space: Space, form: Form) -> wp.Function:
     vec = space.vec
 
     @wp.func
-    def loaded(force: vec, loads: wp.array(dtype=vec), following: wp.array(dtype=vec), i: int) -> vec:
+    def loaded(force: vec, loads: wp.array(dtype=vec), following: wp.array2d(dtype=vec), i: int) -> vec:
         f = force
         if wp.static(form.loaded):
             f += loads[i]
         if wp.static(form.followed):
-            f += following[i]
+            f += following[0, i]
         return f
 
     return loaded
@@ -209,7 +214,7 @@ def closed_sum(space: Space, layout: Layout, parts: BodyForceKinds, form: Form) 
         if wp.static(holds):
             holding_out[i] = hold / (volume * body.density)
             f += hold
-        rate_out.velocity[i] = accelerated(body, f / volume, velocity)
+        rate_out.velocity[i] = accelerated(body, i, f / volume, velocity)
 
     return close
 

@@ -59,6 +59,8 @@ class Form:
     """Whether particles remember the deviation of their neighbours from a linear field, where pairs follow the motion."""
     imaged: bool = False
     """Whether particles see mirror images behind the walls of the body."""
+    resisted: bool = False
+    """Whether there are loads that depend on velocities."""
 
     @property
     def staged(self) -> bool:
@@ -75,6 +77,11 @@ class Form:
     @property
     def drags(self) -> bool:
         """Whether there are forces that depend on velocities."""
+        return self.resisted or self.damps
+
+    @property
+    def damps(self) -> bool:
+        """Whether such forces act inside of the body."""
         return self.rate_term is not None or any(term.sum == "drag" for term in self.pair_terms)
 
     @property

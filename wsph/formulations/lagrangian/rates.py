@@ -30,6 +30,7 @@ Forces between pairs beside the stress are terms of a body's parts (`wsph.parts.
 
 from collections.abc import Iterable
 from functools import cache, cached_property
+from typing import cast
 
 import numpy as np
 import warp as wp
@@ -310,11 +311,11 @@ class LagrangianRates:
                 'run.correction = "paper" keeps no momentum at a boundary: there are no forces of the body alone'
             )
         if self._unloaded is None:
-            zeros = self._arrays.zeros("unloaded", self._placement.count, self._space.vec)
-            self._unloaded = weightless(self._force.struct, self._space), zeros
+            none = self._arrays.zeros("unloaded", (2, self._placement.count), self._space.vec)
+            self._unloaded = weightless(self._force.struct, self._space), none
         self.refresh(state)
-        body, zeros = self._unloaded
-        self._sum_forces(body, [zeros, zeros], state, out)
+        body, none = self._unloaded
+        self._sum_forces(body, [cast(Array, none[0]), none], state, out)
 
     def _sum_forces(self, body: Struct, loads: list[Array], state: State, out: State) -> None:
         """Accelerations from what points answer, under loads (a launch)."""

@@ -87,7 +87,7 @@ def _half_step_kernel(
         L -= wp.outer(v, G)
         slope -= wp.outer(s, G)
         change, dq = linear(p, s + s0, L, q, S, Q)
-        fields_out.velocity[i] = v + v0 + dt * accelerated(body, force_of(slope), v + v0)
+        fields_out.velocity[i] = v + v0 + dt * accelerated(body, i, force_of(slope), v + v0)
         fields_out.stress[i] = s + s0 + dt * change
         if wp.static(kept):
             fields_out.internals[i] = q + dt * dq
@@ -194,7 +194,7 @@ def _rate_kernel(
             change, dq = linear(p, s + s0, L, q, S, Q)
         else:
             change, dq = at_face(p, faces.axes, s, s0, L, q, S, Q, faces.free[i], dt)
-        fields_out.velocity[i] = v0 + dt * accelerated(body, force_of(slope), v + v0)
+        fields_out.velocity[i] = v0 + dt * accelerated(body, i, force_of(slope), v + v0)
         fields_out.stress[i] = s0 + dt * change
         if wp.static(kept):
             fields_out.internals[i] = fields_out.internals[i] + dt * dq

@@ -78,7 +78,7 @@ def _half_step_kernel(
         if wp.static(dim > 1):
             fields_out.spin[i] = spin_of(L)
         fields_out.displacement[i] = u + u0 + dt * v
-        fields_out.velocity[i] = v + dt * accelerated(body, determinant(F) * force_of(slope * back), v)
+        fields_out.velocity[i] = v + dt * accelerated(body, i, determinant(F) * force_of(slope * back), v)
         fields_out.stress[i] = s + dt * change
         fields_out.deformation[i] = H + dt * Ldot
         if wp.static(kept):
@@ -240,7 +240,7 @@ def _rate_kernel(space: Space, laws: Laws, virtual: Layout, real_layout: Layout,
         else:
             change, dq = at_face(p, axes, local, s0, followed(F, L), q, S, Q, faces.free[i], dt)
         dq = with_stored(p, s0, change, q, dq, F, dt)
-        fields_out.velocity[i] = v0 + dt * accelerated(body, determinant(F) * force_of(slope * back), v + v0)
+        fields_out.velocity[i] = v0 + dt * accelerated(body, i, determinant(F) * force_of(slope * back), v + v0)
         fields_out.stress[i] = s0 + dt * change
         fields_out.deformation[i] = H + real(0.5) * dt * (L * F)
         fields_out.displacement[i] = fields_out.displacement[i] + real(0.5) * dt * v0

@@ -20,6 +20,8 @@ from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State
 from wsph.boundary.collocated import face_conditions
 from wsph.boundary.conditions import Conditions
+from wsph.boundary.loads.forces import LoadForces
+from wsph.boundary.loads.regions import gravity_of, volume_loads
 from wsph.boundary.programs.prescribed import varies
 from wsph.boundary.values import BoundaryValues
 from wsph.boundary.work import ExternalWork
@@ -97,9 +99,12 @@ class TwoSetSystem(System):
         self._axes = space.mat(*lattice.frame.axes.T.ravel())
         self._rotated = not lattice.frame.upright
         self._framed: Array = wp.array(np.flatnonzero(lattice.on_face), dtype=wp.int32, device=device)
-        self.force = BodyForce(scene.gravity, body.damping, space, scales, self.density)
+        self._pulls = self._find_pulls(setup)
+        varied = bool(self._pulls)
+        self.force = BodyForce(gravity_of(scene)[0], body.damping, space, scales, self.density, varied)
+        self._inertia = [self.force.among(pull.force) for pull in self._pulls] or [self.force.struct] * 2
         cells = lattice.cell_volume / scales.length**space.dim
-        self.force_work = MiddleWork(self.force, cells, space, device)
+        self.force_work = MiddleWork(self.force, cells, space, device, self._inertia[0])
         self._middle: State | None = None
         self._faces = faces_struct(space)()
         self._faces.held = wp.array(self._held_components(), dtype=wp.int32, device=device)
@@ -117,6 +122,23 @@ class TwoSetSystem(System):
         self._register()
         with blame(constitutive.who):
             self.kernels = self._make_kernels()
+
+    def _find_pulls(self, setup: Setup) -> list[LoadForces]:
+        """Accelerations of the virtual and of the real particles that change from place to place; none where none do."""
+        number, lattice = [body.name for body in setup.scene.bodies].index(self.name), setup.lattice
+        density, scales, found = setup.constitutive.material.density, self.scales, list[LoadForces]()
+        for name, places in (("virtual", lattice.cells), ("real", lattice.nodes)):
+            loads = volume_loads(setup.scene, number, setup.body.body_force, places, lattice.spacing, density)
+            if loads:
+                field = self.arrays.zeros(f"pull.{name}", len(places), self.space.vec)
+                unit = density * scales.velocity / scales.time
+                found.append(LoadForces(self.space, loads, field, places, unit, scales.time, self.device))
+        return found
+
+    def _pull(self, c: float) -> None:
+        """Set the accelerations of t + c dt (launches, where they change in time)."""
+        for pull in self._pulls:
+            pull.impose(self.clock, c)
 
     def _register(self) -> None:
         """The arrays that the body holds, by name."""
@@ -270,7 +292,8 @@ class TwoSetSystem(System):
 
     def half_step(self, source: State, out: State, weight: float) -> None:
         """Virtual `out` = interpolated real `source` + weight dt times the rate there."""
-        inputs = [self.constitutive.params, self.force.struct, self._virtual_rows, source.struct, self._source(source)]
+        self._pull(0.0)
+        inputs = [self.constitutive.params, self._inertia[0], self._virtual_rows, source.struct, self._source(source)]
         inputs += [self.clock.time, self.space.scalar(weight)]
         self.clock.launch(self.kernels.half_step, out.n, inputs, [out.struct])
 
@@ -282,7 +305,8 @@ class TwoSetSystem(System):
         """
         self._carried.carry(self.clock, imposed, source)
         self._middle = source
-        inputs = [self.constitutive.params, self.force.struct, self._real_rows, *self._at_targets]
+        self._pull(0.5)
+        inputs = [self.constitutive.params, self._inertia[1], self._real_rows, *self._at_targets]
         inputs += [source.struct, self._source(source), imposed.struct, self.clock.time, self.space.scalar(weight)]
         self.clock.launch(self.kernels.rate, out.n, inputs, [out.struct])
 

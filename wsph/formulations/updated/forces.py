@@ -35,7 +35,7 @@ def force_now_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: 
     seen, at, loaded = seen_pair(space, layout, form), element(wp.int32, real, vec, mat), loaded_force(space, form)
     imaged = seen_image(space, layout, form) if form.imaged else None
     dragged, held = (summed_terms(space, layout, form, kind) for kind in ("drag", "hold"))
-    drags, holds = form.drags, form.holds
+    damps, holds, resisted = form.damps, form.holds, form.resisted
 
     @kernel(ranged=True)
     def force_now(
@@ -47,7 +47,7 @@ def force_now_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: 
         answers: Answers,
         memory: Memory,
         loads: wp.array(dtype=vec),
-        following: wp.array(dtype=vec),
+        following: wp.array2d(dtype=vec),
         fields: Fields,
         holding_out: wp.array(dtype=vec),
         rate_out: Fields,
@@ -76,7 +76,7 @@ def force_now_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: 
             if wp.static(form.shares):
                 both = w * (own + at(points.share, j))
             square = wp.dot(r, r)
-            if wp.static(drags):
+            if wp.static(damps):
                 drag = drag + dragged(c, body.density, points, answers, fields, fields, i, j, wr, r, r, square, both)
             if wp.static(holds):
                 hold = hold + held(c, body.density, points, answers, fields, fields, i, j, wr, r, r, square, both)
@@ -89,6 +89,8 @@ def force_now_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: 
                 if wp.static(form.remembers):
                     f = f + w * (pull - flip * memory.pull[j])
         f = loaded(f, loads, following, i)
+        if wp.static(resisted):
+            drag = drag + following[1, i]
         close(body, points.volume[i], fields.velocity[i], f, drag, hold, i, holding_out, rate_out)
 
     return force_now

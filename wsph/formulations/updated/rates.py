@@ -247,17 +247,17 @@ class UpdatedRates:
         """The accelerations of `out` by the forces between the body's particles in a state, without loads, gravity, damping
         and images, as a plane feels them between the particles of its sides, `side` (n,) int32 (launches)."""
         if self._unloaded is None:
-            zeros = self._arrays.zeros("unloaded", self._count, self._space.vec)
-            self._unloaded = weightless(self._force.struct, self._space), zeros
+            none = self._arrays.zeros("unloaded", (2, self._count), self._space.vec)
+            self._unloaded = weightless(self._force.struct, self._space), none
             if self._kinds:
                 self._cut = Cut(self._space, self.form, self._count, self._clock, self._arrays.part("cut"))
         self.refresh(state)
-        body, zeros = self._unloaded
+        body, none = self._unloaded
         found = [self._coefficients, self._rows, self._points, self._answers, self._memory]
         if self._cut is not None:
             alone, rows = self._cut.coefficients(self._coefficients), self._rows
             found = [alone, rows, self._points, *self._cut.answers(rows, side, self._answers, self._memory)]
-        inputs = [body, *found, zeros, zeros, state.struct]
+        inputs = [body, *found, none[0], none, state.struct]
         self._clock.launch(self.kernels.force, self._count, inputs, [self.holding, out.struct])
 
     def refresh(self, state: State) -> None:
