@@ -40,7 +40,8 @@ class Conditions:
     follow the state, by the number of the boundary and the key in it, and where they act. mirrored (n,): how often a
     particle is there with its images across planes of symmetry, 1, 2, 4 or 8: its volume times that is a whole particle's.
     across (n,): bit k where stresses are prescribed in the frame of a face across axis k of the grid, of two-set bodies
-    alone. periodic: pairs of particles (k, 2) that are one, by the key of their entry. slides: velocities along faces' own normals.
+    alone. periodic: pairs of particles (k, 2) that are one, by the key of their entry. slides: velocities along faces' own
+    normals.
     """
 
     entries: dict[tuple[str, int], dict[int, Moved]] = field(default_factory=dict[tuple[str, int], dict[int, Moved]])
