@@ -13,6 +13,7 @@ from wsph.plugins import integrators, registry
 from wsph.protocols import Integrator
 from wsph.reporting import Reported
 from wsph.scene.scene import Scene
+from wsph.scene.tools import Tool
 from wsph.simulation.compose import compose, memory_need, stairs
 from wsph.simulation.composing.composition import BodyRun
 
@@ -45,8 +46,12 @@ def described(scene: Scene, source: str) -> list[Row]:
         ("numbers", _numbers(composition.reported) or "none"),
     ]
     rows += [
-        ("contact", f"{' and '.join(c.names) if c.between else f'{c.self_} with itself'}, {c.law}")
+        ("contact", f"{c.name}: {' and '.join(c.names) if c.between else f'{c.self_} with itself'}, {c.law}")
         for c in scene.contact
+    ]
+    rows += [
+        (f"tool {tool.name}", f"{tool.shape.type}, {_moved(tool)}, against {', '.join(tool.against)}")
+        for tool in scene.tools
     ]
     return rows
 
@@ -55,6 +60,12 @@ def _numbers(reported: Sequence[Reported]) -> str:
     """What has columns of its own in history.csv, by kind."""
     kinds = dict.fromkeys(each.kind for each in reported)
     return "; ".join(f"{kind} {', '.join(each.name for each in reported if each.kind == kind)}" for kind in kinds)
+
+
+def _moved(tool: Tool) -> str:
+    """How a tool moves, in a word."""
+    moved = [key for key, given in (("velocity", tool.velocity), ("turn", tool.turn)) if given]
+    return "free" if tool.free else f"prescribed {' and '.join(moved)}" if moved else "fixed"
 
 
 def _of_body(scene: Scene, run: BodyRun, steps: str) -> list[Row]:

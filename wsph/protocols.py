@@ -279,48 +279,13 @@ class LawForm(Protocol):
         ...
 
 
-class OneSet(Stability, Protocol):
-    """A body as integrators on one set of particles see it: calls over flat states, which are launches alone. Between steps
+class Stepped(Protocol):
+    """What integrators on one set of particles step: calls over flat states, which are launches alone. Between steps
     `kinetic` is sum m |v|^2/2 over the free components of a state's velocity, on the host."""
 
     @property
     def state(self) -> AnyState:
         """What a step advances."""
-        ...
-
-    @property
-    def clock(self) -> Timed:
-        """The clock of the run; it goes on after all bodies have stepped."""
-        ...
-
-    @property
-    def bar_time(self) -> float:
-        """The spacing over sqrt(E/rho), nondimensional."""
-        ...
-
-    @property
-    def viscous(self) -> bool:
-        """Whether there are forces that depend on velocities, beside damping in proportion to mass."""
-        ...
-
-    @property
-    def moved(self) -> bool:
-        """Whether a velocity other than zero is prescribed."""
-        ...
-
-    @property
-    def held(self) -> bool:
-        """Whether a velocity is prescribed anywhere, zero included."""
-        ...
-
-    @property
-    def projects(self) -> bool:
-        """Whether its law has a yield surface, so that `project` changes a state."""
-        ...
-
-    @property
-    def form(self) -> LawForm:
-        """How its forces are found."""
         ...
 
     def new(self) -> AnyState:
@@ -364,6 +329,45 @@ class OneSet(Stability, Protocol):
 
     def accept(self, state: AnyState) -> None:
         """Close the step: the last call, on a state that has not been imposed on since it was advanced."""
+        ...
+
+
+class OneSet(Stability, Stepped, Protocol):
+    """A body as integrators on one set of particles see it."""
+
+    @property
+    def clock(self) -> Timed:
+        """The clock of the run; it goes on after all bodies have stepped."""
+        ...
+
+    @property
+    def bar_time(self) -> float:
+        """The spacing over sqrt(E/rho), nondimensional."""
+        ...
+
+    @property
+    def viscous(self) -> bool:
+        """Whether there are forces that depend on velocities, beside damping in proportion to mass."""
+        ...
+
+    @property
+    def moved(self) -> bool:
+        """Whether a velocity other than zero is prescribed."""
+        ...
+
+    @property
+    def held(self) -> bool:
+        """Whether a velocity is prescribed anywhere, zero included."""
+        ...
+
+    @property
+    def projects(self) -> bool:
+        """Whether its law has a yield surface, so that `project` changes a state."""
+        ...
+
+    @property
+    def form(self) -> LawForm:
+        """How its forces are found."""
         ...
 
 

@@ -15,6 +15,7 @@ from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.contact.between import CoupledBody
 from wsph.protocols import Entry
+from wsph.reporting import Reported
 from wsph.scene.scene import Scene
 from wsph.units import Scales
 
@@ -52,6 +53,10 @@ class Bond:
 
     def members(self) -> Mapping[str, object]:
         return {}
+
+    @property
+    def reported(self) -> tuple[Reported, ...]:
+        return ()
 
     def follow(self) -> bool:
         return False

@@ -5,7 +5,8 @@
 from collections.abc import Mapping
 from typing import Protocol
 
-from wsph.protocols import AnyState, BodySystem, BodyTable, DeviceArray, Entry, Integrator, OneSet
+from wsph.protocols import AnyState, BodySystem, BodyTable, DeviceArray, Entry, Integrator, Stepped
+from wsph.reporting import Reported
 
 
 class CoupledBody(Protocol):
@@ -20,7 +21,7 @@ class CoupledBody(Protocol):
 
 class PushedBody(Protocol):
     """A body in a run, as what acts between bodies sees it. What its system has beside, where its traits say that it is
-    `pushable`, is `wsph.contact.bodies.PushedSystem`."""
+    `pushable`, is `wsph.contact.pinball.bodies.PushedSystem`."""
 
     @property
     def body(self) -> BodyTable: ...
@@ -70,8 +71,8 @@ class Interaction(Protocol):
 
 class Coupling(Protocol):
     """Forces between bodies, or on them from outside, as part of the rates of their velocities: contact, tools, ties. Bodies
-    that a coupling acts on step together, by one integrator (`wsph.simulation.joint`). States and rates are those of the
-    evaluation, by the bodies' names."""
+    that a coupling acts on step together, by one integrator (`wsph.simulation.composing.joint`). States and rates are those
+    of the evaluation, by the bodies' names."""
 
     ledger: tuple[Entry, ...]
 
@@ -79,8 +80,13 @@ class Coupling(Protocol):
         """The names of the bodies that it acts on."""
         ...
 
-    def members(self) -> Mapping[str, OneSet]:
-        """What it brings that steps beside them, such as rigid bodies: systems as `OneSet` has them, by their names."""
+    def members(self) -> Mapping[str, Stepped]:
+        """What it brings that steps beside them, such as rigid bodies, by their names."""
+        ...
+
+    @property
+    def reported(self) -> tuple[Reported, ...]:
+        """What of it people read numbers off."""
         ...
 
     def follow(self) -> bool:

@@ -42,8 +42,11 @@ from wsph.quantities import (
     read_cadence,
     read_switch,
 )
+from wsph.scene.contact import Contact
 from wsph.scene.messages import none_of
+from wsph.scene.names import printable
 from wsph.scene.numbers import NUMBERS, Section, boundary_names
+from wsph.scene.tools import Tool
 from wsph.sph.smoothing import DEFAULT, SMOOTHING
 from wsph.units import looks_like_quantity, quantity
 
@@ -186,15 +189,6 @@ def _of_cells(table: Table, shape: BaseShape | None) -> object:
     return tuple(float(side) / cast(int, n) for side, n in zip(high - low, counts, strict=True))
 
 
-def _printable(name: str) -> str:
-    """Names of bodies go into messages and files."""
-    if not name.isprintable() or name.strip() != name or not name:
-        raise ValueError(
-            f"{name!r} has characters that cannot be printed, or blanks at its ends: a name has printed characters"
-        )
-    return name
-
-
 def _spaced(value: float | tuple[float, ...] | None, info: ValidationInfo) -> float | tuple[float, ...] | None:
     if value is None and info.data.get("mesh") is None and info.data.get("points") is None:
         raise ValueError("is missing")
@@ -225,7 +219,7 @@ def _listed(value: object) -> object:
 class _Matter(Model):
     """The keys of a body, without those of its parts."""
 
-    name: Annotated[str, Field(max_length=100), AfterValidator(_printable)]
+    name: Annotated[str, Field(max_length=100), AfterValidator(printable)]
     mesh: MeshFile | None = None
     points: PointsFile | None = None
     shape: Shape | None = None
@@ -292,31 +286,6 @@ class Body(_WithParts):
         """The parts that the scene names, by their keys, those that it switches off included."""
         given = {key: getattr(self, key, None) for key in PARTS}
         return {key: part for key, part in given.items() if part is not None}
-
-
-class Contact(Model):
-    """Contact `between` two bodies, or of `self`: a `law`, its `stiffness` as a multiple of the materials',
-    `friction`, and the `radius` of a particle in spacings."""
-
-    between: Annotated[tuple[str, ...], BeforeValidator(as_tuple)] | None = None
-    self_: Annotated[str | None, Field(alias="self")] = None
-    law: Literal["penalty", "pinball"] = "penalty"
-    stiffness: Annotated[float, Unit("", gt=0)] = 1.0
-    friction: Annotated[float, Unit("", ge=0)] = 0.0
-    radius: Annotated[float, Unit("", gt=0, le=1)] = 0.5
-
-    @model_validator(mode="after")
-    def _complete(self) -> "Contact":
-        if (self.between is None) == (self.self_ is None):
-            raise ValueError('exactly one of between = ["a", "b"] and self = "a" is needed')
-        if self.between is not None and (len(self.between) != 2 or self.between[0] == self.between[1]):
-            raise ValueError('between names two different bodies; for one with itself write self = "a"')
-        return self
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The bodies that take part."""
-        return self.between if self.between is not None else (self.self_ or "",)
 
 
 class Probe(Model):
@@ -392,6 +361,7 @@ class SceneTables(Model):
     boundary: Annotated[tuple[Boundary, ...], BeforeValidator(as_tuple)] = ()
     contact: Annotated[tuple[Contact, ...], BeforeValidator(as_tuple)] = ()
     sections: Annotated[tuple[Section, ...], BeforeValidator(as_tuple)] = ()
+    tools: Annotated[tuple[Tool, ...], BeforeValidator(as_tuple)] = ()
     probes: Annotated[tuple[Probe, ...], BeforeValidator(as_tuple)] = ()
     gravity: dict[Literal["x", "y", "z"], Value] = {}
     output: Output = Output()
@@ -402,6 +372,11 @@ class SceneTables(Model):
     def boundary_names(self) -> tuple[str, ...]:
         """The names of the boundaries, those that the scene leaves out too."""
         return boundary_names(self.boundary)
+
+    @property
+    def balls(self) -> frozenset[str]:
+        """The bodies whose particles are balls to others: those of pinball contact."""
+        return frozenset(name for contact in self.contact if contact.law == "pinball" for name in contact.names)
 
     def value(self, value: Value, unit: str) -> Expression | Function:
         """The meaning of a value in the scene: a table of `functions`, or an expression (a number is a constant one)."""

@@ -82,6 +82,12 @@ def identity(scene: Scene, files: dict[str, str]) -> dict[str, object]:
     }
 
 
+def _digests(scene: Scene) -> dict[str, str]:
+    """What the files of its bodies and tools hold, by their keys."""
+    data = scene.data()
+    return file_digests(data["bodies"]) | file_digests(data.get("tools"), "tools")
+
+
 def _flat(value: object, path: str = "") -> dict[str, object]:
     if is_table(value):
         parts = [(f"{path}.{key}" if path else key, v) for key, v in value.items()]
@@ -136,7 +142,7 @@ def read(path: Path) -> tuple[Facts, dict[str, np.ndarray]]:
 
 def refuse_other(path: Path, facts: Facts, scene: Scene) -> None:
     """Refuse the checkpoint of another scene or version, naming what differs."""
-    there, here = facts["identity"], json.loads(json.dumps(identity(scene, file_digests(scene.data()["bodies"]))))
+    there, here = facts["identity"], json.loads(json.dumps(identity(scene, _digests(scene))))
     differing = sorted(key for key in {*there, *here} if there.get(key) != here.get(key))
     if differing:
         key = differing[0]
@@ -207,7 +213,7 @@ class Checkpoints:
         records: Records,
     ):
         self._composition, self._folder, self._ledger = composition, folder, ledger
-        self._files = file_digests(composition.scene.data()["bodies"])
+        self._files = _digests(composition.scene)
         self._checks, self._control, self._records = checks, control, records
         self._timeline = composition.time_step.timeline
         self._settings = settings = composition.scene.checkpoint

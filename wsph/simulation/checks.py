@@ -10,7 +10,7 @@ a body flies or turns almost undeformed, that is no measure: a twentieth of its 
 
 import json
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypedDict
 
@@ -60,7 +60,8 @@ def unstable(
 
 HELD_WARNING, HELD_FINDING, HELD_FLOOR, HELD_MATTERS = 0.05, 0.10, 0.05, 0.01
 """Parts of the internal energy that are warned of and that are a finding; part of the whole energy that is the least
-measure, and of the largest internal energy that a finding has at least. Before a wave has crossed a body a front of few cells can be all of its energy: that is no measure of it."""
+measure, and of the largest internal energy that a finding has at least. Before a wave has crossed a body a front of few
+cells can be all of its energy: that is no measure of it."""
 
 
 @dataclass
@@ -158,9 +159,11 @@ class CheckFacts(TypedDict):
 class Checks:
     """The finite check, the energy stop and their warnings."""
 
-    def __init__(self, bodies: Sequence[BodyRun], timeline: Timeline, energy: float, touching: set[frozenset[str]]):
+    def __init__(
+        self, bodies: Sequence[BodyRun], timeline: Timeline, energy: float, touching: Mapping[frozenset[str], bool]
+    ):
         """`energy`: the part of the largest energy seen that may be created before a run is stopped; `touching`: the pairs
-        of bodies that contact keeps apart."""
+        of bodies that contact keeps apart, and whether their surfaces do."""
         self._bodies, self._timeline, self._stop = bodies, timeline, energy
         self._largest, self._warned, self._swung = 0.0, False, False
         self.findings, self.watch = Findings(bodies), Watch(bodies, touching)
@@ -188,7 +191,7 @@ class Checks:
             if met.named:
                 what = (
                     f"it is inside of body {other.body.name!r}, which it has passed through or merged with, and contact pushes it"
-                    ' the wrong way: use a smaller step or spacing, law = "penalty", or a larger contact.stiffness'
+                    ' the wrong way: use a smaller step or spacing, law = "surface", or a larger contact.stiffness'
                 )
                 raise unstable(self._timeline, step, one, "contact", what, met.particle, met.place)
             if step == 0:

@@ -20,7 +20,8 @@ from wsph.backend.device import pick_device
 from wsph.backend.graph import Program
 from wsph.backend.space import Space
 from wsph.contact.between import Interaction
-from wsph.contact.overlap import overlapping, solid_of
+from wsph.contact.overlap import EASED, overlapping, solid_of
+from wsph.contact.refusals import refuse as refuse_contact
 from wsph.contact.table import couplings, interactions
 from wsph.errors import Refused, SceneError
 from wsph.formulations import memory
@@ -55,6 +56,7 @@ def _compose(scene: Scene) -> Composition:
     materials = materials_of(scene)
     method = method_of(scene)
     device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
+    refuse_contact(scene, method.formulation)
     refuse_misfits(scene, method.formulation)
     memory.refuse_too_large(scene, device, _first_system, lambda body: is_fitted(scene, body, method.formulation))
     bare = bare_bodies(scene, materials, method)
@@ -107,17 +109,21 @@ def _first_system(scene: Scene, bounded: bool) -> System:
 
 def _part(scene: Scene, bodies: Sequence[Standing]) -> None:
     """Warn of bodies that overlap at the start. Raises Refused where contact is to keep them apart."""
-    touching = {frozenset(contact.names) for contact in scene.contact}
+    for contact in (each for each in (*scene.contact, *scene.tools) if each.warning):
+        warnings.warn(contact.warning, RuntimeWarning, stacklevel=4)
+    touching = {frozenset(contact.names): contact.law for contact in scene.contact}
     solids = [solid_of(run.system.geometry, at_nodes=True) for run in bodies] if len(bodies) > 1 else []
     for (one, solid), (other, beside) in combinations(zip(bodies, solids, strict=False), 2):
-        place = overlapping(solid, beside)
+        names = one.body.name, other.body.name
+        law = touching.get(frozenset(names))
+        room = EASED * max(solid.geometry.spacing, beside.geometry.spacing) if law in ("surface", "tie") else 0.0
+        place = overlapping(solid, beside, room)
         if place is None:
             continue
-        names = one.body.name, other.body.name
         where = (
             f"bodies {names[0]!r} and {names[1]!r} overlap at ({', '.join(f'{x:.4g}' for x in place)}) m from the start"
         )
-        if frozenset(names) in touching:
+        if law is not None:
             raise Refused(f"{where}: contact keeps apart what is apart; move or shorten one of them")
         warnings.warn(
             f"{where}: nothing acts between them; move one, or write [[contact]] between = {json.dumps(names)} where they are to touch",

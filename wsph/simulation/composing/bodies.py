@@ -38,9 +38,13 @@ from wsph.units import Scales
 
 def wants_displacement(scene: Scene) -> bool:
     """Whether a probe or a frame asks for the displacement, or for the density, which may follow from it; or there are
-    bodies that may meet."""
+    bodies or tools that may meet."""
     wanted = [*scene.output.fields, *(f for probe in scene.probes for f in probe.fields)]
-    return len(scene.bodies) > 1 or any(fields.primitive(name) in ("displacement", DENSITY) for name in wanted)
+    return (
+        len(scene.bodies) > 1
+        or bool(scene.tools)
+        or any(fields.primitive(name) in ("displacement", DENSITY) for name in wanted)
+    )
 
 
 @dataclass(frozen=True)

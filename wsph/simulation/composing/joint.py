@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wsph.contact.between import Coupling
-from wsph.protocols import AnyState, Dimensioned, LawForm, OneSet, Terms, Timed
+from wsph.protocols import AnyState, Dimensioned, LawForm, OneSet, Stepped, Terms, Timed
 
 
 class Member(OneSet, Protocol):
@@ -47,7 +47,7 @@ class JointSystem:
     def __init__(self, bodies: Mapping[str, Member], couplings: Sequence[Coupling], clock: Timed):
         self._bodies, self.couplings, self._clock = dict(bodies), tuple(couplings), clock
         own = [coupling.members() for coupling in self.couplings]
-        self._members: dict[str, Member] = dict(bodies)
+        self._members: dict[str, Stepped] = dict(bodies)
         for members in own:
             self._members |= members
         self.state = JointState({name: member.state for name, member in self._members.items()})
