@@ -17,6 +17,7 @@ from wsph.backend.state import State
 from wsph.contact.between import CoupledBody
 from wsph.contact.surfaces.body import SurfacedSystem
 from wsph.contact.surfaces.laws import Ground, Law, LawMaker
+from wsph.contact.surfaces.reading import LawNumbers
 from wsph.contact.surfaces.surface import Surface
 from wsph.protocols import Entry, Stepped
 from wsph.reporting import Reported
@@ -66,6 +67,7 @@ class Surfaces:
         for name, each in surfaces.items():
             rate = _Spare(_Velocity(wp.zeros(len(each.mass), dtype=space.vec, device=clock.device)))
             self._spare[name] = cast(State, rate)
+        self._read = [LawNumbers(law, space, clock) for law in self.laws if not law.rigid]
         self.rigid = {each.name: each for law in self.laws for each in law.rigid}
         self.ledger: tuple[Entry, ...] = (
             Entry("contact_stored", lambda: self.stored),
@@ -87,7 +89,7 @@ class Surfaces:
     @property
     def reported(self) -> tuple[Reported, ...]:
         """What of it people read numbers off."""
-        return tuple(self.rigid.values())
+        return (*self._read, *self.rigid.values())
 
     def _find(self, *, anew: bool = True) -> None:
         """Find the candidates of all laws: `anew` where the bodies are between steps, else where they were at the last

@@ -157,6 +157,17 @@ class Law(Protocol):
         """Work done on it from outside so far, nondimensional."""
         return 0.0
 
+    @property
+    def pushes(self) -> Sequence[tuple[Array, float]]:
+        """Arrays of forces of the last evaluation, vec, each with the factor that makes their sum that on its first
+        surface; none of a body with itself."""
+        return ()
+
+    @property
+    def energies(self) -> Sequence[Array]:
+        """Arrays of what it stores and has dissipated, float64."""
+        return ()
+
     def force(self, surface: Surface) -> NDArray[np.float64]:
         """The sum of its forces on a surface at the last evaluation, nondimensional (dim,)."""
         ...
