@@ -136,6 +136,13 @@ def _parser() -> argparse.ArgumentParser:
     again.add_argument("--overwrite", action="store_true", help="replace an earlier study in the folder")
     study.set_defaults(command=_study)
     view = commands.add_parser("view", help="show or save a picture of a run")
+    _view_options(view)
+    view.set_defaults(command=_view)
+    return parser
+
+
+def _view_options(view: argparse.ArgumentParser) -> None:
+    """The options of `wsph view`."""
     view.add_argument("folder", type=Path, metavar="DIR")
     view.add_argument("--field", default="velocity", help="field to draw, e.g. stress_xx (default: velocity)")
     view.add_argument(
@@ -164,8 +171,6 @@ def _parser() -> argparse.ArgumentParser:
     view.add_argument("--mesh", action="store_true", help="draw the edges of the cells")
     view.add_argument("--broken", type=float, metavar="DAMAGE", help="leave out what is damaged beyond this, e.g. 0.9")
     view.add_argument("--colours", default="viridis", choices=["viridis", "cividis", "gray"], help="default: viridis")
-    view.set_defaults(command=_view)
-    return parser
 
 
 def _overrides(pairs: list[str]) -> dict[str, Any]:

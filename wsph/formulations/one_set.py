@@ -17,9 +17,9 @@ from wsph.backend.algebra import combine
 from wsph.backend.space import Array
 from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.conditions import Conditions
+from wsph.boundary.loads.reactions import Terms
 from wsph.boundary.loads.regions import gravity_of
 from wsph.boundary.natural import layer_conditions, node_conditions
-from wsph.boundary.reactions import Terms
 from wsph.boundary.walls import Wall
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.one_set_setup import (

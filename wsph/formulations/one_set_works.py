@@ -10,8 +10,8 @@ from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.boundary.conditions import Conditions
+from wsph.boundary.loads.reactions import Terms
 from wsph.boundary.loads.work import LoadWork
-from wsph.boundary.reactions import Terms
 from wsph.boundary.slide import slides_of
 from wsph.boundary.sliding import Sliding
 from wsph.boundary.values import BoundaryValues

@@ -11,7 +11,7 @@ import numpy as np
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.state import Derived, Layout, State
-from wsph.boundary.reactions import Terms, reaction
+from wsph.boundary.loads.reactions import Terms, reaction
 from wsph.boundary.values import BoundaryValues
 from wsph.constitutive.constitutive import project_kernel
 from wsph.formulations.setup import Setup

@@ -5,9 +5,9 @@
 from wsph.backend.clock import Clock
 from wsph.backend.state import Layout, State
 from wsph.boundary.conditions import Conditions
+from wsph.boundary.loads.reactions import Terms
 from wsph.boundary.natural import wall_conditions
 from wsph.boundary.programs.motion import Motion
-from wsph.boundary.reactions import Terms
 from wsph.errors import Refused
 from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.setup import Setup
