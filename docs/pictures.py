@@ -40,6 +40,7 @@ RUNS = {
     "notched_beam": "notched_beam.toml --set run.end='0.5 ms'",
     "ring": "ring.toml",
     "bracket": "bracket.toml",
+    "plastic_hinge": "plastic_hinge.toml",
 }
 """What `wsph run` is given, by the name of the run."""
 
@@ -64,6 +65,7 @@ PICTURES = {
     "notched_beam": "--field plastic_strain",
     "ring": "--field von_mises",
     "bracket": "--field von_mises --range '0:300 MPa' --warp 50",
+    "plastic_hinge": "--curve=-push.force_y --against=-end.displacement_y",
 }
 """The options of the picture of every run."""
 

@@ -2,6 +2,7 @@
 
 # pyright: strict
 
+from collections.abc import Sequence
 from typing import Any
 
 from wsph.backend.graph import Program
@@ -10,6 +11,7 @@ from wsph.errors import WsphError
 from wsph.geometry.meshes.inspection import in_words
 from wsph.plugins import integrators, registry
 from wsph.protocols import Integrator
+from wsph.reporting import Reported
 from wsph.scene.scene import Scene
 from wsph.scene.tools import Tool
 from wsph.simulation.compose import compose, memory_need, stairs
@@ -44,6 +46,7 @@ def described(scene: Scene, source: str) -> list[Row]:
         ("kernels", f"{len(set(kernels))} in {len(kernels)} launches per step: {', '.join(kernels)}"),
         ("launches", _replayed(composition.program)),
         ("probes", ", ".join(p.name for p in scene.probes) or "none"),
+        ("numbers", _numbers(composition.reported) or "none"),
     ]
     rows += [
         ("contact", f"{c.name}: {' and '.join(c.names) if c.between else f'{c.self_} with itself'}, {c.law}")
@@ -54,6 +57,12 @@ def described(scene: Scene, source: str) -> list[Row]:
         for tool in scene.tools
     ]
     return rows
+
+
+def _numbers(reported: Sequence[Reported]) -> str:
+    """What has columns of its own in history.csv, by kind."""
+    kinds = dict.fromkeys(each.kind for each in reported)
+    return "; ".join(f"{kind} {', '.join(each.name for each in reported if each.kind == kind)}" for kind in kinds)
 
 
 def _moved(tool: Tool) -> str:

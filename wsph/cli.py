@@ -136,11 +136,24 @@ def _parser() -> argparse.ArgumentParser:
     again.add_argument("--overwrite", action="store_true", help="replace an earlier study in the folder")
     study.set_defaults(command=_study)
     view = commands.add_parser("view", help="show or save a picture of a run")
+    _view_options(view)
+    view.set_defaults(command=_view)
+    return parser
+
+
+def _view_options(view: argparse.ArgumentParser) -> None:
+    """The options of `wsph view`."""
     view.add_argument("folder", type=Path, metavar="DIR")
     view.add_argument("--field", default="velocity", help="field to draw, e.g. stress_xx (default: velocity)")
     view.add_argument(
         "--save", type=Path, metavar="FILE", help="a .png, .pdf or .svg of the last frame, a .gif or .mp4 of all"
     )
+    view.add_argument(
+        "--curve",
+        metavar="COLUMNS",
+        help="draw columns of history.csv or of probes (PROBE.COLUMN) instead: --curve=a,b",
+    )
+    view.add_argument("--against", metavar="COLUMN", help="what curves are drawn over (default: time)")
     view.add_argument("--body", metavar="NAME", help="draw this body alone")
     view.add_argument("--time", metavar="T|FROM:TO", help='the frame nearest to a time ("2 ms"), or those in a range')
     view.add_argument(
@@ -158,8 +171,6 @@ def _parser() -> argparse.ArgumentParser:
     view.add_argument("--mesh", action="store_true", help="draw the edges of the cells")
     view.add_argument("--broken", type=float, metavar="DAMAGE", help="leave out what is damaged beyond this, e.g. 0.9")
     view.add_argument("--colours", default="viridis", choices=["viridis", "cividis", "gray"], help="default: viridis")
-    view.set_defaults(command=_view)
-    return parser
 
 
 def _overrides(pairs: list[str]) -> dict[str, Any]:
@@ -355,7 +366,11 @@ def _validate(options: argparse.Namespace) -> int:
 def _view(options: argparse.Namespace) -> int:
     from wsph.output.view.look import Look, plane, span
     from wsph.output.view.pictures import view
+    from wsph.output.view.tables import view_curves
 
+    if options.curve is not None:
+        view_curves(options.folder, options.curve, options.against, options.save)
+        return 0
     slice, clip = plane(options.slice) if options.slice else None, plane(options.clip, "<>") if options.clip else None
     limits = span(options.range) if options.range else None
     shown = options.field, options.body, options.warp, options.camera

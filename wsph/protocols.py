@@ -49,6 +49,8 @@ class Traits:
     """Whether the guard tries the step of a jittered body for modes that grow: collocation can have some."""
     clumps: bool = False
     """Whether modes of neighbouring particles can grow about a stretched state."""
+    cuts: bool = False
+    """Whether the forces between its particles alone can be asked for: those through a plane."""
     pushable: bool = False
     """Whether interactions between bodies may change the velocities of its particles between steps."""
 
@@ -351,6 +353,11 @@ class OneSet(Stability, Stepped, Protocol):
     @property
     def moved(self) -> bool:
         """Whether a velocity other than zero is prescribed."""
+        ...
+
+    @property
+    def held(self) -> bool:
+        """Whether a velocity is prescribed anywhere, zero included."""
         ...
 
     @property

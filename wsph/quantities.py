@@ -2,6 +2,7 @@
 
 # pyright: strict
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -38,6 +39,15 @@ def _length(value: object) -> float:
 def as_tuple(value: object) -> object:
     """A list of a scene as the tuple that its model holds."""
     return tuple(value) if is_list(value) else value
+
+
+def file_name(name: str) -> str:
+    """A name that goes into columns, or names a file on every system. Raises ValueError."""
+    if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}", name):
+        raise ValueError(
+            f"{name!r}: a name has at most 100 of a to z, A to Z, 0 to 9, _ . and -, and begins with none of the last two"
+        )
+    return name
 
 
 Length = Annotated[float, BeforeValidator(_length)]

@@ -94,8 +94,8 @@ class RungeKuttaChebyshev:
         self.stages = [system.new() for _ in range(3)]
         self.first, self.k = system.new(), system.new()
         # Where velocities are prescribed stages hold prescribed values, and the recursion would carry them into the impulse
-        # that the constraints' work is measured by: the velocity is then summed up from the rates.
-        self.sum = system.new() if system.moved else None
+        # that reactions and their work are measured by: the velocity is then summed up from the rates.
+        self.sum = system.new() if system.held else None
         # Every stage is brought back from where its own rates lead: what goes on is the stage as it was before.
         self.allowed = system.new() if system.projects else None
         self.weights = self.coefficients.weights()

@@ -200,7 +200,7 @@ class ProcessedLeapfrog:
         """One step, by launches alone."""
         s, inner = self.system, self.inner
         s.combine(inner, plain=[(1.0, inner)], timed=[(0.5, self.k)], part="velocity")
-        s.impose(inner, 0.5)
+        s.constrain(inner, 0.5)
         s.drift(inner, self.first, 1.0)
         self._modified(1.0)
         s.combine(inner, plain=[(1.0, inner)], timed=[(0.5, self.k)], part="velocity")

@@ -5,7 +5,7 @@ import pytest
 import warp as wp
 
 from wsph.backend.domain import WHOLE, Domain, Whole
-from wsph.backend.reduce import BLOCK, blocks, largest, total, totals
+from wsph.backend.reduce import BLOCK, Segments, blocks, largest, total, totals
 
 
 class Twice(Whole):
@@ -43,3 +43,20 @@ def test_a_largest_number_that_is_none_is_seen() -> None:
 
 def test_sums_of_single_precision_are_taken_in_double() -> None:
     assert total(wp.array([1e8, 1.0, -1e8], dtype=wp.float32, device="cpu")) == 1.0
+
+
+def test_segments_are_blocks_of_one_owner_each() -> None:
+    owners = np.array([3, 0, 3, -1] + [0] * (2 * BLOCK) + [3])
+    made = Segments.of(owners)
+    assert sorted(made.order) == list(range(len(owners)))
+    for block, owner in enumerate(made.owner):
+        rows = made.order[made.starts[block] : made.starts[block + 1]]
+        assert 0 < len(rows) <= BLOCK
+        assert (owners[rows] == owner).all()
+        assert (np.diff(rows) > 0).all()
+    assert made.owner.tolist() == [-1, 0, 0, 0, 3]
+    sums = wp.zeros((made.count, 2), dtype=wp.float64, device="cpu")
+    term = made.terms(0, sums, ("work", "force_x"))["force_x"][0]
+    assert (term.first, term.count, term.stride) == (3, 3, 2)
+    assert made.terms(7, sums, ("work", "force_x")) == {}
+    assert Segments.of(np.zeros(0, int)).count == 0

@@ -14,8 +14,8 @@ from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.contact.between import CoupledBody
-from wsph.contact.reported import Reported
 from wsph.protocols import Entry
+from wsph.reporting import Reported
 from wsph.scene.scene import Scene
 from wsph.units import Scales
 
@@ -55,7 +55,7 @@ class Bond:
         return {}
 
     @property
-    def told(self) -> tuple[Reported, ...]:
+    def reported(self) -> tuple[Reported, ...]:
         return ()
 
     def follow(self) -> bool:

@@ -16,6 +16,7 @@ from wsph.cli import main
 from wsph.errors import OutputError
 from wsph.output.cells import Gathered
 from wsph.output.folder import OutputFolder
+from wsph.output.view import tables
 from wsph.output.view.look import CAMERAS, Look, Plane, chosen, plane, span
 from wsph.output.view.page import Frame
 from wsph.output.view.pictures import picture, prepared, save_figure
@@ -321,6 +322,46 @@ def test_results_draw_fields_probes_and_energies(tmp_path: Path) -> None:
     assert "energy [mJ/m]" in " ".join(text for text, _ in words(result.plot("energy")))
     with pytest.raises(OutputError, match="no field 'heat' in the frame"):
         result.plot("heat")
+
+
+def test_curves_of_history_and_probes_have_their_units_and_the_other_as_axis(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A load-displacement curve, of a probe against another that records less often, and columns over time."""
+    entries = [scenes.held("-x", 2), {"body": "b", "face": "+x", "name": "push", "displacement": {"x": "-0.01*t"}}]
+    probes = [
+        {"name": "load", "of": "push", "fields": ["force", "work"], "every": 3},
+        {"name": "end", "at": [[1.0, 0.5]], "fields": ["displacement"], "every": 7},
+    ]
+    made = scenes.scene(
+        scenes.body(scenes.cube(2), 0.25), run={"end": 2.0, "cfl": 0.3}, boundary=entries, probes=probes
+    )
+    result, drawn = wsph.run(made, tmp_path / "out"), []
+    monkeypatch.setattr(tables, "save_figure", lambda figure, path: drawn.append((figure, path)))
+
+    def view(*options: str) -> Any:
+        assert main(["view", str(tmp_path / "out"), *options, "--save", "curve.png"]) == 0
+        return drawn.pop()[0]
+
+    curve = view("--curve=-load.force_x", "--against=-end.displacement_x")
+    line = curve.axes[0].lines[0]
+    load = result.probes["load"]
+    # Shown in millinewtons per metre and in millimetres.
+    assert line.get_ydata() == pytest.approx(-1e3 * load["force_x"], rel=1e-12)
+    assert line.get_xdata() == pytest.approx(10.0 * load["time"], rel=1e-2, abs=1e-9)
+    said = " ".join(text for text, _ in words(curve))
+    assert "−load.force_x [mN/m]" in said
+    assert "−end.displacement_x [mm]" in said
+    said = " ".join(text for text, _ in words(view("--curve", "reaction_b-1_x,work_push,load")))
+    assert all(each in said for each in ("reaction_b-1_x", "work_push", "force_y", "[mN/m]", "J/m]", "time [s]"))
+    for options, message in (
+        (["--curve", "reaction_c"], "no column 'reaction_c'; there is step, time, dt, kinetic"),
+        (["--curve", "load.force_z"], "end.displacement_x"),
+        (["--curve", "load", "--against", "end"], "--against names one column: end has displacement_x, displacement_y"),
+    ):
+        assert main(["view", str(tmp_path / "out"), *options, "--save", "curve.png"]) == 2
+        assert message in capsys.readouterr().err
+    assert main(["view", str(tmp_path / "out"), "--curve", "load"]) == 2
 
 
 def test_a_frame_without_names_is_drawn(tmp_path: Path) -> None:

@@ -75,6 +75,7 @@ material = { model = "elastic", density = 7800.0, youngs_modulus = "200 GPa", po
 t = [0.0, 1e-3]
 value = [0.0, 1.0]
 [[boundary]]
+name = "driven"
 body = "a"
 face = "-x"
 velocity = { x = "ramp" }
@@ -140,11 +141,20 @@ spin = 0.5
 against = ["a", "punch"]
 [gravity]
 y = -9.81
+[[sections]]
+name = "cut"
+body = "a"
+point = ["10 cm", 0.1]
+normal = [1.0, 0.0]
 [[probes]]
 name = "p"
 at = [[0.1, 0.1]]
 fields = ["velocity"]
 every = 2
+[[probes]]
+name = "q"
+of = "cut"
+fields = ["force", "torque"]
 [output]
 every = "0.1 ms"
 history = 5

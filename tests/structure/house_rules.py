@@ -8,8 +8,8 @@ from import_graph import imports
 from syntax import Function, Module, dotted, nodes
 
 BACKEND = "wsph.backend"
-BELOW_BACKEND = (BACKEND, "wsph.errors", "wsph.units", "wsph.protocols")
-FOR_PLUGINS = ("wsph.protocols", "wsph.stability.regions", "wsph.testing")
+BELOW_BACKEND = (BACKEND, "wsph.errors", "wsph.units", "wsph.protocols", "wsph.reporting")
+FOR_PLUGINS = ("wsph.protocols", "wsph.reporting", "wsph.stability.regions", "wsph.testing")
 PROBES = "wsph/plugins/"
 """Where plugins are asked what they have: once, so that all others read an answer."""
 FORMULATIONS = "wsph/formulations/"

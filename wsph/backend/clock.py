@@ -55,12 +55,18 @@ class Clock:
         self.device = device
         self._listed: list[Launch] | None = None
         self.step: Array = wp.zeros(1, dtype=wp.int64, device=device)
+        self._none: Array = wp.full(1, -1, dtype=wp.int64, device=device)
         self.time: Array = wp.array([0.0, dt, 0.0, 0.0], dtype=wp.float64, device=device)
 
     @property
     def dt(self) -> float:
         """The time step of the steps to come."""
         return float(self.time.numpy()[DT])
+
+    @property
+    def counted(self) -> Array:
+        """The number of the step in progress, (1,) int64: -1 for all steps while it is still, which are none of the run."""
+        return self._none if self.still else self.step
 
     @property
     def listed(self) -> int:

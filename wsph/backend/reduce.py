@@ -7,10 +7,14 @@ any number of threads. The numbers of all parts of a scene are then put together
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 
 from wsph.backend.domain import WHOLE, Domain
 from wsph.backend.space import Array
+from wsph.reporting import Term
 
 BLOCK = 1024
 """Rows that one thread sums up."""
@@ -19,6 +23,39 @@ BLOCK = 1024
 def blocks(n: int) -> int:
     """Blocks of `n` rows."""
     return -(-n // BLOCK)
+
+
+@dataclass(frozen=True)
+class Segments:
+    """Rows of several owners, in blocks of one owner each: so that what a kernel sums up for the whole it has for each of
+    them. Row e of the blocks is row `order[e]` (n,); block b has rows `starts[b]` to `starts[b + 1]` (b + 1,), of
+    `owner[b]` (b,)."""
+
+    order: np.ndarray
+    starts: np.ndarray
+    owner: np.ndarray
+
+    @classmethod
+    def of(cls, owners: np.ndarray) -> "Segments":
+        """The blocks of rows by their owners (n,), numbers not below -1."""
+        order = np.argsort(owners, kind="stable")
+        first = np.flatnonzero(np.diff(owners[order], prepend=-2))
+        ends = np.append(first, len(owners))[1:]
+        starts = [np.arange(a, b, BLOCK) for a, b in zip(first, ends, strict=True)]
+        each = np.repeat(owners[order][first], [len(part) for part in starts])
+        return cls(order, np.concatenate([*starts, [len(owners)]]).astype(np.int32), each)
+
+    @property
+    def count(self) -> int:
+        """Blocks."""
+        return len(self.owner)
+
+    def terms(self, owner: int, sums: Array, names: Sequence[str]) -> dict[str, list[Term]]:
+        """The sums of the columns `names` of `sums` (blocks, k) over the blocks of an owner; nothing where it has none."""
+        mine, width = np.flatnonzero(self.owner == owner), int(sums.shape[1])
+        if not len(mine):
+            return {}
+        return {name: [Term(sums, int(mine[0]) * width + k, len(mine), width)] for k, name in enumerate(names)}
 
 
 def total(values: Array, domain: Domain = WHOLE) -> float:

@@ -46,7 +46,7 @@ def face_conditions(scene: Prescribing, body: str, lattice: Lattice, labels: tup
         for axis, value in velocities.items():
             claims.take("velocity", AXES.index(axis), nodes, value, velocity_key(k, condition, axis))
             refuse_jump(value, lattice.nodes[nodes], velocity_key(k, condition, axis))
-            result.put("velocity", AXES.index(axis), nodes, value)
+            result.put("velocity", AXES.index(axis), nodes, value, k)
             moved[rows, AXES.index(axis)] = True
             loaded[rows] |= nonzero(value)
         if condition.normal is not None:

@@ -21,7 +21,7 @@ from wsph.boundary.loads.acting import Load, LoadedFaces
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.programs.motion import UNITS, Motion
 from wsph.boundary.programs.prescribed import Moved, Prescribed, nonzero
-from wsph.boundary.programs.windows import Windowed, holds, over, within
+from wsph.boundary.programs.windows import Windowed, holds, outside, over, windows_of, within
 from wsph.boundary.slide import Slide
 from wsph.boundary.tables import Boundary, Prescribing
 from wsph.errors import Fault, SceneError
@@ -30,14 +30,19 @@ from wsph.geometry.faces import Faces
 from wsph.geometry.selection import select
 from wsph.output.fields import AXES
 
+Owned = tuple[tuple[float, float, int], ...]
+"""From when and up to when [s] which boundary, by its number, prescribes a component; none at a time is of two."""
+
 
 @dataclass
 class Conditions:
     """Prescribed components of one body and the faces that do work.
 
-    entries: (field, component) -> {particle: value}; free_normals: bit k of (n,) where sigma_kk is prescribed; work_*: rows
-    of (particle, axis, signed area [m^(dim-1)]) on faces that move or carry stress. loads: prescribed loads as forces, and
-    inside: those of no face. acting: loads that follow the state, by a name, and where they act. mirrored (n,): how often a
+    entries: (field, component) -> {particle: value}; owners: the same with the numbers
+    of the boundaries that say so, by the windows of time in which each does.
+    free_normals: bit k of (n,) where sigma_kk is prescribed; work_*: rows of (particle, axis, signed area [m^(dim-1)]) on
+    faces that move or carry stress. loads: prescribed loads as forces, and inside: those of no face. acting: loads that
+    follow the state, by the number of the boundary and the key in it, and where they act. mirrored (n,): how often a
     particle is there with its images across planes of symmetry, 1, 2, 4 or 8: its volume times that is a whole particle's.
     across (n,): bit k where stresses are prescribed in the frame of a face across axis k of the grid, of two-set bodies
     alone. periodic: pairs of particles (k, 2) that are one, by the key of their entry. slides: velocities along faces' own
@@ -45,6 +50,7 @@ class Conditions:
     """
 
     entries: dict[tuple[str, int], dict[int, Moved]] = field(default_factory=dict[tuple[str, int], dict[int, Moved]])
+    owners: dict[tuple[str, int], dict[int, Owned]] = field(default_factory=dict[tuple[str, int], dict[int, Owned]])
     free_normals: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     work_particle: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
     work_axis: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
@@ -83,10 +89,15 @@ class Conditions:
             free[[particle for particle, value in values.items() if holds(value, time)], component] = 0.0
         return free.ravel()
 
-    def put(self, name: str, component: int, particles: np.ndarray, value: Moved) -> None:
-        """Prescribe a component; of two values the later holds, in the steps of the run in which it does
-        (`wsph.boundary.clashes` refuses what must not be)."""
+    def put(self, name: str, component: int, particles: np.ndarray, value: Moved, owner: int = -1) -> None:
+        """Prescribe a component, by the boundary `owner`; of two values the later holds, in the steps of the run in which it
+        does (`wsph.boundary.clashes` refuses what must not be)."""
         known = self.entries.setdefault((name, component), {})
+        owned = self.owners.setdefault((name, component), {})
+        windows = windows_of(value)
+        mine = tuple((start, end, owner) for start, end in windows)
+        for particle in particles.tolist():
+            owned[particle] = (*mine, *outside(owned.get(particle, ()), windows))
         if not isinstance(value, Windowed):
             known.update(dict.fromkeys(particles.tolist(), value))
             return

@@ -3,6 +3,7 @@
 # pyright: strict
 
 from collections.abc import Collection, Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -42,7 +43,7 @@ def wall_conditions(scene: Prescribing, body: str, lattice: Lattice) -> tuple[Co
     chosen = list(selected_conditions(scene, body, lattice.sides, lattice.spacing, lattice.cells, on))
     for k, condition, particles, rows in chosen:
         velocity = {AXES.index(axis): value for axis, value in prescribed_velocities(scene, condition).items()}
-        if velocity and not condition.steps and walls.take(condition, particles, rows, velocity):
+        if velocity and not condition.steps and walls.take(k, condition, particles, rows, velocity):
             taken.add(k)
     for k, condition, particles, rows in chosen:
         velocity = {AXES.index(axis): value for axis, value in prescribed_velocities(scene, condition).items()}
@@ -54,7 +55,7 @@ def wall_conditions(scene: Prescribing, body: str, lattice: Lattice) -> tuple[Co
             and len(axes) == 1
             and np.isin(particles, lattice.faces.cell[rows]).all()
         ):
-            taken |= {k} if walls.join(axes.pop(), rows, velocity) else set()
+            taken |= {k} if walls.join(k, axes.pop(), rows, velocity) else set()
     return _natural_conditions(scene, body, lattice, lattice.cells, on, taken), walls.found()
 
 
@@ -92,7 +93,7 @@ def _natural_conditions(
             claims.take("velocity", AXES.index(axis), particles, value, velocity_key(k, condition, axis))
             refuse_jump(value, position[particles], velocity_key(k, condition, axis))
             if k not in walls:
-                result.put("velocity", AXES.index(axis), particles, value)
+                result.put("velocity", AXES.index(axis), particles, value, k)
             if axis in condition.traction:
                 text = f"the velocity {axis} is prescribed too: a load there moves nothing"
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.traction.{axis}", text)])
@@ -112,7 +113,7 @@ def _natural_conditions(
             result.periodic.append((key, pairs))
         if condition.normal is not None:
             slid = _slide(f"boundary.{k}.normal", scene.value(condition.normal, "m/s"), faces, on, rows)
-            result.slides.append(slid)
+            result.slides.append(replace(slid, owner=k))
         for key, load in condition.acting.items():
             if not rows.any():
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", "acts on no face selected here")])
@@ -134,7 +135,7 @@ def _natural_conditions(
                     "; it is a stress on a face across one of its axes" * key.startswith("stress")
                 )
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
-            result.loads.append(load)
+            result.loads.append(replace(load, owner=k))
     return result
 
 

@@ -6,18 +6,21 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays
-from wsph.backend.clock import Clock
+from wsph.backend.clock import Clock, dt_of
 from wsph.backend.kernels import kernel
-from wsph.backend.reduce import BLOCK, blocks, total
+from wsph.backend.reduce import Segments, totals
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.boundary.loads.forces import LoadForces
 from wsph.boundary.slide import Slides
+from wsph.parts.works import work_and_force
+from wsph.reporting import Term
 
 
 @cache
 def _slide_kernels(space: Space, layout: Layout) -> tuple[wp.Kernel, wp.Kernel]:
     real, vec, mat, Fields = space.scalar, space.vec, space.mat, fields_struct(space, layout)
+    dim, Rows, Exact = space.dim, _rows_struct(space), Space(space.dim).vec
 
     @kernel(ranged=True)
     def slide(
@@ -36,23 +39,47 @@ def _slide_kernels(space: Space, layout: Layout) -> tuple[wp.Kernel, wp.Kernel]:
 
     @kernel()
     def work(
-        count: int,
-        particle: wp.array(dtype=wp.int32),
-        mass: wp.array(dtype=real),
+        clock: wp.array(dtype=wp.float64),
+        step: wp.array(dtype=wp.int64),
+        rows: Rows,
         before: wp.array(dtype=vec),
         fields: Fields,
         old_out: wp.array(dtype=vec),
-        work_out: wp.array(dtype=wp.float64),
+        sums_out: wp.array2d(dtype=wp.float64),
+        last_out: wp.array(dtype=wp.int64),
     ):
         block = wp.tid()
         done = wp.float64(0.0)
-        for k in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
-            v = fields.velocity[particle[k]]
-            done += wp.float64(real(0.5) * mass[k] * wp.dot(v - before[k], v + old_out[k]))
-            old_out[k] = v
-        work_out[block] = work_out[block] + done
+        force = Exact()
+        for r in range(rows.starts[block], rows.starts[block + 1]):
+            v = fields.velocity[rows.particle[r]]
+            push = rows.mass[r] * (rows.share[r] * (v - before[rows.place[r]]))
+            done += wp.float64(real(0.5) * wp.dot(push, v + old_out[r]))
+            for a in range(wp.static(dim)):
+                force[a] += wp.float64(push[a]) / dt_of(clock)
+            old_out[r] = v
+        sums_out[block, 0] = sums_out[block, 0] + done
+        for a in range(wp.static(dim)):
+            # Velocities are set several times in a step: the first time of each begins anew.
+            if last_out[block] == step[0]:
+                force[a] += sums_out[block, 1 + a]
+            sums_out[block, 1 + a] = force[a]
+        last_out[block] = step[0]
 
     return slide, work
+
+
+@cache
+def _rows_struct(space: Space) -> type:
+    """Struct of what is prescribed to sliding particles, row by row, in blocks (`wsph.backend.reduce.Segments`)."""
+    annotations = {
+        "starts": wp.array(dtype=wp.int32),
+        "place": wp.array(dtype=wp.int32),
+        "particle": wp.array(dtype=wp.int32),
+        "mass": wp.array(dtype=space.scalar),
+        "share": wp.array(dtype=space.mat),
+    }
+    return wp.struct(type("SlidingRows", (), {"__annotations__": annotations, "__module__": __name__}))
 
 
 class Sliding:
@@ -63,9 +90,13 @@ class Sliding:
     _given     # (n,) vec, N^+ g of the last time imposed
     _still     # (n,) vec, zeros in its place while the clock is still, where it has been
     _before    # (k,) vec, velocities before they were last set
-    _mass      # (k,)
-    _old       # (k,) vec, velocities at the end of the last step
-    _work      # (blocks,) float64, work of setting them so far
+
+    By r rows, a direction each in which a boundary prescribes the velocity of a particle, in blocks of one boundary:
+
+    _rows      # starts of the blocks; place among the k, particle, mass and share (`wsph.boundary.slide`) of each
+    _old       # (r,) vec, velocities at the end of the last step
+    _sums      # (blocks, 1 + dim) float64, work of setting them so far, and the mean force of the last step
+    _last      # (blocks,) int64, the step that it is of
     """
 
     _still: wp.array | None = None
@@ -82,15 +113,25 @@ class Sliding:
     ):
         """`units`: of velocity [m/s] and of time [s]."""
         self._count = len(slides.particle)
+        self._space = space
         self._slide, self._add = _slide_kernels(space, layout)
         self._particle = arrays.of("particle", slides.particle, wp.int32)
         self._free = arrays.of("free", slides.free, space.mat)
         self._given = arrays.zeros("given", len(position), space.vec, kept=True)
         self._values = LoadForces(space, slides.given, self._given, position, *units, arrays.device)
         self._before = arrays.zeros("before", self._count, space.vec)
-        self._mass = arrays.of("mass", mass[slides.particle], space.scalar)
-        self._old = arrays.zeros("old", self._count, space.vec, kept=True)
-        self._work = arrays.zeros("work", blocks(self._count), wp.float64, kept=True)
+        self._segments = segments = Segments.of(slides.owner)
+        order = segments.order
+        place = slides.row[order]
+        self._rows = rows = _rows_struct(space)()
+        rows.starts = arrays.of("starts", segments.starts, wp.int32)
+        rows.place = arrays.of("place", place, wp.int32)
+        rows.particle = arrays.of("rows", slides.particle[place], wp.int32)
+        rows.mass = arrays.of("mass", mass[slides.particle[place]], space.scalar)
+        rows.share = arrays.of("share", slides.share[order], space.mat)
+        self._old = arrays.zeros("old", len(place), space.vec, kept=True)
+        self._sums = arrays.zeros("sums", (segments.count, 1 + space.dim), wp.float64, kept=True)
+        self._last = arrays.changes("last", wp.full(segments.count, -1, dtype=wp.int64, device=arrays.device))
 
     def impose(self, state: State, clock: Clock, c: float | tuple[float, float]) -> None:
         """Set the velocities of t + c dt along the normals (launches)."""
@@ -105,14 +146,20 @@ class Sliding:
 
     def count_work(self, state: State, clock: Clock) -> None:
         """Add the work of having set them (a launch)."""
-        inputs = [self._count, self._particle, self._mass, self._before, state.struct]
-        clock.launch(self._add, len(self._work), inputs, [self._old, self._work])
+        inputs = [clock.time, clock.counted, self._rows, self._before, state.struct]
+        clock.launch(self._add, self._segments.count, inputs, [self._old, self._sums, self._last])
 
     def start(self, state: State) -> None:
         """Take the velocities at the start of the run."""
-        self._old.assign(state.read("velocity")[self._particle.numpy()])
+        self._old.assign(state.read("velocity")[self._rows.particle.numpy()])
+        self._sums.zero_()
+        self._last.fill_(-1)
 
     @property
     def total(self) -> float:
         """Work so far, nondimensional."""
-        return total(self._work)
+        return float(totals(self._sums)[0])
+
+    def terms(self, owner: int) -> dict[str, list[Term]]:
+        """What the boundary of a number has of it: force and work."""
+        return self._segments.terms(owner, self._sums, work_and_force(self._space.dim))

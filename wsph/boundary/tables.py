@@ -11,7 +11,7 @@ from wsph.boundary.loads.acting import Load
 from wsph.boundary.loads.table import LOADS
 from wsph.boundary.programs.functions import Function
 from wsph.expressions import Expression
-from wsph.quantities import Model, Strings, Value
+from wsph.quantities import Model, Strings, Value, file_name
 
 
 def _face(value: str) -> str:
@@ -23,6 +23,7 @@ def _face(value: str) -> str:
 class _Selection(Model):
     """Where something is prescribed, and what is prescribed there of the body's own fields."""
 
+    name: Annotated[str, AfterValidator(file_name)] | None = None
     body: str
     where: str | None = None
     face: Annotated[str, AfterValidator(_face)] | None = None

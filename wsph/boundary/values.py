@@ -10,12 +10,15 @@ from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import State
-from wsph.boundary.conditions import Conditions
+from wsph.boundary.conditions import Conditions, Owned
 from wsph.boundary.programs.motion import Motion
 from wsph.boundary.programs.motions import WHOLE, Motions
 from wsph.boundary.programs.prescribed import Prescribed, constant
 from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate_mean, holding, interval, places
 from wsph.boundary.programs.windows import Windowed
+
+NOBODY: Owned = ((-np.inf, np.inf, -1),)
+"""The owner of what no boundary prescribes."""
 
 CONSTANT = -1
 """The program of an entry that never changes: its scale is its value. Most faces are free: thousands of zeros."""
@@ -56,7 +59,8 @@ class BoundaryValues:
 
     `impose(state, c)` sets them in a state at t + c dt; c = (a, b) means the mean of both times. Velocities that hold in
     some steps of the run are left as they are in the others. While the clock is still, prescribed velocities are zero: what
-    is driven stays where it is. Of k entries, the host has `particle` (k,), and the device
+    is driven stays where it is. Of k entries, the host has `particle`,
+    `component` (k,) and `owners`, by whose boundaries it is prescribed when, and the device
 
     place      # (k,) int32, where each stands in the buffer of the state
     _program   # (k,) int32, its program in the `Bank`, or CONSTANT
@@ -82,8 +86,10 @@ class BoundaryValues:
         ways: tuple[str, str] = ("velocity", "displacement"),
     ):
         """`ways`: the field whose values lead, and the one that says where to."""
-        self.space, self._second = space, second
+        self.space, self.second = space, second
         place, program, scale, points, owners = [], [], [], [], []
+        components: list[int] = []
+        self.owners: list[Owned] = []
         moved: list[tuple[int, int, Motion, np.ndarray]] = []
         programs: dict[int, int] = {}
         kept: list[Prescribed] = []
@@ -103,6 +109,8 @@ class BoundaryValues:
                 scale.append(factor if number is None else number * factor)
                 points.append(position[particle])
                 owners.append(particle)
+                components.append(component)
+                self.owners.append(conditions.owners.get((name, component), {}).get(particle, NOBODY))
         columns = [list(column) for column in zip(*moved, strict=True)] or [[], [], [], []]
         self.motions = Motions(space, *columns, (units.get(ways[0], 1.0), second), device)
         self.count = len(place)
@@ -111,6 +119,7 @@ class BoundaryValues:
         self._bank = bank_of(kept, device)
         self._windowed = [k for k, value in enumerate(kept) if isinstance(value, Windowed)]
         self.particle = np.array(owners, np.int32)
+        self.component = np.array(components, int)
         self.place = wp.array(place, dtype=wp.int32, device=device)
         self._program = wp.array(program, dtype=wp.int32, device=device)
         self._scale = wp.array(scale, dtype=wp.float64, device=device)
@@ -123,7 +132,7 @@ class BoundaryValues:
             return
         programs = self._at_rest(state) if clock.still else [self._program, self._scale]
         inputs = [self._bank, clock.time, self.place, *programs, self._position]
-        inputs += [*interval(c), wp.float64(self._second), state.split]
+        inputs += [*interval(c), wp.float64(self.second), state.split]
         clock.launch(_impose_kernel(self.space), self.count, inputs, [state.buffer])
         self.motions.impose(state, clock, WHOLE if leads and c == 0.5 else c)
 

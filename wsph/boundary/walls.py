@@ -8,7 +8,7 @@ velocity across it is prescribed, the same all over the face.
 # pyright: strict
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -21,13 +21,15 @@ from wsph.geometry.lattice import Lattice
 @dataclass(frozen=True)
 class Wall:
     """A flat face with prescribed velocities. `normal` (dim,) outward, `point` (dim,) [m] on it, `columns` (cells,) bool the
-    cells that stand over it, `velocity` the prescribed components along the coordinate axes."""
+    cells that stand over it, `velocity` the prescribed components along the coordinate axes, and `owners` the numbers of the
+    boundaries that they are of."""
 
     axis: int
     normal: np.ndarray
     point: np.ndarray
     columns: np.ndarray
     velocity: dict[int, Moved]
+    owners: dict[int, int] = field(default_factory=dict[int, int])
 
     @property
     def driven(self) -> bool:
@@ -42,6 +44,20 @@ Face = tuple[int, int, int]
 """A plane of cell faces: axis, sign of the normal, the line of the grid."""
 
 
+@dataclass
+class _Held:
+    """Cells over which a face is held: velocities and the numbers of their boundaries, by component."""
+
+    cells: np.ndarray
+    velocity: dict[int, Moved] = field(default_factory=dict[int, Moved])
+    owners: dict[int, int] = field(default_factory=dict[int, int])
+
+    def take(self, velocity: dict[int, Moved], k: int) -> "_Held":
+        self.velocity.update(velocity)
+        self.owners.update(dict.fromkeys(velocity, k))
+        return self
+
+
 class Walls:
     """The walls of a body, found from its conditions one by one: those that prescribe the component across their face, and
     then those that prescribe others on the same."""
@@ -49,11 +65,13 @@ class Walls:
     def __init__(self, lattice: Lattice, body: str):
         self._lattice, self._body = lattice, body
         self._index = np.floor(lattice.index[lattice.corners].mean(1)).astype(int)
-        self._planes: dict[Face, list[tuple[np.ndarray, dict[int, Moved]]]] = {}
+        self._planes: dict[Face, list[_Held]] = {}
 
-    def take(self, condition: Boundary, particles: np.ndarray, rows: np.ndarray, velocity: dict[int, Moved]) -> bool:
-        """Take a condition on `particles`, and `rows` of the faces, that prescribes `velocity`; whether it is a wall's.
-        Warns of a face that cannot be one."""
+    def take(
+        self, k: int, condition: Boundary, particles: np.ndarray, rows: np.ndarray, velocity: dict[int, Moved]
+    ) -> bool:
+        """Take the condition of number `k` on `particles`, and `rows` of the faces, that prescribes `velocity`; whether it
+        is a wall's. Warns of a face that cannot be one."""
         faces, frame, dim = self._lattice.faces, self._lattice.frame, self._index.shape[1]
         on = [axis for axis in range(dim) if np.isin(particles, faces.cell[rows & (faces.axis == axis)]).all()]
         if len(on) != 1 or not (len(velocity) == dim or on[0] in velocity or not frame.upright):
@@ -64,23 +82,23 @@ class Walls:
         if why := self._fault(chosen, velocity):
             self._warn(condition, why)
             return False
-        known = [(cells, others) for face, cells in chosen.items() for others, _ in self._planes.get(face, [])]
+        known = [(cells, held.cells) for face, cells in chosen.items() for held in self._planes.get(face, [])]
         if any(np.isin(cells, others).any() for cells, others in known):
-            return self.join(on[0], rows, velocity)
+            return self.join(k, on[0], rows, velocity)
         for face, cells in chosen.items():
-            self._planes.setdefault(face, []).append((cells, dict(velocity)))
+            self._planes.setdefault(face, []).append(_Held(cells).take(velocity, k))
         return True
 
-    def join(self, axis: int, rows: np.ndarray, velocity: dict[int, Moved]) -> bool:
+    def join(self, k: int, axis: int, rows: np.ndarray, velocity: dict[int, Moved]) -> bool:
         """Prescribe further components on walls that are there already; whether the faces are just these."""
         same = [
-            [given for cells, given in self._planes.get(face, []) if np.array_equal(cells, chosen)]
+            [held for held in self._planes.get(face, []) if np.array_equal(held.cells, chosen)]
             for face, chosen in self._cells(axis, rows).items()
         ]
         if not same or not all(same) or not self._lattice.frame.upright:
             return False
         for given in same:
-            given[0].update(velocity)
+            given[0].take(velocity, k)
         return True
 
     def _cells(self, axis: int, rows: np.ndarray) -> dict[Face, np.ndarray]:
@@ -123,17 +141,24 @@ class Walls:
     def found(self) -> list[Wall]:
         """The walls that all conditions together make."""
         return [
-            self._wall(axis, sign, plane, cells, velocity)
+            self._wall(axis, sign, plane, held)
             for (axis, sign, plane), entries in self._planes.items()
-            for cells, velocity in entries
+            for held in entries
         ]
 
-    def _wall(self, axis: int, sign: int, plane: int, cells: np.ndarray, velocity: dict[int, Moved]) -> Wall:
-        lattice, index = self._lattice, self._index
+    def _wall(self, axis: int, sign: int, plane: int, held: _Held) -> Wall:
+        cells, lattice, index = held.cells, self._lattice, self._index
         columns = np.delete(index, axis, 1)
         _, key = np.unique(columns, axis=0, return_inverse=True)
         inside = index[:, axis] < plane if sign > 0 else index[:, axis] >= plane
         on = index[cells[0]].astype(float) + 0.5
         on[axis] = plane
         point = lattice.frame.points(on[None])[0]
-        return Wall(axis, sign * lattice.frame.axes[:, axis], point, inside & np.isin(key, key[cells]), velocity)
+        return Wall(
+            axis,
+            sign * lattice.frame.axes[:, axis],
+            point,
+            inside & np.isin(key, key[cells]),
+            held.velocity,
+            held.owners,
+        )

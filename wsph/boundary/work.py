@@ -1,23 +1,26 @@
 """External work of prescribed motion and loads on a body, in blocks of fixed size."""
 
+from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
 import warp as wp
 
-from wsph.backend.clock import Clock, dt_of
+from wsph.backend.clock import Clock, dt_of, time_of
 from wsph.backend.domain import WHOLE, Domain
 from wsph.backend.kernels import kernel
-from wsph.backend.reduce import BLOCK, blocks, total
+from wsph.backend.reduce import BLOCK, Segments, totals
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.backend.tensors import determinant_and_inverse
-from wsph.boundary.conditions import Conditions
+from wsph.boundary.conditions import Conditions, Owned
 from wsph.boundary.values import BoundaryValues
 from wsph.constitutive.evolution import volume_ratio
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
+from wsph.output.fields import AXES
 from wsph.parts.works import PowerWorks
+from wsph.reporting import Term
 
 
 @cache
@@ -101,9 +104,25 @@ class ExternalWork(PowerWorks):
 
 
 @cache
-def _constraint_kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
-    real = space.scalar
-    module = space.module("constraint")
+def _rows_struct(space: Space) -> type:
+    """Struct of prescribed components, row by row, in blocks: `ConstraintWork` has its fields."""
+    annotations = {
+        "starts": wp.array(dtype=wp.int32),
+        "place": wp.array(dtype=wp.int32),
+        "mass": wp.array(dtype=space.scalar),
+        "begins": wp.array(dtype=wp.float64),
+        "ends": wp.array(dtype=wp.float64),
+        "second": wp.float64,
+    }
+    return wp.struct(type("ConstraintRows", (), {"__annotations__": annotations, "__module__": __name__}))
+
+
+@cache
+def _constraint_kernels(space: Space, shared: bool) -> tuple[wp.Kernel, wp.Kernel]:
+    """Kernels that keep velocities, and add the work of setting them. `shared`: components are of several boundaries, of
+    each in windows of time."""
+    real, Rows = space.scalar, _rows_struct(space)
+    module = space.module("constraint_in_steps" if shared else "constraint")
 
     @kernel(ranged=True, module=module)
     def keep(first: int, place: wp.array(dtype=wp.int32), state: wp.array(dtype=real), free_out: wp.array(dtype=real)):
@@ -113,70 +132,132 @@ def _constraint_kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
     @kernel(ranged=True, module=module)
     def work(
         first: int,
-        place: wp.array(dtype=wp.int32),
-        mass: wp.array(dtype=real),
+        rows: Rows,
         free: wp.array(dtype=real),
         state: wp.array(dtype=real),
-        count: int,
+        clock: wp.array(dtype=wp.float64),
+        step: wp.array(dtype=wp.int64),
+        part: wp.float64,
         old_out: wp.array(dtype=real),
-        work_out: wp.array(dtype=wp.float64),
+        sums_out: wp.array2d(dtype=wp.float64),
+        last_out: wp.array(dtype=wp.int64),
     ):
         block = first + wp.tid()
         total = wp.float64(0.0)
-        for e in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
-            new = state[place[e]]
-            total += wp.float64(real(0.5) * mass[e] * (new - free[e]) * (new + old_out[e]))
+        impulse = wp.float64(0.0)
+        for e in range(rows.starts[block], rows.starts[block + 1]):
+            new = state[rows.place[e]]
+            change = rows.mass[e] * (new - free[e])
+            if wp.static(shared):
+                # As `wsph.boundary.programs.stack_machine.holding` has it.
+                t = (time_of(clock) + (part - wp.float64(1.0e-9)) * dt_of(clock)) * rows.second
+                if not (rows.begins[e] < t and t <= rows.ends[e]):
+                    change = real(0.0)
+            total += wp.float64(real(0.5) * change * (new + old_out[e]))
+            impulse += wp.float64(change)
             old_out[e] = new
-        work_out[block] = work_out[block] + total
+        force = impulse / dt_of(clock)
+        # Velocities are set several times in a step: the first time of each begins anew.
+        if last_out[block] == step[0]:
+            force += sums_out[block, 1]
+        last_out[block] = step[0]
+        sums_out[block, 0] = sums_out[block, 0] + total
+        sums_out[block, 1] = force
 
     return keep, work
 
 
+def _by_owners(owners: Sequence[Owned]) -> tuple[np.ndarray, ...]:
+    """Of the components and whose they are when, the rows (k,): number of the component, owner, from when and up to when
+    [s]. What is one boundary's, in whatever windows, is one row: where it does not hold it changes nothing."""
+    rows: list[tuple[int, int, float, float]] = []
+    for entry, owned in enumerate(owners):
+        if len({owner for _, _, owner in owned}) == 1:
+            rows.append((entry, owned[0][2], -np.inf, np.inf))
+        else:
+            rows += [(entry, owner, start, end) for start, end, owner in owned]
+    entry, owner, begins, ends = zip(*rows, strict=True)
+    return np.array(entry), np.array(owner), np.array(begins), np.array(ends)
+
+
 class ConstraintWork:
     """Work of prescribed velocities on a one-set body: the impulse that sets them, times the mean velocity of the step. Of k
-    prescribed components, nondimensional:
+    prescribed components, nondimensional, in blocks of one boundary and one component each; a component that boundaries
+    prescribe one after the other is there once for each window of each:
 
-    _mass  # of the component's particle, (k,) scalar
-    _free  # the value that the step gave before it was set, (k,) scalar
-    _old   # the value at the end of the last step, (k,) scalar
-    _work  # works so far, (blocks,) float64
+    _rows    # starts of the blocks (blocks + 1,) int32; place (k,) int32, where each stands in the buffer of the state; mass
+             # of its particle (k,) scalar; and where several boundaries prescribe one component, from when and up to when
+             # each does, begins and ends (k,) float64 [s], second: the clock's unit [s]
+    _free    # the value that the step gave before it was set, (k,) scalar
+    _old     # the value at the end of the last step, (k,) scalar
+    _sums    # (blocks, 2) float64, works so far, and the mean force of the last step: that impulse over dt
+    _last    # (blocks,) int64, the step that it is of
     """
 
     def __init__(self, space: Space, boundary: BoundaryValues, mass: np.ndarray, device: str, domain: Domain = WHOLE):
         self.count = boundary.count
-        self._space, self._boundary, self._domain = space, boundary, domain
+        self._space, self._domain = space, domain
         if self.count:
-            self._mass = wp.array(mass[boundary.particle], dtype=space.scalar, device=device)
+            # Of boundary k the component a is owner k dim + a.
+            dim = space.dim
+            entry, owner, begins, ends = _by_owners(boundary.owners)
+            self.count, self._shared = len(entry), len(entry) > boundary.count
+            self._segments = segments = Segments.of(owner * dim + boundary.component[entry])
+            entry = entry[segments.order]
+            self._rows = rows = _rows_struct(space)()
+            self._place = wp.array(boundary.place.numpy()[entry], dtype=wp.int32, device=device)
+            rows.place, rows.starts = self._place, wp.array(segments.starts, dtype=wp.int32, device=device)
+            rows.mass = wp.array(mass[boundary.particle[entry]], dtype=space.scalar, device=device)
+            rows.second = wp.float64(boundary.second)
+            if self._shared:
+                rows.begins, rows.ends = (
+                    wp.array(each[segments.order], dtype=wp.float64, device=device) for each in (begins, ends)
+                )
             self._free = wp.zeros(self.count, dtype=space.scalar, device=device)
             self._old = wp.zeros(self.count, dtype=space.scalar, device=device)
-            self._work = wp.zeros(blocks(self.count), dtype=wp.float64, device=device)
+            self._sums = wp.zeros((segments.count, 2), dtype=wp.float64, device=device)
+            self._last = wp.full(segments.count, -1, dtype=wp.int64, device=device)
 
     def before(self, state: State, clock: Clock) -> None:
         """Keep the velocities that the step gave, before they are set (a launch)."""
         if self.count:
-            clock.launch(
-                _constraint_kernels(self._space)[0], self.count, [self._boundary.place, state.buffer], [self._free]
-            )
+            keep, _ = _constraint_kernels(self._space, self._shared)
+            clock.launch(keep, self.count, [self._place, state.buffer], [self._free])
 
-    def after(self, state: State, clock: Clock) -> None:
-        """Add the work of setting them (a launch)."""
+    def after(self, state: State, clock: Clock, c: float | tuple[float, float]) -> None:
+        """Add the work of setting them to what holds at t + c dt (a launch)."""
         if self.count:
-            inputs = [self._boundary.place, self._mass, self._free, state.buffer, self.count]
-            clock.launch(_constraint_kernels(self._space)[1], self._work.shape[0], inputs, [self._old, self._work])
+            part = wp.float64(max(c) if isinstance(c, tuple) else c)
+            inputs = [self._rows, self._free, state.buffer, clock.time, clock.counted, part]
+            outputs = [self._old, self._sums, self._last]
+            _, work = _constraint_kernels(self._space, self._shared)
+            clock.launch(work, self._segments.count, inputs, outputs)
 
     def kept(self) -> dict[str, wp.array]:
         """The arrays that a checkpoint holds of it, by name."""
-        return {"old": self._old, "work": self._work} if self.count else {}
+        return {"old": self._old, "work": self._sums, "last": self._last} if self.count else {}
 
     def start(self, state: State, clock: Clock) -> None:
         """Take the prescribed velocities at the start of the run."""
         if self.count:
-            self._old.assign(state.buffer.numpy()[self._boundary.place.numpy()])
+            self._old.assign(state.buffer.numpy()[self._place.numpy()])
+            self._sums.zero_()
+            self._last.fill_(-1)
 
     @property
     def total(self) -> float:
         """Work so far, nondimensional."""
-        return total(self._work, self._domain) if self.count else 0.0
+        return float(totals(self._sums, self._domain)[0]) if self.count else 0.0
+
+    def terms(self, owner: int) -> dict[str, list[Term]]:
+        """What the boundary of a number has of it: the terms of its force and its work."""
+        found: dict[str, list[Term]] = {}
+        dim = self._space.dim if self.count else 0
+        for axis in range(dim):
+            mine = self._segments.terms(owner * dim + axis, self._sums, ("work", f"force_{AXES[axis]}"))
+            for name, terms in mine.items():
+                found.setdefault(name, []).extend(terms)
+        return found
 
 
 @cache

@@ -7,8 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
-from wsph.contact.reported import Reported
 from wsph.protocols import AnyState, BodySystem, BodyTable, DeviceArray, Entry, Integrator, Stepped
+from wsph.reporting import Reported
 
 
 class CoupledBody(Protocol):
@@ -87,8 +87,8 @@ class Coupling(Protocol):
         ...
 
     @property
-    def told(self) -> tuple[Reported, ...]:
-        """What is told of it at the end of every step."""
+    def reported(self) -> tuple[Reported, ...]:
+        """What of it people read numbers off."""
         ...
 
     def follow(self) -> bool:

@@ -9,7 +9,7 @@ limited by the body's small motions (`wsph.stability.small_motions`).
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Protocol, cast
+from typing import cast
 
 import numpy as np
 
@@ -17,10 +17,11 @@ from wsph.backend.algebra import combine
 from wsph.backend.space import Array
 from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.conditions import Conditions
+from wsph.boundary.loads.reactions import Terms
 from wsph.boundary.loads.regions import gravity_of
 from wsph.boundary.natural import layer_conditions, node_conditions
 from wsph.boundary.walls import Wall
-from wsph.formulations.lagrangian.form import Form
+from wsph.formulations.one_set_rates import Rates
 from wsph.formulations.one_set_setup import (
     Loads,
     Placement,
@@ -36,44 +37,13 @@ from wsph.formulations.system import HERE, System
 from wsph.parts.body_force import BodyForce
 from wsph.parts.body_force_work import WayWork
 from wsph.parts.fading import Fading
-from wsph.parts.part import Attached, Host, Neighbourhood
+from wsph.parts.part import Attached, Host
 from wsph.protocols import Entry
 from wsph.sph.averages import Averages, average, bounded_average, outward_weights, spanning_weights
 from wsph.sph.pairs import Pairs
 from wsph.sph.weights import Weights
 from wsph.stability.krylov import Moving
 from wsph.stability.small_motions import SmallMotions
-
-
-class Rates(Protocol):
-    """The right-hand sides of a body, and its pairs."""
-
-    form: Form
-    holding: Array
-    """Forces per mass that hold spurious modes, of the last evaluation, (n,) vec, where there are any."""
-
-    @property
-    def pairs(self) -> int: ...
-
-    @property
-    def neighbours(self) -> Pairs: ...
-
-    @property
-    def seen(self) -> Neighbourhood | None: ...
-
-    def attach(self, parts: list[Attached]) -> None: ...
-
-    def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None: ...
-
-    def refresh(self, state: State) -> None: ...
-
-    def held_energy(self, state: State) -> float: ...
-
-    def follow(self) -> bool: ...
-
-    def placed(self) -> None: ...
-
-    def restored(self) -> None: ...
 
 
 def _buffers(terms: list[tuple[float, State]]) -> list[tuple[float, Array]]:
@@ -269,6 +239,9 @@ class OneSetSystem(System):
             part.restored()
         self.refresh(self.state)
 
+    def does(self, boundary: int) -> list[Terms]:
+        return self._prescribed.numbers(boundary)
+
     @property
     def ledger(self) -> tuple[Entry, ...]:
         drag = Entry("dissipated", lambda: self._prescribed.drag.dragged)
@@ -360,6 +333,11 @@ class OneSetSystem(System):
     def moved(self) -> bool:
         """Whether a velocity other than zero is prescribed anywhere."""
         return self.conditions.moved
+
+    @property
+    def held(self) -> bool:
+        """Whether a velocity is prescribed anywhere, zero included."""
+        return bool(self.conditions.entries or self.conditions.slides)
 
     @property
     def irregular(self) -> bool:

@@ -102,7 +102,7 @@ class Placement:
 
 class Loads:
     """Loads on a body as forces on its particles, nondimensional: the sum of the prescribed ones, `vectors` (n,) vec, and of
-    those that follow the state, `following` (1, n) vec; those that depend on velocities are a second row, (2, n)."""
+    those that follow the state, `following` (n,) vec; those that depend on velocities stand behind them, (2 n,)."""
 
     def __init__(self, setup: Setup, conditions: Conditions, placement: Placement, arrays: Arrays):
         space, scales, clock = setup.space, setup.scales, setup.clock
@@ -117,6 +117,8 @@ class Loads:
         )
         self._clock = clock
         self.acting: list[ActingLoad] = []
+        self.owners = [int(name.partition(".")[0]) for name, _, _ in conditions.acting]
+        """The numbers of the boundaries that the acting ones are of."""
         material, (_, shear) = setup.constitutive.material, setup.constitutive.material.moduli()
         impedance = material.density * setup.constitutive.wave_speed, float(np.sqrt(shear * material.density))
         for name, load, faces in conditions.acting:
@@ -124,10 +126,9 @@ class Loads:
             self.acting.append(load.attach(scaled, space, scales, clock, arrays.part(name)))
         self.resisted = conditions.resisted
         """Whether some depend on velocities."""
-        shape = (1 + self.resisted, placement.count if self.acting else 1)
-        self.following = arrays.zeros("following", shape, space.vec)
-        self._all: Array = self.following.flatten()
-        self._rows: list[Array] = [cast(Array, self.following[row]) for row in range(shape[0])]
+        n = placement.count if self.acting else 1
+        self.following: Array = arrays.zeros("following", (1 + self.resisted) * n, space.vec)
+        self._rows = [cast(Array, self.following[row * n : (row + 1) * n]) for row in range(1 + self.resisted)]
 
     @property
     def count(self) -> int:
@@ -144,7 +145,7 @@ class Loads:
         """Find the forces of the loads that follow a state (launches, where there are any). In a relaxation nothing resists:
         what creeps would look like what rests."""
         if self.acting:
-            self._clock.launch(clear_kernel(self._all.dtype), len(self._all), [], [self._all])
+            self._clock.launch(clear_kernel(self.following.dtype), len(self.following), [], [self.following])
         for load in self.acting:
             load.act(state, self._rows[0])
             if self.resisted and not self._clock.still:

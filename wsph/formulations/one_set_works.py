@@ -10,6 +10,7 @@ from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.boundary.conditions import Conditions
+from wsph.boundary.loads.reactions import Terms
 from wsph.boundary.loads.work import LoadWork
 from wsph.boundary.slide import slides_of
 from wsph.boundary.sliding import Sliding
@@ -40,7 +41,7 @@ class Prescribed:
         self.values = BoundaryValues(
             space, conditions, state, position, {"velocity": scales.velocity}, scales.time, device
         )
-        self.slides = slides_of(conditions.slides, conditions.entries, space.dim)
+        self.slides = slides_of(conditions.slides, conditions.entries, space.dim, conditions.owners)
         units = (scales.velocity, scales.time)
         self._sliding: Sliding | None = None
         if len(self.slides.particle):
@@ -48,7 +49,9 @@ class Prescribed:
             self._sliding = Sliding(self.slides, space, position, mass, units, part, state.layout)
         self._loads = loads
         self._constraint_work = ConstraintWork(space, self.values, mass, device)
-        self._load_work = LoadWork(loads.forces.loaded, loads.vectors, space, device)
+        forces = loads.forces
+        pieces = np.arange(len(forces.particle))
+        self._load_work = LoadWork(forces.particle, pieces, forces.owner, forces.pieces, space, device)
         self.drag = DragWork(space, state, holding, mass, device)
         arrays.part("boundary").adopt(self.values)
         arrays.part("motions").adopt(self.values.motions, self.values.motions.kept())
@@ -63,7 +66,7 @@ class Prescribed:
             self._constraint_work.before(state, clock)
         self.values.impose(state, clock, c, leads=counted)
         if counted:
-            self._constraint_work.after(state, clock)
+            self._constraint_work.after(state, clock, c)
         if self._sliding is not None:
             self._sliding.impose(state, clock, c)
         if self._sliding is not None and counted:
@@ -86,6 +89,14 @@ class Prescribed:
         self.drag.add(state, clock)
         for load in self._loads.acting:
             load.advance(state)
+
+    def numbers(self, owner: int) -> list[Terms]:
+        """What the boundary of a number does to the body: velocities that it sets, and loads."""
+        sliding = [self._sliding.terms(owner)] if self._sliding is not None else []
+        acting = [
+            each.numbers for each, mine in zip(self._loads.acting, self._loads.owners, strict=True) if mine == owner
+        ]
+        return [self._constraint_work.terms(owner), *sliding, self._load_work.terms(owner), *acting]
 
     @property
     def total(self) -> float:

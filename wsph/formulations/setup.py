@@ -33,6 +33,12 @@ class Setup:
     """Whether a probe or a frame asks for displacements, or for a density that follows from them."""
 
     @property
+    def boundaries(self) -> dict[int, str]:
+        """The boundaries of the body that hold or load it, by their numbers in the scene, with their names."""
+        own = [each.body == self.body.name and each.periodic is None for each in self.scene.boundary]
+        return {k: name for k, name in enumerate(self.scene.boundary_names) if own[k]}
+
+    @property
     def lattice(self) -> Lattice:
         """Its geometry, of a body that the lines of a grid cut."""
         return on_grid(self.geometry)

@@ -11,6 +11,7 @@ import numpy as np
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.state import Derived, Layout, State
+from wsph.boundary.loads.reactions import Terms, reaction
 from wsph.boundary.values import BoundaryValues
 from wsph.constitutive.constitutive import project_kernel
 from wsph.formulations.setup import Setup
@@ -20,6 +21,7 @@ from wsph.parts.body_force_work import ForceWork
 from wsph.parts.part import Attached
 from wsph.parts.terms import Response
 from wsph.protocols import Entry
+from wsph.reporting import Reported
 from wsph.sph.averages import Averages
 
 HERE = 1e-6
@@ -65,6 +67,8 @@ class System:
     """The parts of the body on the device, by their keys."""
     warnings: tuple[str, ...] = ()
     """What whoever runs it should know of this form on this body."""
+    sections: tuple[Reported, ...] = ()
+    """Planes through the body whose forces people read off."""
     _counts: Mapping[str, int] = {}
     """Places of the fields of a state whose number of places is their own."""
 
@@ -73,7 +77,7 @@ class System:
         self.space, self.geometry, self.constitutive = setup.space, setup.geometry, setup.constitutive
         self.scales, self.clock, self.device = setup.scales, setup.clock, setup.device
         self.spacing, self.density = setup.geometry.spacing, setup.constitutive.density
-        self.arrays = Arrays(setup.device)
+        self.arrays, self._boundaries = Arrays(setup.device), setup.boundaries
         self.accepted: tuple[State, int] | None = None
         """The state that was last accepted, and how many launches of the step came before, of those that are listed."""
         self._made = 0
@@ -116,6 +120,20 @@ class System:
 
     def refresh(self, state: State) -> None:
         """Recompute the derived fields of a state, where it has any (launches)."""
+
+    @property
+    def reported(self) -> tuple[Reported, ...]:
+        """What of the body people read numbers off."""
+        does = {name: self.does(k) for k, name in self._boundaries.items()}
+        held = (reaction(name, self.space.dim, parts, self.gather) for name, parts in does.items() if parts)
+        return (*held, *self.sections)
+
+    def does(self, boundary: int) -> list[Terms]:
+        """What the boundary of a number does to the body; nothing where that cannot be told."""
+        return []
+
+    def gather(self) -> None:
+        """Bring what boundaries do up to date, where steps do not (launches)."""
 
     @property
     def ledger(self) -> tuple[Entry, ...]:

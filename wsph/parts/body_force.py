@@ -25,15 +25,11 @@ class Damping(Model):
 
 
 @cache
-def inertia_struct(space: Space) -> type:
-    """Struct of the nondimensional density, damping rate and gravity, as kernels take it, and of further accelerations of
-    the particles, (n,) vec."""
-    annotations = {
-        "density": space.scalar,
-        "damping": space.scalar,
-        "gravity": space.vec,
-        "field": wp.array(dtype=space.vec),
-    }
+def inertia_struct(space: Space, varied: bool) -> type:
+    """Struct of the nondimensional density, damping rate and gravity, as kernels take it; where accelerations change from
+    place to place (`varied`), of those of the particles too, (n,) vec."""
+    annotations = {"density": space.scalar, "damping": space.scalar, "gravity": space.vec}
+    annotations |= {"field": wp.array(dtype=space.vec)} if varied else {}
     return wp.struct(type("Inertia", (), {"__annotations__": annotations, "__module__": __name__}))
 
 
@@ -50,7 +46,7 @@ class BodyForceKinds:
 @cache
 def acceleration(space: Space, parts: BodyForceKinds) -> wp.Function:
     """Warp function (inertia, particle, force per volume, velocity) -> acceleration."""
-    vec, Inertia = space.vec, inertia_struct(space)
+    vec, Inertia = space.vec, inertia_struct(space, parts.varied)
 
     @wp.func
     def accelerated(body: Inertia, i: int, force: vec, velocity: vec) -> vec:
@@ -64,6 +60,13 @@ def acceleration(space: Space, parts: BodyForceKinds) -> wp.Function:
         return a
 
     return accelerated
+
+
+def weightless(body: object, space: Space) -> object:
+    """The inertia of a body without gravity and damping, for kernels that are to find its own forces alone."""
+    bare = inertia_struct(space, False)()
+    bare.density, bare.damping, bare.gravity = body.density, space.scalar(0.0), space.vec()
+    return bare
 
 
 class BodyForce:
@@ -89,7 +92,7 @@ class BodyForce:
 
     def among(self, field: wp.array | None) -> Struct:
         """The struct for particles with further accelerations `field` (n,) vec."""
-        space, struct = self._space, inertia_struct(self._space)()
+        space, struct = self._space, inertia_struct(self._space, self.parts.varied)()
         struct.density, struct.damping = space.scalar(self._density), space.scalar(self.rate)
         struct.gravity = space.vec(*self._pull)
         if field is not None:

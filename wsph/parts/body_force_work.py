@@ -30,7 +30,7 @@ class ForceWork(Works):
 
 @cache
 def _way_kernel(space: Space, layout: Layout) -> wp.Kernel:
-    Inertia, Fields = inertia_struct(space), fields_struct(space, layout)
+    Inertia, Fields = inertia_struct(space, False), fields_struct(space, layout)
 
     @kernel(ranged=True)
     def work(
@@ -57,7 +57,7 @@ def _way_kernel(space: Space, layout: Layout) -> wp.Kernel:
 
 @cache
 def _lift_kernel(space: Space, layout: Layout) -> wp.Kernel:
-    Inertia, Fields = inertia_struct(space), fields_struct(space, layout)
+    Inertia, Fields = inertia_struct(space, False), fields_struct(space, layout)
 
     @kernel()
     def lift(
@@ -120,7 +120,7 @@ class WayWork(ForceWork):
 
 @cache
 def _middle_kernel(space: Space, layout: Layout, varied: bool) -> wp.Kernel:
-    Inertia, Fields = inertia_struct(space), fields_struct(space, layout)
+    Inertia, Fields = inertia_struct(space, varied), fields_struct(space, layout)
 
     @kernel(ranged=True)
     def work(

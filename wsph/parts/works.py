@@ -10,6 +10,12 @@ from wsph.backend.domain import WHOLE, Domain
 from wsph.backend.reduce import blocks, totals
 from wsph.backend.space import Array
 from wsph.backend.state import State
+from wsph.output.fields import AXES
+
+
+def work_and_force(dim: int) -> tuple[str, ...]:
+    """Names of the numbers (`wsph.reporting.Reported`) of a work and a force, in this order."""
+    return ("work", *(f"force_{axis}" for axis in AXES[:dim]))
 
 
 class Works:

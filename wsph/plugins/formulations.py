@@ -38,7 +38,9 @@ FORMULATIONS = [
     Formulation(
         "total-lagrangian",
         1,
-        Traits(one_set=True, pairwise=True, reference=True, maps=True, edges=True, measures=True, pushable=True),
+        Traits(
+            one_set=True, pairwise=True, reference=True, maps=True, edges=True, measures=True, cuts=True, pushable=True
+        ),
         "wsph.formulations.lagrangian.rates:build",
     ),
     Formulation(
@@ -57,6 +59,7 @@ FORMULATIONS = [
             corners=True,
             splits_cracks=True,
             measures=True,
+            cuts=True,
             pushable=True,
         ),
         "wsph.formulations.lagrangian.rates:build",
@@ -64,7 +67,7 @@ FORMULATIONS = [
     Formulation(
         "updated-lagrangian",
         1,
-        Traits(one_set=True, pairwise=True, pairs_follow=True, measures=True, clumps=True, pushable=True),
+        Traits(one_set=True, pairwise=True, pairs_follow=True, measures=True, clumps=True, cuts=True, pushable=True),
         "wsph.formulations.updated.system:build",
     ),
     Formulation(

@@ -23,13 +23,12 @@ from wsph.plugins.options import build
 from wsph.plugins.traits import internal_units
 from wsph.quantities import Table, Value, is_sequence, is_table
 from wsph.scene.messages import nearest
+from wsph.scene.numbers import NUMBERS
 from wsph.scene.tables import Body, Boundary, Probe, SceneTables
 
 MOST_CELLS = 2**31 // 64
 """Cells of a body: with 64 neighbours each their pairs fill a 32-bit index."""
 
-TOLD = ["force", "torque", "work"]
-"""Fields of a probe that is of a tool."""
 
 COMPONENTS = {1: ("xx",), 2: ("xx", "yy", "xy"), 3: ("xx", "yy", "zz", "xy", "yz", "xz")}
 
@@ -49,6 +48,7 @@ def between_tables(scene: SceneTables) -> Iterator[Fault]:
         yield from _boundary_faults(scene, condition, f"boundary.{k}")
     yield from _step_faults(scene)
     yield from _contact_faults(scene, names)
+    yield from _named_faults(scene, names)
     for axis, value in scene.gravity.items():
         yield from _component_faults(scene, axis, value, f"gravity.{axis}", GRAVITY)
     for name, function in scene.functions.items():
@@ -90,6 +90,34 @@ def body_name_fault(name: str, names: list[str], key: str) -> Iterator[Fault]:
     """The fault of a name that is none of the bodies'."""
     if name not in names:
         yield Fault(0, key, f"no body is named {name!r}; {nearest(name, names, 'there is ' + ', '.join(names))}")
+
+
+def _named_faults(scene: SceneTables, bodies: list[str]) -> Iterator[Fault]:
+    """Faults of what has numbers by its name."""
+    called = [*((f"boundary.{k}", name) for k, name in enumerate(scene.boundary_names))]
+    for kind in ("contact", "tools", "sections"):
+        called += [(f"{kind}.{k}", each.name) for k, each in enumerate(getattr(scene, kind))]
+    first: dict[str, str] = {}
+    for key, name in called:
+        other = first.setdefault(name.casefold(), key)
+        # Of contacts alone `_contact_faults` says what is wrong.
+        if other != key and not (key.startswith("contact.") and other.startswith("contact.")):
+            yield Fault(0, f"{key}.name", f"{name!r} names {other} already; give it another")
+    for k, section in enumerate(scene.sections):
+        yield from body_name_fault(section.body, bodies, f"sections.{k}.body")
+        for key in ("point", "normal"):
+            given = getattr(section, key)
+            if len(given) != scene.dim:
+                text = f"{list(given)} has {len(given)} coordinates in a scene of dim = {scene.dim}"
+                yield Fault(0, f"sections.{k}.{key}", text)
+        if not any(section.normal):
+            yield Fault(0, f"sections.{k}.normal", "is zero: it has no direction")
+    names = [name for _, name in called]
+    for k, probe in enumerate(scene.probes):
+        if probe.of is not None and probe.of not in names:
+            there = f"there is {', '.join(names)}" if names else "there is nothing that has"
+            text = f"nothing that has numbers is named {probe.of!r}; {nearest(probe.of, names, there)}"
+            yield Fault(0, f"probes.{k}.of", text)
 
 
 def _contact_faults(scene: SceneTables, names: list[str]) -> Iterator[Fault]:
@@ -272,10 +300,6 @@ def _rate_fault(scene: SceneTables, value: Value, key: str) -> Iterator[Fault]:
 def _probe_faults(scene: SceneTables, probe: Probe, key: str) -> Iterator[Fault]:
     if probe.where is not None:
         yield from _where_faults(scene, probe.where, f"{key}.where")
-    told = [tool.name for tool in scene.tools]
-    if probe.of is not None and probe.of not in told:
-        there = f"there is {', '.join(told)}" if told else "the scene has no tools"
-        yield Fault(0, f"{key}.of", f"no tool is named {probe.of!r}; {nearest(probe.of, told, there)}")
     for point in probe.at or ():
         if len(point) != scene.dim:
             text = f"{list(point)} has {len(point)} coordinates in a scene of dim = {scene.dim}"
@@ -330,7 +354,7 @@ def _field_faults(scene: SceneTables) -> Iterator[Fault]:
     wanted = [("output.fields", scene.output.fields, names)]
     probed = [name for name in names if name not in ALWAYS]
     wanted += [
-        (f"probes.{k}.fields", probe.fields, TOLD if probe.of is not None else probed)
+        (f"probes.{k}.fields", probe.fields, probed if probe.of is None else list(NUMBERS))
         for k, probe in enumerate(scene.probes)
     ]
     for key, listed, names in wanted:

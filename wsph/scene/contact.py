@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer, WrapValidator, model_validator
 
-from wsph.quantities import Model, Unit, as_tuple
-from wsph.scene.names import file_name
+from wsph.quantities import Model, Unit, as_tuple, file_name
 
 Law = Literal["surface", "pinball", "tie"]
 

@@ -35,13 +35,15 @@ from wsph.quantities import (
     Unit,
     Value,
     as_tuple,
+    file_name,
     is_sequence,
     is_table,
     read_switch,
 )
 from wsph.scene.contact import Contact
 from wsph.scene.messages import none_of
-from wsph.scene.names import file_name, printable
+from wsph.scene.names import printable
+from wsph.scene.numbers import NUMBERS, Section, boundary_names
 from wsph.scene.outputs import Checkpoint, Output, Stop
 from wsph.scene.states import Initial, Relax, Stage, begins_of, windows_of
 from wsph.scene.tools import Tool
@@ -281,8 +283,8 @@ class Body(_WithParts):
 
 
 class Probe(Model):
-    """A record of fields at material points, or of the particles that `where` selects, reduced to one number; or, `of` a
-    tool, of its force, torque and work."""
+    """A record of fields at material points, or of the particles that `where` selects, reduced to one number; or of the
+    numbers `of` a boundary, contact, tool or section."""
 
     name: Annotated[str, AfterValidator(file_name)]
     body: str | None = None
@@ -298,7 +300,10 @@ class Probe(Model):
         if [self.at, self.where, self.of].count(None) != 2:
             raise ValueError("exactly one of at, where and of is needed")
         if self.of is not None and self.body is not None:
-            raise ValueError("body goes with at and where: what a probe is of says it all")
+            raise ValueError("body goes with at and where: what `of` names is one thing in the scene")
+        unknown = [name for name in self.fields if name not in NUMBERS]
+        if self.of is not None and unknown:
+            raise ValueError(f"of {self.of!r} fields are {', '.join(NUMBERS)}: {none_of(unknown[0], NUMBERS)}")
         if self.at is not None and not self.at:
             raise ValueError("at names no point")
         if (self.where is None) != (self.reduce is None):
@@ -319,6 +324,7 @@ class SceneTables(Model):
     functions: dict[str, Function] = {}
     boundary: Annotated[tuple[Boundary, ...], BeforeValidator(as_tuple)] = ()
     contact: Annotated[tuple[Contact, ...], BeforeValidator(as_tuple)] = ()
+    sections: Annotated[tuple[Section, ...], BeforeValidator(as_tuple)] = ()
     tools: Annotated[tuple[Tool, ...], BeforeValidator(as_tuple)] = ()
     probes: Annotated[tuple[Probe, ...], BeforeValidator(as_tuple)] = ()
     gravity: dict[Literal["x", "y", "z"], Value] = {}
@@ -352,6 +358,11 @@ class SceneTables(Model):
         """The times in which steps are, by their names: joined where one follows another. The first begins before all times,
         and the last has no end."""
         return windows_of(self.steps, names)
+
+    @property
+    def boundary_names(self) -> tuple[str, ...]:
+        """The names of the boundaries, those that the scene leaves out too."""
+        return boundary_names(self.boundary)
 
     @property
     def balls(self) -> frozenset[str]:

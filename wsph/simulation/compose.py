@@ -22,22 +22,23 @@ from wsph.backend.space import Space
 from wsph.contact.between import Interaction
 from wsph.contact.overlap import EASED, overlapping, solid_of
 from wsph.contact.refusals import refuse as refuse_contact
-from wsph.contact.reported import Reported
 from wsph.contact.table import couplings, interactions
 from wsph.errors import Refused, SceneError
 from wsph.formulations import memory
 from wsph.formulations.system import System
 from wsph.plugins import integrators
 from wsph.plugins.blame import blame
+from wsph.reporting import Reported
 from wsph.scene.geometries import is_fitted, refuse_misfits, stairs_in_words
 from wsph.scene.scene import Scene
+from wsph.scene.tables import Probe
 from wsph.simulation.composing.bodies import Standing, alone, standing
-from wsph.simulation.composing.composition import BodyRun, Composition, Step
+from wsph.simulation.composing.composition import BodyRun, Composition, Step, reported
 from wsph.simulation.composing.setting import BareBody, Method, Setting, bare_bodies, materials_of, method_of, scales_of
 from wsph.simulation.composing.together import joined_bodies, stiffen
-from wsph.simulation.probing.probes import Recorder
-from wsph.simulation.probing.rings import Rings
-from wsph.simulation.probing.telling import Teller
+from wsph.simulation.probing.numbers import NumberRecorder
+from wsph.simulation.probing.points import PointRecorder
+from wsph.simulation.probing.recorder import Recorder
 from wsph.simulation.starting.from_file import put_states
 from wsph.simulation.step_control import given_step, settle
 from wsph.simulation.timeline import TimeStep
@@ -81,8 +82,7 @@ def _compose(scene: Scene) -> Composition:
         if joint is not None:
             stiffen(setting, joint, list(together.values()))
     _guard(setting, bare, bodies, space, time_step, set(together))
-    told = [each for coupling in forces for each in coupling.told]
-    probes = _probes(scene, bodies, told, space, time_step)
+    probes = _probes(setting, bodies, reported(bodies, (*between, *forces)), space, time_step)
     step = Step(bodies, joint, between, time_step.clock, [probe for probe in probes if probe.every_step])
     pairs = sum(run.system.pairs for run in bodies)
     program = Program(step, time_step.clock, pairs, scene.run.threads, step.before)
@@ -180,18 +180,17 @@ def _guard(
 
 
 def _probes(
-    scene: Scene, bodies: Sequence[BodyRun], told: list[Reported], space: Space, time_step: TimeStep
-) -> list[Rings]:
+    setting: Setting, bodies: Sequence[BodyRun], numbers: Sequence[Reported], space: Space, time_step: TimeStep
+) -> list[Recorder]:
     """The recorders of a scene's probes; those of nearly every step are part of the steps."""
 
     def cadence(every: float) -> float:
         return every if isinstance(every, int) else every / time_step.dt
 
-    found: list[Rings] = []
-    for k, probe in enumerate(scene.probes):
-        key, every_step = f"probes.{k}", cadence(probe.every) < 2.0
-        if probe.of is not None:
-            found.append(Teller(probe, key, told, time_step.clock, every_step))
-        else:
-            found.append(Recorder(probe, key, bodies, space, time_step.clock, every_step))
-    return found
+    def made(probe: Probe, key: str) -> Recorder:
+        often, clock = cadence(probe.every) < 2.0, time_step.clock
+        if probe.of is None:
+            return PointRecorder(probe, key, bodies, space, clock, often)
+        return NumberRecorder(probe, key, numbers, setting.scales, clock, space.dim, often)
+
+    return [made(probe, f"probes.{k}") for k, probe in enumerate(setting.scene.probes)]

@@ -14,7 +14,9 @@ from wsph.output.folder import OutputFolder
 from wsph.simulation.checks import warn
 from wsph.simulation.composing.composition import BodyRun, Composition
 from wsph.simulation.ledger import Account
-from wsph.simulation.probing.rings import Rings
+from wsph.simulation.probing.numbers import Numbers
+from wsph.simulation.probing.recorder import Recorder
+from wsph.simulation.summary import TableUnits
 from wsph.simulation.timeline import Events
 
 Recorded = tuple[str, list[int]]
@@ -37,11 +39,8 @@ class Records:
         self._wanted, self._single = scene.output.fields, composition.space.precision == "f32"
         self._moved, self._dim = scene.output.positions == "current", scene.dim
         axes = [f"momentum_{axis}" for axis in "xyz"[: scene.dim]]
-        self._told = composition.told
-        told = {name: column.unit for each in self._told for name, column in each.columns().items()}
-        self._names = ["step", "time", "dt", *energies, *axes, *told]
-        self.told_units = told | {name: unit for each in self._probes for name, unit in each.units().items()}
-        """SI units of the columns of what reports, by their names."""
+        self._numbers = Numbers(composition.reported, scales, scene.dim)
+        self._names = ["step", "time", "dt", *energies, *axes, *self._numbers.units]
         self._rows: list[list[float]] = []
         self._energy = scales.stress * scales.length**scene.dim
         self._impulse = scales.density * scales.length**scene.dim * scales.velocity
@@ -62,9 +61,15 @@ class Records:
             events.retimed()
 
     def begin(self) -> None:
-        """Record the start in the probes that the steps themselves record from then on."""
+        """Begin to count works, and record the start in the probes that the steps themselves record from then on."""
+        self._numbers.open()
+        self._begin_probes()
         for probe, _ in self._fast:
             probe.record()
+
+    def _begin_probes(self) -> None:
+        for probe in self._probes:
+            probe.begin(self._numbers.stood)
 
     def collect(self, step: int) -> None:
         """Read what the probes of every step hold up to `step`, before they need the room again."""
@@ -95,8 +100,8 @@ class Records:
             return
         energies = [value * self._energy for value in account.energies.values()]
         momentum = account.momentum * self._impulse
-        told = [value for each in self._told for value in each.values().values()]
-        self._rows.append([step, self._timeline.time(step), self._timeline.dt, *energies, *momentum, *told])
+        times = [step, self._timeline.time(step), self._timeline.dt]
+        self._rows.append([*times, *energies, *momentum, *self._numbers.values()])
 
     def frame(self, step: int) -> None:
         """Write a frame of the state, which is that after `step`."""
@@ -146,6 +151,15 @@ class Records:
             found[name] = having[0].unit(fields.primitive(name)) if having else ""
         return found
 
+    def table_units(self) -> TableUnits:
+        """SI units of the columns of the history and of every probe, by name."""
+        per = ("/m2", "/m", "")[self._dim - 1]
+        units = dict.fromkeys(self._names, f"J{per}")
+        units |= {name: f"N s{per}" for name in self._names if name.startswith("momentum_")} | self._numbers.units
+        units |= {"step": "1", "time": "s", "dt": "s"}
+        probes = {each.probe.name: {"time": "s"} | each.units for each in self._probes}
+        return {"history": {name: units[name] for name in self._names}, "probes": probes}
+
     def write_tables(self) -> None:
         """Write the history and the probes, whole."""
         self._written = time.perf_counter()
@@ -174,7 +188,8 @@ class Records:
 
     def kept(self) -> tuple[dict[str, np.ndarray], list[Recorded]]:
         """The records that a checkpoint holds: arrays, and of each probe its keys and its steps."""
-        arrays, probes = {"history": np.array(self._rows)}, list[Recorded]()
+        arrays = {"history": np.array(self._rows), "stood": np.array(list(self._numbers.stood.values()))}
+        probes = list[Recorded]()
         for number, recorder in enumerate(self._probes):
             arrays[f"probe{number}"], steps = recorder.kept()
             probes.append((recorder.probe.model_dump_json(), steps))
@@ -183,8 +198,10 @@ class Records:
     def restore(self, step: int, probes: Sequence[Recorded], arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from `step` with what `kept` gave. A probe that it does not have begins there."""
         self._rows = arrays["history"].tolist()
+        self._numbers.stood = dict(zip(self._numbers.stood, arrays["stood"].tolist(), strict=True))
+        self._begin_probes()
         there = {name: (k, steps) for k, (name, steps) in enumerate(probes)}
-        timed: list[tuple[Rings, Events]] = [*self._slow, *self._fast]
+        timed: list[tuple[Recorder, Events]] = [*self._slow, *self._fast]
         for recorder, events in timed:
             if (known := there.get(recorder.probe.model_dump_json())) is not None:
                 recorder.go_on(arrays[f"probe{known[0]}"], known[1])

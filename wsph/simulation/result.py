@@ -13,7 +13,7 @@ from wsph.errors import Unstable
 from wsph.output import fields
 from wsph.output.cells import Cells
 from wsph.scene.scene import Scene
-from wsph.simulation.summary import Summary
+from wsph.simulation.summary import Summary, TableUnits
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -106,8 +106,9 @@ class Result:
             raise KeyError(f"no component {name!r} in {self.scene.dim}D") from None
 
     def plot(self, name: str = "velocity", save: str | Path | None = None) -> "Figure":
-        """A picture of a final field or component, of a probe over time by its name, or of the ledger, "energy" (needs the
-        extra "view"). Returns matplotlib's figure; with `save` it is written too. Raises OutputError for another name."""
+        """A picture of a final field or component, of a probe over time by its name, of a column of the history, or of the
+        ledger, "energy" (needs the extra "view"). Returns matplotlib's figure; with `save` it is written too. Raises
+        OutputError for another name."""
         from wsph.output.view import pictures, recorded
         from wsph.output.view.look import Look
 
@@ -126,10 +127,12 @@ class Result:
 
         if fields.primitive(name) in self.particles:
             return None
+        units: TableUnits = self.summary.get("units", {"history": {}, "probes": {}})
         if name in self.probes:
             columns = {key: values for key, values in self.probes[name].items() if key != "time"}
-            of = {key: self.units.get(fields.primitive(key.partition("[")[0]), "") for key in columns}
-            return over_time(self.probes[name]["time"], columns, of, f"probe {name}")
+            return over_time(self.probes[name]["time"], columns, units["probes"].get(name, {}), f"probe {name}")
+        if name in self.history:
+            return over_time(self.history["time"], {name: self.history[name]}, units["history"], name)
         if name != "energy":
             return None
         columns = {key: self.history[key] for key in ENERGIES if np.any(self.history.get(key, 0.0))}

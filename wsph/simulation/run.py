@@ -25,7 +25,7 @@ from wsph.simulation.checks import Checks
 from wsph.simulation.compose import compose
 from wsph.simulation.composing.composition import Composition
 from wsph.simulation.ledger import Account, Ledger
-from wsph.simulation.probing.rings import RING
+from wsph.simulation.probing.recorder import RING
 from wsph.simulation.records import Records
 from wsph.simulation.result import Result
 from wsph.simulation.starting.relaxation import NO_REST
@@ -170,13 +170,14 @@ class Simulation:
 
     def _begin(self) -> None:
         """Take the state at the start: its energy is what the ledger begins with."""
-        self._records.begin()
         # After a relaxation the forces between bodies stand.
         for interaction in () if self._relaxations.before_the_start else self._composition.interactions:
             interaction.start()
         if self._composition.joint is not None:
             self._composition.joint.start()
         account = self.check(0)
+        # Works that stand after a relaxation are not of the run.
+        self._records.begin()
         self._records.collect(0)
         self._records.take(0, account)
 
@@ -229,6 +230,7 @@ class Simulation:
         said = summary(self._composition, self._ledger, history, ending, self._checks.findings.words)
         if self._relaxations.asked:
             said["relaxation"] = self._relaxations.summary
+        said["units"] = self._records.table_units()
         if self._folder is not None:
             self._records.write_tables()
             self._folder.summary(said)
@@ -239,5 +241,5 @@ class Simulation:
         read = [
             fields.primitive(key.partition("[")[0]) for columns in probes.values() for key in columns if key != "time"
         ]
-        units = self._records.units(tuple(dict.fromkeys((*wanted, *read)))) | self._records.told_units
+        units = self._records.units(tuple(dict.fromkeys((*wanted, *read))))
         return Result(scene, ending.status, ending.reason, t, history, probes, particles, said, failure, cells, units)

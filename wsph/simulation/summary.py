@@ -32,9 +32,16 @@ class Ending:
     inside: float
 
 
+class TableUnits(TypedDict):
+    """SI units of the columns of the `history` and of the `probes`, by their names."""
+
+    history: dict[str, str]
+    probes: dict[str, dict[str, str]]
+
+
 class Summary(TypedDict):
     """What summary.json holds. `findings` are what makes the answer worth less, in words; `energy` by the ledger's columns
-    [J], `fracture` by the bodies that can break."""
+    [J], `fracture` by the bodies that can break, `units` of the columns of tables."""
 
     status: str
     reason: str
@@ -54,6 +61,7 @@ class Summary(TypedDict):
     energy_step: int
     momentum: list[float]
     device: str
+    units: NotRequired[TableUnits]
     versions: dict[str, str]
     plugins: dict[str, str]
     scene: dict[str, object]

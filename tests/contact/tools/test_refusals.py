@@ -142,10 +142,10 @@ def test_probes_of_what_is_not_there():
                            probes=[{"name": "p", "of": "t", "fields": ["force"], **keys}]))  # fmt: skip
         return str(found.value)
 
-    assert "no tool is named 'u'; did you mean 't'?" in said(of="u") or "there is t" in said(of="u")
-    assert "no field is named 'stress'" in said(fields=["stress"])
+    assert "nothing that has numbers is named 'u'; there is t" in said(of="u")
+    assert "of 't' fields are force, torque, work: 'stress' is none of" in said(fields=["stress"])
     assert "exactly one of at, where and of is needed" in said(at=[[0.5]])
-    assert "tool 't' has no 'torque'; it has force, work" in said(fields=["torque"])
+    assert "'t' has no torque in 1D: it has force, work" in said(fields=["torque"])
 
 
 def test_sliding_that_hums_is_warned_of():

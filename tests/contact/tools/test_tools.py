@@ -253,10 +253,12 @@ def test_columns_have_their_units(tmp_path: Path):
         scene(cube, tools=[plane], run={"end": 0.2, "cfl": 0.3}, probes=[probe("t", "force", "torque", "work")])
     )
     assert [name for name in result.history if name.startswith("tool_")] == [
-        *(f"tool_t_{axis}" for axis in "xyz"), *(f"tool_t_torque_{axis}" for axis in "xyz")
+        *(f"tool_t_{axis}" for axis in "xyz"), *(f"tool_t_torque_{axis}" for axis in "xyz"), "tool_t_work"
     ]  # fmt: skip
-    assert (result.units["force_x"], result.units["torque_z"], result.units["work"]) == ("N", "N m", "J")
-    assert result.units["tool_t_x"] == "N"
+    units = result.summary["units"]
+    probed = next(iter(units["probes"].values()))
+    assert (probed["force_x"], probed["torque_z"], probed["work"]) == ("N", "N m", "J")
+    assert units["history"]["tool_t_x"] == "N"
 
 
 def tatara(depth: float, nu: float) -> float:

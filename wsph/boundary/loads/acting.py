@@ -7,7 +7,7 @@ lowers the limit of the time step by itself: limits are found from the right-han
 
 # pyright: strict
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -21,6 +21,7 @@ from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.programs.prescribed import Prescribed
 from wsph.protocols import Entry
 from wsph.quantities import Model
+from wsph.reporting import Term
 from wsph.units import Scales
 
 
@@ -49,6 +50,9 @@ class ActingLoad:
 
     ledger: tuple[Entry, ...] = ()
     """Its entries of the energy ledger."""
+    numbers: Mapping[str, Sequence[Term]] = {}
+    """What it does to the body, for those who read it off (`wsph.reporting.Reported`): "force_x", ..., the mean of the last
+    step, and "work" so far."""
 
     def impose(self, clock: Clock, c: float | tuple[float, float]) -> None:
         """Take the prescribed values of t + c dt for the evaluations to come; of c = (a, b) the mean of both times

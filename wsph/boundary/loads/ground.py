@@ -11,18 +11,21 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays
-from wsph.backend.clock import Clock
+from wsph.backend.clock import Clock, dt_of
 from wsph.backend.kernels import kernel
-from wsph.backend.reduce import BLOCK, blocks, total
+from wsph.backend.reduce import BLOCK, blocks, totals
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.boundary.loads.acting import ActingLoad
+from wsph.output.fields import AXES
 from wsph.protocols import Entry
+from wsph.reporting import Term
 
 
 @cache
 def _kernels(space: Space, layout: Layout) -> tuple[wp.Kernel, wp.Kernel]:
     real, vec, mat, Fields = space.scalar, space.vec, space.mat, fields_struct(space, layout)
+    dim, Exact = space.dim, Space(space.dim).vec
 
     @kernel(ranged=True)
     def pull(
@@ -37,21 +40,41 @@ def _kernels(space: Space, layout: Layout) -> tuple[wp.Kernel, wp.Kernel]:
         force_out[i] = force_out[i] - matrix[k] * field[i]
 
     @kernel()
-    def energy(
+    def close(
+        clock: wp.array(dtype=wp.float64),
         count: int,
         particle: wp.array(dtype=wp.int32),
         stiffness: wp.array(dtype=mat),
+        damping: wp.array(dtype=mat),
         fields: Fields,
-        energy_out: wp.array(dtype=wp.float64),
+        sums_out: wp.array2d(dtype=wp.float64),
     ):
         block = wp.tid()
         stored = wp.float64(0.0)
+        power = wp.float64(0.0)
+        push = Exact()
         for k in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
-            u = fields.displacement[particle[k]]
-            stored += wp.float64(real(0.5) * wp.dot(u, stiffness[k] * u))
-        energy_out[block] = stored
+            f = vec()
+            if stiffness.shape[0] > 0:
+                u = fields.displacement[particle[k]]
+                f -= stiffness[k] * u
+                stored -= wp.float64(real(0.5) * wp.dot(u, f))
+            if damping.shape[0] > 0:
+                v = fields.velocity[particle[k]]
+                drag = damping[k] * v
+                f -= drag
+                power += wp.float64(wp.dot(v, drag))
+            for a in range(wp.static(dim)):
+                push[a] += wp.float64(f[a])
+        sums_out[block, 0] = stored
+        half = wp.float64(0.5) * dt_of(clock)
+        sums_out[block, 1] = sums_out[block, 1] + half * (power + sums_out[block, 2])
+        sums_out[block, 2] = power
+        for a in range(wp.static(dim)):
+            sums_out[block, 3 + a] = wp.float64(0.5) * (push[a] + sums_out[block, 3 + dim + a])
+            sums_out[block, 3 + dim + a] = push[a]
 
-    return pull, energy
+    return pull, close
 
 
 class Ground(ActingLoad):
@@ -60,7 +83,8 @@ class Ground(ActingLoad):
     _particle   # (k,) int32
     _stiffness  # (k,) mat, where there are springs
     _damping    # (k,) mat, where there are dashpots
-    _energy     # (blocks,) float64, at the end of the last step
+    _sums       # (blocks, 3 + 2 dim) float64: energy stored, work and power of dashpots, and the forces, the mean of the
+                # last step and those at its end
     """
 
     def __init__(
@@ -76,12 +100,17 @@ class Ground(ActingLoad):
         self._space, self._clock, self._count = space, clock, len(particle)
         self._particle = arrays.of("particle", particle, wp.int32)
         self._stiffness = self._damping = None
+        self._none = wp.zeros(0, dtype=space.mat, device=arrays.device)
         if damping is not None:
             self._damping = arrays.of("damping", damping, space.mat)
         if stiffness is not None:
             self._stiffness = arrays.of("stiffness", stiffness, space.mat)
-            self._energy = arrays.zeros("energy", blocks(self._count), wp.float64, kept=True)
-            self.ledger = (Entry("strain", lambda: total(self._energy)),)
+            self.ledger = (Entry("strain", lambda: float(totals(self._sums)[0])),)
+        rows, width, dim = blocks(self._count), 3 + 2 * space.dim, space.dim
+        self._sums = arrays.zeros("sums", (rows, width), wp.float64, kept=True)
+        taken = [Term(self._sums, column, rows, width, -1.0) for column in (0, 1)]
+        forces = {f"force_{AXES[a]}": [Term(self._sums, 3 + a, rows, width)] for a in range(dim)}
+        self.numbers = {**forces, "work": taken}
 
     def act(self, state: State, forces: wp.array) -> None:
         if self._stiffness is not None:
@@ -96,10 +125,16 @@ class Ground(ActingLoad):
             self._clock.launch(pull, self._count, inputs, [drags])
 
     def start(self, state: State) -> None:
-        self.advance(state)
+        for _ in range(2):  # from what there is at the start, the mean is that
+            self.advance(state)
+        sums = self._sums.numpy().copy()
+        sums[:, 1] = 0.0
+        self._sums.assign(sums)
 
     def advance(self, state: State) -> None:
-        if self._stiffness is not None:
-            _, energy = _kernels(self._space, state.layout)
-            inputs = [self._count, self._particle, self._stiffness, state.struct]
-            self._clock.launch(energy, len(self._energy), inputs, [self._energy])
+        _, close = _kernels(self._space, state.layout)
+        # In a relaxation nothing resists.
+        damping = None if self._clock.still else self._damping
+        matrices = [each if each is not None else self._none for each in (self._stiffness, damping)]
+        inputs = [self._clock.time, self._count, self._particle, *matrices, state.struct]
+        self._clock.launch(close, len(self._sums), inputs, [self._sums])

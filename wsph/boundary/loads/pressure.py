@@ -200,10 +200,12 @@ class Pressures(ActingLoad):
         self._node = arrays.of("node", (faces.place - faces.place.mean(0)) / scales.length, space.vec)
         self._sign = arrays.of("sign", _signs(faces), space.scalar)
         self._force = arrays.zeros("force", len(faces.place), space.vec)
-        self._work = LoadWork(faces.particle, self._force, space, clock.device)
+        particle, whole = faces.particle, np.zeros(n, int)
+        self._work = LoadWork(particle, particle, whole, self._force, space, clock.device)
         arrays.part("work").adopt(self._work, self._work.kept())
         self._count = n
         self.ledger = (Entry("external_work", lambda: self._work.total),)
+        self.numbers = self._work.terms(0)
 
     def impose(self, clock: Clock, c: float | tuple[float, float]) -> None:
         if not self._moving:

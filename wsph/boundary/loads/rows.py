@@ -21,12 +21,13 @@ from wsph.output.fields import AXES
 class FaceLoad:
     """One prescribed value [Pa] on faces of a body, by r rows: `particle` (r,), `push` (r, dim) the force per unit of the
     value [m^(dim-1)], in the reference configuration, along the coordinate axes; `face` (r,) the row of the face that it
-    comes from."""
+    comes from; `owner` the number of the boundary that it is of."""
 
     value: Prescribed
     particle: np.ndarray
     push: np.ndarray
     face: np.ndarray
+    owner: int = -1
 
     def where(self, rows: np.ndarray) -> "FaceLoad":
         """Some of its rows, (r,) bool or the rows' numbers."""

@@ -7,64 +7,88 @@ import warp as wp
 
 from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
-from wsph.backend.reduce import BLOCK
+from wsph.backend.reduce import BLOCK, Segments
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
-from wsph.parts.works import Works
+from wsph.parts.works import Works, work_and_force
+from wsph.reporting import Term
 
 
 @cache
 def _work_kernel(space: Space, layout: Layout) -> wp.Kernel:
-    vec, Fields = space.vec, fields_struct(space, layout)
+    vec, Fields, dim, Exact = space.vec, fields_struct(space, layout), space.dim, Space(space.dim).vec
 
     @kernel(ranged=True)
     def work(
         first: int,
+        starts: wp.array(dtype=wp.int32),
         particle: wp.array(dtype=wp.int32),
+        piece: wp.array(dtype=wp.int32),
         force: wp.array(dtype=vec),
         fields: Fields,
-        count: int,
         before_out: wp.array(dtype=vec),
         place_out: wp.array(dtype=vec),
-        work_out: wp.array2d(dtype=wp.float64),
+        sums_out: wp.array2d(dtype=wp.float64),
     ):
         block = first + wp.tid()
         total = wp.float64(0.0)
-        for e in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
-            f = force[particle[e]]
+        push = Exact()
+        for e in range(starts[block], starts[block + 1]):
+            f = force[piece[e]]
             u = fields.displacement[particle[e]]
-            total += wp.float64(wp.dot(f + before_out[e], u - place_out[e]))
+            both = f + before_out[e]
+            total += wp.float64(wp.dot(both, u - place_out[e]))
+            for a in range(wp.static(dim)):
+                push[a] += wp.float64(both[a])
             before_out[e] = f
             place_out[e] = u
-        work_out[block, 0] = work_out[block, 0] + wp.float64(0.5) * total
+        sums_out[block, 0] = sums_out[block, 0] + wp.float64(0.5) * total
+        for a in range(wp.static(dim)):
+            sums_out[block, 1 + a] = wp.float64(0.5) * push[a]
 
     return work
 
 
 class LoadWork(Works):
-    """Work of forces on p particles, those of a step's end as they stand when it is added. A load that does not change has
-    done the work of its potential, to rounding.
+    """Work of p forces on particles, those of a step's end as they stand when it is added, and what they come to: in blocks
+    of one boundary each. A load that does not change has done the work of its potential, to rounding.
 
+    _starts    # (blocks + 1,) int32, where the blocks begin
     _particle  # (p,) int32
-    _force     # (n,) vec, of all particles of the body
+    _piece     # (p,) int32, where the force stands
+    _force     # forces, vec
     _before    # (p,) vec, forces at the end of the last step
     _place     # (p,) vec, displacements there
+    _work      # (blocks, 1 + dim) float64, works so far, and the mean force of the last step
     """
 
-    columns = 1
-
-    def __init__(self, particles: np.ndarray, force: wp.array, space: Space, device: str):
-        """Of the forces `force` (n,) vec on the `particles` (p,)."""
-        super().__init__(len(particles), len(particles) > 0, device)
+    def __init__(
+        self, particles: np.ndarray, pieces: np.ndarray, owners: np.ndarray, force: wp.array, space: Space, device: str
+    ):
+        """Of the elements `pieces` (p,) of `force` on the `particles` (p,), by the boundaries `owners` (p,)."""
+        self._segments = segments = Segments.of(owners)
+        self.columns = 1 + space.dim
+        super().__init__(segments.count * BLOCK, len(particles) > 0, device)
         self._space, self._force = space, force
         if self._acts:
-            self._particle = wp.array(particles, dtype=wp.int32, device=device)
-            self._before = wp.zeros(self._n, dtype=space.vec, device=device)
+            order = segments.order
+            self._starts = wp.array(segments.starts, dtype=wp.int32, device=device)
+            self._particle = wp.array(particles[order], dtype=wp.int32, device=device)
+            self._piece = wp.array(pieces[order], dtype=wp.int32, device=device)
+            self._before = wp.zeros(len(order), dtype=space.vec, device=device)
             self._place = wp.zeros_like(self._before)
 
     def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object], list[object]]:
-        inputs = [self._particle, self._force, state.struct, self._n]
+        inputs = [self._starts, self._particle, self._piece, self._force, state.struct]
         return _work_kernel(self._space, state.layout), inputs, [self._before, self._place]
+
+    def start(self, state: State, clock: Clock) -> None:
+        if self._acts:
+            self.add(state, clock)
+            self.add(state, clock)  # once more, from these forces: their mean is that of the instant
+            sums = self._work.numpy().copy()
+            sums[:, 0] = 0.0
+            self._work.assign(sums)
 
     def kept(self) -> dict[str, wp.array]:
         return super().kept() | ({"before": self._before, "place": self._place} if self._acts else {})
@@ -73,3 +97,7 @@ class LoadWork(Works):
     def total(self) -> float:
         """Work so far, nondimensional."""
         return self._total(0)
+
+    def terms(self, owner: int) -> dict[str, list[Term]]:
+        """What the boundary of a number has of it: its force and its work."""
+        return self._segments.terms(owner, self._work, work_and_force(self._space.dim)) if self._acts else {}

@@ -8,6 +8,7 @@ nothing holds in a window is free there: a load is zero, and a velocity is whate
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -19,6 +20,8 @@ Window = tuple[float, float]
 """From when, and up to when, something holds [s]."""
 
 ALWAYS: tuple[Window, ...] = ((-np.inf, np.inf),)
+
+Held = TypeVar("Held")
 
 
 @dataclass(frozen=True)
@@ -60,19 +63,32 @@ def meet(one: Expression | Function | Windowed | Motion, other: Expression | Fun
     return any(max(a[0], b[0]) < min(a[1], b[1]) for a, b in pairs)
 
 
+def _beside(windows: Iterable[Window]) -> list[Window]:
+    """The times in none of some windows, which ascend."""
+    left = list[Window]()
+    before = -np.inf
+    for start, end in windows:
+        left.append((before, start))
+        before = end
+    left.append((before, np.inf))
+    return [window for window in left if window[0] < window[1]]
+
+
+def outside(
+    pieces: Iterable[tuple[float, float, Held]], windows: Iterable[Window]
+) -> tuple[tuple[float, float, Held], ...]:
+    """What pieces (from, to, what holds there) leave outside of some windows, which ascend."""
+    cut = [(max(a, start), min(b, end), each) for start, end in _beside(windows) for a, b, each in pieces]
+    return tuple(piece for piece in cut if piece[0] < piece[1])
+
+
 def over(
     earlier: Expression | Function | Windowed, later: Expression | Function | Windowed
 ) -> Expression | Function | Windowed:
     """Of two values the later where it holds, and else the earlier."""
     if not isinstance(later, Windowed):
         return later
-    left = list[Window]()
-    before = -np.inf
-    for start, end in windows_of(later):
-        left.append((before, start))
-        before = end
-    left.append((before, np.inf))
-    kept = within(earlier, [window for window in left if window[0] < window[1]])
+    kept = within(earlier, _beside(windows_of(later)))
     pieces = (*later.pieces, *(kept.pieces if isinstance(kept, Windowed) else ()))
     return Windowed(tuple(sorted(pieces, key=lambda piece: piece[0])))
 

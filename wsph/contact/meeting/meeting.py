@@ -196,6 +196,20 @@ class Meeting(Law):
         """Energy that friction and damping have taken so far, nondimensional."""
         return sum(part.memory.lost for part in self._parts)
 
+    @property
+    def pushes(self) -> list[tuple[Array, float]]:
+        """Arrays of forces, with the factors that make their sum that on the first surface."""
+        if self.one is self.other:
+            return []
+        return [
+            (part.record.force, float(part.own is self.one) - float(part.other is self.one)) for part in self._parts
+        ]
+
+    @property
+    def energies(self) -> list[Array]:
+        """What is stored and dissipated, by contact."""
+        return [part.memory[name] for part in self._parts for name in ("stored", "sprung", "lost")]
+
     def force(self, surface: Meets) -> NDArray[np.float64]:
         """The sum of its forces on a surface at the last evaluation, nondimensional (dim,)."""
         total = np.zeros(self._space.dim)

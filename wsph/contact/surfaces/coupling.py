@@ -15,11 +15,12 @@ from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.contact.between import CoupledBody
-from wsph.contact.reported import Reported
 from wsph.contact.surfaces.body import SurfacedSystem
 from wsph.contact.surfaces.laws import Ground, Law, LawMaker
+from wsph.contact.surfaces.reading import LawNumbers
 from wsph.contact.surfaces.surface import Surface
 from wsph.protocols import Entry, Stepped
+from wsph.reporting import Reported
 from wsph.scene.scene import Scene
 from wsph.sph.skin import Skin
 from wsph.units import Scales
@@ -75,6 +76,7 @@ class Surfaces:
         for name, each in surfaces.items():
             rate = _Spare(_Velocity(wp.zeros(len(each.mass), dtype=space.vec, device=clock.device)))
             self._spare[name] = cast(State, rate)
+        self._read = [LawNumbers(law, space, clock) for law in self.laws if not law.rigid]
         self.rigid = {each.name: each for law in self.laws for each in law.rigid}
         self.ledger: tuple[Entry, ...] = (
             Entry("contact_stored", lambda: self.stored),
@@ -94,9 +96,9 @@ class Surfaces:
         return {name: each.member() for name, each in self.rigid.items()}
 
     @property
-    def told(self) -> tuple[Reported, ...]:
-        """What is told of it at the end of every step."""
-        return tuple(each.told for each in self.rigid.values())
+    def reported(self) -> tuple[Reported, ...]:
+        """What of it people read numbers off."""
+        return (*self._read, *self.rigid.values())
 
     def _find(self, *, anew: bool = True) -> None:
         """Find the candidates of all laws: `anew` where the bodies are between steps, else where they were at the last

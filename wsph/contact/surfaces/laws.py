@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
-from wsph.contact.reported import Reported
 from wsph.contact.surfaces.surface import Surface
 from wsph.protocols import Entry, Stepped
+from wsph.reporting import Term
 from wsph.scene.scene import Scene
 from wsph.units import Scales
 
@@ -37,6 +37,16 @@ class Rigid(Protocol):
     """A rigid body that steps beside the bodies whose surfaces laws act on. They act on it too: they add to its load."""
 
     name: str
+    kind: str
+
+    @property
+    def numbers(self) -> Mapping[str, Sequence[Term]]:
+        """Force, torque and work, as `wsph.reporting.Reported` has them."""
+        ...
+
+    def gather(self) -> None:
+        """Bring them up to date, where steps do not (launches)."""
+        ...
 
     def member(self) -> Stepped:
         """It, as integrators step it."""
@@ -74,11 +84,6 @@ class Rigid(Protocol):
     @property
     def ledger(self) -> tuple[Entry, ...]:
         """Its entries of the energy ledger."""
-        ...
-
-    @property
-    def told(self) -> Reported:
-        """What it tells of itself at the end of every step."""
         ...
 
     def kept(self) -> Mapping[str, Array]:
@@ -151,6 +156,17 @@ class Law(Protocol):
     def work(self) -> float:
         """Work done on it from outside so far, nondimensional."""
         return 0.0
+
+    @property
+    def pushes(self) -> Sequence[tuple[Array, float]]:
+        """Arrays of forces of the last evaluation, vec, each with the factor that makes their sum that on its first
+        surface; none of a body with itself."""
+        return ()
+
+    @property
+    def energies(self) -> Sequence[Array]:
+        """Arrays of what it stores and has dissipated, float64."""
+        return ()
 
     def force(self, surface: Surface) -> NDArray[np.float64]:
         """The sum of its forces on a surface at the last evaluation, nondimensional (dim,)."""

@@ -156,6 +156,16 @@ class Tie(Law):
             array.assign(values)
 
     @property
+    def pushes(self) -> list[tuple[Array, float]]:
+        """The forces on the corners of the far faces, with the factor of the first body's."""
+        return [(self._corner.flatten(), 1.0 if self.sides[1].name == self._part.names[0] else -1.0)]
+
+    @property
+    def energies(self) -> list[Array]:
+        """What is stored and dissipated, by bond."""
+        return [self._stored, self._lost]
+
+    @property
     def stored(self) -> float:
         """Energy of the springs now, nondimensional."""
         return total(self._stored)

@@ -18,11 +18,11 @@ from wsph.backend.space import Array, Space, Struct
 from wsph.backend.state import State
 from wsph.boundary.programs.prescribed import Prescribed, nonzero
 from wsph.boundary.programs.stack_machine import bank_of, interval
-from wsph.contact.reported import Column, Reported
 from wsph.contact.tools import moving
 from wsph.contact.tools.moving import LAYOUT, SPACE, Rigid, pose_struct, stand_kernel
 from wsph.output.fields import AXES
 from wsph.protocols import Entry
+from wsph.reporting import Term
 from wsph.units import Scales
 
 WORK = 6
@@ -73,6 +73,9 @@ class RigidBody:
     _began   # where it was there
     _before  # load there, (6,) float64
     """
+
+    kind = "tool"
+    """Its numbers' (`wsph.reporting.Reported`)."""
 
     def __init__(
         self,
@@ -210,18 +213,15 @@ class RigidBody:
         return way < gone + ahead < math.inf
 
     @property
-    def told(self) -> Reported:
+    def numbers(self) -> dict[str, list[Term]]:
         """Force and torque on others, about its point, and the work that it has done on them."""
-        dim, unit = self.space.dim, self.scales.stress * self.scales.length ** (self.space.dim - 1)
-        units = {1: ("Pa", "J/m2"), 2: ("N/m", "N"), 3: ("N", "N m")}[dim]
-        force = {f"force_{axis}": Column(a, unit, units[0]) for a, axis in enumerate(AXES[:dim])}
-        energy = unit * self.scales.length
-        turning = {2: {"torque": 5}, 3: {f"torque_{axis}": 3 + a for a, axis in enumerate(AXES)}}.get(dim, {})
-        torque = {name: Column(at, energy, units[1]) for name, at in turning.items()}
-        work = {"work": Column(WORK, energy, {1: "J/m2", 2: "J/m", 3: "J"}[dim])}
-        history = {name.removeprefix("force_"): column for name, column in force.items()}
-        fields = {"force": force, "torque": torque, "work": work} if torque else {"force": force, "work": work}
-        return Reported("tool", self.name, self._told, fields, history | torque)
+        dim = self.space.dim
+        places = {f"force_{axis}": a for a, axis in enumerate(AXES[:dim])}
+        places |= {2: {"torque": 5}, 3: {f"torque_{axis}": 3 + a for a, axis in enumerate(AXES)}}.get(dim, {})
+        return {name: [Term(self._told, at)] for name, at in (places | {"work": WORK}).items()}
+
+    def gather(self) -> None:
+        """Its numbers are those of the steps."""
 
     def start(self, state: State) -> None:
         """Take what is there at the start of a run; `load` is that of the state (copies)."""

@@ -20,7 +20,7 @@ from wsph.sph.rows import rows_struct
 def force_from_points_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: Form) -> wp.Kernel:
     """Accelerations of nodes from the points that see them; `rows` are those of the nodes."""
     real, vec, mat, Fields = space.scalar, space.vec, space.mat, fields_struct(space, layout)
-    accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
+    accelerated, Inertia = acceleration(space, parts), inertia_struct(space, parts.varied)
     Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
     at, damps, loaded = element(wp.int32, real, vec, mat), form.damps, loaded_force(space, form)
     drags, resisted = form.drags, form.resisted
@@ -33,7 +33,7 @@ def force_from_points_kernel(space: Space, layout: Layout, parts: BodyForceKinds
         points: Points,
         answers: Answers,
         loads: wp.array(dtype=vec),
-        following: wp.array2d(dtype=vec),
+        following: wp.array(dtype=vec),
         own: wp.array(dtype=real),
         fields: Fields,
         rate_out: Fields,
@@ -66,7 +66,7 @@ def force_from_points_kernel(space: Space, layout: Layout, parts: BodyForceKinds
             k += 1
         f = loaded(f, loads, following, i)
         if wp.static(resisted):
-            drag = drag + following[1, i]
+            drag = drag + following[following.shape[0] // 2 + i]
         if wp.static(drags):
             rate_out.drag[i] = drag / (own[i] * body.density)
             f += drag
@@ -79,7 +79,7 @@ def force_between_kernel(space: Space, layout: Layout, parts: BodyForceKinds, fo
     """Accelerations of particles that are their own points, with what else acts between them."""
     real, vec, mat, Fields = space.scalar, space.vec, space.mat, fields_struct(space, layout)
     Inertia, Coefficients, close = (
-        inertia_struct(space),
+        inertia_struct(space, parts.varied),
         coefficients_of(space, form),
         closed_sum(space, layout, parts, form),
     )
@@ -98,7 +98,7 @@ def force_between_kernel(space: Space, layout: Layout, parts: BodyForceKinds, fo
         points: Points,
         answers: Answers,
         loads: wp.array(dtype=vec),
-        following: wp.array2d(dtype=vec),
+        following: wp.array(dtype=vec),
         fields: Fields,
         others: Fields,
         holding_out: wp.array(dtype=vec),
@@ -143,7 +143,7 @@ def force_between_kernel(space: Space, layout: Layout, parts: BodyForceKinds, fo
             k += 1
         f = loaded(f, loads, following, i)
         if wp.static(resisted):
-            drag = drag + following[1, i]
+            drag = drag + following[following.shape[0] // 2 + i]
         close(body, points.volume[i], fields.velocity[i], f, drag, hold, i, holding_out, rate_out)
 
     return force_between
@@ -178,12 +178,12 @@ def loaded_force(space: Space, form: Form) -> wp.Function:
     vec = space.vec
 
     @wp.func
-    def loaded(force: vec, loads: wp.array(dtype=vec), following: wp.array2d(dtype=vec), i: int) -> vec:
+    def loaded(force: vec, loads: wp.array(dtype=vec), following: wp.array(dtype=vec), i: int) -> vec:
         f = force
         if wp.static(form.loaded):
             f += loads[i]
         if wp.static(form.followed):
-            f += following[0, i]
+            f += following[i]
         return f
 
     return loaded
@@ -193,7 +193,12 @@ def closed_sum(space: Space, layout: Layout, parts: BodyForceKinds, form: Form) 
     """Warp function (body, volume, velocity, force, drag, hold, i, holding_out, rate_out) that writes what the sums over the
     pairs of particle i come to: its acceleration, and what of it drag and the forces that hold spurious modes are."""
     real, vec, Fields = space.scalar, space.vec, fields_struct(space, layout)
-    accelerated, Inertia, drags, holds = acceleration(space, parts), inertia_struct(space), form.drags, form.holds
+    accelerated, Inertia, drags, holds = (
+        acceleration(space, parts),
+        inertia_struct(space, parts.varied),
+        form.drags,
+        form.holds,
+    )
 
     @wp.func
     def close(

@@ -53,7 +53,7 @@ from wsph.formulations.lagrangian.strain import strain_kernel
 from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.one_set_setup import RateSetup
 from wsph.formulations.setup import Setup
-from wsph.parts.body_force import BodyForceKinds
+from wsph.parts.body_force import BodyForceKinds, weightless
 from wsph.parts.part import Attached, Neighbourhood
 from wsph.parts.table import PARTS
 from wsph.parts.terms import Points, answers_struct, points_struct
@@ -94,6 +94,9 @@ def _kernels(space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, fo
 
 class LagrangianRates:
     """The right-hand sides of one body in the reference configuration, and its pairs; `rate` and `refresh` are launches."""
+
+    _unloaded: tuple[object, Array] | None = None
+    """Inertia and loads for the forces of the body alone, once they are asked for."""
 
     def __init__(self, made: RateSetup, state: State):
         host, placement = made.host, made.placement
@@ -300,13 +303,31 @@ class LagrangianRates:
     def _find_forces(self, state: State, out: State) -> None:
         self.refresh(state)
         self._loads.follow(state)
-        n, loads = self._placement.count, [self._loads.vectors, self._loads.following]
+        self._sum_forces(self._force.struct, [self._loads.vectors, self._loads.following], state, out)
+
+    def internal(self, state: State, side: Array, out: State) -> None:
+        """The accelerations of `out` by the body's own forces in a state, without loads, gravity and damping (launches);
+        whatever the `side` of a plane that particles are on: on each the forces within cancel."""
+        if self._ghosts is not None:
+            raise Refused(
+                'run.correction = "paper" keeps no momentum at a boundary: there are no forces of the body alone'
+            )
+        if self._unloaded is None:
+            none = self._arrays.zeros("unloaded", 2 * self._placement.count, self._space.vec)
+            self._unloaded = weightless(self._force.struct, self._space), none
+        self.refresh(state)
+        body, none = self._unloaded
+        self._sum_forces(body, [none, none], state, out)
+
+    def _sum_forces(self, body: Struct, loads: list[Array], state: State, out: State) -> None:
+        """Accelerations from what points answer, under loads (a launch)."""
+        n = self._placement.count
         if self._back_rows is not None:
-            inputs = [self._force.struct, self._back_rows, self._acting, self._answers, *loads, self._volume]
+            inputs = [body, self._back_rows, self._acting, self._answers, *loads, self._volume]
             self._clock.launch(self.kernels.force, n, [*inputs, state.struct], [out.struct])
             return
         others = state.struct if self._ghosts is None else self._ghosts.state.struct
-        inputs = [self._force.struct, self._coefficients, self._rows, self._acting, self._answers, *loads]
+        inputs = [body, self._coefficients, self._rows, self._acting, self._answers, *loads]
         self._clock.launch(self.kernels.force, n, [*inputs, state.struct, others], [self.holding, out.struct])
 
     def held_energy(self, state: State) -> float:

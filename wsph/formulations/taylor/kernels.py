@@ -63,7 +63,7 @@ def _half_step_kernel(
     real, Params, kept = space.scalar, laws.Params, "internals" in dict(virtual)
     Operator, Real, Virtual = operator_struct(space), fields_struct(space, real_layout), fields_struct(space, virtual)
     from_real, linear, force_of = gather(space, laws, real_layout), laws.linear, divergence(space, laws)
-    accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
+    accelerated, Inertia = acceleration(space, parts), inertia_struct(space, parts.varied)
 
     @kernel(ranged=True)
     def half_step(
@@ -160,7 +160,7 @@ def _rate_kernel(
     from_virtual, linear, force_of = gather(space, laws, virtual), laws.linear, divergence(space, laws)
     Faces, replaced, at_face = faces_struct(space), replacing(space, space.dim), _face_rate(space, laws, rotated)
     prescribed = _face_values(space, laws, rotated)
-    accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
+    accelerated, Inertia = acceleration(space, parts), inertia_struct(space, parts.varied)
 
     @kernel(ranged=True)
     def rate(

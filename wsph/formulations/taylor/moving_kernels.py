@@ -39,7 +39,7 @@ def _half_step_kernel(
     from_real, linear, force_of = gather(space, laws, real_layout), laws.linear, divergence(space, laws)
     (determinant, inverse), (spin_of, _) = determinant_and_inverse(space), spin(space)
     followed, handed = turned_gradient(space, laws.turned), handed_on(space, laws)
-    accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
+    accelerated, Inertia = acceleration(space, parts), inertia_struct(space, parts.varied)
 
     @kernel(ranged=True)
     def half_step(
@@ -177,7 +177,7 @@ def _rate_kernel(space: Space, laws: Laws, virtual: Layout, real_layout: Layout,
     real, vec, mat, dim, stress, internal = space.scalar, space.vec, space.mat, space.dim, laws.stress, laws.internal
     Params, width, kept = laws.Params, len(laws.state.components), "internals" in dict(virtual)
     Operator, Real, Virtual = operator_struct(space), fields_struct(space, real_layout), fields_struct(space, virtual)
-    Faces, Places, Inertia = turning_faces_struct(space), places_struct(space), inertia_struct(space)
+    Faces, Places, Inertia = turning_faces_struct(space), places_struct(space), inertia_struct(space, parts.varied)
     from_virtual, seen, force_of = gather(space, laws, virtual), _surroundings(space, virtual), divergence(space, laws)
     (determinant, inverse), (unpack, pack) = determinant_and_inverse(space), packing(space, laws.state)
     turned, turn_of, accelerated = turning(space), spin(space)[1], acceleration(space, parts)

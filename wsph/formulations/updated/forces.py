@@ -22,7 +22,7 @@ def force_now_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: 
     """Accelerations of particles by the pairs of where they are."""
     real, vec, mat, Fields = space.scalar, space.vec, space.mat, fields_struct(space, layout)
     Inertia, Coefficients, close = (
-        inertia_struct(space),
+        inertia_struct(space, parts.varied),
         coefficients_of(space, form),
         closed_sum(space, layout, parts, form),
     )
@@ -47,7 +47,7 @@ def force_now_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: 
         answers: Answers,
         memory: Memory,
         loads: wp.array(dtype=vec),
-        following: wp.array2d(dtype=vec),
+        following: wp.array(dtype=vec),
         fields: Fields,
         holding_out: wp.array(dtype=vec),
         rate_out: Fields,
@@ -90,7 +90,7 @@ def force_now_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: 
                     f = f + w * (pull - flip * memory.pull[j])
         f = loaded(f, loads, following, i)
         if wp.static(resisted):
-            drag = drag + following[1, i]
+            drag = drag + following[following.shape[0] // 2 + i]
         close(body, points.volume[i], fields.velocity[i], f, drag, hold, i, holding_out, rate_out)
 
     return force_now

@@ -137,7 +137,7 @@ def _spread(load: FaceLoad, columns: "_Columns") -> FaceLoad:
         faces, rows = many > 1, row[deep]
         places = columns.cells[cell[deep]] @ across, columns.centres[load.face[faces]] @ across
         share[deep] = _kept_moments(share[deep], *places, size[rows], size[faces])
-    return FaceLoad(load.value, cell, share[:, None] * load.push[row], load.face[row])
+    return FaceLoad(load.value, cell, share[:, None] * load.push[row], load.face[row], load.owner)
 
 
 def _kept_moments(

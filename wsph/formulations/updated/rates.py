@@ -32,6 +32,7 @@ from wsph.errors import Refused
 from wsph.formulations.lagrangian.flow import drift_kernel, flow_kernel
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.one_set_setup import RateSetup
+from wsph.formulations.updated.cutting import Cut
 from wsph.formulations.updated.forces import force_now_kernel
 from wsph.formulations.updated.gradient import velocity_gradient_ahead
 from wsph.formulations.updated.images import find_images, kinds_of, shifts_of
@@ -39,7 +40,7 @@ from wsph.formulations.updated.memory import memory_struct, remembered_energy_ke
 from wsph.formulations.updated.moments import moments_kernel
 from wsph.formulations.updated.walls import PLACE, drift_walls_kernel, place_images_kernel, walls_of
 from wsph.geometry.lattice import Lattice
-from wsph.parts.body_force import BodyForceKinds
+from wsph.parts.body_force import BodyForceKinds, weightless
 from wsph.parts.part import Attached
 from wsph.parts.terms import answers_struct, points_struct
 from wsph.plugins.blame import blame
@@ -76,6 +77,9 @@ class UpdatedRates:
 
     _driven = 0
     """Driven walls."""
+    _cut: Cut | None = None
+    _unloaded: tuple[object, Array] | None = None
+    """Inertia and loads for the forces of the body alone, once they are asked for."""
     seen = None
     """Parts of the body get no neighbourhood here: its pairs follow the motion."""
 
@@ -242,6 +246,23 @@ class UpdatedRates:
             inputs += [self._rows, self._points, self._answers.corrected, self._points.share, state.struct]
             inputs += [state.struct]
             self._clock.launch(self.kernels.flow, self._count, inputs, [out.struct])
+
+    def internal(self, state: State, side: Array, out: State) -> None:
+        """The accelerations of `out` by the forces between the body's particles in a state, without loads, gravity, damping
+        and images, as a plane feels them between the particles of its sides, `side` (n,) int32 (launches)."""
+        if self._unloaded is None:
+            none = self._arrays.zeros("unloaded", 2 * self._count, self._space.vec)
+            self._unloaded = weightless(self._force.struct, self._space), none
+            if self._kinds:
+                self._cut = Cut(self._space, self.form, self._count, self._clock, self._arrays.part("cut"))
+        self.refresh(state)
+        body, none = self._unloaded
+        found = [self._coefficients, self._rows, self._points, self._answers, self._memory]
+        if self._cut is not None:
+            alone, rows = self._cut.coefficients(self._coefficients), self._rows
+            found = [alone, rows, self._points, *self._cut.answers(rows, side, self._answers, self._memory)]
+        inputs = [body, *found, none, none, state.struct]
+        self._clock.launch(self.kernels.force, self._count, inputs, [self.holding, out.struct])
 
     def refresh(self, state: State) -> None:
         """Moments and, of a total law, stress of a state (a launch)."""

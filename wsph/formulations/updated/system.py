@@ -5,6 +5,7 @@
 from wsph.backend.clock import Clock
 from wsph.backend.state import Layout, State
 from wsph.boundary.conditions import Conditions
+from wsph.boundary.loads.reactions import Terms
 from wsph.boundary.natural import wall_conditions
 from wsph.boundary.programs.motion import Motion
 from wsph.errors import Refused
@@ -12,7 +13,8 @@ from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.setup import Setup
 from wsph.formulations.updated.loads import spread_loads
 from wsph.formulations.updated.rates import UpdatedRates
-from wsph.formulations.updated.walls import PLACE, SPEED, WallWork, wall_fields, wall_values
+from wsph.formulations.updated.wall_forces import WallForces
+from wsph.formulations.updated.walls import PLACE, SPEED, wall_fields, wall_values
 from wsph.geometry.lattice import Lattice
 from wsph.parts.part import Host
 from wsph.protocols import Entry
@@ -26,7 +28,7 @@ class UpdatedSystem(OneSetSystem):
         self._refuse_accelerated(setup)
         driven = [wall for wall in self.walls if wall.driven]
         self._driven = wall_values(self.space, driven, self.state, self.position, self.scales, self.device)
-        self._wall_work = WallWork(self.count, bool(driven), self.rates, self.device)
+        self._wall_work = WallForces(self.count, list(self.walls), self.rates, self.space, self.device)
         self.arrays.part("walls").adopt(self._driven)
         self.arrays.part("walls.motions").adopt(self._driven.motions, self._driven.motions.kept())
         self.arrays.part("walls.work").adopt(self._wall_work, self._wall_work.kept())
@@ -84,6 +86,12 @@ class UpdatedSystem(OneSetSystem):
         if self._counts:
             self.refresh(self.state)
             (self._wall_work.start if start else self._wall_work.add)(self.state, clock)
+
+    def does(self, boundary: int) -> list[Terms]:
+        return [*super().does(boundary), self._wall_work.terms(boundary)]
+
+    def gather(self) -> None:
+        self._wall_work.gather(self.state, self.clock)
 
     @property
     def ledger(self) -> tuple[Entry, ...]:

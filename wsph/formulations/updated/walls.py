@@ -1,4 +1,4 @@
-"""Driven walls: where they are, in the state of a body, and the work that they do."""
+"""Driven walls: where they are, in the state of a body."""
 
 from functools import cache
 
@@ -6,19 +6,13 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays
-from wsph.backend.clock import Clock, dt_of
 from wsph.backend.kernels import kernel
-from wsph.backend.reduce import BLOCK
 from wsph.backend.space import Space
 from wsph.backend.state import Field, Layout, State, fields_struct
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.values import BoundaryValues
 from wsph.boundary.walls import Wall
-from wsph.formulations.lagrangian.form import Form, coefficients_of
-from wsph.formulations.updated.images import Kind, flip_of, seen_image
-from wsph.formulations.updated.memory import memory_struct
-from wsph.parts.terms import answers_struct, points_struct
-from wsph.parts.works import PowerWorks
+from wsph.formulations.updated.images import Kind, flip_of
 from wsph.sph.images import images_struct
 from wsph.units import Scales
 
@@ -116,57 +110,3 @@ def drift_walls_kernel(space: Space, layout: Layout) -> wp.Kernel:
         rate_out.wall[k] = fields.wall_velocity[k]
 
     return drift_walls
-
-
-@cache
-def _work_kernel(space: Space, layout: Layout, form: Form) -> wp.Kernel:
-    real, vec, Fields = space.scalar, space.vec, fields_struct(space, layout)
-    Coefficients, Points = coefficients_of(space, form), points_struct(space)
-    Answers, Memory, imaged = answers_struct(space), memory_struct(space), seen_image(space, layout, form)
-
-    @kernel(ranged=True)
-    def wall_work(
-        first: int,
-        c: Coefficients,
-        points: Points,
-        answers: Answers,
-        memory: Memory,
-        fields: Fields,
-        clock: wp.array(dtype=wp.float64),
-        count: int,
-        power_out: wp.array2d(dtype=wp.float64),
-        work_out: wp.array2d(dtype=wp.float64),
-    ):
-        block = first + wp.tid()
-        power = wp.float64(0.0)
-        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
-            pull = vec()
-            if wp.static(form.remembers):
-                pull = memory.pull[i]
-            for m in range(c.images.offsets[i], c.images.offsets[i + 1]):
-                _j, kind, r, w, _dv = imaged(c, real(0.0), points, fields, i, m)
-                power += wp.float64(w * wp.dot(answers.corrected[i] * r + pull, c.images.drive[kind]))
-        work_out[block, 0] = work_out[block, 0] + wp.float64(0.5) * dt_of(clock) * (power + power_out[block, 0])
-        power_out[block, 0] = power
-
-    return wall_work
-
-
-class WallWork(PowerWorks):
-    """Work of the driven walls of a body of n particles, from what forces were last computed from: `rates` has that."""
-
-    columns = 1
-
-    def __init__(self, n: int, acts: bool, rates: object, device: str):
-        super().__init__(n, acts, device)
-        self._rates = rates
-
-    def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object], list[object]]:
-        rates = self._rates
-        made = _work_kernel(state.space, state.layout, rates.form)
-        return made, [*rates.wall_inputs(), state.struct, clock.time, self._n], [self._power]
-
-    @property
-    def total(self) -> float:
-        """Work so far, nondimensional."""
-        return self._total(0)

@@ -45,15 +45,22 @@ def along(shot: Shot, shown: Scalar, limits: tuple[float, float], ends: tuple[fl
     return made
 
 
-def over_time(times: np.ndarray, columns: Mapping[str, np.ndarray], units: Mapping[str, str], title: str) -> "Figure":
-    """The figure of columns over `times` [s], a panel for each unit; units of the columns by name, SI."""
+def over_time(
+    times: np.ndarray,
+    columns: Mapping[str, np.ndarray],
+    units: Mapping[str, str],
+    title: str,
+    across: tuple[str, str] = ("time", "s"),
+) -> "Figure":
+    """The figure of columns over `times` [s], a panel for each unit; units of the columns by name, SI. `across`: the name
+    and the unit of what they are drawn over, where that is another."""
     panels: dict[str, list[str]] = {}
     for name in columns:
         panels.setdefault(units.get(name, ""), []).append(name)
     heights = [2.6 if len(panels) > 1 else 3.6] * len(panels)
     page = sum(heights) + 0.45 * (len(heights) - 1) + 1.1
     made = figure(8.0, page)
-    shown, of_time = scaled("s", float(np.abs(times).max(initial=0.0)))
+    shown, of_time = shown_in(across[1], float(np.abs(times).max(initial=0.0)))
     bottom, beside = page - 0.5, any(len(names) > 1 for names in panels.values())
     for number, (unit, names) in enumerate(panels.items()):
         bottom -= heights[number]
@@ -64,7 +71,7 @@ def over_time(times: np.ndarray, columns: Mapping[str, np.ndarray], units: Mappi
         for k, name in enumerate(names):
             axes.plot(times * shown, columns[name] * factor, label=name, **_stroke(k))
         last = number == len(panels) - 1
-        _dress(axes, titled("time", of_time) if last else "", titled(_shared(names) or title, written))
+        _dress(axes, titled(across[0], of_time) if last else "", titled(_shared(names) or title, written))
         if len(names) > 1:
             place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.02), "borderaxespad": 0.0}
             axes.legend(fontsize=SMALL, frameon=False, **place)

@@ -6,7 +6,7 @@ import numpy as np
 
 PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
-SCALED = ("Pa", "m", "s", "J", "J/m", "J/m2")
+SCALED = ("Pa", "m", "s", "J", "J/m", "J/m2", "N", "N/m", "N/m2", "N m")
 """Units that take a prefix."""
 
 COLOURS = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")

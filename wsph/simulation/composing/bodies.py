@@ -16,6 +16,7 @@ from wsph.constitutive.sampling import fault_of_law, law_named
 from wsph.errors import PluginError, Refused
 from wsph.expressions import Expression
 from wsph.formulations.reading import DENSITY, Reading
+from wsph.formulations.sections import cut
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import System
 from wsph.geometry.meshes.inspection import doubts
@@ -109,6 +110,7 @@ def standing(setting: Setting, bare: BareBody, space: Space, time_step: TimeStep
     for warning in (*told, *system.warnings):
         warnings.warn(warning, RuntimeWarning, stacklevel=6)
     _start(scene, body, system)
+    system.sections = cut(system, [each for each in enumerate(scene.sections) if each[1].body == body.name])
     return Standing(bare, constitutive, system)
 
 

@@ -14,7 +14,6 @@ from wsph.backend.space import Space
 from wsph.backend.state import State
 from wsph.constitutive.constitutive import Constitutive
 from wsph.contact.between import Coupling, Interaction
-from wsph.contact.reported import Reported
 from wsph.errors import PluginError
 from wsph.formulations.reading import Reading
 from wsph.formulations.system import System
@@ -22,11 +21,12 @@ from wsph.plugins import integrators
 from wsph.plugins.blame import blame
 from wsph.plugins.traits import longest_step
 from wsph.protocols import Integrator
+from wsph.reporting import Reported, Reporting
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
 from wsph.simulation.composing.joint import JointSystem
 from wsph.simulation.diagnostics import Diagnostics
-from wsph.simulation.probing.rings import Rings
+from wsph.simulation.probing.recorder import Recorder
 from wsph.simulation.timeline import TimeStep
 from wsph.stability.limit import StepLimit
 from wsph.units import Scales
@@ -77,7 +77,7 @@ class Step:
     joint: JointSystem | None
     interactions: Sequence[Interaction]
     clock: Clock
-    probes: Sequence[Rings]
+    probes: Sequence[Recorder]
 
     def __call__(self) -> None:
         for interaction in self.interactions:
@@ -126,7 +126,7 @@ class Composition:
     bodies: list[BodyRun]
     joint: JointSystem | None
     interactions: tuple[Interaction, ...]
-    probes: list[Rings]
+    probes: list[Recorder]
     program: Program
     integrator: str
     """Name and distribution of the integrator."""
@@ -137,9 +137,9 @@ class Composition:
         return (*self.interactions, *(self.joint.couplings if self.joint is not None else ()))
 
     @property
-    def told(self) -> list[Reported]:
-        """What reports at the end of every step."""
-        return [told for each in (self.joint.couplings if self.joint is not None else ()) for told in each.told]
+    def reported(self) -> tuple[Reported, ...]:
+        """All that people read numbers off, in the order of their columns."""
+        return reported(self.bodies, self.between)
 
     @property
     def clock(self) -> Clock:
@@ -231,6 +231,12 @@ def publish(bodies: Sequence[BodyRun]) -> None:
     for run in bodies:
         if not integrators.fresh(run.integrator):
             run.system.refresh(run.system.state)
+
+
+def reported(bodies: Sequence[BodyRun], between: Sequence[object]) -> tuple[Reported, ...]:
+    """What of bodies, and of what acts `between` them, people read numbers off."""
+    holders = (*(run.system for run in bodies), *between)
+    return tuple(each for holder in holders if isinstance(holder, Reporting) for each in holder.reported)
 
 
 def integrators_of(bodies: Sequence[BodyRun]) -> list[Integrator]:

@@ -144,6 +144,10 @@ class JointSystem:
         return any(member.moved for member in self._bodies.values())
 
     @property
+    def held(self) -> bool:
+        return any(member.held for member in self._bodies.values())
+
+    @property
     def projects(self) -> bool:
         return any(member.projects for member in self._bodies.values())
 

@@ -1,1 +1,1 @@
-"""Probes: what is recorded of bodies at points, and of what reports."""
+"""What probes record: fields at material points, and numbers of what the scene names."""

@@ -1,7 +1,7 @@
-"""Probes: records of fields at material points, kept on the device between reads.
+"""Probes of fields at material points.
 
-A record is a few weighted averages over the flat state, so one kernel serves every probe of every system; rows go into a
-ring indexed by the step number, and the host reads it between blocks of steps. A field at a particle is that of frames.
+A record is a few weighted averages over the flat state, so one kernel serves every probe of every system. A field at a
+particle is that of frames.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,7 +20,7 @@ from wsph.formulations.system import System
 from wsph.geometry.selection import select
 from wsph.output import fields
 from wsph.scene.tables import Body, Probe
-from wsph.simulation.probing.rings import RING, Rings
+from wsph.simulation.probing.recorder import Recorder
 from wsph.sph.averages import Averages
 from wsph.units import rounded
 
@@ -178,11 +178,9 @@ def _selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tu
     return run, read
 
 
-class Recorder(Rings):
-    """One probe on the device. `record()` is a launch; `flush(steps)` appends the rows of those steps.
-
-    A row has c columns: for each point, the components of each primitive field. All values are nondimensional. A column is
-    the sum, or the largest, of what is read at entries, e of them in all, each an average over places.
+class PointRecorder(Recorder):
+    """A probe of fields. A row has c columns: for each point, the components of each primitive field. A column is the sum,
+    or the largest, of what is read at entries, e of them in all, each an average over places.
 
     _columns  # (c + 1,) int32, where the entries of each column begin
     _share    # (c,) scalar, factor of the entries of a column
@@ -190,12 +188,10 @@ class Recorder(Rings):
     _offsets  # (e + 1,) int32, where the terms of each entry begin
     _place    # (terms,) int32, an index into the buffers of the state and of its derived fields
     _weight   # (terms,) scalar
-    _ring     # (RING, c) scalar, the row of step s at s modulo RING; (1, c) unless every step is recorded
     """
 
     def __init__(self, probe: Probe, key: str, bodies: Sequence[Probed], space: Space, clock: Clock, every_step: bool):
-        self._space, self._clock = space, clock
-        self.probe = probe
+        self._space = space
         able = [b for b in bodies if probe.body in (None, b.body.name)]
         if DENSITY in probe.fields:
             text = f"the density cannot be probed in the {able[0].system.formulation} form; frames carry it"
@@ -211,11 +207,12 @@ class Recorder(Rings):
         read = {name: places(name) for name in self._primitives}
         self.points = len(read[self._primitives[0]])
         made = [
-            self._column(name, c, read[name][k][c])
+            self._column(probe, name, c, read[name][k][c])
             for k in range(self.points)
             for name in self._primitives
             for c in range(reading.fields[name].width)
         ]
+        super().__init__(probe, clock, len(made), space.scalar, every_step=every_step)
         entries = [np.diff(each.offsets) for _, _, each in made]
         kinds = (
             (np.cumsum([0, *map(len, entries)]), wp.int32),
@@ -227,15 +224,13 @@ class Recorder(Rings):
         )
         arrays = [wp.array(numbers, dtype=kind, device=clock.device) for numbers, kind in kinds]
         self._columns, self._share, self._bounded, self._offsets, self._place, self._weight = arrays
-        self._ring = wp.zeros((RING if every_step else 1, len(made)), dtype=space.scalar, device=clock.device)
-        super().__init__(probe, self._ring, every_step)
 
-    def _column(self, name: str, component: int, read: Averages) -> tuple[float, bool, Averages]:
+    def _column(self, probe: Probe, name: str, component: int, read: Averages) -> tuple[float, bool, Averages]:
         """A column's factor, whether its entries are bounded, and the entries, over the buffers."""
-        share = 1.0 / read.count if self.probe.reduce == "mean" else 1.0
+        share = 1.0 / read.count if probe.reduce == "mean" else 1.0
         # Where no weight is negative an average is within the range of its places by itself.
         bounded = self._reading.fields[name].bounded and bool((read.weights < 0.0).any())
-        if self.probe.reduce in ("mean", "sum") and not bounded:
+        if probe.reduce in ("mean", "sum") and not bounded:
             read, share = read.together(share), 1.0
         return share, bounded, Averages(read.offsets, self._reading.index(name, read.places, component), read.weights)
 
@@ -263,3 +258,8 @@ class Recorder(Rings):
                 for k in range(self.points):
                     result[column if self.points == 1 else f"{column}[{k}]"] = series[:, k]
         return result
+
+    @property
+    def units(self) -> dict[str, str]:
+        of = {key: fields.primitive(key.partition("[")[0]) for key in self.columns()}
+        return {key: self._reading.unit(name) for key, name in of.items()}
