@@ -60,7 +60,7 @@ def _supports(condition: Boundary) -> Iterator[str]:
             yield f"{key} {', '.join(given)}"
     if condition.periodic:
         yield f"one with face {condition.periodic}"
-    yield from (key for key in condition.acting)
+    yield from (key for key, load in condition.acting.items() if not load.values)
 
 
 def selections(

@@ -41,7 +41,7 @@ from wsph.simulation.step_control import StepControl, StepFacts
 from wsph.simulation.summary import plugins_of
 from wsph.simulation.timeline import Events
 
-FIRST = b"wsph checkpoint 4\n"
+FIRST = b"wsph checkpoint 3\n"
 
 FREE = (("title",), ("run", "end"), ("run", "threads"), ("output",), ("probes",), ("checkpoint",), ("stop",))
 """Keys of a scene that a checkpoint leaves open."""

@@ -170,11 +170,12 @@ class Simulation:
 
     def _begin(self) -> None:
         """Take the state at the start: its energy is what the ledger begins with."""
-        # After a relaxation the forces between bodies stand.
-        for interaction in () if self._relaxations.before_the_start else self._composition.interactions:
-            interaction.start()
-        if self._composition.joint is not None:
-            self._composition.joint.start()
+        # After a relaxation the forces between bodies stand: depths at a start are taken as none.
+        if not self._relaxations.before_the_start:
+            for interaction in self._composition.interactions:
+                interaction.start()
+            if self._composition.joint is not None:
+                self._composition.joint.start()
         account = self.check(0)
         # Works that stand after a relaxation are not of the run.
         self._records.begin()
