@@ -3,7 +3,7 @@
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import cast, overload
@@ -101,6 +101,8 @@ class Derived:
         counts = dict.fromkeys((field.name for field in fields), points)
         self.buffer, self.start, self.arrays = _views(space, fields, counts, device)
         self.of: State | None = None
+        self.tell: Callable[[State], None] | None = None
+        """Computes them for a state, where evaluations do without them: they are then `of` none until they are asked for."""
 
 
 class State:
@@ -183,6 +185,9 @@ class State:
 
     def read(self, name: str) -> np.ndarray:
         """A copy of a field, (n, width), nondimensional, in double precision."""
+        derived = self.derived
+        if derived is not None and derived.tell is not None and derived.of is None and name in derived.start:
+            derived.tell(self)
         (buffer, start), width, n = self._place(name), self.widths[name], self.counts[name]
         return buffer.numpy()[start : start + n * width].reshape(n, width).astype(np.float64)
 

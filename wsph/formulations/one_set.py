@@ -14,6 +14,7 @@ from typing import Protocol, cast
 import numpy as np
 
 from wsph.backend.algebra import combine
+from wsph.backend.arrays import Arrays
 from wsph.backend.space import Array
 from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.conditions import Conditions
@@ -33,7 +34,6 @@ from wsph.formulations.setup import Setup
 from wsph.formulations.system import HERE, System
 from wsph.parts.body_force import BodyForce
 from wsph.parts.body_force_work import WayWork
-from wsph.parts.fading import Fading
 from wsph.parts.part import Attached, Host, Neighbourhood
 from wsph.protocols import Entry
 from wsph.sph.averages import Averages, average, bounded_average, outward_weights, spanning_weights
@@ -60,6 +60,8 @@ class Rates(Protocol):
     def seen(self) -> Neighbourhood | None: ...
 
     def attach(self, parts: list[Attached]) -> None: ...
+
+    def fading(self, flow: tuple[int, float], state: State, arrays: Arrays) -> Attached: ...
 
     def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None: ...
 
@@ -159,10 +161,9 @@ class OneSetSystem(System):
                 made = part.attach(host, seen, self.state, self.clock, self.arrays.part(key)) if part.acts else None
                 if made is not None:
                     found[key] = made
-            flow = host.constitutive.flow
-            if flow is not None and self.form.fades >= 0:
-                fading = Fading(*flow, self.space, seen, self.state, self.clock, self.arrays.part("fading"))
-                found["fading"] = fading
+        flow = host.constitutive.flow
+        if flow is not None and self.form.fades >= 0:
+            found["fading"] = self.rates.fading(flow, self.state, self.arrays.part("fading"))
         self.rates.attach(list(found.values()))
         return found
 

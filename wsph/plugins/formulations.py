@@ -59,7 +59,7 @@ FORMULATIONS = [
             measures=True,
             pushable=True,
         ),
-        "wsph.formulations.lagrangian.rates:build",
+        "wsph.formulations.lattice.rates:build",
     ),
     Formulation(
         "updated-lagrangian",

@@ -34,6 +34,7 @@ from functools import cache, cached_property
 import numpy as np
 import warp as wp
 
+from wsph.backend.arrays import Arrays
 from wsph.backend.reduce import blocks, total
 from wsph.backend.space import Array, Space, Struct
 from wsph.backend.state import Layout, State
@@ -54,6 +55,7 @@ from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.one_set_setup import RateSetup
 from wsph.formulations.setup import Setup
 from wsph.parts.body_force import BodyForceKinds
+from wsph.parts.fading import Fading
 from wsph.parts.part import Attached, Neighbourhood
 from wsph.parts.table import PARTS
 from wsph.parts.terms import Points, answers_struct, points_struct
@@ -212,6 +214,10 @@ class LagrangianRates:
                 for name in ("node", "centre", "moment", "volume", "slope", "back", "stabilisation"):
                     setattr(self._acting, name, getattr(self._points, name))
                 self._acting.share = part.share
+
+    def fading(self, flow: tuple[int, float], state: State, arrays: Arrays) -> Attached:
+        """The residual of a body that flows: which of the internals is the plastic strain, and E/sigma_y."""
+        return Fading(*flow, self._space, self.seen, state, self._clock, arrays)
 
     @property
     def pairs(self) -> int:

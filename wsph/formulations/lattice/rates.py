@@ -1,0 +1,211 @@
+"""Right-hand sides of a body cut into equal cells, whose points see the corners of their own: the equations of
+`wsph.formulations.lagrangian.rates`, without pairs.
+
+With the corners of a box at (-1 or 1) h_k/2 along its axes e_k, and weights of one over their number, all sums over them are
+sums and differences: the gradient is that of the differences over the edges along each axis, the force on a corner the sum
+over the axes of a column of one tensor with the sign of its side, and the misfit of a linear field keeps nothing of a
+gradient. No row has indices, weights or places of its own (`wsph.formulations.lattice.runs`).
+"""
+
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
+from collections.abc import Iterable
+from functools import cache, cached_property
+
+import numpy as np
+import warp as wp
+
+from wsph.backend.arrays import Arrays, put
+from wsph.backend.reduce import total
+from wsph.backend.space import Array, Space
+from wsph.backend.state import Layout, State
+from wsph.constitutive.laws import Laws
+from wsph.formulations.lagrangian.corners import corner_reference
+from wsph.formulations.lagrangian.flow import drift_kernel
+from wsph.formulations.lagrangian.form import Form
+from wsph.formulations.lagrangian.rates import LagrangianRates, joined
+from wsph.formulations.lattice.cell import Slots, cell_of, slots_struct
+from wsph.formulations.lattice.flow import flow_kernel
+from wsph.formulations.lattice.forces import force_kernel
+from wsph.formulations.lattice.held import CellFading, held_kernel
+from wsph.formulations.lattice.lanes import ACROSS
+from wsph.formulations.lattice.runs import PAD, cell_runs, node_runs
+from wsph.formulations.lattice.strain import drag_kernel, strain_kernel
+from wsph.formulations.one_set import OneSetSystem, Rates
+from wsph.formulations.one_set_setup import RateSetup
+from wsph.formulations.setup import Setup
+from wsph.geometry.lattice import Lattice
+from wsph.parts.body_force import BodyForceKinds
+from wsph.parts.part import Attached, Host, Neighbourhood, Part
+from wsph.plugins.blame import blame
+from wsph.sph.pairs import Pairs
+
+WIDTH = {"f64": 16, "f32": 32}
+"""Rows of a block on a CPU, by precision."""
+
+
+class LatticeKernels:
+    """The kernels of a composition, as `wsph.formulations.lagrangian.rates.LagrangianKernels` has them."""
+
+    def __init__(self, space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, form: Form, width: int):
+        self.strain = strain_kernel(space, laws, layout, form, width)
+        self.force = force_kernel(space, layout, parts, form, width)
+        self.drift = drift_kernel(space, layout)
+        if form.rate_term is not None:
+            self.drag = drag_kernel(space, layout, form, width)
+        if not form.total:
+            self.flow = flow_kernel(space, laws, layout, width)
+
+
+_kernels = cache(LatticeKernels)
+
+
+def has_equal_cells(host: Host) -> bool:
+    """Whether all points of a body see the corners of equal cells, and none has an answer of its own."""
+    body = host.geometry
+    apart = any(part.acts and type(part).attach is not Part.attach for part in host.parts.values())
+    return host.corners and isinstance(body, Lattice) and not body.irregular and not apart
+
+
+class LatticeRates:
+    """The right-hand sides of one body of equal cells; `rate` and `refresh` are launches."""
+
+    seen: Neighbourhood | None = None
+    """It has no list of pairs."""
+
+    def __init__(self, made: RateSetup, state: State):
+        host = self._host = made.host
+        self._space, self._clock, self._density = host.space, made.setup.clock, host.space.scalar(made.density)
+        self._placement, self._constitutive, self._loads = made.placement, host.constitutive, made.loads
+        self._force, self._arrays = made.force, made.arrays.part("rates")
+        self.form = made.form(loaded=made.loads.count > 0)
+        self._coefficients = made.coefficients(self.form)
+        on_cuda = wp.get_device(self._clock.device).is_cuda
+        width = 1 if on_cuda else WIDTH[self._space.precision]
+        with blame(host.constitutive.who):
+            kinds = (host.constitutive.laws, made.layout, made.force.parts, self.form, width)
+            self.kernels = _kernels(self._space, *kinds)
+        self._layout = made.layout
+        self._allocate(host.lattice, ACROSS if on_cuda else width, made.stabilisation)
+        self._threads = ACROSS if on_cuda else 1
+        if self.form.total and state.derived is not None:
+            state.derived.tell = self.refresh
+
+    def _allocate(self, body: Lattice, across: int, stabilisation: float) -> None:
+        """The blocks of cells and nodes and what cells hand to nodes.
+
+        _cells, _nodes  # blocks (`wsph.formulations.lattice.runs.Runs`), flat
+        _slots          # `wsph.formulations.lattice.cell.slots_struct`
+        _volume         # of the particles, (n,) scalar
+        holding         # forces per mass that hold spurious modes: there are none beside the residual's
+        """
+        space, arrays, real, dim = self._space, self._arrays, self._space.scalar, self._space.dim
+        n = len(body.nodes)
+        cells, nodes = cell_runs(body.corners, n, across), node_runs(body.corners, n, across)
+        self._count = cells.count, nodes.count
+        self._cells = arrays.of("cells", cells.table.ravel(), wp.int32)
+        self._nodes = arrays.of("nodes", nodes.table.ravel(), wp.int32)
+        self._cell = cell_of(space, body.steps(self._host.scales.length), body.frame.axes, stabilisation)
+        slots: Slots = slots_struct(space)()
+        slots.stride, slots.pad = n + 2 * PAD, PAD
+        numbers = dim**2 + (dim + 1) * self.form.stabilised
+        slots.flat = arrays.zeros("slots", numbers * slots.stride, real)
+        if self.form.stabilised:
+            held = slots.flat.numpy().reshape(numbers, slots.stride)
+            held[-1, PAD + body.corners[:, 0]] = self._cell.hold * self._cell.share
+            put(slots.flat, held.ravel())
+            arrays.changes("slots", slots.flat)
+        drags = self.form.rate_term is not None
+        slots.drag = arrays.zeros("drag", dim**2 * slots.stride, real) if drags else slots.flat
+        self._slots = slots
+        self._volume = arrays.of("volume", self._placement.volume, real)
+        self.holding: Array = arrays.zeros("holding", 1, space.vec)
+
+    def attach(self, parts: Iterable[Attached]) -> None:
+        """No part changes what cells have in common."""
+
+    def fading(self, flow: tuple[int, float], state: State, arrays: Arrays) -> Attached:
+        """The residual of a body that flows."""
+        count = self._count[0], len(self._placement.point_volume)
+        return CellFading(flow, self._space, self._cell, self._cells, count, state, self._clock, arrays)
+
+    @property
+    def pairs(self) -> int:
+        """Directed pairs, from cells to their corners and back, as many as lists would have."""
+        return 2 * self._host.lattice.corners.size
+
+    @cached_property
+    def neighbours(self) -> Pairs:
+        """The particles that a cell joins to each."""
+        pairs = corner_reference(self._host, self._clock.device).pairs
+        return joined(pairs, pairs.transposed()[0])
+
+    def follow(self) -> bool:
+        """Nothing here follows the motion."""
+        return False
+
+    def restored(self) -> None:
+        """Nothing to recompute: the next evaluation does."""
+
+    def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None:
+        """`OneSetSystem.rate`; the rest takes the deformation."""
+        if part != "rest":
+            self._find_forces(state, out)
+        if part != "velocity":
+            self._clock.launch(self.kernels.drift, self._placement.count, [state.struct], [out.struct])
+            if not self.form.total:
+                self._flow(state, out, ahead)
+
+    def _flow(self, state: State, out: State, ahead: float) -> None:
+        if state.derived is not None and state.derived.of is not state:
+            raise RuntimeError(
+                'rate(state, out, "rest") takes the deformation that the last rate of the velocity of the same state'
+                " found; that was of another state"
+            )
+        inputs = [self._clock.time, self._space.scalar(ahead), self._constitutive.params, self._cell, self._cells]
+        self._launch(self.kernels.flow, 0, [*inputs, state.struct], [out.struct])
+
+    def refresh(self, state: State) -> None:
+        """Deformation and, of a total law, stress of a state from its displacement (launches)."""
+        self._strain(state, told=True)
+
+    def _strain(self, state: State, *, told: bool) -> None:
+        """What the nodes of a state take, or of a total law its derived fields where they are `told`."""
+        if state.derived is not None:
+            state.derived.of = state if told or not self.form.total else None
+        inputs = [self._constitutive.params, self._coefficients, self._cell, self._cells, state.struct, int(told)]
+        self._launch(self.kernels.strain, 0, inputs, [state.struct, self._slots])
+
+    def _find_forces(self, state: State, out: State) -> None:
+        self._strain(state, told=False)
+        if self.form.rate_term is not None:
+            inputs = [self._coefficients, self._density, self._cell, self._cells, state.struct]
+            self._launch(self.kernels.drag, 0, inputs, [self._slots])
+        self._loads.follow(state)
+        loads = [self._loads.vectors, self._loads.following]
+        inputs = [self._force.struct, self._nodes, self._slots, *loads, self._volume, state.struct]
+        self._launch(self.kernels.force, 1, inputs, [out.struct])
+
+    def _launch(self, kernel: wp.Kernel, of: int, inputs: list[object], outputs: list[object]) -> None:
+        """Launch a kernel over the blocks of cells (0) or of nodes (1)."""
+        self._clock.launch(kernel, self._count[of] * self._threads, inputs, outputs)
+
+    def held_energy(self, state: State) -> float:
+        """Energy of the residual, of a state that is up to date, nondimensional (a launch and a copy)."""
+        if not self.form.stabilised:
+            return 0.0
+        sums: Array = wp.zeros(self._count[0], dtype=wp.float64, device=self._clock.device)
+        inputs = [self._cells, self._slots, state.struct]
+        made = held_kernel(self._space, self._layout)
+        wp.launch(made, len(sums), inputs=inputs, outputs=[sums], device=self._clock.device)
+        return total(sums)
+
+
+def build(setup: Setup) -> OneSetSystem:
+    """A body whose points have places of their own: by its lattice where all of its cells are alike, else by its pairs."""
+    return OneSetSystem(setup, _rates)
+
+
+def _rates(made: RateSetup, state: State) -> Rates:
+    return LatticeRates(made, state) if has_equal_cells(made.host) else LagrangianRates(made, state)

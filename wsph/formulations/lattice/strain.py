@@ -1,0 +1,148 @@
+"""Deformation of cells from the displacements of their corners, and the stress that their nodes take."""
+
+# What `wp.static` leaves out is not compiled: a function that is not there is not called.
+# pyright: reportOptionalCall=false
+
+from functools import cache
+
+import warp as wp
+
+from wsph.backend.kernels import kernel
+from wsph.backend.space import Space
+from wsph.backend.state import Layout, fields_struct
+from wsph.backend.tensors import determinant_and_inverse, in_plane
+from wsph.constitutive.evolution import thickness
+from wsph.constitutive.laws import Laws
+from wsph.constitutive.stress_state import packing
+from wsph.formulations.lagrangian.form import Form, coefficients_of
+from wsph.formulations.lagrangian.strain import cofactor_of
+from wsph.formulations.lattice.cell import cell_struct, slots_struct
+from wsph.formulations.lattice.lanes import (
+    block_of,
+    capacity_of,
+    corner_sums,
+    hand_over,
+    lane_matrix,
+    set_lane,
+)
+from wsph.parts.fading import faded
+
+
+def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, width: int) -> wp.Kernel:
+    """Kernel of what cells hand to their nodes, and of the derived fields of the state. Of a total law it is one or the
+    other: the fields are those that are `told`, to whoever reads them, and no step needs them."""
+    real, mat, Fields, Params = space.scalar, space.mat, fields_struct(space, layout), laws.Params
+    Cell, Slots, Coefficients = cell_struct(space), slots_struct(space), coefficients_of(space, form)
+    numbers = space.dim**2 + (space.dim + (form.fades >= 0)) * form.stabilised
+    size = (space.dim**2 + space.dim + 1) * capacity_of(width)
+    block, gather = block_of(space.dim, width), corner_sums(space, width, form.stabilised)
+    hand, (get, put) = hand_over(space, width, numbers), lane_matrix(space, width)
+    put_share, left = set_lane(space, width, space.dim**2 + space.dim), faded(space)
+    total, acting = laws.total, acting_stress(space, laws, layout)
+
+    @kernel(ranged=True, lanes=True)
+    def strain(
+        first: int,
+        p: Params,
+        c: Coefficients,
+        cell: Cell,
+        blocks: wp.array(dtype=wp.int32),
+        others: Fields,
+        told: int,
+        fields_out: Fields,
+        slots_out: Slots,
+    ):
+        b, i, lane, rows, own = block(blocks, first + wp.tid())
+        values = wp.zeros(shape=size, dtype=real)
+        gather(blocks, b, lane, rows, others.displacement, values)
+        e = int(0)
+        if wp.static(form.total):
+            if told != 0:
+                while e < own:
+                    H = get(values, e) * cell.gradient
+                    s, _P = total(p, H)
+                    fields_out.deformation[i + e] = H
+                    fields_out.stress[i + e] = s
+                    e += 1
+                return
+            while e < rows:
+                H = get(values, e) * cell.gradient
+                _s, P = total(p, H)
+                A = P * cell.force
+                if wp.static(form.stabilised):
+                    A = A - cell.share * (H * cell.residual)
+                put(values, e, A)
+                e += 1
+        else:
+            while e < own:
+                H = get(values, e) * cell.gradient
+                fields_out.deformation[i + e] = H
+                A = acting(fields_out, H, i + e) * cell.force
+                if wp.static(form.stabilised):
+                    share = cell.share
+                    if wp.static(form.fades >= 0):
+                        share = share * left(c.yields * fields_out.internals[i + e][wp.static(form.fades)])
+                        put_share(values, e, cell.hold * share)
+                    A = A - share * (H * cell.residual)
+                put(values, e, A)
+                e += 1
+        hand(blocks, b, lane, own, slots_out.stride, slots_out.pad, values, slots_out.flat)
+
+    return strain
+
+
+@cache
+def acting_stress(space: Space, laws: Laws, layout: Layout) -> wp.Function:
+    """Warp function (fields, H, i) -> first Piola stress of the stress that point i has."""
+    mat, Fields = space.mat, fields_struct(space, layout)
+    cofactor, (unpack, _), plane = cofactor_of(space), packing(space, laws.state), in_plane(space)
+    thick, thins = thickness(space, laws), laws.kept.thinning >= 0
+
+    @wp.func
+    def acting(fields: Fields, H: mat, i: int) -> mat:
+        back = cofactor(H)
+        if wp.static(thins):
+            back = thick(fields.internals[i]) * back
+        return plane(unpack(fields.stress[i])) * back
+
+    return acting
+
+
+def drag_kernel(space: Space, layout: Layout, form: Form, width: int) -> wp.Kernel:
+    """Kernel of what cells hand to their nodes of a viscous stress."""
+    real, mat, dim, Fields, term = space.scalar, space.mat, space.dim, fields_struct(space, layout), form.rate_term
+    Cell, Slots, Coefficients = cell_struct(space), slots_struct(space), coefficients_of(space, form)
+    size = dim**2 * capacity_of(width)
+    block, gather = block_of(dim, width), corner_sums(space, width, False)
+    hand, (get, put) = hand_over(space, width, dim**2), lane_matrix(space, width)
+    stress_of, (determinant, inverse) = term.make(space, Coefficients), determinant_and_inverse(space)
+
+    @kernel(ranged=True, lanes=True)
+    def drag(
+        first: int,
+        c: Coefficients,
+        density: real,
+        cell: Cell,
+        blocks: wp.array(dtype=wp.int32),
+        others: Fields,
+        slots_out: Slots,
+    ):
+        b, _i, lane, rows, own = block(blocks, first + wp.tid())
+        values = wp.zeros(shape=size, dtype=real)
+        rates = wp.zeros(shape=size, dtype=real)
+        gather(blocks, b, lane, rows, others.displacement, values)
+        gather(blocks, b, lane, rows, others.velocity, rates)
+        e = int(0)
+        while e < own:
+            F = wp.identity(n=dim, dtype=real) + get(values, e) * cell.gradient
+            stress = mat()
+            # Turned inside out, F says nothing.
+            if determinant(F) > real(0.1):
+                to_start = inverse(F)
+                L = get(rates, e) * cell.gradient * to_start
+                stress = stress_of(c, c.h, density, L) * wp.transpose(to_start)
+            put(values, e, stress * cell.force)
+            e += 1
+        hand(blocks, b, lane, own, slots_out.stride, slots_out.pad, values, slots_out.drag)
+
+    return drag
