@@ -179,15 +179,20 @@ class State:
         size = self.counts[name] * self.widths[name]
         return wp.array(ptr=address, dtype=self.space.scalar, shape=size, device=self.device, copy=False)
 
+    def told(self) -> None:
+        """Have the derived fields computed for this state, where the last evaluation did without them (launches)."""
+        derived = self.derived
+        if derived is not None and derived.tell is not None and derived.of is None:
+            derived.tell(self)
+
     def bounded(self, name: str) -> bool:
         """Whether a field is read within the range of the values around."""
         return self.layout.by_name[name].bounded
 
     def read(self, name: str) -> np.ndarray:
         """A copy of a field, (n, width), nondimensional, in double precision."""
-        derived = self.derived
-        if derived is not None and derived.tell is not None and derived.of is None and name in derived.start:
-            derived.tell(self)
+        if self.derived is not None and name in self.derived.start:
+            self.told()
         (buffer, start), width, n = self._place(name), self.widths[name], self.counts[name]
         return buffer.numpy()[start : start + n * width].reshape(n, width).astype(np.float64)
 

@@ -53,27 +53,3 @@ def cell_of(space: Space, steps: np.ndarray, axes: np.ndarray, stabilisation: fl
     made.residual = space.mat(*(hold * axes @ np.diag(0.5 * steps)).ravel().tolist())
     made.volume, made.hold, made.share = (space.scalar(each) for each in (volume, hold, volume / spread))
     return made
-
-
-class Slots(Protocol):
-    """What cells hand to their nodes, as `slots_struct` has it."""
-
-    flat: Array
-    drag: Array
-    stride: int
-    pad: int
-
-
-@cache
-def slots_struct(space: Space) -> type:
-    """Struct of what cells hand to their nodes, by slots (`wsph.formulations.lattice.runs`), each quantity in a row of its own.
-
-    flat    # stress times the volume and the gradient's numbers less the residual's part, dim dim rows; the mean of the
-            # corners' displacements, dim rows; the residual's stiffness, a row; scalars, rows times `stride`
-    drag    # the first of these of the viscous stress, where there is one
-    stride  # slots
-    pad     # slots before that of the first node
-    """
-    numbers = wp.array(dtype=space.scalar)
-    annotations = {"flat": numbers, "drag": numbers, "stride": int, "pad": int}
-    return cast(type, wp.struct(type("Slots", (), {"__annotations__": annotations, "__module__": __name__})))

@@ -3,31 +3,31 @@
 import warp as wp
 
 from wsph.backend.kernels import kernel
-from wsph.backend.pair_loops import element, placed
+from wsph.backend.pair_loops import element
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.lagrangian.forces import loaded_force
-from wsph.formulations.lattice.cell import slots_struct
-from wsph.formulations.lattice.lanes import block_of, capacity_of, lane_vector, pull_of_cells
+from wsph.formulations.lattice.lanes import block_of, capacity_of, lane_vector, pull_of_cells, write_vectors
 from wsph.parts.body_force import BodyForceKinds, acceleration, inertia_struct
 
 
 def force_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: Form, width: int) -> wp.Kernel:
     """Accelerations of the nodes of a lattice."""
     real, vec, dim, Fields = space.scalar, space.vec, space.dim, fields_struct(space, layout)
-    accelerated, Inertia, Slots = acceleration(space, parts), inertia_struct(space), slots_struct(space)
+    accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
     block, size = block_of(dim, width), dim * capacity_of(width)
     pull, drags, pulled = pull_of_cells(space, width, form.stabilised), form.drags, pull_of_cells(space, width, False)
-    get, loaded = lane_vector(space, width), loaded_force(space, form)
-    at, place = element(real, vec), placed(vec)
+    (get, put), loaded, write = lane_vector(space, width), loaded_force(space, form), write_vectors(space, width)
+    at = element(real, vec)
 
     @kernel(ranged=True, lanes=True)
     def force(
         first: int,
         body: Inertia,
         blocks: wp.array(dtype=wp.int32),
-        slots: Slots,
+        chunks: wp.array(dtype=real),
+        drags_of: wp.array(dtype=real),
         loads: wp.array(dtype=vec),
         following: wp.array(dtype=vec),
         own: wp.array(dtype=real),
@@ -36,19 +36,22 @@ def force_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: Form
     ):
         b, i, lane, rows, many = block(blocks, first + wp.tid())
         forces = wp.zeros(shape=size, dtype=real)
-        pull(blocks, b, lane, rows, slots.stride, slots.flat, fields.displacement, forces)
+        pull(blocks, b, lane, rows, chunks, fields.displacement, forces)
         drag = forces
         if wp.static(drags):
             drag = wp.zeros(shape=size, dtype=real)
-            pulled(blocks, b, lane, rows, slots.stride, slots.drag, fields.displacement, drag)
+            pulled(blocks, b, lane, rows, drags_of, fields.displacement, drag)
         e = int(0)
         while e < many:
             j = i + e
             f = loaded(get(forces, e), loads, following, j)
             if wp.static(drags):
-                place(rate_out.drag, j, get(drag, e) / (at(own, j) * body.density))
                 f += get(drag, e)
-            place(rate_out.velocity, j, accelerated(body, f / at(own, j), at(fields.velocity, j)))
+                put(drag, e, get(drag, e) / (at(own, j) * body.density))
+            put(forces, e, accelerated(body, f / at(own, j), at(fields.velocity, j)))
             e += 1
+        write(forces, i, many, rate_out.velocity)
+        if wp.static(drags):
+            write(drag, i, many, rate_out.drag)
 
     return force

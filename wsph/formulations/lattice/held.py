@@ -9,25 +9,35 @@ from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State, fields_struct
-from wsph.formulations.lattice.cell import Cell, cell_struct, slots_struct
-from wsph.formulations.lattice.lanes import block_of, corner_misfit
+from wsph.formulations.lattice.cell import Cell, cell_struct
+from wsph.formulations.lattice.lanes import block_of, corner_misfit, places_of
+from wsph.formulations.lattice.runs import HEAD, PLACE
 from wsph.parts.fading import faded
 from wsph.parts.part import Attached
 from wsph.protocols import Entry
 
 
 @cache
-def held_kernel(space: Space, layout: Layout) -> wp.Kernel:
-    """Kernel of the energy of the residual, a sum for every block of cells."""
-    real, Fields, Slots, square = space.scalar, fields_struct(space, layout), slots_struct(space), corner_misfit(space)
-    block, share_row = block_of(space.dim, 2), space.dim**2 + space.dim
+def held_kernel(space: Space, layout: Layout, width: int, fades: bool) -> wp.Kernel:
+    """Kernel of the energy of the residual, a sum for every block of cells. `fades`: its stiffness is what they handed on."""
+    real, Fields, Cells, square = space.scalar, fields_struct(space, layout), cell_struct(space), corner_misfit(space)
+    block, at = block_of(space.dim, 2), (space.dim**2 + space.dim) * places_of(width)
+    columns = HEAD + 2**space.dim
 
     @kernel()
-    def held(blocks: wp.array(dtype=wp.int32), slots: Slots, fields: Fields, energy_out: wp.array(dtype=wp.float64)):
+    def held(
+        cell: Cells,
+        blocks: wp.array(dtype=wp.int32),
+        chunks: wp.array(dtype=real),
+        fields: Fields,
+        energy_out: wp.array(dtype=wp.float64),
+    ):
         b, _i, _lane, _rows, own = block(blocks, wp.tid())
         total = wp.float64(0.0)
         for e in range(own):
-            stiffness = slots.flat[share_row * slots.stride + slots.pad + blocks[b * wp.static(3 + 2**space.dim) + 3] + e]
+            stiffness = cell.hold * cell.share
+            if wp.static(fades):
+                stiffness = chunks[at + blocks[b * columns + PLACE] + e]
             total += wp.float64(real(0.5) * stiffness * square(blocks, b, e, fields.displacement))
         energy_out[b] = total
 

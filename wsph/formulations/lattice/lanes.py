@@ -12,7 +12,7 @@ from itertools import product
 import warp as wp
 
 from wsph.backend.space import Space
-from wsph.formulations.lattice.runs import HEAD
+from wsph.formulations.lattice.runs import BEFORE, BEHIND, COMPUTED, COPY, HEAD, OWN, PLACE, VECTOR
 
 ACROSS = 32
 """Rows of a block on a GPU, where a thread has one."""
@@ -23,6 +23,14 @@ def corner_signs(dim: int) -> list[tuple[int, ...]]:
     return [tuple(2 * side - 1 for side in sides) for sides in product((0, 1), repeat=dim)]
 
 
+def corner_edges(dim: int) -> list[tuple[int, int, int]]:
+    """The edges of a cell: the axis that each is along, and its corners at the low and at the high end."""
+    sides = corner_signs(dim)
+    return [
+        (axis, c, c + 2 ** (dim - 1 - axis)) for axis in range(dim) for c, side in enumerate(sides) if side[axis] < 0
+    ]
+
+
 @cache
 def block_of(dim: int, width: int) -> wp.Function:
     """Warp function (blocks, thread) -> (block, first row, row of the block, rows to compute, rows to write) of a thread: a
@@ -31,15 +39,15 @@ def block_of(dim: int, width: int) -> wp.Function:
 
     @wp.func
     def whole(blocks: wp.array(dtype=wp.int32), thread: int):
-        own = blocks[thread * columns + 1]
-        return thread, blocks[thread * columns], int(0), blocks[thread * columns + 2], own
+        own = blocks[thread * columns + OWN]
+        return thread, blocks[thread * columns], int(0), blocks[thread * columns + COMPUTED], own
 
     @wp.func
     def single(blocks: wp.array(dtype=wp.int32), thread: int):
         block = thread // ACROSS
         lane = thread - block * ACROSS
         many = int(0)
-        if lane < blocks[block * columns + 1]:
+        if lane < blocks[block * columns + OWN]:
             many = int(1)
         return block, blocks[block * columns] + lane, lane, many, many
 
@@ -59,13 +67,11 @@ def corner_sums(space: Space, width: int, mean: bool) -> wp.Function:
     the differences along every axis, summed over its edges, (dim, dim) numbers, and with `mean` the mean of its corners.
     Differences come first: what is the same everywhere leaves no rounding."""
     dim, S = space.dim, _real(space)
-    signs, capacity = corner_signs(dim), capacity_of(width)
-    lines = []
+    capacity, lines = capacity_of(width), []
     for a in range(dim):
         own = [f"const S x{c} = p{c}[{dim}*e+{a}];" for c in range(2**dim)]
         for k in range(dim):
-            low = [c for c, sign in enumerate(signs) if sign[k] < 0]
-            edges = " + ".join(f"(x{c + 2 ** (dim - 1 - k)} - x{c})" for c in low)
+            edges = " + ".join(f"(x{high} - x{low})" for axis, low, high in corner_edges(dim) if axis == k)
             own.append(f"o[{(a * dim + k) * capacity}+e] = {edges};")
         if mean:
             others = " + ".join(f"(x{c} - x0)" for c in range(1, 2**dim))
@@ -98,24 +104,33 @@ def corner_sums(space: Space, width: int, mean: bool) -> wp.Function:
 
 
 def capacity_of(width: int) -> int:
-    """Rows that a block of about `width` has at most, in whole vectors."""
-    return 1 if width == 1 else 2 * width
+    """Rows that a block in segments of `width` nodes has at most, in whole vectors: a line may end with one more."""
+    return 1 if width == 1 else width + VECTOR
+
+
+def places_of(width: int) -> int:
+    """Places of a chunk."""
+    return (ACROSS if width == 1 else width) + 2
 
 
 @cache
 def hand_over(space: Space, width: int, numbers: int) -> wp.Function:
-    """Warp function (blocks, block, lane, rows, stride, pad, values, slots_out): `numbers` of every cell of a block go to its
-    slot, each quantity in a row of its own, `stride` slots long."""
-    dim, S, capacity = space.dim, _real(space), capacity_of(width)
+    """Warp function (blocks, block, lane, rows, values, chunks_out): `numbers` of every cell of a block go to its place, and
+    places without a cell get zeros."""
+    S, capacity, places = _real(space), capacity_of(width), places_of(width)
 
     @wp.func_native(f"""
         typedef {S} S;
-        const int64_t slot = (int64_t)blocks.data[{HEAD + 2**dim}*(int64_t)block + {HEAD}] + lane + pad;
+        const int32_t* at = blocks.data + {HEAD + 2**space.dim}*(int64_t)block;
+        const bool ends = rows > 0 && lane + rows == at[{OWN}];
         for (int k = 0; k < {numbers}; ++k) {{
-            S* to = slots_out.data + k*(int64_t)stride + slot;
+            S* to = chunks_out.data + at[{PLACE}] + lane + k*{places};
             const S* from = values.data + k*{capacity};
             {VECTORS}
             for (int e = 0; e < rows; ++e) to[e] = from[e];
+            if (lane == 0) for (int e = 1; e <= at[{BEFORE}]; ++e) to[-e] = S(0);
+            if (ends) for (int e = 0; e < at[{BEHIND}]; ++e) to[rows + e] = S(0);
+            if (ends && at[{COPY}] >= 0) chunks_out.data[at[{COPY}] + k*{places}] = from[rows - 1];
         }}
     """)
     def hand(
@@ -123,10 +138,8 @@ def hand_over(space: Space, width: int, numbers: int) -> wp.Function:
         block: int,
         lane: int,
         rows: int,
-        stride: int,
-        pad: int,
         values: wp.array(dtype=space.scalar),
-        slots_out: wp.array(dtype=space.scalar),
+        chunks_out: wp.array(dtype=space.scalar),
     ): ...
 
     return hand
@@ -134,44 +147,38 @@ def hand_over(space: Space, width: int, numbers: int) -> wp.Function:
 
 @cache
 def pull_of_cells(space: Space, width: int, held: bool) -> wp.Function:
-    """Warp function (blocks, block, lane, rows, stride, slots, displacement, pull_out): the forces on every node of a block of
-    what its cells have in their slots: less the tensors' columns by the side that the node is on, and where `held` less
-    their share of what the node is off their mean."""
-    dim, S, capacity = space.dim, _real(space), capacity_of(width)
-    lines = []
+    """Warp function (blocks, block, lane, rows, chunks, displacement, pull_out): the forces on every node of a block of what
+    its cells have in their places: the tensors' columns by the side that the node is on, and where `held` less their share
+    of what the node is off their mean. Differences come first: of a stress that is the same everywhere none is left."""
+    dim, S, capacity, L = space.dim, _real(space), capacity_of(width), places_of(width)
+    lines, edges = [], corner_edges(dim)
     for a in range(dim):
-        terms = []
-        for c, sign in enumerate(corner_signs(dim)):
-            column = [f"{'-' if sign[k] > 0 else '+'} q{c}[{a * dim + k}*L+e]" for k in range(dim)]
-            terms.append(" ".join(column))
-        lines.append(f"S f{a} = {' '.join(terms)};")
+        steps = [f"(q{c}[{(a * dim + k) * L}+e] - q{high}[{(a * dim + k) * L}+e])" for k, c, high in edges]
+        lines.append(f"S f{a} = {' + '.join(steps)};")
         if held:
             lines.append(f"const S u{a} = own[{dim}*e+{a}];")
             lines += [
-                f"f{a} -= q{c}[{dim * dim + dim}*L+e]*(u{a} - q{c}[{dim * dim + a}*L+e]);" for c in range(2**dim)
+                f"f{a} -= q{c}[{(dim * dim + dim) * L}+e]*(u{a} - q{c}[{(dim * dim + a) * L}+e]);"
+                for c in range(2**dim)
             ]
         lines.append(f"o[{a * capacity}+e] = f{a};")
-    starts = "\n".join(f"const S* q{c} = slots.data + ((int64_t)at[{HEAD + c}] + lane);" for c in range(2**dim))
+    starts = "\n".join(f"const S* q{c} = chunks.data + at[{HEAD + c}] + lane;" for c in range(2**dim))
 
     @wp.func_native(f"""
         typedef {S} S;
         const int32_t* at = blocks.data + {HEAD + 2**dim}*(int64_t)block;
-        const int64_t L = stride;
         {starts}
         const S* own = (const S*)displacement.data + {dim}*((int64_t)at[0] + lane);
         S* o = pull_out.data;
         {VECTORS}
-        for (int e = 0; e < rows; ++e) {{
-            {" ".join(lines)}
-        }}
+        for (int e = 0; e < rows; ++e) {{ {" ".join(lines)} }}
     """)
     def pull(
         blocks: wp.array(dtype=wp.int32),
         block: int,
         lane: int,
         rows: int,
-        stride: int,
-        slots: wp.array(dtype=space.scalar),
+        chunks: wp.array(dtype=space.scalar),
         displacement: wp.array(dtype=space.vec),
         pull_out: wp.array(dtype=space.scalar),
     ): ...
@@ -196,15 +203,37 @@ def lane_matrix(space: Space, width: int) -> tuple[wp.Function, wp.Function]:
 
 
 @cache
-def lane_vector(space: Space, width: int, first: int = 0) -> wp.Function:
-    """Warp function (values, row) -> dim numbers of a row, from the quantity `first` on."""
+def lane_vector(space: Space, width: int) -> tuple[wp.Function, wp.Function]:
+    """Warp functions (values, row) -> the first dim numbers of a row, and (values_out, row, vector) that sets them."""
     capacity, vec = capacity_of(width), space.vec
-    entries = ", ".join(f"a.data[{(first + k) * capacity}+e]" for k in range(space.dim))
+    entries = ", ".join(f"a.data[{k * capacity}+e]" for k in range(space.dim))
+    stores = " ".join(f"a_out.data[{k * capacity}+e] = v[{k}];" for k in range(space.dim))
 
     @wp.func_native(f"return {{{entries}}};")
     def get(a: wp.array(dtype=space.scalar), e: int) -> vec: ...
 
-    return get
+    @wp.func_native(stores)
+    def put(a_out: wp.array(dtype=space.scalar), e: int, v: vec): ...
+
+    return get, put
+
+
+@cache
+def write_vectors(space: Space, width: int) -> wp.Function:
+    """Warp function (values, first, rows, field_out): the vectors of rows go to neighbouring elements of a field."""
+    dim, S, capacity = space.dim, _real(space), capacity_of(width)
+    stores = " ".join(f"to[{dim}*e+{k}] = values.data[{k * capacity}+e];" for k in range(dim))
+
+    @wp.func_native(f"""
+        {S}* to = ({S}*)field_out.data + {dim}*(int64_t)first;
+        {VECTORS}
+        for (int e = 0; e < rows; ++e) {{ {stores} }}
+    """)
+    def write(
+        values: wp.array(dtype=space.scalar), first: int, rows: int, field_out: wp.array(dtype=space.vec)
+    ): ...
+
+    return write
 
 
 @cache
@@ -228,8 +257,7 @@ def corner_misfit(space: Space) -> wp.Function:
         others = " + ".join(f"(x{c} - x0)" for c in range(1, 2**dim))
         own.append(f"const S m = x0 + S({0.5**dim!r})*({others});")
         for k in range(dim):
-            low = [c for c, sign in enumerate(signs) if sign[k] < 0]
-            edges = " + ".join(f"(x{c + 2 ** (dim - 1 - k)} - x{c})" for c in low)
+            edges = " + ".join(f"(x{high} - x{low})" for axis, low, high in corner_edges(dim) if axis == k)
             own.append(f"const S h{k} = S({0.5**dim!r})*({edges});")
         for c, sign in enumerate(signs):
             linear = " ".join(f"{'-' if sign[k] > 0 else '+'} h{k}" for k in range(dim))

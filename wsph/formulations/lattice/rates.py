@@ -13,10 +13,9 @@ gradient. No row has indices, weights or places of its own (`wsph.formulations.l
 from collections.abc import Iterable
 from functools import cache, cached_property
 
-import numpy as np
 import warp as wp
 
-from wsph.backend.arrays import Arrays, put
+from wsph.backend.arrays import Arrays
 from wsph.backend.reduce import total
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State
@@ -25,13 +24,13 @@ from wsph.formulations.lagrangian.corners import corner_reference
 from wsph.formulations.lagrangian.flow import drift_kernel
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.lagrangian.rates import LagrangianRates, joined
-from wsph.formulations.lattice.cell import Slots, cell_of, slots_struct
+from wsph.formulations.lattice.cell import cell_of
 from wsph.formulations.lattice.flow import flow_kernel
 from wsph.formulations.lattice.forces import force_kernel
 from wsph.formulations.lattice.held import CellFading, held_kernel
 from wsph.formulations.lattice.lanes import ACROSS
-from wsph.formulations.lattice.runs import PAD, cell_runs, node_runs
-from wsph.formulations.lattice.strain import drag_kernel, strain_kernel
+from wsph.formulations.lattice.runs import VECTOR, runs_of
+from wsph.formulations.lattice.strain import drag_kernel, quantities, strain_kernel
 from wsph.formulations.one_set import OneSetSystem, Rates
 from wsph.formulations.one_set_setup import RateSetup
 from wsph.formulations.setup import Setup
@@ -82,43 +81,36 @@ class LatticeRates:
         self.form = made.form(loaded=made.loads.count > 0)
         self._coefficients = made.coefficients(self.form)
         on_cuda = wp.get_device(self._clock.device).is_cuda
-        width = 1 if on_cuda else WIDTH[self._space.precision]
+        width = self._width = 1 if on_cuda else WIDTH[self._space.precision]
         with blame(host.constitutive.who):
             kinds = (host.constitutive.laws, made.layout, made.force.parts, self.form, width)
             self.kernels = _kernels(self._space, *kinds)
         self._layout = made.layout
-        self._allocate(host.lattice, ACROSS if on_cuda else width, made.stabilisation)
+        self._allocate(host.lattice, ACROSS if on_cuda else width, made.stabilisation, state)
         self._threads = ACROSS if on_cuda else 1
         if self.form.total and state.derived is not None:
             state.derived.tell = self.refresh
 
-    def _allocate(self, body: Lattice, across: int, stabilisation: float) -> None:
+    def _allocate(self, body: Lattice, across: int, stabilisation: float, state: State) -> None:
         """The blocks of cells and nodes and what cells hand to nodes.
 
-        _cells, _nodes  # blocks (`wsph.formulations.lattice.runs.Runs`), flat
-        _slots          # `wsph.formulations.lattice.cell.slots_struct`
-        _volume         # of the particles, (n,) scalar
-        holding         # forces per mass that hold spurious modes: there are none beside the residual's
+        _cells, _nodes   # blocks (`wsph.formulations.lattice.runs.Runs`), flat
+        _chunks, _drags  # chunks of what nodes take: of the stress and the residual, and of the viscous stress
+        _volume          # of the particles, (n,) scalar
+        holding          # forces per mass that hold spurious modes: there are none beside the residual's
         """
         space, arrays, real, dim = self._space, self._arrays, self._space.scalar, self._space.dim
-        n = len(body.nodes)
-        cells, nodes = cell_runs(body.corners, n, across), node_runs(body.corners, n, across)
-        self._count = cells.count, nodes.count
-        self._cells = arrays.of("cells", cells.table.ravel(), wp.int32)
-        self._nodes = arrays.of("nodes", nodes.table.ravel(), wp.int32)
+        numbers = quantities(dim, self.form)
+        runs = runs_of(body.corners, body.index, across, numbers)
+        self._count = len(runs.cells), len(runs.nodes)
+        self._cells = arrays.of("cells", runs.cells.ravel(), wp.int32)
+        self._nodes = arrays.of("nodes", runs.nodes.ravel(), wp.int32)
         self._cell = cell_of(space, body.steps(self._host.scales.length), body.frame.axes, stabilisation)
-        slots: Slots = slots_struct(space)()
-        slots.stride, slots.pad = n + 2 * PAD, PAD
-        numbers = dim**2 + (dim + 1) * self.form.stabilised
-        slots.flat = arrays.zeros("slots", numbers * slots.stride, real)
-        if self.form.stabilised:
-            held = slots.flat.numpy().reshape(numbers, slots.stride)
-            held[-1, PAD + body.corners[:, 0]] = self._cell.hold * self._cell.share
-            put(slots.flat, held.ravel())
-            arrays.changes("slots", slots.flat)
-        drags = self.form.rate_term is not None
-        slots.drag = arrays.zeros("drag", dim**2 * slots.stride, real) if drags else slots.flat
-        self._slots = slots
+        size = runs.chunks * runs.places * numbers + VECTOR
+        self._chunks = arrays.zeros("chunks", size, real)
+        self._drags = self._chunks
+        if self.form.rate_term is not None:
+            self._drags = arrays.zeros("drags", size, real)
         self._volume = arrays.of("volume", self._placement.volume, real)
         self.holding: Array = arrays.zeros("holding", 1, space.vec)
 
@@ -175,16 +167,16 @@ class LatticeRates:
         if state.derived is not None:
             state.derived.of = state if told or not self.form.total else None
         inputs = [self._constitutive.params, self._coefficients, self._cell, self._cells, state.struct, int(told)]
-        self._launch(self.kernels.strain, 0, inputs, [state.struct, self._slots])
+        self._launch(self.kernels.strain, 0, inputs, [state.struct, self._chunks])
 
     def _find_forces(self, state: State, out: State) -> None:
         self._strain(state, told=False)
         if self.form.rate_term is not None:
             inputs = [self._coefficients, self._density, self._cell, self._cells, state.struct]
-            self._launch(self.kernels.drag, 0, inputs, [self._slots])
+            self._launch(self.kernels.drag, 0, inputs, [self._drags])
         self._loads.follow(state)
         loads = [self._loads.vectors, self._loads.following]
-        inputs = [self._force.struct, self._nodes, self._slots, *loads, self._volume, state.struct]
+        inputs = [self._force.struct, self._nodes, self._chunks, self._drags, *loads, self._volume, state.struct]
         self._launch(self.kernels.force, 1, inputs, [out.struct])
 
     def _launch(self, kernel: wp.Kernel, of: int, inputs: list[object], outputs: list[object]) -> None:
@@ -196,8 +188,8 @@ class LatticeRates:
         if not self.form.stabilised:
             return 0.0
         sums: Array = wp.zeros(self._count[0], dtype=wp.float64, device=self._clock.device)
-        inputs = [self._cells, self._slots, state.struct]
-        made = held_kernel(self._space, self._layout)
+        inputs = [self._cell, self._cells, self._chunks, state.struct]
+        made = held_kernel(self._space, self._layout, self._width, self.form.fades >= 0)
         wp.launch(made, len(sums), inputs=inputs, outputs=[sums], device=self._clock.device)
         return total(sums)
 

@@ -16,7 +16,7 @@ from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.formulations.lagrangian.form import Form, coefficients_of
 from wsph.formulations.lagrangian.strain import cofactor_of
-from wsph.formulations.lattice.cell import cell_struct, slots_struct
+from wsph.formulations.lattice.cell import cell_struct
 from wsph.formulations.lattice.lanes import (
     block_of,
     capacity_of,
@@ -28,12 +28,18 @@ from wsph.formulations.lattice.lanes import (
 from wsph.parts.fading import faded
 
 
+def quantities(dim: int, form: Form) -> int:
+    """Numbers that a cell hands to its nodes: the stress times what the forces take of it, less the residual's part, dim dim;
+    of a residual the mean of the corners' displacements, dim, and its stiffness."""
+    return dim**2 + (dim + 1) * form.stabilised
+
+
 def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, width: int) -> wp.Kernel:
     """Kernel of what cells hand to their nodes, and of the derived fields of the state. Of a total law it is one or the
     other: the fields are those that are `told`, to whoever reads them, and no step needs them."""
     real, mat, Fields, Params = space.scalar, space.mat, fields_struct(space, layout), laws.Params
-    Cell, Slots, Coefficients = cell_struct(space), slots_struct(space), coefficients_of(space, form)
-    numbers = space.dim**2 + (space.dim + (form.fades >= 0)) * form.stabilised
+    Cell, Coefficients = cell_struct(space), coefficients_of(space, form)
+    numbers = quantities(space.dim, form)
     size = (space.dim**2 + space.dim + 1) * capacity_of(width)
     block, gather = block_of(space.dim, width), corner_sums(space, width, form.stabilised)
     hand, (get, put) = hand_over(space, width, numbers), lane_matrix(space, width)
@@ -50,7 +56,7 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, width: i
         others: Fields,
         told: int,
         fields_out: Fields,
-        slots_out: Slots,
+        chunks_out: wp.array(dtype=real),
     ):
         b, i, lane, rows, own = block(blocks, first + wp.tid())
         values = wp.zeros(shape=size, dtype=real)
@@ -71,6 +77,7 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, width: i
                 A = P * cell.force
                 if wp.static(form.stabilised):
                     A = A - cell.share * (H * cell.residual)
+                    put_share(values, e, cell.hold * cell.share)
                 put(values, e, A)
                 e += 1
         else:
@@ -82,11 +89,11 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, width: i
                     share = cell.share
                     if wp.static(form.fades >= 0):
                         share = share * left(c.yields * fields_out.internals[i + e][wp.static(form.fades)])
-                        put_share(values, e, cell.hold * share)
+                    put_share(values, e, cell.hold * share)
                     A = A - share * (H * cell.residual)
                 put(values, e, A)
                 e += 1
-        hand(blocks, b, lane, own, slots_out.stride, slots_out.pad, values, slots_out.flat)
+        hand(blocks, b, lane, own, values, chunks_out)
 
     return strain
 
@@ -111,7 +118,7 @@ def acting_stress(space: Space, laws: Laws, layout: Layout) -> wp.Function:
 def drag_kernel(space: Space, layout: Layout, form: Form, width: int) -> wp.Kernel:
     """Kernel of what cells hand to their nodes of a viscous stress."""
     real, mat, dim, Fields, term = space.scalar, space.mat, space.dim, fields_struct(space, layout), form.rate_term
-    Cell, Slots, Coefficients = cell_struct(space), slots_struct(space), coefficients_of(space, form)
+    Cell, Coefficients = cell_struct(space), coefficients_of(space, form)
     size = dim**2 * capacity_of(width)
     block, gather = block_of(dim, width), corner_sums(space, width, False)
     hand, (get, put) = hand_over(space, width, dim**2), lane_matrix(space, width)
@@ -125,7 +132,7 @@ def drag_kernel(space: Space, layout: Layout, form: Form, width: int) -> wp.Kern
         cell: Cell,
         blocks: wp.array(dtype=wp.int32),
         others: Fields,
-        slots_out: Slots,
+        chunks_out: wp.array(dtype=real),
     ):
         b, _i, lane, rows, own = block(blocks, first + wp.tid())
         values = wp.zeros(shape=size, dtype=real)
@@ -143,6 +150,6 @@ def drag_kernel(space: Space, layout: Layout, form: Form, width: int) -> wp.Kern
                 stress = stress_of(c, c.h, density, L) * wp.transpose(to_start)
             put(values, e, stress * cell.force)
             e += 1
-        hand(blocks, b, lane, own, slots_out.stride, slots_out.pad, values, slots_out.drag)
+        hand(blocks, b, lane, own, values, chunks_out)
 
     return drag
