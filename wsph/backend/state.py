@@ -75,10 +75,11 @@ def fields_struct(space: Space, layout: Layout) -> type:
 
 
 def _views(
-    space: Space, fields: list[Field], counts: dict[str, int], device: str
+    space: Space, fields: list[Field], counts: dict[str, int], device: str, least: int = 0
 ) -> tuple[Array, dict[str, int], dict[str, Array]]:
-    """A buffer for fields, where each starts in it, and a typed view of each."""
-    buffer = wp.zeros(sum(counts[f.name] * f.width for f in fields), dtype=space.scalar, device=device)
+    """A buffer for fields, of `least` numbers or more, where each starts in it, and a typed view of each."""
+    size = max(sum(counts[f.name] * f.width for f in fields), least)
+    buffer = wp.zeros(size, dtype=space.scalar, device=device)
     start: dict[str, int] = {}
     views: dict[str, Array] = {}
     first = 0
@@ -96,10 +97,11 @@ class Derived:
     """The derived fields of a layout, shared by all states of a body: valid for the state `of` that they were last computed
     for."""
 
-    def __init__(self, space: Space, layout: Layout, points: int, device: str):
+    def __init__(self, space: Space, layout: Layout, points: int, device: str, least: int = 0):
+        """`least`: numbers that their buffer has at least, for what is kept there while they are not."""
         fields = [field for field in layout.fields if field.derived]
         counts = dict.fromkeys((field.name for field in fields), points)
-        self.buffer, self.start, self.arrays = _views(space, fields, counts, device)
+        self.buffer, self.start, self.arrays = _views(space, fields, counts, device, least)
         self.of: State | None = None
         self.tell: Callable[[State], None] | None = None
         """Computes them for a state, where evaluations do without them: they are then `of` none until they are asked for."""

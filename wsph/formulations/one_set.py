@@ -101,7 +101,8 @@ class OneSetSystem(System):
     walls: tuple[Wall, ...] = ()
     """Faces behind which its particles have images."""
 
-    def __init__(self, setup: Setup, rates: Callable[[RateSetup, State], Rates]):
+    def __init__(self, setup: Setup, rates: Callable[[RateSetup, State], Rates], shared: int = 0):
+        """`shared`: numbers that its rates keep in the buffer of the derived fields."""
         super().__init__(setup)
         host, space = setup.host, setup.space
         for part in host.parts.values():
@@ -113,7 +114,7 @@ class OneSetSystem(System):
         self._derived: Derived | None = None
         self._accepted: State | None = None
         if any(field.derived for field in self.layout.fields):
-            self._derived = Derived(space, self.layout, len(self.point_volume), self.device)
+            self._derived = Derived(space, self.layout, len(self.point_volume), self.device, shared)
             self.arrays.take("derived", self._derived.buffer)
         self.state = self._make(self.count, self.layout, len(self.point_volume), self._derived, own=True)
         self.loads = Loads(setup, self.conditions, self.placement, self.arrays.part("loads"))

@@ -8,7 +8,7 @@ from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.lagrangian.forces import loaded_force
-from wsph.formulations.lattice.lanes import block_of, capacity_of, lane_vector, pull_of_cells, write_vectors
+from wsph.formulations.lattice.lanes import block_of, capacity_of, field_lanes, lane, pull_of_cells
 from wsph.parts.body_force import BodyForceKinds, acceleration, inertia_struct
 
 
@@ -18,7 +18,7 @@ def force_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: Form
     accelerated, Inertia = acceleration(space, parts), inertia_struct(space)
     block, size = block_of(dim, width), dim * capacity_of(width)
     pull, drags, pulled = pull_of_cells(space, width, form.stabilised), form.drags, pull_of_cells(space, width, False)
-    (get, put), loaded, write = lane_vector(space, width), loaded_force(space, form), write_vectors(space, width)
+    (get, put), loaded, write = lane(space, width, vec), loaded_force(space, form), field_lanes(space, width, vec)[1]
     at = element(real, vec)
 
     @kernel(ranged=True, lanes=True)

@@ -187,53 +187,44 @@ def pull_of_cells(space: Space, width: int, held: bool) -> wp.Function:
 
 
 @cache
-def lane_matrix(space: Space, width: int) -> tuple[wp.Function, wp.Function]:
-    """Warp functions (values, row) -> the first (dim, dim) numbers of a row, and (values_out, row, matrix) that sets them."""
-    dim, capacity, mat = space.dim, capacity_of(width), space.mat
-    entries = ", ".join(f"a.data[{k * capacity}+e]" for k in range(dim * dim))
-    stores = " ".join(f"a_out.data[{(i * dim + j) * capacity}+e] = m.data[{i}][{j}];" for i, j in product(range(dim), repeat=2))
+def lane(space: Space, width: int, dtype: type) -> tuple[wp.Function, wp.Function]:
+    """Warp functions (values, row) -> the numbers of a row as a vector or a matrix, and (values_out, row, that) that sets
+    them."""
+    capacity, count = capacity_of(width), dtype._length_
+    stores = " ".join(f"a_out.data[{k * capacity}+e] = ((const {_real(space)}*)&v)[{k}];" for k in range(count))
+    loads = " ".join(f"(({_real(space)}*)&v)[{k}] = a.data[{k * capacity}+e];" for k in range(count))
 
-    @wp.func_native(f"return {{{entries}}};")
-    def get(a: wp.array(dtype=space.scalar), e: int) -> mat: ...
+    @wp.func_native(f"{_ctype(space, dtype)} v; {loads} return v;")
+    def get(a: wp.array(dtype=space.scalar), e: int) -> dtype: ...
 
     @wp.func_native(stores)
-    def put(a_out: wp.array(dtype=space.scalar), e: int, m: mat): ...
+    def put(a_out: wp.array(dtype=space.scalar), e: int, v: dtype): ...
 
     return get, put
 
 
-@cache
-def lane_vector(space: Space, width: int) -> tuple[wp.Function, wp.Function]:
-    """Warp functions (values, row) -> the first dim numbers of a row, and (values_out, row, vector) that sets them."""
-    capacity, vec = capacity_of(width), space.vec
-    entries = ", ".join(f"a.data[{k * capacity}+e]" for k in range(space.dim))
-    stores = " ".join(f"a_out.data[{k * capacity}+e] = v[{k}];" for k in range(space.dim))
-
-    @wp.func_native(f"return {{{entries}}};")
-    def get(a: wp.array(dtype=space.scalar), e: int) -> vec: ...
-
-    @wp.func_native(stores)
-    def put(a_out: wp.array(dtype=space.scalar), e: int, v: vec): ...
-
-    return get, put
+def _ctype(space: Space, dtype: type) -> str:
+    """A vector or matrix type in C++."""
+    shape, kind = dtype._shape_, "vec_t" if len(dtype._shape_) == 1 else "mat_t"
+    return f"wp::{kind}<{','.join(str(n) for n in shape)},wp::float{space.precision[1:]}>"
 
 
 @cache
-def write_vectors(space: Space, width: int) -> wp.Function:
-    """Warp function (values, first, rows, field_out): the vectors of rows go to neighbouring elements of a field."""
-    dim, S, capacity = space.dim, _real(space), capacity_of(width)
-    stores = " ".join(f"to[{dim}*e+{k}] = values.data[{k * capacity}+e];" for k in range(dim))
+def field_lanes(space: Space, width: int, dtype: type) -> tuple[wp.Function, wp.Function]:
+    """Warp functions (field, first, rows, values_out): neighbouring elements of a field side by side; and (values, first,
+    rows, field_out), back."""
+    S, capacity, count = _real(space), capacity_of(width), dtype._length_
+    loads = " ".join(f"values_out.data[{k * capacity}+e] = x[{count}*e+{k}];" for k in range(count))
+    stores = " ".join(f"x[{count}*e+{k}] = values.data[{k * capacity}+e];" for k in range(count))
+    loop = f"{VECTORS} for (int e = 0; e < rows; ++e)"
 
-    @wp.func_native(f"""
-        {S}* to = ({S}*)field_out.data + {dim}*(int64_t)first;
-        {VECTORS}
-        for (int e = 0; e < rows; ++e) {{ {stores} }}
-    """)
-    def write(
-        values: wp.array(dtype=space.scalar), first: int, rows: int, field_out: wp.array(dtype=space.vec)
-    ): ...
+    @wp.func_native(f"const {S}* x = (const {S}*)field.data + {count}*(int64_t)first; {loop} {{ {loads} }}")
+    def read(field: wp.array(dtype=dtype), first: int, rows: int, values_out: wp.array(dtype=space.scalar)): ...
 
-    return write
+    @wp.func_native(f"{S}* x = ({S}*)field_out.data + {count}*(int64_t)first; {loop} {{ {stores} }}")
+    def write(values: wp.array(dtype=space.scalar), first: int, rows: int, field_out: wp.array(dtype=dtype)): ...
+
+    return read, write
 
 
 @cache

@@ -11,7 +11,8 @@ gradient. No row has indices, weights or places of its own (`wsph.formulations.l
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 from collections.abc import Iterable
-from functools import cache, cached_property
+from dataclasses import dataclass, replace
+from functools import cache, cached_property, partial
 
 import warp as wp
 
@@ -29,14 +30,15 @@ from wsph.formulations.lattice.flow import flow_kernel
 from wsph.formulations.lattice.forces import force_kernel
 from wsph.formulations.lattice.held import CellFading, held_kernel
 from wsph.formulations.lattice.lanes import ACROSS
-from wsph.formulations.lattice.runs import VECTOR, runs_of
+from wsph.formulations.lattice.runs import VECTOR, Runs, runs_of
 from wsph.formulations.lattice.strain import drag_kernel, quantities, strain_kernel
-from wsph.formulations.one_set import OneSetSystem, Rates
+from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.one_set_setup import RateSetup
 from wsph.formulations.setup import Setup
 from wsph.geometry.lattice import Lattice
 from wsph.parts.body_force import BodyForceKinds
 from wsph.parts.part import Attached, Host, Neighbourhood, Part
+from wsph.parts.residual import stabilisation
 from wsph.plugins.blame import blame
 from wsph.sph.pairs import Pairs
 
@@ -67,31 +69,55 @@ def has_equal_cells(host: Host) -> bool:
     return host.corners and isinstance(body, Lattice) and not body.irregular and not apart
 
 
+@dataclass(frozen=True)
+class Rows:
+    """The rows of a body of equal cells: their `runs`, rows a thread computes, threads a block, `numbers` that a cell hands
+    on, and how many of the chunks' share the buffer of the derived fields."""
+
+    runs: Runs
+    width: int
+    threads: int
+    numbers: int
+    shared: int
+
+    @property
+    def size(self) -> int:
+        """Numbers of all chunks, and those beyond that whole vectors may read."""
+        return self.runs.chunks * self.runs.places * self.numbers + VECTOR
+
+    @classmethod
+    def of(cls, host: Host, device: str) -> "Rows":
+        """The rows of a body, for kernels on a device."""
+        body, dim = host.lattice, host.space.dim
+        on_cuda = wp.get_device(device).is_cuda
+        width = WIDTH[host.space.precision]
+        numbers = quantities(dim, stabilisation(host) > 0.0)
+        total = host.constitutive.laws.total is not None
+        derived = len(body.cells) * (dim**2 + host.constitutive.width) if total else 0
+        runs = runs_of(body.corners, body.index, ACROSS if on_cuda else width, numbers, derived)
+        made = cls(runs, 1 if on_cuda else width, ACROSS if on_cuda else 1, numbers, 0)
+        return replace(made, shared=made.size) if total else made
+
+
 class LatticeRates:
     """The right-hand sides of one body of equal cells; `rate` and `refresh` are launches."""
 
     seen: Neighbourhood | None = None
     """It has no list of pairs."""
 
-    def __init__(self, made: RateSetup, state: State):
+    def __init__(self, rows: Rows, made: RateSetup, state: State):
         host = self._host = made.host
         self._space, self._clock, self._density = host.space, made.setup.clock, host.space.scalar(made.density)
         self._placement, self._constitutive, self._loads = made.placement, host.constitutive, made.loads
-        self._force, self._arrays = made.force, made.arrays.part("rates")
+        self._force, self._arrays, self._layout = made.force, made.arrays.part("rates"), made.layout
         self.form = made.form(loaded=made.loads.count > 0)
-        self._coefficients = made.coefficients(self.form)
-        on_cuda = wp.get_device(self._clock.device).is_cuda
-        width = self._width = 1 if on_cuda else WIDTH[self._space.precision]
+        self._coefficients, self._width, self._threads = made.coefficients(self.form), rows.width, rows.threads
         with blame(host.constitutive.who):
-            kinds = (host.constitutive.laws, made.layout, made.force.parts, self.form, width)
-            self.kernels = _kernels(self._space, *kinds)
-        self._layout = made.layout
-        self._allocate(host.lattice, ACROSS if on_cuda else width, made.stabilisation, state)
-        self._threads = ACROSS if on_cuda else 1
-        if self.form.total and state.derived is not None:
-            state.derived.tell = self.refresh
+            laws, kinds = host.constitutive.laws, made.force.parts
+            self.kernels = _kernels(self._space, laws, made.layout, kinds, self.form, rows.width)
+        self._allocate(rows, made.stabilisation, state)
 
-    def _allocate(self, body: Lattice, across: int, stabilisation: float, state: State) -> None:
+    def _allocate(self, rows: Rows, stabilisation: float, state: State) -> None:
         """The blocks of cells and nodes and what cells hand to nodes.
 
         _cells, _nodes   # blocks (`wsph.formulations.lattice.runs.Runs`), flat
@@ -99,18 +125,19 @@ class LatticeRates:
         _volume          # of the particles, (n,) scalar
         holding          # forces per mass that hold spurious modes: there are none beside the residual's
         """
-        space, arrays, real, dim = self._space, self._arrays, self._space.scalar, self._space.dim
-        numbers = quantities(dim, self.form)
-        runs = runs_of(body.corners, body.index, across, numbers)
+        space, arrays, real, runs, body = self._space, self._arrays, self._space.scalar, rows.runs, self._host.lattice
         self._count = len(runs.cells), len(runs.nodes)
         self._cells = arrays.of("cells", runs.cells.ravel(), wp.int32)
         self._nodes = arrays.of("nodes", runs.nodes.ravel(), wp.int32)
         self._cell = cell_of(space, body.steps(self._host.scales.length), body.frame.axes, stabilisation)
-        size = runs.chunks * runs.places * numbers + VECTOR
-        self._chunks = arrays.zeros("chunks", size, real)
+        if rows.shared and state.derived is not None:
+            # Where the stress follows from the displacements, no step reads the derived fields.
+            self._chunks, state.derived.tell = state.derived.buffer, self.refresh
+        else:
+            self._chunks = arrays.zeros("chunks", rows.size, real)
         self._drags = self._chunks
         if self.form.rate_term is not None:
-            self._drags = arrays.zeros("drags", size, real)
+            self._drags = arrays.zeros("drags", rows.size, real)
         self._volume = arrays.of("volume", self._placement.volume, real)
         self.holding: Array = arrays.zeros("holding", 1, space.vec)
 
@@ -196,8 +223,7 @@ class LatticeRates:
 
 def build(setup: Setup) -> OneSetSystem:
     """A body whose points have places of their own: by its lattice where all of its cells are alike, else by its pairs."""
-    return OneSetSystem(setup, _rates)
-
-
-def _rates(made: RateSetup, state: State) -> Rates:
-    return LatticeRates(made, state) if has_equal_cells(made.host) else LagrangianRates(made, state)
+    if not has_equal_cells(setup.host):
+        return OneSetSystem(setup, LagrangianRates)
+    rows = Rows.of(setup.host, setup.device)
+    return OneSetSystem(setup, partial(LatticeRates, rows), rows.shared)

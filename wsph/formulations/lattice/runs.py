@@ -29,20 +29,20 @@ VECTOR = 8
 
 @dataclass(frozen=True)
 class Runs:
-    """Blocks of the cells and of the nodes of a lattice, int32, a row each, columns as above, and `chunks` of them that hold
-    `places` numbers of every quantity: `own` of these are written whole in every evaluation, the others, the very last of
-    which is zero throughout, but where a cell is copied to."""
+    """Blocks of the cells and of the nodes of a lattice, int32, a row each, columns as above, and `chunks` that hold `places`
+    numbers of every quantity. Those of cells are written whole in every evaluation, before the others: they begin behind
+    what is reserved, and the very last is zero throughout."""
 
     cells: np.ndarray
     nodes: np.ndarray
     chunks: int
-    own: int
     places: int
 
 
-def runs_of(corners: np.ndarray, index: np.ndarray, width: int, quantities: int) -> Runs:
+def runs_of(corners: np.ndarray, index: np.ndarray, width: int, quantities: int, reserved: int = 0) -> Runs:
     """The runs of a lattice of cells with `corners` (c, 2^dim), nodes at `index` (n, dim) of its grid. Places are in numbers of
-    an array of chunks, each `quantities` times as long as it has places."""
+    an array of chunks, each `quantities` times as long as it has places; the first `reserved` numbers may be used for
+    something else between two evaluations."""
     places, sides = width + 2, corners.shape[1]
     lattice = np.rint(index).astype(np.int64)
     lattice -= lattice.min(0)
@@ -56,22 +56,24 @@ def runs_of(corners: np.ndarray, index: np.ndarray, width: int, quantities: int)
     segments = int(counts[-1]) // width + 1
     own = cell_line * segments + along // width
     seen = cell_line[:, None] * segments + segment[corners]
-    keys = np.unique(own)
+    keys, long = np.unique(own), quantities * places
+    written = len(keys)
     keys = np.concatenate([keys, np.setdiff1d(seen, keys)])
     order = np.argsort(keys, kind="stable")
-    long = quantities * places
+    beyond = max(-(-reserved // long) - written, 0)
+    chunks = len(keys) + beyond + 1
 
     def start(key: np.ndarray) -> np.ndarray:
         """Where the chunk of a line's segment begins."""
-        return order[np.searchsorted(keys, key, sorter=order)] * long
+        found = order[np.searchsorted(keys, key, sorter=order)]
+        return (found + beyond * (found >= written)) * long
 
-    written = len(np.unique(own))
     place = start(own) + along % width + 1
     onward = ((along + 1) % width == 0) & np.isin(own + 1, keys)
     copy = np.full(len(corners), -1)
     copy[onward] = start(own[onward] + 1)
     cells = _cell_blocks(corners, place, copy, own, (width, long, written), len(index))
-    occupied = np.zeros((len(keys) + 1) * long, bool)
+    occupied = np.zeros(chunks * long, bool)
     occupied[place], occupied[copy[onward]] = True, True
     near = np.full((len(index), sides), -1)
     for k in range(sides):
@@ -88,8 +90,8 @@ def runs_of(corners: np.ndarray, index: np.ndarray, width: int, quantities: int)
         near[none, k] = np.where(occupied[at], -1, at)
     follows = (np.diff(near, axis=0) == 1) | ((near[1:] < 0) & (near[:-1] < 0))
     joined = follows.all(1) & (np.diff(segment) == 0) & (np.diff(line_of) == 0) & (np.diff(lattice[:, -1]) == 1)
-    nodes = _blocks(np.where(near < 0, len(keys) * long, near), joined, len(index) - np.arange(len(index)))
-    return Runs(nodes=nodes, cells=cells, chunks=len(keys) + 1, own=written, places=places)
+    nodes = _blocks(np.where(near < 0, (chunks - 1) * long, near), joined, len(index) - np.arange(len(index)))
+    return Runs(cells, nodes, chunks, places)
 
 
 def _cell_blocks(

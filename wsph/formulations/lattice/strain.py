@@ -21,17 +21,18 @@ from wsph.formulations.lattice.lanes import (
     block_of,
     capacity_of,
     corner_sums,
+    field_lanes,
     hand_over,
-    lane_matrix,
+    lane,
     set_lane,
 )
 from wsph.parts.fading import faded
 
 
-def quantities(dim: int, form: Form) -> int:
+def quantities(dim: int, stabilised: bool) -> int:
     """Numbers that a cell hands to its nodes: the stress times what the forces take of it, less the residual's part, dim dim;
     of a residual the mean of the corners' displacements, dim, and its stiffness."""
-    return dim**2 + (dim + 1) * form.stabilised
+    return dim**2 + (dim + 1) * stabilised
 
 
 def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, width: int) -> wp.Kernel:
@@ -39,12 +40,17 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, width: i
     other: the fields are those that are `told`, to whoever reads them, and no step needs them."""
     real, mat, Fields, Params = space.scalar, space.mat, fields_struct(space, layout), laws.Params
     Cell, Coefficients = cell_struct(space), coefficients_of(space, form)
-    numbers = quantities(space.dim, form)
+    numbers = quantities(space.dim, form.stabilised)
     size = (space.dim**2 + space.dim + 1) * capacity_of(width)
     block, gather = block_of(space.dim, width), corner_sums(space, width, form.stabilised)
-    hand, (get, put) = hand_over(space, width, numbers), lane_matrix(space, width)
+    hand, (get, put) = hand_over(space, width, numbers), lane(space, width, mat)
     put_share, left = set_lane(space, width, space.dim**2 + space.dim), faded(space)
-    total, acting = laws.total, acting_stress(space, laws, layout)
+    total, acting = laws.total, acting_stress(space, laws)
+    stresses, memories = laws.stress._length_ * capacity_of(width), laws.internal._length_ * capacity_of(width)
+    tensors, write_mat, internal = space.dim**2 * capacity_of(width), field_lanes(space, width, mat)[1], laws.internal
+    kept, read_stress = "internals" in layout, field_lanes(space, width, laws.stress)[0]
+    get_stress, read_memory = lane(space, width, laws.stress)[0], field_lanes(space, width, laws.internal)[0]
+    get_memory = lane(space, width, laws.internal)[0]
 
     @kernel(ranged=True, lanes=True)
     def strain(
@@ -58,9 +64,9 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, width: i
         fields_out: Fields,
         chunks_out: wp.array(dtype=real),
     ):
-        b, i, lane, rows, own = block(blocks, first + wp.tid())
+        b, i, at, rows, own = block(blocks, first + wp.tid())
         values = wp.zeros(shape=size, dtype=real)
-        gather(blocks, b, lane, rows, others.displacement, values)
+        gather(blocks, b, at, rows, others.displacement, values)
         e = int(0)
         if wp.static(form.total):
             if told != 0:
@@ -81,36 +87,44 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, width: i
                 put(values, e, A)
                 e += 1
         else:
+            stress = wp.zeros(shape=stresses, dtype=real)
+            memory = wp.zeros(shape=memories, dtype=real)
+            tensor = wp.zeros(shape=tensors, dtype=real)
+            read_stress(fields_out.stress, i, own, stress)
+            if wp.static(kept):
+                read_memory(fields_out.internals, i, own, memory)
             while e < own:
                 H = get(values, e) * cell.gradient
-                fields_out.deformation[i + e] = H
-                A = acting(fields_out, H, i + e) * cell.force
+                q = get_memory(memory, e)
+                put(tensor, e, H)
+                A = acting(get_stress(stress, e), q, H) * cell.force
                 if wp.static(form.stabilised):
                     share = cell.share
                     if wp.static(form.fades >= 0):
-                        share = share * left(c.yields * fields_out.internals[i + e][wp.static(form.fades)])
+                        share = share * left(c.yields * q[wp.static(form.fades)])
                     put_share(values, e, cell.hold * share)
                     A = A - share * (H * cell.residual)
                 put(values, e, A)
                 e += 1
-        hand(blocks, b, lane, own, values, chunks_out)
+            write_mat(tensor, i, own, fields_out.deformation)
+        hand(blocks, b, at, own, values, chunks_out)
 
     return strain
 
 
 @cache
-def acting_stress(space: Space, laws: Laws, layout: Layout) -> wp.Function:
-    """Warp function (fields, H, i) -> first Piola stress of the stress that point i has."""
-    mat, Fields = space.mat, fields_struct(space, layout)
+def acting_stress(space: Space, laws: Laws) -> wp.Function:
+    """Warp function (stress, internals, H) -> first Piola stress."""
+    mat, stress, internal = space.mat, laws.stress, laws.internal
     cofactor, (unpack, _), plane = cofactor_of(space), packing(space, laws.state), in_plane(space)
     thick, thins = thickness(space, laws), laws.kept.thinning >= 0
 
     @wp.func
-    def acting(fields: Fields, H: mat, i: int) -> mat:
+    def acting(s: stress, q: internal, H: mat) -> mat:
         back = cofactor(H)
         if wp.static(thins):
-            back = thick(fields.internals[i]) * back
-        return plane(unpack(fields.stress[i])) * back
+            back = thick(q) * back
+        return plane(unpack(s)) * back
 
     return acting
 
@@ -121,7 +135,7 @@ def drag_kernel(space: Space, layout: Layout, form: Form, width: int) -> wp.Kern
     Cell, Coefficients = cell_struct(space), coefficients_of(space, form)
     size = dim**2 * capacity_of(width)
     block, gather = block_of(dim, width), corner_sums(space, width, False)
-    hand, (get, put) = hand_over(space, width, dim**2), lane_matrix(space, width)
+    hand, (get, put) = hand_over(space, width, dim**2), lane(space, width, mat)
     stress_of, (determinant, inverse) = term.make(space, Coefficients), determinant_and_inverse(space)
 
     @kernel(ranged=True, lanes=True)
@@ -134,11 +148,11 @@ def drag_kernel(space: Space, layout: Layout, form: Form, width: int) -> wp.Kern
         others: Fields,
         chunks_out: wp.array(dtype=real),
     ):
-        b, _i, lane, rows, own = block(blocks, first + wp.tid())
+        b, _i, at, rows, own = block(blocks, first + wp.tid())
         values = wp.zeros(shape=size, dtype=real)
         rates = wp.zeros(shape=size, dtype=real)
-        gather(blocks, b, lane, rows, others.displacement, values)
-        gather(blocks, b, lane, rows, others.velocity, rates)
+        gather(blocks, b, at, rows, others.displacement, values)
+        gather(blocks, b, at, rows, others.velocity, rates)
         e = int(0)
         while e < own:
             F = wp.identity(n=dim, dtype=real) + get(values, e) * cell.gradient
@@ -150,6 +164,6 @@ def drag_kernel(space: Space, layout: Layout, form: Form, width: int) -> wp.Kern
                 stress = stress_of(c, c.h, density, L) * wp.transpose(to_start)
             put(values, e, stress * cell.force)
             e += 1
-        hand(blocks, b, lane, own, values, chunks_out)
+        hand(blocks, b, at, own, values, chunks_out)
 
     return drag
