@@ -31,7 +31,7 @@ FORMS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "neo-hookean": ({"material": ELASTIC | {"model": "neo-hookean"}}, {}),
     "mises": ({"material": ELASTIC | {"model": "mises", "yield_stress": 1e3, "hardening_modulus": 1e4}}, {}),
     "viscosity": ({"viscosity": {"alpha": 0.06}}, {}),
-    "phase field": ({"phase_field": {"toughness": 1e3, "length": 0.05}}, {}),
+    "phase field": ({"phase_field": {"fracture_energy": 1e3, "length": 0.05}}, {}),
     "one set": ({}, ONE_SET),
     "one set, hourglass and viscosity": (
         {"hourglass": {"coefficient": 0.1}, "viscosity": {"alpha": 0.06}, "residual": False},
@@ -62,7 +62,7 @@ def composed(dim: int, cells: int, form: str, precision: str, threads: int) -> A
         "threads": threads,
         "precision": precision,
     } | run_keys
-    held = {"body": "b", "where": f"x < {0.01 / cells!r}", "fixed": list("xyz"[:dim])}
+    held = {"body": "b", "where": f"x < {0.6 / cells!r}", "fixed": list("xyz"[:dim])}
     made = compose(wsph.Scene(schema=1, dim=dim, run=run, bodies=[body], boundary=[held]))
     made.compile()
     made.program.run(3)

@@ -37,9 +37,9 @@ def kernel(
     """Decorator: a Warp kernel, without its adjoint.
 
     `ranged`: its rows can be split over threads; `pairs`: its loops over pairs are compiled with their sums in vectors
-    (`wsph.backend.pair_loops`); `lanes`: its loops are over rows that lie side by side; `module`: that of kernels which are always used together (`Space.module`), or one of its
-    own. Raises TypeError where the arguments do not say what the kernel does.
-    """
+    (`wsph.backend.pair_loops`); `lanes`: its loops are over rows that lie side by side; `module`: that of kernels which
+    are always used together (`Space.module`), or one of its own. Raises TypeError where the arguments do not say what the
+    kernel does."""
 
     def make(function: Callable[..., None]) -> wp.Kernel:
         name, code = function.__qualname__, function.__code__

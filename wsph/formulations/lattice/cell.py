@@ -8,7 +8,7 @@ from typing import Protocol, cast
 import numpy as np
 import warp as wp
 
-from wsph.backend.space import Array, Space
+from wsph.backend.space import Space
 
 
 class Cell(Protocol):
@@ -16,7 +16,7 @@ class Cell(Protocol):
 
     gradient: object
     force: object
-    residual: object
+    restoring: object
     volume: float
     hold: float
     share: float
@@ -28,13 +28,13 @@ def cell_struct(space: Space) -> type:
 
     gradient  # mat: the sums of differences times it are the gradient
     force     # mat: first Piola stress times it is what the nodes of a cell get, by their sides
-    residual  # mat: the same of the gradient, by the residual of a share of one
+    restoring  # mat: the same of the gradient, of the stabilisation, of a share of one
     volume    # of the cell
-    hold      # the residual's stiffness beside one node, of a share of one
+    hold      # the stabilisation's stiffness beside one node, of a share of one
     share     # volume over the spread of the corners
     """
     real, mat = space.scalar, space.mat
-    annotations = {"gradient": mat, "force": mat, "residual": mat, "volume": real, "hold": real, "share": real}
+    annotations = {"gradient": mat, "force": mat, "restoring": mat, "volume": real, "hold": real, "share": real}
     return cast(type, wp.struct(type("Cell", (), {"__annotations__": annotations, "__module__": __name__})))
 
 
@@ -50,6 +50,6 @@ def cell_of(space: Space, steps: np.ndarray, axes: np.ndarray, stabilisation: fl
     hold = stabilisation * 0.5**dim
     made.gradient = space.mat(*gradient.ravel().tolist())
     made.force = space.mat(*(volume * gradient.T).ravel().tolist())
-    made.residual = space.mat(*(hold * axes @ np.diag(0.5 * steps)).ravel().tolist())
+    made.restoring = space.mat(*(hold * axes @ np.diag(0.5 * steps)).ravel().tolist())
     made.volume, made.hold, made.share = (space.scalar(each) for each in (volume, hold, volume / spread))
     return made

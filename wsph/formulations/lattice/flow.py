@@ -21,7 +21,10 @@ def flow_kernel(space: Space, laws: Laws, layout: Layout, width: int) -> wp.Kern
     stresses, memories = laws.stress._length_ * capacity_of(width), internal._length_ * capacity_of(width)
     block, gather, get = block_of(dim, width), corner_sums(space, width, False), lane(space, width, mat)[0]
     read_mat, (get_stress, put_stress) = field_lanes(space, width, mat)[0], lane(space, width, laws.stress)
-    (read_stress, write_stress), (get_memory, put_memory) = field_lanes(space, width, laws.stress), lane(space, width, internal)
+    (read_stress, write_stress), (get_memory, put_memory) = (
+        field_lanes(space, width, laws.stress),
+        lane(space, width, internal),
+    )
     read_memory, write_memory = field_lanes(space, width, internal)
 
     @kernel(ranged=True, lanes=True)

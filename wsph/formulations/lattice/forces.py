@@ -6,8 +6,8 @@ from wsph.backend.kernels import kernel
 from wsph.backend.pair_loops import element
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
-from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.lagrangian.forces import loaded_force
+from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.lattice.lanes import block_of, capacity_of, field_lanes, lane, pull_of_cells
 from wsph.parts.body_force import BodyForceKinds, acceleration, inertia_struct
 

@@ -19,7 +19,8 @@ from wsph.protocols import Entry
 
 @cache
 def held_kernel(space: Space, layout: Layout, width: int, fades: bool) -> wp.Kernel:
-    """Kernel of the energy of the residual, a sum for every block of cells. `fades`: its stiffness is what they handed on."""
+    """Kernel of the energy of the residual, a sum for every block of cells. `fades`: its stiffness is what they handed
+    on."""
     real, Fields, Cells, square = space.scalar, fields_struct(space, layout), cell_struct(space), corner_misfit(space)
     block, at = block_of(space.dim, 2), (space.dim**2 + space.dim) * places_of(width)
     columns = HEAD + 2**space.dim
@@ -74,7 +75,8 @@ def _fade_kernel(space: Space, layout: Layout, internal: int) -> wp.Kernel:
 
 
 class CellFading(Attached):
-    """`wsph.parts.fading.Fading` of the cells of a lattice: evaluations write what is left of the residual to their slots."""
+    """`wsph.parts.fading.Fading` of the cells of a lattice: evaluations write what is left of the residual to their
+    slots."""
 
     def __init__(
         self,

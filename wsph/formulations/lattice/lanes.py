@@ -63,9 +63,9 @@ VECTORS = "\n#if defined(__clang__) && !defined(__CUDACC__)\n#pragma clang loop 
 
 @cache
 def corner_sums(space: Space, width: int, mean: bool) -> wp.Function:
-    """Warp function (blocks, block, lane, rows, field, sums_out) of a field of vectors at the nodes: of every cell of a block
-    the differences along every axis, summed over its edges, (dim, dim) numbers, and with `mean` the mean of its corners.
-    Differences come first: what is the same everywhere leaves no rounding."""
+    """Warp function (blocks, block, lane, rows, field, sums_out) of a field of vectors at the nodes: of every cell of a
+    block the differences along every axis, summed over its edges, (dim, dim) numbers, and with `mean` the mean of its
+    corners. Differences come first: what is the same everywhere leaves no rounding."""
     dim, S = space.dim, _real(space)
     capacity, lines = capacity_of(width), []
     for a in range(dim):

@@ -10,10 +10,11 @@ gradient. No row has indices, weights or places of its own (`wsph.formulations.l
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 
+import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays
@@ -30,15 +31,15 @@ from wsph.formulations.lattice.flow import flow_kernel
 from wsph.formulations.lattice.forces import force_kernel
 from wsph.formulations.lattice.held import CellFading, held_kernel
 from wsph.formulations.lattice.lanes import ACROSS
-from wsph.formulations.lattice.runs import VECTOR, Runs, runs_of
+from wsph.formulations.lattice.runs import HEAD, VECTOR, Runs, runs_of
 from wsph.formulations.lattice.strain import drag_kernel, quantities, strain_kernel
 from wsph.formulations.one_set import OneSetSystem
-from wsph.formulations.one_set_setup import RateSetup
+from wsph.formulations.one_set_setup import RateSetup, is_stabilised
 from wsph.formulations.setup import Setup
+from wsph.formulations.system import Segmented
 from wsph.geometry.lattice import Lattice
 from wsph.parts.body_force import BodyForceKinds
 from wsph.parts.part import Attached, Host, Neighbourhood, Part
-from wsph.parts.residual import stabilisation
 from wsph.plugins.blame import blame
 from wsph.sph.pairs import Pairs
 
@@ -85,13 +86,21 @@ class Rows:
         """Numbers of all chunks, and those beyond that whole vectors may read."""
         return self.runs.chunks * self.runs.places * self.numbers + VECTOR
 
+    def segmented(self, host: Host, *, drags: bool) -> Segmented:
+        """The memory of the rows; `drags`: there are chunks of a viscous stress too."""
+        dim, number = host.space.dim, np.dtype(host.space.numpy).itemsize
+        chunk, columns = self.runs.places * self.numbers * number, 4 * (HEAD + 2**dim)
+        fields = (dim**2 + host.constitutive.width) * number if self.shared else 0
+        spare = VECTOR * number + drags * (chunk + VECTOR * number)
+        return Segmented(self.runs.places - 2, chunk, columns + drags * chunk, columns, fields, spare)
+
     @classmethod
     def of(cls, host: Host, device: str) -> "Rows":
         """The rows of a body, for kernels on a device."""
         body, dim = host.lattice, host.space.dim
         on_cuda = wp.get_device(device).is_cuda
         width = WIDTH[host.space.precision]
-        numbers = quantities(dim, stabilisation(host) > 0.0)
+        numbers = quantities(dim, is_stabilised(host))
         total = host.constitutive.laws.total is not None
         derived = len(body.cells) * (dim**2 + host.constitutive.width) if total else 0
         runs = runs_of(body.corners, body.index, ACROSS if on_cuda else width, numbers, derived)
@@ -154,9 +163,13 @@ class LatticeRates:
         """Directed pairs, from cells to their corners and back, as many as lists would have."""
         return 2 * self._host.lattice.corners.size
 
-    @cached_property
+    @property
     def neighbours(self) -> Pairs:
         """The particles that a cell joins to each."""
+        return self._joined
+
+    @cached_property
+    def _joined(self) -> Pairs:
         pairs = corner_reference(self._host, self._clock.device).pairs
         return joined(pairs, pairs.transposed()[0])
 
@@ -206,7 +219,7 @@ class LatticeRates:
         inputs = [self._force.struct, self._nodes, self._chunks, self._drags, *loads, self._volume, state.struct]
         self._launch(self.kernels.force, 1, inputs, [out.struct])
 
-    def _launch(self, kernel: wp.Kernel, of: int, inputs: list[object], outputs: list[object]) -> None:
+    def _launch(self, kernel: wp.Kernel, of: int, inputs: Sequence[object], outputs: Sequence[object]) -> None:
         """Launch a kernel over the blocks of cells (0) or of nodes (1)."""
         self._clock.launch(kernel, self._count[of] * self._threads, inputs, outputs)
 
@@ -226,4 +239,6 @@ def build(setup: Setup) -> OneSetSystem:
     if not has_equal_cells(setup.host):
         return OneSetSystem(setup, LagrangianRates)
     rows = Rows.of(setup.host, setup.device)
-    return OneSetSystem(setup, partial(LatticeRates, rows), rows.shared)
+    system = OneSetSystem(setup, partial(LatticeRates, rows), rows.shared)
+    system.segmented = rows.segmented(setup.host, drags=system.form.rate_term is not None)
+    return system

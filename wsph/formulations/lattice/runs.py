@@ -1,27 +1,28 @@
 """Runs: rows of a lattice whose neighbours follow from those of the row before, by one.
 
-Nodes and cells stand in the order of a grid, its last axis fastest: along a line of it the corners of a cell are those of the
-cell before plus one. Lines are cut into segments of `width` nodes, at the same places in the whole body, and what the cells
-of a line hand to the nodes of a segment stands in one chunk: the quantities one after the other, `width` + 2 numbers each.
-Place 0 is for the cell that ends where the segment begins, the last for one beyond it, of which a node at the end of a line
-has none; places without a cell hold zeros, so that a node at a face sees as many places as one inside.
+Nodes and cells stand in the order of a grid, its last axis fastest: along a line of it the corners of a cell are those of
+the cell before plus one. Lines are cut into segments of `width` nodes, at the same places in the whole body, and what the
+cells of a line hand to the nodes of a segment stands in one chunk: the quantities one after the other, `width` + 2
+numbers each. Place 0 is for the cell that ends where the segment begins, the last for one beyond it, of which a node at
+the end of a line has none; places without a cell hold zeros, so that a node at a face sees as many places as one inside.
 
 A block is a run of cells or of nodes within a segment, and what kernels take: one number for each corner says where the
 neighbours of all its rows are. Runs end at holes, notches and cracks; a node beside a crack has a block of its own.
 """
 
 # pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 from dataclasses import dataclass
 
 import numpy as np
 
 FIRST, OWN, COMPUTED, PLACE, COPY, BEFORE, BEHIND, HEAD = range(8)
-"""Columns of a block: its first row; how many rows are its own, and over how many it may be computed: whole vectors are faster
-than what is left of one, and rows that are not its own are read, never written. Of cells the place of the first, in the
-chunks' numbers of the first quantity; the place where the last stands once more, -1 for none; how many places before the
-first and behind the last it keeps zero. From HEAD on where the neighbours of the first row are: of cells nodes, of nodes
-places."""
+"""Columns of a block: its first row; how many rows are its own, and over how many it may be computed: whole vectors are
+faster than what is left of one, and rows that are not its own are read, never written. Of cells the place of the first,
+in the chunks' numbers of the first quantity; the place where the last stands once more, -1 for none; how many places
+before the first and behind the last it keeps zero. From HEAD on where the neighbours of the first row are: of cells
+nodes, of nodes places."""
 
 VECTOR = 8
 """Rows that are computed together."""
@@ -29,9 +30,9 @@ VECTOR = 8
 
 @dataclass(frozen=True)
 class Runs:
-    """Blocks of the cells and of the nodes of a lattice, int32, a row each, columns as above, and `chunks` that hold `places`
-    numbers of every quantity. Those of cells are written whole in every evaluation, before the others: they begin behind
-    what is reserved, and the very last is zero throughout."""
+    """Blocks of the cells and of the nodes of a lattice, int32, a row each, columns as above, and `chunks` that hold
+    `places` numbers of every quantity. Those of cells are written whole in every evaluation, before the others: they
+    begin behind what is reserved, and the very last is zero throughout."""
 
     cells: np.ndarray
     nodes: np.ndarray
@@ -40,14 +41,15 @@ class Runs:
 
 
 def runs_of(corners: np.ndarray, index: np.ndarray, width: int, quantities: int, reserved: int = 0) -> Runs:
-    """The runs of a lattice of cells with `corners` (c, 2^dim), nodes at `index` (n, dim) of its grid. Places are in numbers of
-    an array of chunks, each `quantities` times as long as it has places; the first `reserved` numbers may be used for
-    something else between two evaluations."""
+    """The runs of a lattice of cells with `corners` (c, 2^dim), nodes at `index` (n, dim) of its grid. Places are in
+    numbers of an array of chunks, each `quantities` times as long as it has places; the first `reserved` numbers may be
+    used for something else between two evaluations."""
     places, sides = width + 2, corners.shape[1]
     lattice = np.rint(index).astype(np.int64)
     lattice -= lattice.min(0)
     counts = lattice.max(0) + 1
-    line_of = np.ravel_multi_index(tuple(lattice.T[:-1]), tuple(counts[:-1])) if len(counts) > 1 else np.zeros(len(index), int)
+    strides = np.concatenate([np.cumprod(counts[:0:-1])[::-1] // counts[-1], [0]])
+    line_of: np.ndarray = (lattice * strides).sum(1)
     cell_line, along = line_of[corners[:, 0]], lattice[corners[:, 0], -1]
     # A node at the end of a line belongs to the segment before, where one begins with it.
     ends = np.ones(len(index), bool)
@@ -121,8 +123,8 @@ def _cell_blocks(
 
 
 def _blocks(near: np.ndarray, follows: np.ndarray, ahead: np.ndarray) -> np.ndarray:
-    """Blocks of rows with neighbours `near` (n, k), of which row i + 1 follows row i where `follows` (n - 1,) says so. `ahead`
-    (n,): how many rows may be computed from one on before what they take ends."""
+    """Blocks of rows with neighbours `near` (n, k), of which row i + 1 follows row i where `follows` (n - 1,) says so.
+    `ahead` (n,): how many rows may be computed from one on before what they take ends."""
     first = np.concatenate([[0], 1 + np.flatnonzero(~follows)])
     own = np.diff(np.concatenate([first, [len(near)]]))
     whole = -(-own // VECTOR) * VECTOR

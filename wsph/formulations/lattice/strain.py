@@ -1,7 +1,7 @@
 """Deformation of cells from the displacements of their corners, and the stress that their nodes take."""
 
 # What `wp.static` leaves out is not compiled: a function that is not there is not called.
-# pyright: reportOptionalCall=false
+# pyright: reportOptionalCall=false, reportOptionalMemberAccess=false
 
 from functools import cache
 
@@ -30,8 +30,8 @@ from wsph.parts.fading import faded
 
 
 def quantities(dim: int, stabilised: bool) -> int:
-    """Numbers that a cell hands to its nodes: the stress times what the forces take of it, less the residual's part, dim dim;
-    of a residual the mean of the corners' displacements, dim, and its stiffness."""
+    """Numbers that a cell hands to its nodes: the stress times what the forces take of it, less the stabilisation's part,
+    dim dim; where there is one the mean of the corners' displacements, dim, and its stiffness."""
     return dim**2 + (dim + 1) * stabilised
 
 
@@ -47,7 +47,7 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, width: i
     put_share, left = set_lane(space, width, space.dim**2 + space.dim), faded(space)
     total, acting = laws.total, acting_stress(space, laws)
     stresses, memories = laws.stress._length_ * capacity_of(width), laws.internal._length_ * capacity_of(width)
-    tensors, write_mat, internal = space.dim**2 * capacity_of(width), field_lanes(space, width, mat)[1], laws.internal
+    tensors, write_mat = space.dim**2 * capacity_of(width), field_lanes(space, width, mat)[1]
     kept, read_stress = "internals" in layout, field_lanes(space, width, laws.stress)[0]
     get_stress, read_memory = lane(space, width, laws.stress)[0], field_lanes(space, width, laws.internal)[0]
     get_memory = lane(space, width, laws.internal)[0]
@@ -82,7 +82,7 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, width: i
                 _s, P = total(p, H)
                 A = P * cell.force
                 if wp.static(form.stabilised):
-                    A = A - cell.share * (H * cell.residual)
+                    A = A - cell.share * (H * cell.restoring)
                     put_share(values, e, cell.hold * cell.share)
                 put(values, e, A)
                 e += 1
@@ -103,7 +103,7 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, width: i
                     if wp.static(form.fades >= 0):
                         share = share * left(c.yields * q[wp.static(form.fades)])
                     put_share(values, e, cell.hold * share)
-                    A = A - share * (H * cell.residual)
+                    A = A - share * (H * cell.restoring)
                 put(values, e, A)
                 e += 1
             write_mat(tensor, i, own, fields_out.deformation)
