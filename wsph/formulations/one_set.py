@@ -61,7 +61,7 @@ class Rates(Protocol):
 
     def attach(self, parts: list[Attached]) -> None: ...
 
-    def fading(self, flow: tuple[int, float], state: State, arrays: Arrays) -> Attached: ...
+    def own_parts(self, state: State, arrays: Arrays) -> dict[str, Attached]: ...
 
     def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None: ...
 
@@ -162,9 +162,7 @@ class OneSetSystem(System):
                 made = part.attach(host, seen, self.state, self.clock, self.arrays.part(key)) if part.acts else None
                 if made is not None:
                     found[key] = made
-        flow = host.constitutive.flow
-        if flow is not None and self.form.fades >= 0:
-            found["fading"] = self.rates.fading(flow, self.state, self.arrays.part("fading"))
+        found |= self.rates.own_parts(self.state, self.arrays)
         self.rates.attach(list(found.values()))
         return found
 

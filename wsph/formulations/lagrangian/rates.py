@@ -215,9 +215,12 @@ class LagrangianRates:
                     setattr(self._acting, name, getattr(self._points, name))
                 self._acting.share = part.share
 
-    def fading(self, flow: tuple[int, float], state: State, arrays: Arrays) -> Attached:
-        """The residual of a body that flows: which of the internals is the plastic strain, and E/sigma_y."""
-        return Fading(*flow, self._space, self.seen, state, self._clock, arrays)
+    def own_parts(self, state: State, arrays: Arrays) -> dict[str, Attached]:
+        """What the stabilisation has of its own on the device."""
+        flow = self._constitutive.flow
+        if flow is None or self.form.fades < 0:
+            return {}
+        return {"fading": Fading(*flow, self._space, self.seen, state, self._clock, arrays.part("fading"))}
 
     @property
     def pairs(self) -> int:

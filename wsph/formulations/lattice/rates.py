@@ -153,10 +153,13 @@ class LatticeRates:
     def attach(self, parts: Iterable[Attached]) -> None:
         """No part changes what cells have in common."""
 
-    def fading(self, flow: tuple[int, float], state: State, arrays: Arrays) -> Attached:
-        """The residual of a body that flows."""
-        count = self._count[0], len(self._placement.point_volume)
-        return CellFading(flow, self._space, self._cell, self._cells, count, state, self._clock, arrays)
+    def own_parts(self, state: State, arrays: Arrays) -> dict[str, Attached]:
+        """What the stabilisation has of its own on the device."""
+        flow, count = self._constitutive.flow, (self._count[0], len(self._placement.point_volume))
+        if flow is None or self.form.fades < 0:
+            return {}
+        part = arrays.part("fading")
+        return {"fading": CellFading(flow, self._space, self._cell, self._cells, count, state, self._clock, part)}
 
     @property
     def pairs(self) -> int:
