@@ -115,6 +115,14 @@ def test_so_they_are_in_single_precision(dim: int, monkeypatch: pytest.MonkeyPat
     assert both(monkeypatch, 2, dim, "f32") < 2e-3
 
 
+@pytest.mark.parametrize("dim", [1, 2, 3])
+@pytest.mark.parametrize("name", ["elastic", "viscous", "mises"])
+def test_so_they_are_where_a_thread_has_a_row(name: str, dim: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The kernels of a GPU, on the CPU."""
+    monkeypatch.setattr(rates, "width_of", lambda device, precision: 1)
+    assert both(monkeypatch, 3, dim, "f64", **PARTS[name]) < 1e-10
+
+
 @pytest.mark.parametrize("width", [16, 32])
 @pytest.mark.parametrize("dim", [1, 2, 3])
 @pytest.mark.parametrize("seed", range(6))

@@ -47,6 +47,11 @@ WIDTH = {"f64": 16, "f32": 32}
 """Rows of a block on a CPU, by precision."""
 
 
+def width_of(device: str, precision: str) -> int:
+    """Rows that a thread computes on a device."""
+    return 1 if wp.get_device(device).is_cuda else WIDTH[precision]
+
+
 class LatticeKernels:
     """The kernels of a composition, as `wsph.formulations.lagrangian.rates.LagrangianKernels` has them."""
 
@@ -97,14 +102,13 @@ class Rows:
     @classmethod
     def of(cls, host: Host, device: str) -> "Rows":
         """The rows of a body, for kernels on a device."""
-        body, dim = host.lattice, host.space.dim
-        on_cuda = wp.get_device(device).is_cuda
-        width = WIDTH[host.space.precision]
+        body, dim, width = host.lattice, host.space.dim, width_of(device, host.space.precision)
+        across = ACROSS if width == 1 else width
         numbers = quantities(dim, is_stabilised(host))
         total = host.constitutive.laws.total is not None
         derived = len(body.cells) * (dim**2 + host.constitutive.width) if total else 0
-        runs = runs_of(body.corners, body.index, ACROSS if on_cuda else width, numbers, derived)
-        made = cls(runs, 1 if on_cuda else width, ACROSS if on_cuda else 1, numbers, 0)
+        runs = runs_of(body.corners, body.index, across, numbers, derived)
+        made = cls(runs, width, across // width, numbers, 0)
         return replace(made, shared=made.size) if total else made
 
 
