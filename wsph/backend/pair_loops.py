@@ -67,7 +67,7 @@ LANES = {
     "cpu_compiler_flags": " ".join(
         (
             wp.config.cpu_compiler_flags or "-march=native",
-            "-fno-signed-zeros -ffp-contract=fast -mprefer-vector-width=512 -Wno-pass-failed",
+            "-fno-signed-zeros -freciprocal-math -ffp-contract=fast -mprefer-vector-width=512 -Wno-pass-failed",
         )
     )
 }

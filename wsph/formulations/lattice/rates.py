@@ -31,7 +31,7 @@ from wsph.formulations.lattice.flow import flow_kernel
 from wsph.formulations.lattice.forces import force_kernel
 from wsph.formulations.lattice.held import CellFading, held_kernel
 from wsph.formulations.lattice.lanes import ACROSS
-from wsph.formulations.lattice.runs import HEAD, VECTOR, Runs, runs_of
+from wsph.formulations.lattice.runs import HEAD, VECTOR, Runs, pieces_of, runs_of
 from wsph.formulations.lattice.strain import drag_kernel, quantities, strain_kernel
 from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.one_set_setup import RateSetup, is_stabilised
@@ -45,6 +45,10 @@ from wsph.sph.pairs import Pairs
 
 WIDTH = {"f64": 16, "f32": 32}
 """Rows of a block on a CPU, by precision."""
+
+
+PIECE_BYTES = 2**18
+"""What the cells of a piece of a body hand to their nodes, at once: a part of the cache of a core."""
 
 
 def width_of(device: str, precision: str) -> int:
@@ -85,6 +89,12 @@ class Rows:
     threads: int
     numbers: int
     shared: int
+
+    @property
+    def piece(self) -> int:
+        """Blocks of cells whose chunks stay in a core's cache until their nodes take them; all, where a thread has a row."""
+        number = 4 if self.width == WIDTH["f32"] else 8
+        return PIECE_BYTES // (number * self.runs.places * self.numbers) if self.width > 1 else len(self.runs.cells)
 
     @property
     def size(self) -> int:
@@ -140,6 +150,7 @@ class LatticeRates:
         """
         space, arrays, real, runs, body = self._space, self._arrays, self._space.scalar, rows.runs, self._host.lattice
         self._count = len(runs.cells), len(runs.nodes)
+        self._pieces = pieces_of(runs, body.corners, len(body.nodes), rows.piece)
         self._cells = arrays.of("cells", runs.cells.ravel(), wp.int32)
         self._nodes = arrays.of("nodes", runs.nodes.ravel(), wp.int32)
         self._cell = cell_of(space, body.steps(self._host.scales.length), body.frame.axes, stabilisation)
@@ -203,32 +214,44 @@ class LatticeRates:
                 " found; that was of another state"
             )
         inputs = [self._clock.time, self._space.scalar(ahead), self._constitutive.params, self._cell, self._cells]
-        self._launch(self.kernels.flow, 0, [*inputs, state.struct], [out.struct])
+        self._launch(self.kernels.flow, (0, self._count[0]), [*inputs, state.struct], [out.struct])
 
     def refresh(self, state: State) -> None:
         """Deformation and, of a total law, stress of a state from its displacement (launches)."""
-        self._strain(state, told=True)
+        self._strain(state, (0, self._count[0]), told=True)
 
-    def _strain(self, state: State, *, told: bool) -> None:
-        """What the nodes of a state take, or of a total law its derived fields where they are `told`."""
+    def _strain(self, state: State, blocks: tuple[int, int], *, told: bool) -> None:
+        """What the nodes of a state take of some blocks of cells, or of a total law the derived fields where they are
+        `told`."""
         if state.derived is not None:
             state.derived.of = state if told or not self.form.total else None
-        inputs = [self._constitutive.params, self._coefficients, self._cell, self._cells, state.struct, int(told)]
-        self._launch(self.kernels.strain, 0, inputs, [state.struct, self._chunks])
+        cells = self._part(self._cells, blocks)
+        inputs = [self._constitutive.params, self._coefficients, self._cell, cells, state.struct, int(told)]
+        self._launch(self.kernels.strain, blocks, inputs, [state.struct, self._chunks])
+        if self.form.rate_term is not None and not told:
+            inputs = [self._coefficients, self._density, self._cell, cells, state.struct]
+            self._launch(self.kernels.drag, blocks, inputs, [self._drags])
 
     def _find_forces(self, state: State, out: State) -> None:
-        self._strain(state, told=False)
-        if self.form.rate_term is not None:
-            inputs = [self._coefficients, self._density, self._cell, self._cells, state.struct]
-            self._launch(self.kernels.drag, 0, inputs, [self._drags])
         self._loads.follow(state)
-        loads = [self._loads.vectors, self._loads.following]
-        inputs = [self._force.struct, self._nodes, self._chunks, self._drags, *loads, self._volume, state.struct]
-        self._launch(self.kernels.force, 1, inputs, [out.struct])
+        for cells, cells_end, nodes, nodes_end in self._pieces:
+            self._strain(state, (cells, cells_end), told=False)
+            blocks = (nodes, nodes_end)
+            inputs = [self._force.struct, self._part(self._nodes, blocks), self._chunks, self._drags]
+            inputs += [self._loads.vectors, self._loads.following, self._volume, state.struct]
+            self._launch(self.kernels.force, blocks, inputs, [out.struct])
 
-    def _launch(self, kernel: wp.Kernel, of: int, inputs: Sequence[object], outputs: Sequence[object]) -> None:
-        """Launch a kernel over the blocks of cells (0) or of nodes (1)."""
-        self._clock.launch(kernel, self._count[of] * self._threads, inputs, outputs)
+    def _part(self, table: Array, blocks: tuple[int, int]) -> Array:
+        """The rows of some blocks in a table."""
+        columns = HEAD + 2**self._space.dim
+        return table[blocks[0] * columns : blocks[1] * columns]
+
+    def _launch(
+        self, kernel: wp.Kernel, blocks: tuple[int, int], inputs: Sequence[object], outputs: Sequence[object]
+    ) -> None:
+        """Launch a kernel over some blocks."""
+        if blocks[1] > blocks[0]:
+            self._clock.launch(kernel, (blocks[1] - blocks[0]) * self._threads, inputs, outputs)
 
     def held_energy(self, state: State) -> float:
         """Energy of the residual, of a state that is up to date, nondimensional (a launch and a copy)."""

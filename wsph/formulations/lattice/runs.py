@@ -40,6 +40,22 @@ class Runs:
     places: int
 
 
+def pieces_of(runs: Runs, corners: np.ndarray, nodes: int, most: int) -> list[tuple[int, int, int, int]]:
+    """The blocks in pieces of at most `most` blocks of cells: from which to which block of cells, and then of nodes, all of
+    whose cells have been then."""
+    if len(runs.cells) <= most:
+        return [(0, len(runs.cells), 0, len(runs.nodes))]
+    last = np.zeros(nodes, int)
+    for k in range(corners.shape[1]):
+        last[corners[:, k]] = np.maximum(last[corners[:, k]], np.arange(len(corners)))
+    waits = np.maximum.reduceat(last, runs.nodes[:, FIRST])
+    waits = np.maximum.accumulate(np.searchsorted(runs.cells[:, FIRST], waits, side="right") - 1)
+    ends = np.append(np.arange(most, len(runs.cells), most), len(runs.cells))
+    ready = np.searchsorted(waits, ends, side="left")
+    starts = np.concatenate([[0], ends[:-1]]), np.concatenate([[0], ready[:-1]])
+    return list(zip(*(each.tolist() for each in (starts[0], ends, starts[1], ready)), strict=True))
+
+
 def runs_of(corners: np.ndarray, index: np.ndarray, width: int, quantities: int, reserved: int = 0) -> Runs:
     """The runs of a lattice of cells with `corners` (c, 2^dim), nodes at `index` (n, dim) of its grid. Places are in
     numbers of an array of chunks, each `quantities` times as long as it has places; the first `reserved` numbers may be
