@@ -79,6 +79,8 @@ class System:
     """Whether the body can break."""
     total = False
     """Whether its stress is that which the total law gives of the deformation; otherwise it is integrated from rates."""
+    regular = 0.0
+    """The share of its rows that follow from its lattice, and need no list of pairs."""
     segmented: Segmented | None = None
     """Memory that goes by the segments of its lines, or None."""
     joined = False

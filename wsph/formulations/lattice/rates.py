@@ -13,6 +13,7 @@ gradient. No row has indices, weights or places of its own (`wsph.formulations.l
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
+from typing import cast
 
 import numpy as np
 import warp as wp
@@ -244,7 +245,7 @@ class LatticeRates:
     def _part(self, table: Array, blocks: tuple[int, int]) -> Array:
         """The rows of some blocks in a table."""
         columns = HEAD + 2**self._space.dim
-        return table[blocks[0] * columns : blocks[1] * columns]
+        return cast(Array, table[blocks[0] * columns : blocks[1] * columns])
 
     def _launch(
         self, kernel: wp.Kernel, blocks: tuple[int, int], inputs: Sequence[object], outputs: Sequence[object]
@@ -270,5 +271,6 @@ def build(setup: Setup) -> OneSetSystem:
         return OneSetSystem(setup, LagrangianRates)
     rows = Rows.of(setup.host, setup.device)
     system = OneSetSystem(setup, partial(LatticeRates, rows), rows.shared)
+    system.regular = 1.0
     system.segmented = rows.segmented(setup.host, drags=system.form.rate_term is not None)
     return system
