@@ -23,7 +23,12 @@ def pyramid() -> np.ndarray:
     square = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     low = np.column_stack([FLAT * square, np.zeros(4)])
     high = np.column_stack([(FLAT + HEIGHT * np.tan(HALF)) * square, np.full(4, HEIGHT)])
-    found = [(low[0], low[2], low[1]), (low[0], low[3], low[2]), (high[0], high[1], high[2]), (high[0], high[2], high[3])]
+    found = [
+        (low[0], low[2], low[1]),
+        (low[0], low[3], low[2]),
+        (high[0], high[1], high[2]),
+        (high[0], high[2], high[3]),
+    ]
     for k in range(4):
         n = (k + 1) % 4
         found += [(low[k], low[n], high[n]), (low[k], high[n], high[k])]

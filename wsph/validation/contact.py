@@ -18,7 +18,7 @@ from wsph.validation.case import Row, at_most, between, case, reported
 from wsph.validation.measures import finished
 
 STIFF: Table = {"model": "neo-hookean", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": oracles.RATIO}
-"""Units of the body: E = rho = 1. A law whose stiffness falls under pressure would be softer than linear theory by itself."""
+"""Units of the body: E = rho = 1. A law whose stiffness falls under pressure would be softer than linear theory."""
 
 GRAVITY = 10.0
 """[m/s2]"""
@@ -214,7 +214,7 @@ def sheared(full: bool) -> Iterator[Row]:
 
 
 def sliding_disc(spacing: float, turn: float, form: str) -> float:
-    """v^2/(2 g drop) of a small disc, of a radius of 60 mm, that slides off a big one without friction, before it lifts off."""
+    """v^2/(2 g drop) of a disc of a radius of 60 mm that slides off a big one without friction, before it lifts off."""
     rubber: Table = {"model": "elastic", "density": 1000.0, "youngs_modulus": 1e7, "poisson_ratio": 0.3}
     big, small, start = 0.5, 0.06, np.deg2rad(10.0)
     middle = (big + small) * np.array([np.sin(start), np.cos(start)])

@@ -20,9 +20,9 @@ SEED = 2.0
 """The memory of a young contact of age a is a running mean, of the rate SEED/a."""
 
 CELLS, SWINGS = 20.0, 8.0
-"""Memory of friction, in the times that a wave takes over a spacing, and over the shortest side of the smaller body, of which
-it is the longer. A body swings in 4 of its sides' times: with a memory of less what slides at mu = .5 hums, however fine it
-is, and with 20 spacings alone a block of six cells does."""
+"""Memory of friction, in the times that a wave takes over a spacing, and over the shortest side of the smaller body, of
+which it is the longer. A body swings in 4 of its sides' times: with a memory of less what slides at mu = .5 hums, however
+fine it is, and with 20 spacings alone a block of six cells does."""
 
 LEAST = 1e-30
 """Stands for a stiffness of zero in a quotient."""

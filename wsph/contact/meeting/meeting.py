@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from wsph.backend.arrays import Arrays, host
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
-from wsph.contact.meeting.forces import forgetting
 from wsph.contact.meeting.edges import Crossings
+from wsph.contact.meeting.forces import forgetting
 from wsph.contact.meeting.ridges import Ridges, ridges
 from wsph.contact.meeting.ways import Met, Numbers, Places, Way
 from wsph.contact.surfaces.laws import Ground, Law
