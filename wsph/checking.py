@@ -11,8 +11,9 @@ from wsph.geometry.meshes.inspection import in_words
 from wsph.plugins import integrators, registry
 from wsph.protocols import Integrator
 from wsph.scene.scene import Scene
+from wsph.scene.tools import Tool
 from wsph.simulation.compose import compose, memory_need, stairs
-from wsph.simulation.composition import BodyRun
+from wsph.simulation.composing.composition import BodyRun
 
 Row = tuple[str, str]
 """What is told of, and the words."""
@@ -42,10 +43,20 @@ def described(scene: Scene, source: str) -> list[Row]:
         ("probes", ", ".join(p.name for p in scene.probes) or "none"),
     ]
     rows += [
-        ("contact", f"{' and '.join(c.names) if c.between else f'{c.self_} with itself'}, {c.law}")
+        ("contact", f"{c.name}: {' and '.join(c.names) if c.between else f'{c.self_} with itself'}, {c.law}")
         for c in scene.contact
     ]
+    rows += [
+        (f"tool {tool.name}", f"{tool.shape.type}, {_moved(tool)}, against {', '.join(tool.against)}")
+        for tool in scene.tools
+    ]
     return rows
+
+
+def _moved(tool: Tool) -> str:
+    """How a tool moves, in a word."""
+    moved = [key for key, given in (("velocity", tool.velocity), ("turn", tool.turn)) if given]
+    return "free" if tool.free else f"prescribed {' and '.join(moved)}" if moved else "fixed"
 
 
 def _of_body(scene: Scene, run: BodyRun, steps: str) -> list[Row]:

@@ -2,7 +2,7 @@
 
 # pyright: strict
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -182,30 +182,6 @@ class Integrator(Protocol):
         ...
 
 
-class CoupledBody(Protocol):
-    """A body, as forces between bodies see it: its table and its system."""
-
-    @property
-    def body(self) -> BodyTable: ...
-
-    @property
-    def system(self) -> BodySystem: ...
-
-
-class PushedBody(Protocol):
-    """A body in a run, as what acts between bodies sees it. What its system has beside, where its traits say that it is
-    `pushable`, is `wsph.contact.bodies.PushedSystem`."""
-
-    @property
-    def body(self) -> BodyTable: ...
-
-    @property
-    def system(self) -> BodySystem: ...
-
-    @property
-    def integrator(self) -> Integrator: ...
-
-
 class Limited(Protocol):
     """A system, as the limit of its time step sees it."""
 
@@ -226,92 +202,6 @@ class Entry:
 
     column: str
     value: Callable[[], float]
-
-
-class Interaction(Protocol):
-    """An interaction between bodies, or with one from outside, around their steps: contact, a rigid tool, a tie."""
-
-    ledger: tuple[Entry, ...]
-    follows: bool
-    """Whether `follow` has to be called before every step, which keeps steps from being captured in blocks."""
-
-    def follow(self) -> bool:
-        """Before a step, on the host: bring up to date what follows the motion; whether that changed what launches take."""
-        ...
-
-    def start(self) -> None:
-        """Find what acts at the start of a run (launches)."""
-        ...
-
-    def begin(self) -> None:
-        """Before the bodies' step: half of what changes their velocities, with what acts where they are (launches)."""
-        ...
-
-    def act(self) -> None:
-        """After it: find what acts where they are now, and the other half (launches)."""
-        ...
-
-    def frequency(self, body: str) -> float:
-        """A bound of the frequency that it adds to a body's, nondimensional; 0 for a body that it does not touch."""
-        ...
-
-    def kept(self) -> Mapping[str, DeviceArray]:
-        """Device arrays that a run goes on from, by name."""
-        ...
-
-    def restored(self) -> None:
-        """Make what follows from the kept arrays, after they have been put back."""
-        ...
-
-
-class Coupling(Protocol):
-    """Forces between bodies, or on them from outside, as part of the rates of their velocities: contact, tools, ties. Bodies
-    that a coupling acts on step together, by one integrator (`wsph.simulation.joint`). States and rates are those of the
-    evaluation, by the bodies' names."""
-
-    ledger: tuple[Entry, ...]
-
-    def bodies(self) -> tuple[str, ...]:
-        """The names of the bodies that it acts on."""
-        ...
-
-    def members(self) -> Mapping[str, Any]:
-        """What it brings that steps beside them, such as rigid bodies: systems as `OneSet` has them, by their names."""
-        ...
-
-    def follow(self) -> bool:
-        """Before a step, on the host: bring up to date what follows the motion; whether that changed what launches take."""
-        ...
-
-    def start(self, states: Mapping[str, AnyState]) -> None:
-        """Take what is there at the start of the run (launches)."""
-        ...
-
-    def push(self, states: Mapping[str, AnyState], rates: Mapping[str, AnyState]) -> None:
-        """Add the accelerations of its forces in a state to the rates (launches)."""
-        ...
-
-    def close(self, states: Mapping[str, AnyState], *, fresh: bool) -> None:
-        """Close a step (launches): take the memory of the evaluation, sum works up. Not `fresh`: the last evaluation was not
-        of this state, and there is another first."""
-        ...
-
-    def bound(self, body: str) -> tuple[float, float]:
-        """Bounds of what it adds to the square of a body's frequency and to the rate of its damping, nondimensional; zeros
-        for a body that it does not touch."""
-        ...
-
-    def stiffen(self, stiffness: float) -> bool:
-        """Take a stiffness, in those of the materials, where the scene leaves it open; whether it does."""
-        ...
-
-    def kept(self) -> Mapping[str, DeviceArray]:
-        """Device arrays that a run goes on from, by name."""
-        ...
-
-    def restored(self) -> None:
-        """Make what follows from the kept arrays, after they have been put back."""
-        ...
 
 
 class Dimensioned(Protocol):
@@ -387,43 +277,13 @@ class LawForm(Protocol):
         ...
 
 
-class OneSet(Stability, Protocol):
-    """A body as integrators on one set of particles see it: calls over flat states, which are launches alone. Between steps
+class Stepped(Protocol):
+    """What integrators on one set of particles step: calls over flat states, which are launches alone. Between steps
     `kinetic` is sum m |v|^2/2 over the free components of a state's velocity, on the host."""
 
     @property
     def state(self) -> AnyState:
         """What a step advances."""
-        ...
-
-    @property
-    def clock(self) -> Timed:
-        """The clock of the run; it goes on after all bodies have stepped."""
-        ...
-
-    @property
-    def bar_time(self) -> float:
-        """The spacing over sqrt(E/rho), nondimensional."""
-        ...
-
-    @property
-    def viscous(self) -> bool:
-        """Whether there are forces that depend on velocities, beside damping in proportion to mass."""
-        ...
-
-    @property
-    def moved(self) -> bool:
-        """Whether a velocity other than zero is prescribed."""
-        ...
-
-    @property
-    def projects(self) -> bool:
-        """Whether its law has a yield surface, so that `project` changes a state."""
-        ...
-
-    @property
-    def form(self) -> LawForm:
-        """How its forces are found."""
         ...
 
     def new(self) -> AnyState:
@@ -467,6 +327,40 @@ class OneSet(Stability, Protocol):
 
     def accept(self, state: AnyState) -> None:
         """Close the step: the last call, on a state that has not been imposed on since it was advanced."""
+        ...
+
+
+class OneSet(Stability, Stepped, Protocol):
+    """A body as integrators on one set of particles see it."""
+
+    @property
+    def clock(self) -> Timed:
+        """The clock of the run; it goes on after all bodies have stepped."""
+        ...
+
+    @property
+    def bar_time(self) -> float:
+        """The spacing over sqrt(E/rho), nondimensional."""
+        ...
+
+    @property
+    def viscous(self) -> bool:
+        """Whether there are forces that depend on velocities, beside damping in proportion to mass."""
+        ...
+
+    @property
+    def moved(self) -> bool:
+        """Whether a velocity other than zero is prescribed."""
+        ...
+
+    @property
+    def projects(self) -> bool:
+        """Whether its law has a yield surface, so that `project` changes a state."""
+        ...
+
+    @property
+    def form(self) -> LawForm:
+        """How its forces are found."""
         ...
 
 

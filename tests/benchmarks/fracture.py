@@ -10,7 +10,7 @@ from typing import Any
 
 import wsph
 from wsph.simulation.compose import compose
-from wsph.simulation.composition import Composition
+from wsph.simulation.composing.composition import Composition
 
 
 def plate(dim: int, form: str, phase_field: bool) -> wsph.Scene:

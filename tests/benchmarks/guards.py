@@ -9,7 +9,7 @@ from pathlib import Path
 
 import wsph
 from wsph.simulation.compose import compose
-from wsph.simulation.probes import RING
+from wsph.simulation.probing.probes import RING
 from wsph.simulation.run import CHECK_STEPS, Simulation
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -17,7 +17,7 @@ from typing import Any
 
 import wsph
 from wsph.simulation.compose import compose
-from wsph.simulation.composition import Composition
+from wsph.simulation.composing.composition import Composition
 
 ROOT, STEPS = Path(__file__).resolve().parents[2], 12
 TWO_SETS = ("tsph", "ul-tsph")

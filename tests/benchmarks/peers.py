@@ -32,7 +32,7 @@ import warp as wp
 import wsph
 from wsph.backend.threads import cores, keep_to
 from wsph.simulation.compose import compose
-from wsph.simulation.composition import Composition
+from wsph.simulation.composing.composition import Composition
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import beam

@@ -8,7 +8,7 @@ import pytest
 
 import wsph
 from wsph.simulation.compose import compose
-from wsph.simulation.composition import Composition
+from wsph.simulation.composing.composition import Composition
 from wsph.validation import oracles
 from wsph.validation.case import EXAMPLES, example
 

@@ -13,7 +13,9 @@ from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
-from wsph.protocols import CoupledBody, Entry
+from wsph.contact.between import CoupledBody
+from wsph.contact.reported import Reported
+from wsph.protocols import Entry
 from wsph.scene.scene import Scene
 from wsph.units import Scales
 
@@ -52,6 +54,10 @@ class Bond:
     def members(self) -> Mapping[str, object]:
         return {}
 
+    @property
+    def told(self) -> tuple[Reported, ...]:
+        return ()
+
     def follow(self) -> bool:
         return False
 
@@ -80,6 +86,9 @@ class Bond:
 
     def kept(self) -> Mapping[str, wp.array]:
         return {}
+
+    def as_kept(self, values: Mapping[str, object]) -> None:
+        pass
 
     def restored(self) -> None:
         pass

@@ -5,8 +5,9 @@ With x the place of a particle, p a point of the plane, n its normal and d = (p 
     f = K d n,    K = stiffness M h^(dim - 2)
 
 M the wave modulus rho c^2 of the body and h its spacing: with a stiffness of 1 the plane gives way as a cell of the body
-does. Half of an impulse v += dt/2 f/m before a step and half after it, as of contacts (`wsph.contact.contacts`): of second
-order, with the energy K d^2/2 that it stores in the ledger's column `contact`. It adds K/m to the squares of the body's
+does. Half of an impulse v += dt/2 f/m before a step and half after it, as of contact between balls
+(`wsph.contact.pinball.contacts`): of second order, with the energy K d^2/2 that it stores in the ledger's column
+`contact_stored`, and what the bodies gave beside that in `contact_numerical`. It adds K/m to the squares of the body's
 frequencies. The plane takes momentum, has no friction and is not part of a scene: its maker is given to the table with its
 numbers.
 """
@@ -20,12 +21,14 @@ import warp as wp
 from wsph.backend.clock import Clock
 from wsph.backend.domain import WHOLE
 from wsph.backend.kernels import kernel
+from wsph.backend.reduce import total
 from wsph.backend.space import Space
-from wsph.contact.bodies import ContactBody
-from wsph.contact.law import body_struct
+from wsph.contact.between import PushedBody
+from wsph.contact.pinball.bodies import ContactBody
+from wsph.contact.pinball.law import body_struct
 from wsph.errors import Refused
 from wsph.plugins.integrators import publishes
-from wsph.protocols import Entry, PushedBody
+from wsph.protocols import Entry
 from wsph.scene.scene import Scene
 from wsph.units import Scales
 
@@ -46,9 +49,10 @@ def _push_kernel(space: Space) -> wp.Kernel:
         i = first + wp.tid()
         # Places are about a point of the plane.
         depth = -wp.dot(body.x[i] + body.u[i], normal)
-        if depth > real(0.0):
-            force_out[i] = force_out[i] + (stiffness * depth) * normal
-            stored_out[i] = stored_out[i] + wp.float64(real(0.5) * stiffness * depth * depth)
+        if depth <= real(0.0):
+            depth = real(0.0)
+        force_out[i] = force_out[i] + (stiffness * depth) * normal
+        stored_out[i] = wp.float64(real(0.5) * stiffness * depth * depth)
 
     return push
 
@@ -80,16 +84,23 @@ class RigidPlane:
         self._stiffness = {
             side.name: stiffness * _modulus(side) * side.spacing ** (space.dim - 2) for side in self._sides
         }
+        self._stored = [wp.zeros(side.count, dtype=wp.float64, device=clock.device) for side in self._sides]
         self.ledger = (
-            Entry("contact", lambda: sum(side.energy for side in self._sides)),
+            Entry("contact_stored", lambda: self.stored),
+            Entry("contact_numerical", lambda: sum(side.energy for side in self._sides) - self.stored),
             Entry("external_work", lambda: sum(side.held_work for side in self._sides)),
         )
 
+    @property
+    def stored(self) -> float:
+        """The energy that it stores, nondimensional."""
+        return sum(total(each, WHOLE) for each in self._stored)
+
     def start(self) -> None:
         """The forces where the bodies are (a launch a body)."""
-        for side in self._sides:
+        for side, stored in zip(self._sides, self._stored, strict=True):
             inputs = [side.struct, self._space.scalar(self._stiffness[side.name]), self._normal]
-            self._clock.launch(_push_kernel(self._space), side.count, inputs, [side.force, side.stored])
+            self._clock.launch(_push_kernel(self._space), side.count, inputs, [side.force, stored])
 
     def begin(self) -> None:
         """Half of the impulses, before a step (a launch a body)."""
@@ -113,7 +124,9 @@ class RigidPlane:
 
     def kept(self) -> dict[str, wp.array]:
         """The forces and the works so far."""
-        return {f"rigid_plane.{side.name}.{key}": each for side in self._sides for key, each in side.kept().items()}
+        sides = zip(self._sides, self._stored, strict=True)
+        kept = [(side.name, {**side.kept(), "stored": stored}) for side, stored in sides]
+        return {f"rigid_plane.{name}.{key}": each for name, arrays in kept for key, each in arrays.items()}
 
     def restored(self) -> None:
         """Nothing follows from the works."""

@@ -82,7 +82,8 @@ def test_the_limit_of_both_bodies_counts_what_is_between_them() -> None:
     one, two = (run.limit for run in composition.bodies)
     assert composition.bodies[0].integrator is composition.bodies[1].integrator
     # The same step, in the Courant numbers of two spacings.
-    assert one is not None and two is not None and two == pytest.approx(0.8 * one)
+    assert one is not None
+    assert two == pytest.approx(0.8 * one)
     assert composition.bodies[0].courant == pytest.approx(0.7 * one)
     with pytest.raises(Refused, match="what acts between bodies"):
         compose(bars("leapfrog", 1.01 * one))

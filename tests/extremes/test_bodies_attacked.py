@@ -108,7 +108,8 @@ class TestStairs:
         ({"run": {"formulation": "total-lagrangian"}}, "the total-lagrangian form has no points"),
         ({"run": {"formulation": "updated-lagrangian"}}, "the updated-lagrangian form has no points"),
         ({"run": {"integrator": "tsph"}}, "the small-strain form has no points"),
-        ({"contact": [{"self": "b"}]}, "contact between balls"),
+        ({"contact": [{"self": "b", "law": "pinball"}]}, "contact between balls"),
+        ({"contact": [{"self": "b"}]}, None),
     ], ids=str)  # fmt: skip
     def test_are_said_with_their_reason(self, changes: Data, why: str | None) -> None:
         tables = {key: changes[key] for key in changes if key in ("contact", "run")}

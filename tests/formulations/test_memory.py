@@ -190,7 +190,7 @@ def test_memory_that_ends_all_the_same_is_a_sentence(
         raise error
 
     target = (
-        "wsph.simulation.compose.geometry_of"
+        "wsph.simulation.composing.setting.geometry_of"
         if place == "the lattice"
         else "wsph.formulations.one_set.OneSetSystem.new"
     )

@@ -8,7 +8,7 @@ import pytest
 import wsph
 from tests import scenes
 from wsph.simulation.compose import compose
-from wsph.simulation.composition import Composition
+from wsph.simulation.composing.composition import Composition
 
 METHODS = [
     ("tsph", "small-strain"),

@@ -8,7 +8,7 @@ import pytest
 import wsph
 from tests import scenes
 from wsph.simulation.compose import compose
-from wsph.simulation.composition import Composition
+from wsph.simulation.composing.composition import Composition
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*follow the lattice")
 JAUMANN = scenes.material("jaumann", poisson_ratio=0.25)

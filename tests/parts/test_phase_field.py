@@ -9,7 +9,7 @@ import wsph
 from tests import scenes
 from tests.scenes import FORMS
 from wsph.simulation.compose import compose
-from wsph.simulation.composition import Composition
+from wsph.simulation.composing.composition import Composition
 
 ELASTIC = scenes.material(poisson_ratio=0.25)
 TOUGH = {"fracture_energy": 1e-3, "length": 0.1}

@@ -11,7 +11,7 @@ from tests import scenes
 from tests.formulations.lagrangian.bodies import composed
 from tests.parts.test_phase_field import ELASTIC, TOUGH, stretched
 from wsph.simulation.compose import compose
-from wsph.simulation.composition import Composition
+from wsph.simulation.composing.composition import Composition
 from wsph.validation import meshes
 
 FORM = "stress-points"

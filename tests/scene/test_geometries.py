@@ -82,10 +82,10 @@ def test_what_a_mesh_cannot_have_is_refused(tmp_path: Path, run: dict[str, Any],
         compose(meshed_scene(tmp_path, run=run))
 
 
-def test_contact_with_a_mesh_is_refused(tmp_path: Path) -> None:
+def test_contact_of_balls_with_a_mesh_is_refused(tmp_path: Path) -> None:
     beside = scenes.body(scenes.box((3.0, 4.0), 1.0), 0.25, "a")
     with pytest.raises(Refused, match="'b': contact between balls needs particles of equal size"):
-        compose(meshed_scene(tmp_path, (beside,), contact=[{"between": ["a", "b"]}]))
+        compose(meshed_scene(tmp_path, (beside,), contact=[{"between": ["a", "b"], "law": "pinball"}]))
 
 
 def test_check_says_of_a_mesh_that_its_memory_is_not_estimated(

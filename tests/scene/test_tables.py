@@ -91,11 +91,42 @@ face = "+x"
 pressure = "1 MPa"
 spring = { stiffness = 1e9 }
 [[contact]]
+name = "ball-plate"
 between = ["a", "b"]
+law = "surface"
+stiffness = "auto"
+friction = 0.1
+damping = 1.0
+memory = 20
+[[contact]]
+self = "c"
 law = "pinball"
 stiffness = 1.0
-friction = 0.1
 radius = 0.5
+[[contact]]
+between = ["a", "d"]
+law = "tie"
+stiffness = 4.0
+strength = "30 MPa"
+[[tools]]
+name = "punch"
+shape = { type = "disc", center = [0.5, 2.0], radius = 0.5 }
+velocity = { y = "ramp" }
+turn = { about = [0.5, 2.0], rate = 1.0 }
+against = ["a"]
+friction = 0.1
+stiffness = "auto"
+damping = 1.0
+memory = 20
+[[tools]]
+name = "hammer"
+shape = { type = "box", from = [0.0, 3.0], to = [1.0, 4.0], rotate = 10.0 }
+inside = false
+mass = 2.0
+inertia = 1.0
+velocity = [0.0, -1.0]
+spin = 0.5
+against = ["a", "punch"]
 [gravity]
 y = -9.81
 [[probes]]

@@ -172,7 +172,10 @@ def test_what_is_broken_and_what_touches_are_kept(part: str, tmp_path: Path) -> 
     other["shape"] = scenes.box((1.05, 2.05), 1.0)
     data = scene.data()
     data["bodies"].append(other)
-    data["contact"] = [{"between": ["b", "c"], "friction": 0.1}, {"self": "b"}]
+    data["contact"] = [
+        {"between": ["b", "c"], "law": "pinball", "friction": 0.1},
+        {"self": "b", "law": "pinball"},
+    ]
     data["output"]["fields"] = ["velocity", "stress", "damage"]
     scene = wsph.Scene(**data)
     straight = wsph.run(scene, tmp_path / "straight")

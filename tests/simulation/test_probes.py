@@ -219,3 +219,10 @@ def test_what_is_read_is_the_nearer_of_two_values() -> None:
     for k, (name, gate) in enumerate((("displacement_x", 0.005), ("displacement_y", 0.01))):
         assert np.abs(result.field(name) - exact[:, k]).max() < gate * np.abs(exact[:, k]).max()
         assert result.probes["corner"][name][-1] == pytest.approx(result.field(name)[-1], rel=1e-13)
+
+
+def test_between_particles_the_middles_of_the_cells_are_selected() -> None:
+    """A stretching bar of particles at 0, 0.1, 0.2, ...: between two of them its velocity is read in the middle."""
+    probe = {"name": "p", "where": "x > 0.2 and x < 0.3", "reduce": "mean", "fields": ["velocity_x"]}
+    result = wsph.run(scenes.bar(10, run={"formulation": "total-lagrangian", "end": 0.01}, velocity=["1e-3*x"], tables={"probes": [probe]}))  # fmt: skip
+    assert result.probes["p"]["velocity_x"][0] == pytest.approx(0.25e-3)

@@ -24,6 +24,10 @@ from wsph.sph.pairs import find_pairs
 SURFACE = 1e-6
 """Depth [cells] from which a place at the start is inside: touching faces are not."""
 
+EASED = {"surface": 1.0, "tie": 0.5}
+"""Depth, in the larger spacing, up to which surfaces may overlap at the start, by the laws of contact that take it for none.
+Two curved ones in cells of their own do, and the cells of a turned lattice reach out of its shape by most of one."""
+
 PASSED = {True: 0.05, False: 0.5}
 """Depth [cells] below the surface at which a particle has passed the outermost particles of a body: these stand on the
 surface, at nodes, or half a cell below it, at the centres of cells."""
@@ -137,12 +141,13 @@ def first_inside(places: np.ndarray, other: AnySolid, others: np.ndarray, depth:
     return int(near[inside.argmax()]) if inside.any() else None
 
 
-def overlapping(one: AnySolid, other: AnySolid) -> np.ndarray | None:
+def overlapping(one: AnySolid, other: AnySolid, eased: float = 0.0) -> np.ndarray | None:
     """A place [m] at which two bodies overlap at the start, or None: a node or the middle of a cell of one inside of the
-    other."""
+    other, deeper than `eased` [m]."""
     for a, b in ((one, other), (other, one)):
+        depth = max(SURFACE, eased / b.geometry.spacing)
         for places in (a.geometry.nodes, a.geometry.cells):
-            found = first_inside(places, b, b.places, SURFACE)
+            found = first_inside(places, b, b.places, depth)
             if found is not None:
                 return places[found]
     return None

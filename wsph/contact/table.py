@@ -10,8 +10,13 @@ from collections.abc import Callable, Sequence
 
 from wsph.backend.clock import Clock
 from wsph.backend.space import Space
-from wsph.contact.contacts import Contacts
-from wsph.protocols import CoupledBody, Coupling, Interaction, PushedBody
+from wsph.contact.between import CoupledBody, Coupling, Interaction, PushedBody
+from wsph.contact.meeting.meeting import meetings
+from wsph.contact.pinball.contacts import Contacts
+from wsph.contact.surfaces.coupling import coupled
+from wsph.contact.surfaces.laws import LawMaker
+from wsph.contact.ties.tie import ties
+from wsph.contact.tools.making import tool_laws
 from wsph.scene.scene import Scene
 from wsph.units import Scales
 
@@ -22,8 +27,9 @@ Maker = Callable[[Scene, Sequence[PushedBody], Space, Scales, Clock], Interactio
 def contacts(
     scene: Scene, bodies: Sequence[PushedBody], space: Space, scales: Scales, clock: Clock
 ) -> Interaction | None:
-    """The `[[contact]]` tables of a scene."""
-    return Contacts(scene.contact, bodies, space, scales, clock, clock.device) if scene.contact else None
+    """The contacts of a scene between balls."""
+    parts = tuple(part for part in scene.contact if part.law == "pinball")
+    return Contacts(parts, bodies, space, scales, clock, clock.device) if parts else None
 
 
 INTERACTIONS: list[Maker] = [contacts]
@@ -41,7 +47,18 @@ CouplingMaker = Callable[[Scene, Sequence[CoupledBody], Space, Scales, Clock, bo
 """Makes the coupling of one kind from a scene and its bodies, which have no integrators yet, None where the scene has none
 of it. The last argument: whether a step has one evaluation of the forces, at its end. Raises Refused."""
 
-COUPLINGS: list[CouplingMaker] = []
+LAWS: list[LawMaker] = [meetings, ties, tool_laws]
+"""What acts on the surfaces of bodies, each kind of law as a function that finds it in a scene."""
+
+
+def surfaces(
+    scene: Scene, bodies: Sequence[CoupledBody], space: Space, scales: Scales, clock: Clock, once: bool
+) -> Coupling | None:
+    """The surfaces of bodies, with all laws that act on them."""
+    return coupled(scene, bodies, LAWS, space, scales, clock, once)
+
+
+COUPLINGS: list[CouplingMaker] = [surfaces]
 
 
 def couplings(

@@ -4,7 +4,7 @@ Between two looks no pair of bodies can come together unseen: how fast they clos
 launch a body and, where boxes about two bodies meet, a search among the particles in both.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import combinations
@@ -27,6 +27,10 @@ FASTER = 0.01
 
 CELL = 1.0
 """Way [spacings] that bodies whose boxes meet may go between two looks."""
+
+DEEP = 2.0
+"""Depth [spacings] at which a particle has passed through a surface that contact keeps it out of. The law lets go of what is
+deeper than one; where corners meet, the cells that depths are counted in are crushed to half."""
 
 LONGEST = 10**9
 """Steps between two looks at bodies that do not come near each other."""
@@ -100,11 +104,13 @@ def _extent_kernel(space: Space, layout: Layout) -> wp.Kernel:
 class Watch:
     """The watch over all pairs of bodies that move; each is reported once. `due` is the step of the next look."""
 
-    def __init__(self, bodies: Sequence[WatchedBody], named: set[frozenset[str]]):
-        """`named`: the pairs that contact keeps apart."""
+    def __init__(self, bodies: Sequence[WatchedBody], named: Mapping[frozenset[str], bool]):
+        """`named`: the pairs that contact keeps apart, and whether their surfaces do, so that particles on them lie inside
+        of the other body as deep as they are pressed."""
         moving = [k for k, run in enumerate(bodies) if "displacement" in run.system.state.layout]
         self._pairs = list(combinations(moving, 2))
         self._named = {pair: frozenset(bodies[k].body.name for k in pair) in named for pair in self._pairs}
+        self._deep = {pair for pair in self._pairs if named.get(frozenset(bodies[k].body.name for k in pair))}
         self._watched = {k: _Watched(bodies[k]) for k in moving} if self._pairs else {}
         self.due = 0
 
@@ -129,12 +135,14 @@ class Watch:
     def _search(self, one: int, other: int, boxes: dict[int, "_Box"]) -> tuple[Meeting | None, float]:
         """Whether bodies whose boxes meet have run into each other, and for how long they cannot if they have not [s]."""
         places = {k: self._watched[k].places() for k in (one, other)}
+        spacings = {k: self._watched[k].solid.geometry.spacing for k in (one, other)}
         for a, b in ((one, other), (other, one)):
-            particle = first_inside(places[a], self._watched[b].solid, places[b])
+            depth = DEEP * max(spacings.values()) / spacings[b] if (one, other) in self._deep else None
+            particle = first_inside(places[a], self._watched[b].solid, places[b], depth)
             if particle is not None:
                 return Meeting(a, b, particle, places[a][particle], self._named[one, other]), 0.0
         around = [replace(boxes[k], low=places[k].min(0), high=places[k].max(0)) for k in (one, other)]
-        way = CELL * min(self._watched[k].solid.geometry.spacing for k in (one, other))
+        way = CELL * min(spacings.values())
         return None, max(_until(*around), way / float(_closing(*around).max()))
 
 

@@ -193,7 +193,7 @@ def _likeness(scene: Scene, cut: _Cut) -> str:
     """What makes the block of a body what it is: bodies that have it in common are measured once."""
     keys = cut.body.model_dump(exclude={"name", "shape", "velocity"})
     conditions = [each.model_dump(exclude={"body"}) for each in scene.boundary if each.body == cut.body.name]
-    touches = any(cut.body.name in contact.names for contact in scene.contact)
+    touches = cut.body.name in scene.balls
     placed = cut.body.map is not None or any(part.selections for part in cut.body.parts.values())
     place = cut.shape.middle.tolist() if placed else None
     return repr((keys, conditions, touches, place, cut.shape.rotate, cut.fitted))

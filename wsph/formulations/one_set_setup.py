@@ -211,7 +211,7 @@ def pair_warnings(made: RateSetup, blocks: bool) -> tuple[str, ...]:
         found.append(
             f"body {host.name!r}: with pairs of a kernel stress is 20 to 70 % off beside held and loaded faces, however fine the"
             " lattice. Pairs along the edges of the cells are exact there: leave out run.support, run.kernel, placement, and what"
-            ' else asks for a kernel\'s pairs (contact, cracks, damping of all pairs), or use "stress-points"'
+            ' else asks for a kernel\'s pairs (pinball contact, cracks, damping of all pairs), or use "stress-points"'
         )
     if host.traits.pairs_follow and host.geometry.irregular:
         found.append(

@@ -91,4 +91,4 @@ class Setup:
             return False
         if any(part.acts and part.every_direction for part in self.body.parts.values()):
             return False
-        return placement == "nodes" or not any(self.body.name in contact.names for contact in self.scene.contact)
+        return placement == "nodes" or self.body.name not in self.scene.balls

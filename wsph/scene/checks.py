@@ -25,6 +25,9 @@ from wsph.scene.tables import Body, Boundary, Probe, SceneTables
 MOST_CELLS = 2**31 // 64
 """Cells of a body: with 64 neighbours each their pairs fill a 32-bit index."""
 
+TOLD = ["force", "torque", "work"]
+"""Fields of a probe that is of a tool."""
+
 COMPONENTS = {1: ("xx",), 2: ("xx", "yy", "xy"), 3: ("xx", "yy", "zz", "xy", "yz", "xz")}
 
 
@@ -39,16 +42,9 @@ def between_tables(scene: SceneTables) -> Iterator[Fault]:
             for key, text in part.selections.items():
                 yield from _where_faults(scene, text, f"bodies.{k}.{part.key}.{key}")
     for k, condition in enumerate(scene.boundary):
-        yield from _body_name_fault(condition.body, names, f"boundary.{k}.body")
+        yield from body_name_fault(condition.body, names, f"boundary.{k}.body")
         yield from _boundary_faults(scene, condition, f"boundary.{k}")
-    pairs = [frozenset(contact.names) for contact in scene.contact]
-    for k, contact in enumerate(scene.contact):
-        key = f"contact.{k}." + ("self" if contact.between is None else "between")
-        for name in contact.names:
-            yield from _body_name_fault(name, names, key)
-        if pairs.index(pairs[k]) != k:
-            which = " and ".join(map(repr, contact.names))
-            yield Fault(0, key, f"{which} stand in contact.{pairs.index(pairs[k])} already; they would push twice")
+    yield from _contact_faults(scene, names)
     for axis in scene.gravity:
         if axis not in AXES[: scene.dim]:
             yield Fault(0, f"gravity.{axis}", f"is none of {', '.join(AXES[: scene.dim])}")
@@ -57,20 +53,45 @@ def between_tables(scene: SceneTables) -> Iterator[Fault]:
             yield Fault(0, f"functions.{name}", f"{name!r} is a name of the expressions; give the function another")
         if function.expression is not None:
             check: Callable[[], object] = lambda text=function.expression: compile_expression(text)  # noqa: E731
-            yield from _value_faults(scene, check, function.expression, f"functions.{name}.expression")
+            yield from value_faults(scene, check, function.expression, f"functions.{name}.expression")
     yield from _field_faults(scene)
     folded = [p.name.casefold() for p in scene.probes]
     for k, probe in enumerate(scene.probes):
         if folded.index(probe.name.casefold()) != k:
             yield Fault(0, f"probes.{k}.name", f"{probe.name!r} names another probe already")
         if probe.body is not None:
-            yield from _body_name_fault(probe.body, names, f"probes.{k}.body")
+            yield from body_name_fault(probe.body, names, f"probes.{k}.body")
         yield from _probe_faults(scene, probe, f"probes.{k}")
 
 
-def _body_name_fault(name: str, names: list[str], key: str) -> Iterator[Fault]:
+def body_name_fault(name: str, names: list[str], key: str) -> Iterator[Fault]:
+    """The fault of a name that is none of the bodies'."""
     if name not in names:
         yield Fault(0, key, f"no body is named {name!r}; {nearest(name, names, 'there is ' + ', '.join(names))}")
+
+
+def _contact_faults(scene: SceneTables, names: list[str]) -> Iterator[Fault]:
+    # A tie and another law go together: what is glued touches once it has broken.
+    pairs = [(frozenset(contact.names), contact.law == "tie") for contact in scene.contact]
+    called = [contact.name.casefold() for contact in scene.contact]
+    for k, contact in enumerate(scene.contact):
+        key = f"contact.{k}." + ("self" if contact.between is None else "between")
+        for name in contact.names:
+            yield from body_name_fault(name, names, key)
+        if pairs.index(pairs[k]) != k:
+            which = " and ".join(map(repr, contact.names))
+            yield Fault(0, key, f"{which} stand in contact.{pairs.index(pairs[k])} already; they would push twice")
+        elif called.index(called[k]) != k:
+            which = "give it another" if "name" in contact.model_fields_set else "give it a name"
+            yield Fault(
+                0, f"contact.{k}.name", f"{contact.name!r} names contact.{called.index(called[k])} already; {which}"
+            )
+        if contact.law == "tie" and contact.between is None:
+            yield Fault(0, key, "a tie is between two bodies")
+        for other, fault in contact.foreign.items():
+            yield Fault(0, f"contact.{k}.{other}", fault)
+        if "edges" in contact.model_fields_set and scene.dim < 3 and "edges" not in contact.foreign:
+            yield Fault(0, f"contact.{k}.edges", f"is for 3D; in {scene.dim}D no edges cross")
 
 
 def _body_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
@@ -110,7 +131,7 @@ def _body_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
                 0, f"{key}.velocity", f"{component!r} is a table; an initial velocity is a number or an expression"
             )
         else:
-            yield from _value_faults(scene, lambda c=component: _no_time(scene, c), component, f"{key}.velocity", "m/s")
+            yield from value_faults(scene, lambda c=component: _no_time(scene, c), component, f"{key}.velocity", "m/s")
 
 
 def _map_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
@@ -153,16 +174,16 @@ def _boundary_faults(scene: SceneTables, condition: Boundary, key: str) -> Itera
             if component not in allowed:
                 yield Fault(0, f"{key}.{table}.{component}", f"is none of {', '.join(allowed)}")
             place = f"{key}.{table}.{component}"
-            yield from _value_faults(scene, lambda v=value, u=unit: scene.value(v, u), value, place, unit)
+            yield from value_faults(scene, lambda v=value, u=unit: scene.value(v, u), value, place, unit)
     if condition.normal is not None:
         slide = condition.normal
-        yield from _value_faults(scene, lambda: scene.value(slide, "m/s"), slide, f"{key}.normal", "m/s")
+        yield from value_faults(scene, lambda: scene.value(slide, "m/s"), slide, f"{key}.normal", "m/s")
         if condition.fixed or condition.velocity or condition.symmetry:
             yield Fault(0, f"{key}.normal", "goes with no other velocity in one entry: write another for that")
     for load, table in condition.acting.items():
         for name, unit in table.values.items():
             value = getattr(table, name)
-            yield from _value_faults(scene, lambda v=value, u=unit: scene.value(v, u), value, f"{key}.{load}", unit)
+            yield from value_faults(scene, lambda v=value, u=unit: scene.value(v, u), value, f"{key}.{load}", unit)
     held = (*condition.fixed, *([condition.symmetry] if condition.symmetry else []))
     for component in held:
         if component not in axes:
@@ -174,6 +195,10 @@ def _boundary_faults(scene: SceneTables, condition: Boundary, key: str) -> Itera
 def _probe_faults(scene: SceneTables, probe: Probe, key: str) -> Iterator[Fault]:
     if probe.where is not None:
         yield from _where_faults(scene, probe.where, f"{key}.where")
+    told = [tool.name for tool in scene.tools]
+    if probe.of is not None and probe.of not in told:
+        there = f"there is {', '.join(told)}" if told else "the scene has no tools"
+        yield Fault(0, f"{key}.of", f"no tool is named {probe.of!r}; {nearest(probe.of, told, there)}")
     for point in probe.at or ():
         if len(point) != scene.dim:
             text = f"{list(point)} has {len(point)} coordinates in a scene of dim = {scene.dim}"
@@ -200,9 +225,10 @@ def _axis_faults(scene: SceneTables, expression: Expression, key: str) -> Iterat
             yield Fault(0, key, f"{expression.text!r} uses {axis}, which a scene of dim = {scene.dim} does not have")
 
 
-def _value_faults(
+def value_faults(
     scene: SceneTables, make: Callable[[], object], value: Value, key: str, unit: str = ""
 ) -> Iterator[Fault]:
+    """The fault of a prescribed value that cannot be made, or is of a place that the scene does not have."""
     try:
         made = make()
     except ValueError as error:
@@ -226,7 +252,10 @@ def _field_faults(scene: SceneTables) -> Iterator[Fault]:
     names = known(internals, scene.dim, dict.fromkeys(offered))
     wanted = [("output.fields", scene.output.fields, names)]
     probed = [name for name in names if name not in ALWAYS]
-    wanted += [(f"probes.{k}.fields", probe.fields, probed) for k, probe in enumerate(scene.probes)]
+    wanted += [
+        (f"probes.{k}.fields", probe.fields, TOLD if probe.of is not None else probed)
+        for k, probe in enumerate(scene.probes)
+    ]
     for key, listed, names in wanted:
         for k, name in enumerate(listed):
             if name not in names:

@@ -1,4 +1,4 @@
-"""Files that bodies name, found from the folder of their scene, and what they hold."""
+"""Files that bodies and tools name, found from the folder of their scene, and what they hold."""
 
 # pyright: strict
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from wsph.quantities import is_list, is_table
 
 KEY = "file"
-"""The key of a file in any table of a body."""
+"""The key of a file in any table of a body or tool."""
 
 
 def find_files(bodies: object, folder: Path) -> None:

@@ -94,7 +94,7 @@ def stairs_because(scene: Scene, body: Body, formulation: Formulation) -> str:
         return f'the {formulation.name} form has no points in cells of every kind, as "stress-points" has'
     if scene.run.kernel_by:
         return f"{scene.run.kernel_by} asks for the pairs of a kernel"
-    if any(body.name in contact.names for contact in scene.contact):
+    if body.name in scene.balls:
         return "contact between balls needs particles of equal size"
     if scene.dim == 1 or np.ptp(np.ravel(body.spacing or 0.0)) > 0.0:
         return "it needs two or three dimensions and one spacing for all axes"
@@ -128,8 +128,11 @@ def _from_file(scene: Scene, body: Body, key: str, formulation: Formulation) -> 
         raise Refused(
             f"body {body.name!r}: points of a mesh see the corners of their own cells: leave out {scene.run.kernel_by}"
         )
-    if any(body.name in contact.names for contact in scene.contact):
-        raise Refused(f"body {body.name!r}: contact between balls needs particles of equal size, which a mesh has not")
+    if body.name in scene.balls:
+        raise Refused(
+            f"body {body.name!r}: contact between balls needs particles of equal size, which a mesh has not: use contact.law ="
+            ' "surface"'
+        )
     try:
         return meshed(read_mesh(Path(table.file), scene.dim, table.scale, table.part))
     except OSError as error:

@@ -14,8 +14,8 @@ from wsph.scene.scene import Scene, apply_override
 
 
 def load(path: str | Path, overrides: Mapping[str, object] | None = None) -> Scene:
-    """Read and validate a scene file; files that its bodies name are looked for beside it first. Raises SceneError with
-    every fault, its line and key."""
+    """Read and validate a scene file; files that its bodies and tools name are looked for beside it first. Raises SceneError
+    with every fault, its line and key."""
     source = str(path)
     try:
         text = Path(path).read_text(encoding="utf-8-sig")
@@ -35,7 +35,8 @@ def load(path: str | Path, overrides: Mapping[str, object] | None = None) -> Sce
     try:
         for key, value in (overrides or {}).items():
             apply_override(data, key, value)
-        find_files(data.get("bodies"), Path(path).parent)
+        for tables in ("bodies", "tools"):
+            find_files(data.get(tables), Path(path).parent)
         scene = Scene(**data)
     except SceneError as error:
         found = [Fault(line_of(where, f.key), f.key, f.message) for f in error.faults]

@@ -13,7 +13,7 @@ from wsph.errors import Fault
 
 _TYPES = {"tuple_type": "a list", "dict_type": "a table", "model_type": "a table", "string_type": "a string",
           "int_type": "a whole number", "bool_type": "true or false"}  # fmt: skip
-_LISTS_OF_TABLES = ("bodies", "boundary", "contact", "probes")
+_LISTS_OF_TABLES = ("bodies", "boundary", "contact", "tools", "probes")
 
 
 def nearest(name: str, names: Iterable[str], otherwise: str = "") -> str:

@@ -19,6 +19,7 @@ from wsph.scene.checks import between_tables, of_plugins
 from wsph.scene.lines import line_of
 from wsph.scene.messages import of_validation, scene_path
 from wsph.scene.tables import SceneTables
+from wsph.scene.tool_checks import of_tools
 
 DEEPEST = 50
 """Dots in the path of an override."""
@@ -36,10 +37,12 @@ class Scene(SceneTables):
         try:
             super().__init__(**given)
         except ValidationError as error:
-            faults = [of_validation(e, Scene) for e in error.errors(include_url=False)]
+            # A default that follows from other keys is missing where one of those is at fault.
+            found = [e for e in error.errors(include_url=False) if e["type"] != "default_factory_not_called"]
+            faults = [of_validation(e, Scene) for e in found]
             faults += _beyond(data, error)
         else:
-            faults = list(between_tables(self))
+            faults = [*between_tables(self), *of_tools(self)]
         faults += of_plugins(data)
         if faults:
             raise SceneError("scene", faults)

@@ -2,7 +2,6 @@
 
 # pyright: strict
 
-import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Literal, cast
 
@@ -41,7 +40,10 @@ from wsph.quantities import (
     read_cadence,
     read_switch,
 )
+from wsph.scene.contact import Contact
 from wsph.scene.messages import none_of
+from wsph.scene.names import file_name, printable
+from wsph.scene.tools import Tool
 from wsph.sph.smoothing import DEFAULT, SMOOTHING
 from wsph.units import looks_like_quantity, quantity
 
@@ -184,24 +186,6 @@ def _of_cells(table: Table, shape: BaseShape | None) -> object:
     return tuple(float(side) / cast(int, n) for side, n in zip(high - low, counts, strict=True))
 
 
-def _printable(name: str) -> str:
-    """Names of bodies go into messages and files."""
-    if not name.isprintable() or name.strip() != name or not name:
-        raise ValueError(
-            f"{name!r} has characters that cannot be printed, or blanks at its ends: a name has printed characters"
-        )
-    return name
-
-
-def _file_name(name: str) -> str:
-    """Names of probes are names of files, on every system."""
-    if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}", name):
-        raise ValueError(
-            f"{name!r}: a name has at most 100 of a to z, A to Z, 0 to 9, _ . and -, and begins with none of the last two"
-        )
-    return name
-
-
 def _spaced(value: float | tuple[float, ...] | None, info: ValidationInfo) -> float | tuple[float, ...] | None:
     if value is None and info.data.get("mesh") is None and info.data.get("points") is None:
         raise ValueError("is missing")
@@ -227,7 +211,7 @@ class PointsFile(Model):
 class _Matter(Model):
     """The keys of a body, without those of its parts."""
 
-    name: Annotated[str, Field(max_length=100), AfterValidator(_printable)]
+    name: Annotated[str, Field(max_length=100), AfterValidator(printable)]
     mesh: MeshFile | None = None
     points: PointsFile | None = None
     shape: Shape | None = None
@@ -295,46 +279,25 @@ class Body(_WithParts):
         return {key: part for key, part in given.items() if part is not None}
 
 
-class Contact(Model):
-    """Contact `between` two bodies, or of `self`: a `law`, its `stiffness` as a multiple of the materials',
-    `friction`, and the `radius` of a particle in spacings."""
-
-    between: Annotated[tuple[str, ...], BeforeValidator(as_tuple)] | None = None
-    self_: Annotated[str | None, Field(alias="self")] = None
-    law: Literal["penalty", "pinball"] = "penalty"
-    stiffness: Annotated[float, Unit("", gt=0)] = 1.0
-    friction: Annotated[float, Unit("", ge=0)] = 0.0
-    radius: Annotated[float, Unit("", gt=0, le=1)] = 0.5
-
-    @model_validator(mode="after")
-    def _complete(self) -> "Contact":
-        if (self.between is None) == (self.self_ is None):
-            raise ValueError('exactly one of between = ["a", "b"] and self = "a" is needed')
-        if self.between is not None and (len(self.between) != 2 or self.between[0] == self.between[1]):
-            raise ValueError('between names two different bodies; for one with itself write self = "a"')
-        return self
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The bodies that take part."""
-        return self.between if self.between is not None else (self.self_ or "",)
-
-
 class Probe(Model):
-    """A record of fields at material points, or of the particles that `where` selects, reduced to one number."""
+    """A record of fields at material points, or of the particles that `where` selects, reduced to one number; or, `of` a
+    tool, of its force, torque and work."""
 
-    name: Annotated[str, AfterValidator(_file_name)]
+    name: Annotated[str, AfterValidator(file_name)]
     body: str | None = None
     at: Annotated[tuple[_Point, ...], BeforeValidator(as_tuple)] | None = None
     where: str | None = None
+    of: str | None = None
     reduce: Literal["mean", "sum", "max"] | None = None
     fields: Annotated[Strings, Field(min_length=1)]
     every: Cadence = 1
 
     @model_validator(mode="after")
     def _complete(self) -> "Probe":
-        if (self.at is None) == (self.where is None):
-            raise ValueError("exactly one of at and where is needed")
+        if [self.at, self.where, self.of].count(None) != 2:
+            raise ValueError("exactly one of at, where and of is needed")
+        if self.of is not None and self.body is not None:
+            raise ValueError("body goes with at and where: what a probe is of says it all")
         if self.at is not None and not self.at:
             raise ValueError("at names no point")
         if (self.where is None) != (self.reduce is None):
@@ -385,11 +348,17 @@ class SceneTables(Model):
     functions: dict[str, Function] = {}
     boundary: Annotated[tuple[Boundary, ...], BeforeValidator(as_tuple)] = ()
     contact: Annotated[tuple[Contact, ...], BeforeValidator(as_tuple)] = ()
+    tools: Annotated[tuple[Tool, ...], BeforeValidator(as_tuple)] = ()
     probes: Annotated[tuple[Probe, ...], BeforeValidator(as_tuple)] = ()
     gravity: dict[Literal["x", "y", "z"], Annotated[float, Unit("m/s2")]] = {}
     output: Output = Output()
     checkpoint: Checkpoint | None = None
     stop: Stop = Stop()
+
+    @property
+    def balls(self) -> frozenset[str]:
+        """The bodies whose particles are balls to others: those of pinball contact."""
+        return frozenset(name for contact in self.contact if contact.law == "pinball" for name in contact.names)
 
     def value(self, value: Value, unit: str) -> Expression | Function:
         """The meaning of a value in the scene: a table of `functions`, or an expression (a number is a constant one)."""

@@ -32,7 +32,7 @@ from wsph.quantities import is_list, is_table
 from wsph.scene.files import file_digests
 from wsph.scene.scene import Scene
 from wsph.simulation.checks import CheckFacts, Checks
-from wsph.simulation.composition import Composition
+from wsph.simulation.composing.composition import Composition
 from wsph.simulation.ledger import Ledger
 from wsph.simulation.records import Recorded, Records
 from wsph.simulation.step_control import StepControl, StepFacts
@@ -80,6 +80,12 @@ def identity(scene: Scene, files: dict[str, str]) -> dict[str, object]:
         "version of warp": version("warp-lang"),
         **{f"version of {plugin}": origin for plugin, origin in plugins_of(scene).items()},
     }
+
+
+def _digests(scene: Scene) -> dict[str, str]:
+    """What the files of its bodies and tools hold, by their keys."""
+    data = scene.data()
+    return file_digests(data["bodies"]) | file_digests(data.get("tools"), "tools")
 
 
 def _flat(value: object, path: str = "") -> dict[str, object]:
@@ -136,7 +142,7 @@ def read(path: Path) -> tuple[Facts, dict[str, np.ndarray]]:
 
 def refuse_other(path: Path, facts: Facts, scene: Scene) -> None:
     """Refuse the checkpoint of another scene or version, naming what differs."""
-    there, here = facts["identity"], json.loads(json.dumps(identity(scene, file_digests(scene.data()["bodies"]))))
+    there, here = facts["identity"], json.loads(json.dumps(identity(scene, _digests(scene))))
     differing = sorted(key for key in {*there, *here} if there.get(key) != here.get(key))
     if differing:
         key = differing[0]
@@ -182,6 +188,8 @@ def kept(composition: Composition) -> dict[str, DeviceArray]:
 
 def restore(path: Path, composition: Composition, arrays: dict[str, np.ndarray]) -> None:
     """Put the arrays of a checkpoint back. Raises CheckpointError where they are not those of the composition."""
+    for coupling in composition.joint.couplings if composition.joint is not None else ():
+        coupling.as_kept(arrays)
     for name, array in kept(composition).items():
         value, wanted = arrays.get(name), array.numpy().shape
         if value is None or value.shape != wanted:
@@ -207,7 +215,7 @@ class Checkpoints:
         records: Records,
     ):
         self._composition, self._folder, self._ledger = composition, folder, ledger
-        self._files = file_digests(composition.scene.data()["bodies"])
+        self._files = _digests(composition.scene)
         self._checks, self._control, self._records = checks, control, records
         self._timeline = composition.time_step.timeline
         self._settings = settings = composition.scene.checkpoint

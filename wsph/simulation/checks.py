@@ -10,7 +10,7 @@ a body flies or turns almost undeformed, that is no measure: a twentieth of its 
 
 import json
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypedDict
 
@@ -20,7 +20,7 @@ from wsph.constitutive.sampling import fault_of_law
 from wsph.contact.watch import Watch
 from wsph.errors import Unstable
 from wsph.plugins import integrators
-from wsph.simulation.composition import BodyRun, integrators_of
+from wsph.simulation.composing.composition import BodyRun, integrators_of
 from wsph.simulation.diagnostics import BodySums
 from wsph.simulation.ledger import HELD, Account
 from wsph.simulation.timeline import Timeline
@@ -58,32 +58,39 @@ def unstable(
     return Unstable(message, step=step, time=t, dt=dt, field=name, particle=particle, position=position, limit=limit)
 
 
-HELD_WARNING, HELD_FINDING, HELD_FLOOR = 0.05, 0.10, 0.05
+HELD_WARNING, HELD_FINDING, HELD_FLOOR, HELD_MATTERS = 0.05, 0.10, 0.05, 0.01
 """Parts of the internal energy that are warned of and that are a finding; part of the whole energy that is the least
-measure. Before a wave has crossed a body a front of few cells can be all of its energy: that is no measure of it."""
+measure, and of the largest internal energy that a finding has at least. Before a wave has crossed a body a front of few
+cells can be all of its energy: that is no measure of it."""
 
 
 @dataclass
 class Held:
-    """Of a body, nondimensional: the largest internal energy and the largest energy so far, the largest part of the internal
-    energy that holds spurious modes, at which step, and whether it was warned of."""
+    """Of a body, nondimensional: the largest internal energy so far, and the largest energy, its own and that of the bodies
+    that it steps together with, which may be about to strike it; the largest part of the internal energy that holds
+    spurious modes, how much that was, at which step, and whether it was warned of."""
 
     internal: float = 0.0
     energy: float = 0.0
     worst: float = 0.0
+    held: float = 0.0
     step: int = 0
     warned: bool = False
 
-    def look(self, step: int, sums: BodySums, held: float, lost: float) -> float:
-        """The part at `step`. `held` is the energy that holds spurious modes, `lost` what parts and loads dissipated."""
-        internal = sums.strain + sums.dissipated + lost
+    def look(self, step: int, internal: float, energy: float, held: float) -> float:
+        """The part at `step`. `held` is the energy that holds spurious modes."""
         self.internal = max(self.internal, internal)
-        self.energy = max(self.energy, sums.kinetic + internal)
+        self.energy = max(self.energy, energy)
         measure = max(self.internal, HELD_FLOOR * self.energy)
         part = held / measure if measure > 0.0 else 0.0
         if part > self.worst:
-            self.worst, self.step = part, step
+            self.worst, self.held, self.step = part, held, step
         return part
+
+    @property
+    def found(self) -> bool:
+        """Whether the worst is a finding: it was a part that counts, also beside all that the body had later."""
+        return self.worst > HELD_FINDING and self.held > HELD_MATTERS * self.internal
 
 
 @dataclass
@@ -99,11 +106,16 @@ class Findings:
 
     def look(self, step: int, time: float, sums: Sequence[BodySums], account: Account) -> None:
         """Look at a state, of `time` [s]; warn of a body that needs it, once."""
-        bodies = zip(self.bodies, self._crossings, self.held, sums, account.held, account.lost, strict=True)
-        for run, crossing, mine, each, held, lost in bodies:
+        internal = [each.strain + each.dissipated + lost for each, lost in zip(sums, account.lost, strict=True)]
+        together: dict[int, float] = {}
+        for run, each, own in zip(self.bodies, sums, internal, strict=True):
+            stepped = id(run.integrator)
+            together[stepped] = together.get(stepped, 0.0) + each.kinetic + own
+        bodies = zip(self.bodies, self._crossings, self.held, internal, account.held, strict=True)
+        for run, crossing, mine, own, held in bodies:
             if time < crossing:
                 continue
-            part = mine.look(step, each, held, lost)
+            part = mine.look(step, own, together[id(run.integrator)], held)
             if part > HELD_WARNING and not mine.warned:
                 mine.warned = True
                 warnings.warn(_words(run, step, part), RuntimeWarning, stacklevel=5)
@@ -112,15 +124,15 @@ class Findings:
     def words(self) -> list[str]:
         """The findings so far, in words."""
         found = zip(self.bodies, self.held, strict=True)
-        return [_words(run, mine.step, mine.worst) for run, mine in found if mine.worst > HELD_FINDING]
+        return [_words(run, mine.step, mine.worst) for run, mine in found if mine.found]
 
     def kept(self) -> list[list[float]]:
         """The numbers that a checkpoint holds of it."""
-        return [[each.internal, each.energy, each.worst, each.step, each.warned] for each in self.held]
+        return [[each.internal, each.energy, each.worst, each.held, each.step, each.warned] for each in self.held]
 
     def restore(self, kept: Sequence[Sequence[float]]) -> None:
         """Put back what `kept` gave."""
-        self.held = [Held(a, b, c, int(step), bool(warned)) for a, b, c, step, warned in kept]
+        self.held = [Held(a, b, c, d, int(step), bool(warned)) for a, b, c, d, step, warned in kept]
 
 
 def _crossing(run: BodyRun) -> float:
@@ -147,9 +159,11 @@ class CheckFacts(TypedDict):
 class Checks:
     """The finite check, the energy stop and their warnings."""
 
-    def __init__(self, bodies: Sequence[BodyRun], timeline: Timeline, energy: float, touching: set[frozenset[str]]):
+    def __init__(
+        self, bodies: Sequence[BodyRun], timeline: Timeline, energy: float, touching: Mapping[frozenset[str], bool]
+    ):
         """`energy`: the part of the largest energy seen that may be created before a run is stopped; `touching`: the pairs
-        of bodies that contact keeps apart."""
+        of bodies that contact keeps apart, and whether their surfaces do."""
         self._bodies, self._timeline, self._stop = bodies, timeline, energy
         self._largest, self._warned, self._swung = 0.0, False, False
         self.findings, self.watch = Findings(bodies), Watch(bodies, touching)
@@ -177,7 +191,7 @@ class Checks:
             if met.named:
                 what = (
                     f"it is inside of body {other.body.name!r}, which it has passed through or merged with, and contact pushes it"
-                    ' the wrong way: use a smaller step or spacing, law = "penalty", or a larger contact.stiffness'
+                    ' the wrong way: use a smaller step or spacing, law = "surface", or a larger contact.stiffness'
                 )
                 raise unstable(self._timeline, step, one, "contact", what, met.particle, met.place)
             if step == 0:

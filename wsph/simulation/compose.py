@@ -19,21 +19,25 @@ from wsph.backend.clock import Clock
 from wsph.backend.device import pick_device
 from wsph.backend.graph import Program
 from wsph.backend.space import Space
-from wsph.contact.overlap import overlapping, solid_of
+from wsph.contact.between import Interaction
+from wsph.contact.overlap import EASED, overlapping, solid_of
+from wsph.contact.refusals import refuse as refuse_contact
+from wsph.contact.reported import Reported
 from wsph.contact.table import couplings, interactions
 from wsph.errors import Refused, SceneError
 from wsph.formulations import memory
 from wsph.formulations.system import System
 from wsph.plugins import integrators
 from wsph.plugins.blame import blame
-from wsph.protocols import Interaction
 from wsph.scene.geometries import is_fitted, refuse_misfits, stairs_in_words
 from wsph.scene.scene import Scene
 from wsph.simulation.composing.bodies import Standing, alone, standing
+from wsph.simulation.composing.composition import BodyRun, Composition, Step
 from wsph.simulation.composing.setting import BareBody, Setting, bare_bodies, materials_of, method_of, scales_of
 from wsph.simulation.composing.together import joined_bodies, stiffen
-from wsph.simulation.composition import BodyRun, Composition, Step
-from wsph.simulation.probes import Recorder
+from wsph.simulation.probing.probes import Recorder
+from wsph.simulation.probing.rings import Rings
+from wsph.simulation.probing.telling import Teller
 from wsph.simulation.step_control import given_step, settle
 from wsph.simulation.timeline import TimeStep
 from wsph.stability.guard import guard
@@ -51,6 +55,7 @@ def _compose(scene: Scene) -> Composition:
     materials = materials_of(scene)
     method = method_of(scene)
     device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
+    refuse_contact(scene, method.formulation)
     refuse_misfits(scene, method.formulation)
     memory.refuse_too_large(scene, device, _first_system, lambda body: is_fitted(scene, body, method.formulation))
     bare = bare_bodies(scene, materials, method)
@@ -70,7 +75,8 @@ def _compose(scene: Scene) -> Composition:
         if joint is not None:
             stiffen(setting, joint, list(together.values()))
     _guard(setting, bare, bodies, space, time_step, set(together))
-    probes = _probes(scene, bodies, space, time_step)
+    told = [each for coupling in forces for each in coupling.told]
+    probes = _probes(scene, bodies, told, space, time_step)
     step = Step(bodies, joint, between, time_step.clock, [probe for probe in probes if probe.every_step])
     pairs = sum(run.system.pairs for run in bodies)
     program = Program(step, time_step.clock, pairs, scene.run.threads, step.before)
@@ -103,17 +109,21 @@ def _first_system(scene: Scene, bounded: bool) -> System:
 
 def _part(scene: Scene, bodies: Sequence[Standing]) -> None:
     """Warn of bodies that overlap at the start. Raises Refused where contact is to keep them apart."""
-    touching = {frozenset(contact.names) for contact in scene.contact}
+    for contact in (each for each in (*scene.contact, *scene.tools) if each.warning):
+        warnings.warn(contact.warning, RuntimeWarning, stacklevel=4)
+    touching = {frozenset(contact.names): contact.law for contact in scene.contact}
     solids = [solid_of(run.system.geometry, at_nodes=True) for run in bodies] if len(bodies) > 1 else []
     for (one, solid), (other, beside) in combinations(zip(bodies, solids, strict=False), 2):
-        place = overlapping(solid, beside)
+        names = one.body.name, other.body.name
+        law = touching.get(frozenset(names))
+        room = EASED.get(law or "", 0.0) * max(solid.geometry.spacing, beside.geometry.spacing)
+        place = overlapping(solid, beside, room)
         if place is None:
             continue
-        names = one.body.name, other.body.name
         where = (
             f"bodies {names[0]!r} and {names[1]!r} overlap at ({', '.join(f'{x:.4g}' for x in place)}) m from the start"
         )
-        if frozenset(names) in touching:
+        if law is not None:
             raise Refused(f"{where}: contact keeps apart what is apart; move or shorten one of them")
         warnings.warn(
             f"{where}: nothing acts between them; move one, or write [[contact]] between = {json.dumps(names)} where they are to touch",
@@ -154,13 +164,19 @@ def _guard(
         run.stability.share = run.courant / run.limit if run.limit else 1.0
 
 
-def _probes(scene: Scene, bodies: Sequence[BodyRun], space: Space, time_step: TimeStep) -> list[Recorder]:
+def _probes(
+    scene: Scene, bodies: Sequence[BodyRun], told: list[Reported], space: Space, time_step: TimeStep
+) -> list[Rings]:
     """The recorders of a scene's probes; those of nearly every step are part of the steps."""
 
     def cadence(every: float) -> float:
         return every if isinstance(every, int) else every / time_step.dt
 
-    return [
-        Recorder(probe, f"probes.{k}", bodies, space, time_step.clock, every_step=cadence(probe.every) < 2.0)
-        for k, probe in enumerate(scene.probes)
-    ]
+    found: list[Rings] = []
+    for k, probe in enumerate(scene.probes):
+        key, every_step = f"probes.{k}", cadence(probe.every) < 2.0
+        if probe.of is not None:
+            found.append(Teller(probe, key, told, time_step.clock, every_step))
+        else:
+            found.append(Recorder(probe, key, bodies, space, time_step.clock, every_step))
+    return found

@@ -1,8 +1,9 @@
 """The energy ledger of a run: the energies and works of its bodies and interactions so far, column by column.
 
 Nothing here knows which parts of bodies or which interactions there are: each brings its entries. An entry may name a
-column of its own, which then stands before the external work. The residual is the external work less all the others:
-below zero, energy was created.
+column of its own, which then stands before the external work. What contact stores, what it dissipates and what it makes or
+takes beside that have columns where anything names them; the column `contact` is their sum, and counts once. The residual is
+the external work less all the others: below zero, energy was created.
 """
 
 # pyright: strict
@@ -19,6 +20,9 @@ from wsph.simulation.diagnostics import BodySums
 
 COLUMNS = ("kinetic", "strain", "dissipated", "hourglass", "contact")
 """The columns of every ledger, in the order of history.csv."""
+
+CONTACT, OF_CONTACT = COLUMNS[4], ("contact_stored", "contact_dissipated", "contact_numerical")
+"""The column of contact, and those that it is the sum of."""
 
 WORK, RESIDUAL = "external_work", "residual"
 
@@ -49,7 +53,8 @@ class Ledger:
         named = dict.fromkeys(entry.column for entries in (*bodies, *interactions) for entry in entries)
         if RESIDUAL in named:
             raise ValueError("the residual is what all entries leave: none can name it")
-        self.further = tuple(name for name in named if name not in (*COLUMNS, WORK))
+        parts = [name for name in OF_CONTACT if name in named]
+        self.further = (*parts, *(name for name in named if name not in (*COLUMNS, *OF_CONTACT, WORK)))
         """Columns beyond those that every ledger has."""
         self.columns = (*COLUMNS, *self.further, WORK, RESIDUAL)
         self.initial = 0.0
@@ -76,9 +81,12 @@ class Ledger:
             name: reduce(operator.add, [*measured.get(name, []), *beside[name]] or [0.0])
             for name in (*COLUMNS, *self.further)
         }
+        # An entry may be of contact as a whole, too.
+        energies[CONTACT] += sum(energies.get(name, 0.0) for name in OF_CONTACT)
+        counted = [energies[name] for name in self.further if name not in OF_CONTACT]
         total = sum(e.kinetic + e.strain for e in sums) + energies["dissipated"]
-        total += energies["hourglass"] + energies["contact"]
-        for value in (*beside["kinetic"], *beside["strain"], *(energies[name] for name in self.further)):
+        total += energies["hourglass"] + energies[CONTACT]
+        for value in (*beside["kinetic"], *beside["strain"], *counted):
             total += value
         work = self.initial
         for value in (*_together(interactions, WORK), *_over(bodies, WORK)):

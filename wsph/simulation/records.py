@@ -12,9 +12,9 @@ from wsph.output import fields
 from wsph.output.cells import Cells, Gathered
 from wsph.output.folder import OutputFolder
 from wsph.simulation.checks import warn
-from wsph.simulation.composition import BodyRun, Composition
+from wsph.simulation.composing.composition import BodyRun, Composition
 from wsph.simulation.ledger import Account
-from wsph.simulation.probes import Recorder
+from wsph.simulation.probing.rings import Rings
 from wsph.simulation.timeline import Events
 
 Recorded = tuple[str, list[int]]
@@ -37,7 +37,11 @@ class Records:
         self._wanted, self._single = scene.output.fields, composition.space.precision == "f32"
         self._moved, self._dim = scene.output.positions == "current", scene.dim
         axes = [f"momentum_{axis}" for axis in "xyz"[: scene.dim]]
-        self._names = ["step", "time", "dt", *energies, *axes]
+        self._told = composition.told
+        told = {name: column.unit for each in self._told for name, column in each.columns().items()}
+        self._names = ["step", "time", "dt", *energies, *axes, *told]
+        self.told_units = told | {name: unit for each in self._probes for name, unit in each.units().items()}
+        """SI units of the columns of what reports, by their names."""
         self._rows: list[list[float]] = []
         self._energy = scales.stress * scales.length**scene.dim
         self._impulse = scales.density * scales.length**scene.dim * scales.velocity
@@ -91,7 +95,8 @@ class Records:
             return
         energies = [value * self._energy for value in account.energies.values()]
         momentum = account.momentum * self._impulse
-        self._rows.append([step, self._timeline.time(step), self._timeline.dt, *energies, *momentum])
+        told = [value for each in self._told for value in each.values().values()]
+        self._rows.append([step, self._timeline.time(step), self._timeline.dt, *energies, *momentum, *told])
 
     def frame(self, step: int) -> None:
         """Write a frame of the state, which is that after `step`."""
@@ -179,7 +184,7 @@ class Records:
         """Go on from `step` with what `kept` gave. A probe that it does not have begins there."""
         self._rows = arrays["history"].tolist()
         there = {name: (k, steps) for k, (name, steps) in enumerate(probes)}
-        timed: list[tuple[Recorder, Events]] = [*self._slow, *self._fast]
+        timed: list[tuple[Rings, Events]] = [*self._slow, *self._fast]
         for recorder, events in timed:
             if (known := there.get(recorder.probe.model_dump_json())) is not None:
                 recorder.go_on(arrays[f"probe{known[0]}"], known[1])

@@ -22,10 +22,10 @@ from wsph.simulation import checkpoint
 from wsph.simulation.checkpoint import Checkpoints, Found
 from wsph.simulation.checks import Checks
 from wsph.simulation.compose import compose
-from wsph.simulation.composition import Composition
+from wsph.simulation.composing.composition import Composition
 from wsph.simulation.interrupts import Interrupts
 from wsph.simulation.ledger import Account, Ledger
-from wsph.simulation.probes import RING
+from wsph.simulation.probing.rings import RING
 from wsph.simulation.records import Records
 from wsph.simulation.result import Result
 from wsph.simulation.step_control import StepControl
@@ -93,7 +93,7 @@ class Simulation:
         bodies = composition.bodies
         self._ledger = Ledger([run.system.ledger for run in bodies], [each.ledger for each in composition.between])
         self._control = StepControl(composition)
-        touching = {frozenset(contact.names) for contact in scene.contact}
+        touching = {frozenset(contact.names): contact.law != "pinball" for contact in scene.contact}
         self._checks = Checks(bodies, self._timeline, scene.stop.energy, touching)
         self._records = Records(composition, self._ledger.columns, self._folder)
         self._checkpoints = Checkpoints(
@@ -196,5 +196,5 @@ class Simulation:
         read = [
             fields.primitive(key.partition("[")[0]) for columns in probes.values() for key in columns if key != "time"
         ]
-        units = self._records.units(tuple(dict.fromkeys((*wanted, *read))))
+        units = self._records.units(tuple(dict.fromkeys((*wanted, *read)))) | self._records.told_units
         return Result(scene, ending.status, ending.reason, t, history, probes, particles, said, failure, cells, units)

@@ -17,7 +17,7 @@ from wsph.errors import Refused
 from wsph.plugins import integrators, registry
 from wsph.scene.tables import Run
 from wsph.simulation.checks import unstable, warn
-from wsph.simulation.composition import BodyRun, Composition, integrators_of
+from wsph.simulation.composing.composition import BodyRun, Composition, integrators_of
 from wsph.simulation.diagnostics import BodySums
 from wsph.simulation.timeline import Timeline, TimeStep, UnsetClock
 from wsph.stability.limit import SLACK

@@ -11,7 +11,7 @@ import numpy as np
 
 from wsph.plugins import integrators, registry
 from wsph.scene.scene import Scene
-from wsph.simulation.composition import Composition
+from wsph.simulation.composing.composition import Composition
 from wsph.simulation.ledger import Ledger
 
 VERSIONS = (("wsph", "wsph"), ("warp", "warp-lang"), ("numpy", "numpy"), ("meshio", "meshio"))

@@ -36,6 +36,30 @@ def _travel_kernel(space: Space) -> wp.Kernel:
     return travel
 
 
+@cache
+def _pace_kernel(space: Space) -> wp.Kernel:
+    vec = space.vec
+
+    @kernel()
+    def pace(
+        found: wp.array(dtype=vec),
+        u: wp.array(dtype=vec),
+        v: wp.array(dtype=vec),
+        count: int,
+        furthest_out: wp.array2d(dtype=wp.float64),
+    ):
+        block = wp.tid()
+        way = wp.float64(0.0)
+        speed = wp.float64(0.0)
+        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+            way = wp.max(way, wp.float64(wp.length(u[i] - found[i])))
+            speed = wp.max(speed, wp.float64(wp.length(v[i])))
+        furthest_out[block, 0] = way
+        furthest_out[block, 1] = speed
+
+    return pace
+
+
 class Skin:
     """The skin of `n` particles. `found` holds the displacements at which the pairs were found, (n,) vec, nondimensional."""
 
@@ -43,6 +67,7 @@ class Skin:
         self._space, self._n, self._clock, self._domain = space, n, clock, domain
         self.found = wp.zeros(n, dtype=space.vec, device=clock.device)
         self._furthest = wp.zeros(blocks(n), dtype=wp.float64, device=clock.device)
+        self._pace = wp.zeros((blocks(n), 2), dtype=wp.float64, device=clock.device)
 
     def has_left(self, u: wp.array, v: wp.array, thickness: float) -> bool:
         """Whether a particle with displacement `u` and velocity `v`, (n,) vec, has moved, or can have moved by the end of
@@ -51,3 +76,11 @@ class Skin:
         travel, device = _travel_kernel(self._space), self._clock.device
         wp.launch(travel, len(self._furthest), inputs=inputs, outputs=[self._furthest], device=device)
         return 0.5 * thickness < largest(self._furthest, self._domain) < np.inf
+
+    def gone(self, u: wp.array, v: wp.array) -> tuple[float, float]:
+        """The longest way that a particle has moved, and the largest speed, of displacements `u` and velocities `v`, (n,)
+        vec (a launch and a copy)."""
+        inputs, device = [self.found, u, v, self._n], self._clock.device
+        wp.launch(_pace_kernel(self._space), blocks(self._n), inputs=inputs, outputs=[self._pace], device=device)
+        way, speed = (float(column.max()) for column in self._pace.numpy().T)
+        return way, speed

@@ -70,7 +70,7 @@ def limit_of(system: Stability, polynomial: Polynomial, order: int) -> Limit:
         share = margin(system, order, amplifies=reach == 0.0)
         return damped_limit(system, lambda z: _values(z, polynomial), len(polynomial), share)
     if reach == 0.0:
-        return 0.0, "it amplifies every undamped wave: use leapfrog or rk4, or give the body viscosity"
+        return 0.0, "it amplifies every undamped wave: use leapfrog or rk4, or damp the waves of the body"
     return undamped_limit(system, reach)
 
 

@@ -10,7 +10,7 @@ from wsph.formulations.one_set import OneSetSystem
 from wsph.protocols import DeviceArray
 from wsph.scene.scene import Scene
 from wsph.simulation.compose import compose
-from wsph.simulation.composition import Composition
+from wsph.simulation.composing.composition import Composition
 from wsph.stability.krylov import Moving, Products
 
 

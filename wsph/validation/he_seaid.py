@@ -11,7 +11,7 @@ import numpy as np
 import wsph
 from wsph.scene.scene import Scene
 from wsph.simulation.compose import compose
-from wsph.simulation.composition import Composition
+from wsph.simulation.composing.composition import Composition
 from wsph.validation import oracles
 from wsph.validation.case import EXAMPLES, Row, at_most, between, case, example, reported
 from wsph.validation.measures import at_times, frequency, ligament

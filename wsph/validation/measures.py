@@ -10,7 +10,7 @@ import numpy as np
 from wsph.formulations.taylor.system import TwoSetSystem
 from wsph.scene.scene import Scene
 from wsph.simulation.compose import compose
-from wsph.simulation.composition import Composition
+from wsph.simulation.composing.composition import Composition
 from wsph.simulation.result import Result
 from wsph.validation import oracles
 

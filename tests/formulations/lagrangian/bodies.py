@@ -10,7 +10,7 @@ import numpy as np
 import wsph
 from tests import scenes
 from wsph.simulation.compose import compose
-from wsph.simulation.composition import Composition
+from wsph.simulation.composing.composition import Composition
 from wsph.validation import meshes
 
 STAIRS = {"type": "polygon", "points": [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]}

@@ -13,7 +13,7 @@ from wsph.geometry.gradients import mean_gradients
 from wsph.geometry.lattice import Lattice
 from wsph.geometry.meshes.meshed import Meshed
 from wsph.simulation.compose import compose
-from wsph.simulation.composition import Composition
+from wsph.simulation.composing.composition import Composition
 from wsph.validation import meshes
 
 pytestmark = pytest.mark.filterwarnings("ignore:body .* pieces that have no node in common")

@@ -7,7 +7,7 @@ import wsph
 from tests import scenes
 from wsph.formulations.one_set import OneSetSystem
 from wsph.simulation.compose import compose
-from wsph.simulation.composition import Composition
+from wsph.simulation.composing.composition import Composition
 
 DIMENSIONS = [(dim, precision) for dim in (1, 2, 3) for precision in ("f64", "f32")]
 

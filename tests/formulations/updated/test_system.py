@@ -7,7 +7,7 @@ import wsph
 from tests import scenes
 from wsph.formulations.updated import rates
 from wsph.simulation.compose import compose
-from wsph.simulation.composition import Composition
+from wsph.simulation.composing.composition import Composition
 from wsph.testing import temporal_order
 
 BARE = {"residual": False}

@@ -9,7 +9,7 @@ import wsph
 from tests import scenes
 from wsph.formulations.updated.system import UpdatedSystem
 from wsph.simulation.compose import compose
-from wsph.simulation.composition import Composition
+from wsph.simulation.composing.composition import Composition
 
 FORM = {"formulation": "updated-lagrangian", "cfl": 0.7}
 OUTPUT = {"fields": ["stress", "velocity", "displacement"], "history": 100}

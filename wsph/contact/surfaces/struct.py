@@ -1,7 +1,7 @@
 """The surface of a body as kernels take it."""
 
 # pyright: strict
-# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+# pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
 
 from functools import cache
 from typing import Protocol, cast
@@ -28,7 +28,8 @@ class SurfaceArrays(Protocol):
 
 @cache
 def surface_struct(space: Space) -> type:
-    """Struct of a surface of n vertices and m faces, points in 1D, segments in 2D and triangles in 3D; nondimensional.
+    """Struct of a surface of n vertices and m faces, which are points in 1D, segments in 2D and triangles in 3D. All are
+    nondimensional.
 
     x       # places now, about an origin that all bodies share, (n,) vec
     moved   # ways since the end of the last step, (n,) vec

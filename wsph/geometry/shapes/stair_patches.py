@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from wsph.geometry.shapes.combined import Shape
+from wsph.geometry.shapes.surfaces.surface import Patch, placed
 
 TURNED = 3.0
 """Weight of a face's turn away from a patch beside its distance [cells]."""
@@ -44,6 +45,12 @@ class StairPatches(Mapping[str, np.ndarray]):
             least[better], label[better] = cost[better], number
             place[better], normal[better] = nearest[better], gradient[better]
         return label, place, normal
+
+    @property
+    def stands_for(self) -> tuple[np.ndarray, tuple[Patch, ...]]:
+        """The patch of every face, (m,) indices, and all patches, turned with the shape."""
+        shape = self._shape
+        return self._found[0], placed(shape.patches(), shape.middle, shape.axes)
 
     def projected(self, outer: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Of every face the normal of its patch (m, dim), the name of the face that this makes it (m,), and whether it lies

@@ -27,8 +27,8 @@ from wsph.plugins.traits import gives, turns
 from wsph.protocols import Integrator, Material
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
+from wsph.simulation.composing.composition import BodyRun
 from wsph.simulation.composing.setting import BareBody, Method, Setting
-from wsph.simulation.composition import BodyRun
 from wsph.simulation.diagnostics import Diagnostics
 from wsph.simulation.timeline import TimeStep
 from wsph.stability.limit import Ask, StepLimit
@@ -37,9 +37,13 @@ from wsph.units import Scales
 
 def wants_displacement(scene: Scene) -> bool:
     """Whether a probe or a frame asks for the displacement, or for the density, which may follow from it; or there are
-    bodies that may meet."""
+    bodies or tools that may meet."""
     wanted = [*scene.output.fields, *(f for probe in scene.probes for f in probe.fields)]
-    return len(scene.bodies) > 1 or any(fields.primitive(name) in ("displacement", DENSITY) for name in wanted)
+    return (
+        len(scene.bodies) > 1
+        or bool(scene.tools)
+        or any(fields.primitive(name) in ("displacement", DENSITY) for name in wanted)
+    )
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from wsph.protocols import AnyState, Coupling, Dimensioned, LawForm, OneSet, Terms, Timed
+from wsph.contact.between import Coupling
+from wsph.protocols import AnyState, Dimensioned, LawForm, OneSet, Stepped, Terms, Timed
 
 
 class Member(OneSet, Protocol):
@@ -46,7 +47,7 @@ class JointSystem:
     def __init__(self, bodies: Mapping[str, Member], couplings: Sequence[Coupling], clock: Timed):
         self._bodies, self.couplings, self._clock = dict(bodies), tuple(couplings), clock
         own = [coupling.members() for coupling in self.couplings]
-        self._members: dict[str, Member] = dict(bodies)
+        self._members: dict[str, Stepped] = dict(bodies)
         for members in own:
             self._members |= members
         self.state = JointState({name: member.state for name, member in self._members.items()})
@@ -175,7 +176,8 @@ class JointSystem:
 
     @property
     def modes(self) -> NDArray[np.complex128]:
-        found = [member.modes for member in self._bodies.values()]
+        # A body that is held everywhere has no motions.
+        found = [member.modes for member in self._bodies.values() if member.frequency > 0.0]
         if self.pushed:
             found.append(self.frequency * np.array([1j, -1j], np.complex128))
         return np.concatenate(found)
@@ -185,7 +187,8 @@ class JointSystem:
         found: list[float] = []
         for name, member in self._bodies.items():
             square, drag = self._added(name)
-            found.append(member.largest(dt, factor) + dt**2 * square + 2.0 * dt * drag)
+            own = member.largest(dt, factor) if member.frequency > 0.0 else 0.0
+            found.append(own + dt**2 * square + 2.0 * dt * drag)
         return max(found)
 
     def courant(self, product: float) -> float:

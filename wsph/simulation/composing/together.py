@@ -8,16 +8,22 @@ from collections.abc import Sequence
 import numpy as np
 
 from wsph.constitutive.sampling import law_named
+from wsph.contact.between import Coupling
 from wsph.errors import Refused
 from wsph.plugins import integrators
 from wsph.plugins.blame import blame
-from wsph.protocols import Coupling
 from wsph.simulation.composing.bodies import Standing
+from wsph.simulation.composing.composition import BodyRun
 from wsph.simulation.composing.joint import JointSystem, share_of
 from wsph.simulation.composing.setting import Setting
-from wsph.simulation.composition import BodyRun
 from wsph.simulation.step_control import WITH_CONTACT
 from wsph.simulation.timeline import TimeStep
+
+LEAPFROG = 2.0
+"""omega dt up to which leapfrog holds a wave."""
+
+WHOLE = 1.0 - 1e-6
+"""A step that is longer than it may be by rounding alone is none."""
 
 LEAST, MOST = 0.5, 10.0
 """Stiffness of what acts between bodies, in those of the materials: below the least bodies sink into each other by more than
@@ -83,12 +89,14 @@ def stiffen(setting: Setting, joint: JointSystem, runs: Sequence[BodyRun]) -> No
         for run in runs:
             run.stability.measure()
         limits = [(run.limit, run.courant) for run in runs if run.limit is not None]
-        return min((WITH_CONTACT * limit / courant for limit, courant in limits), default=np.inf)
+        # Methods that hold longer waves damp what contact swings by.
+        swings = WITH_CONTACT * LEAPFROG / (joint.frequency * joint.clock.dt) if joint.frequency > 0.0 else np.inf
+        return min([swings, *(WITH_CONTACT * limit / courant for limit, courant in limits)])
 
-    if room(MOST) >= 1.0:
+    if room(MOST) >= WHOLE:
         return
     left = room(LEAST)
-    if left < 1.0:
+    if left < WHOLE:
         if setting.scene.run.guard != "refuse":
             room(1.0)
             return
@@ -102,7 +110,7 @@ def stiffen(setting: Setting, joint: JointSystem, runs: Sequence[BodyRun]) -> No
     low, high = LEAST, MOST
     while high - low > 1e-3 * low:
         middle = float(np.sqrt(low * high))
-        low, high = (middle, high) if room(middle) >= 1.0 else (low, middle)
+        low, high = (middle, high) if room(middle) >= WHOLE else (low, middle)
     room(low)
 
 

@@ -1,22 +1,21 @@
-"""Contact between bodies, and of a body with itself: particles push each other apart where they are nearer than their radii.
+"""Contact between balls: particles push each other apart where they are nearer than their radii.
 
-Every particle is a ball of radius R = `radius` spacings. With delta = R_i + R_j - |x_ij| > 0, n from j to i, along n:
+Every particle is a ball of radius R = `radius` spacings. With delta = R_i + R_j - |x_ij| > 0, n from j to i, along n, while
+the balls approach (pinball contact, Belytschko & Neal 1991; Islam & Peng 2019, eqs 31-35):
 
-    penalty   K_s k delta, k = M (R_i + R_j)^(dim - 2), M the harmonic mean of the bodies' wave moduli rho c^2: with
-              K_s = 1 a contact is as stiff as the cell of material that it stands for, and waves pass through it
-    pinball   K_s min(F1, F2) while the balls approach (Belytschko & Neal 1991; Islam & Peng 2019, eqs 31-35):
-              F1 = m d(delta)/dt / dt with m the reduced mass, which stops them within a step, F2 = G delta in 2D (per depth)
-              and 1D, G sqrt(R) delta^(3/2) in 3D with G = G_i G_j/(G_i + G_j), R = R_i R_j/(R_i + R_j)
+    f = K_s min(F1, F2)
+    F1 = m d(delta)/dt / dt with m the reduced mass, which stops them within a step
+    F2 = G delta in 2D (per depth) and 1D, G sqrt(R) delta^(3/2) in 3D, G = G_i G_j/(G_i + G_j), R = R_i R_j/(R_i + R_j)
 
-`friction` mu adds min(mu f_n, what stops the sliding) against the tangential velocity. Forces are gathers over candidate
+`friction` mu adds min(mu f, what stops the sliding) against the tangential velocity. Forces are gathers over candidate
 pairs; both ends compute the same number with the other sign, so linear momentum is kept to rounding, and angular momentum
-where there is no friction.
+where there is no friction. None of them gives energy back.
 
 A step of the bodies stands between two halves of an impulse, v += dt/2 f/m, with the forces of the positions there: with a
 method of second order or higher that is Strang's splitting, of second order. Between two steps, where states are read and
 works are summed, velocities so are those of the instant: at rest they are zero, and every entry of the ledger stands still.
-The `contact` entry is the energy that a penalty stores, and what friction and pinball contact have taken, from the change of
-the velocities. Candidates are all pairs within the radii and a skin, found again before a particle can leave it.
+The entry `contact_dissipated` is what the forces have taken, from the change of the velocities. Candidates are all pairs
+within the radii and a skin, found again before a particle can leave it.
 """
 
 # pyright: strict
@@ -31,12 +30,13 @@ import warp as wp
 from wsph.backend.clock import Clock
 from wsph.backend.domain import WHOLE, Domain
 from wsph.backend.space import Array, Space
-from wsph.contact.bodies import ContactBody, ContactPair, pushed, without_neighbours
-from wsph.contact.law import ContactLaw, law_struct, push_kernel
+from wsph.contact.between import PushedBody
+from wsph.contact.pinball.bodies import ContactBody, ContactPair, pushed, without_neighbours
+from wsph.contact.pinball.law import ContactLaw, law_struct, push_kernel
 from wsph.errors import Refused
 from wsph.plugins.integrators import publishes
-from wsph.protocols import Entry, PushedBody
-from wsph.scene.tables import Contact
+from wsph.protocols import Entry
+from wsph.scene.contact import Contact
 from wsph.sph.pairs import find_pairs
 from wsph.sph.rows import rows_of
 from wsph.units import Scales
@@ -46,7 +46,7 @@ SKIN = 0.6
 
 
 class Contacts:
-    """All contacts of a composition, as one interaction."""
+    """All contacts between balls of a composition, as one interaction."""
 
     follows: bool = True
 
@@ -61,7 +61,7 @@ class Contacts:
         domain: Domain = WHOLE,
     ):
         self.ledger: tuple[Entry, ...] = (
-            Entry("contact", lambda: self.energy),
+            Entry("contact_dissipated", lambda: self.energy),
             Entry("external_work", lambda: self.held_work),
         )
         self._space, self._clock, self._device, self._domain = space, clock, device, domain
@@ -70,10 +70,7 @@ class Contacts:
         for name in taking_part:
             _refuse(named[name])
         origin = np.mean([pushed(named[name]).position.mean(0) for name in taking_part], axis=0)
-        losing = {name for part in parts if part.law != "penalty" or part.friction > 0.0 for name in part.names}
-        self.sides = {
-            name: ContactBody(named[name], origin, space, scales, clock, domain, name in losing) for name in taking_part
-        }
+        self.sides = {name: ContactBody(named[name], origin, space, scales, clock, domain) for name in taking_part}
         self._no_slot: Array = wp.zeros(1, dtype=wp.int32, device=device)
         self._no_weight: Array = wp.zeros(1, dtype=space.scalar, device=device)
         self._contacts: list[ContactPair] = []
@@ -87,20 +84,15 @@ class Contacts:
     def _law(self, part: Contact, one: ContactBody, other: ContactBody) -> ContactLaw:
         space, real = self._space, self._space.scalar
         radii = part.radius * one.spacing, part.radius * other.spacing
-        wave = [side.system.constitutive for side in (one, other)]
-        scale = wave[0].density, wave[1].density
-        moduli = [d * (c.wave_speed / one.system.scales.velocity) ** 2 for d, c in zip(scale, wave, strict=True)]
-        shear = [c.material.moduli()[1] / one.system.scales.stress for c in wave]
+        laws = [side.system.constitutive for side in (one, other)]
+        shear = [c.material.moduli()[1] / one.system.scales.stress for c in laws]
         law: ContactLaw = law_struct(space)()
         law.reach = real(sum(radii))
         law.friction = real(part.friction)
         law.shear = real(shear[0] * shear[1] / (shear[0] + shear[1]))
         law.curvature = real(np.sqrt(radii[0] * radii[1] / sum(radii)))
-        law.own_density, law.other_density = real(scale[0]), real(scale[1])
-        law.stiffness = real(part.stiffness)
-        if part.law == "penalty":
-            mean = 2.0 * moduli[0] * moduli[1] / (moduli[0] + moduli[1])
-            law.stiffness = real(part.stiffness * mean * sum(radii) ** (space.dim - 2))
+        law.own_density, law.other_density = real(laws[0].density), real(laws[1].density)
+        law.stiffness = real(part.number or 1.0)
         return law
 
     def frequency(self, body: str) -> float:
@@ -113,11 +105,9 @@ class Contacts:
                 if side.name == body:
                     inverse = 1.0 / (float(law.own_density) * float(side.system.volume.min()))
                     inverse += 1.0 / (float(law.other_density) * float(other.system.volume.min()))
-                    stiffness = float(law.stiffness)
-                    if contact.part.law == "pinball":
-                        stiffness *= float(law.shear) * (
-                            float(law.curvature) * float(law.reach) ** 0.5 if self._space.dim == 3 else 1.0
-                        )
+                    stiffness = float(law.stiffness) * float(law.shear)
+                    if self._space.dim == 3:
+                        stiffness *= float(law.curvature) * float(law.reach) ** 0.5
                     square = max(square, 2.0 ** (self._space.dim - 1) * stiffness * inverse)
         return float(np.sqrt(square))
 
@@ -172,14 +162,14 @@ class Contacts:
         """Find the forces at the start (launches)."""
         for contact in self._contacts:
             one, other, part = contact.one, contact.other, contact.part
-            push = push_kernel(self._space, part.law, part.friction > 0.0, one is other)
+            push = push_kernel(self._space, part.friction > 0.0, one is other)
             ways = ((one, other), (other, one)) if one is not other else ((one, one),)
             for (side, against), law, (pairs, slot) in zip(ways, contact.laws, contact.rows, strict=False):
                 weight = side.system.breakable_weights if one is other else None
                 weight = weight if weight is not None else self._no_weight
                 rows = rows_of(self._space, pairs)
                 inputs = [law, rows, side.struct, against.struct, self._clock.time, slot, weight]
-                self._clock.launch(push, side.count, inputs, [side.force, side.lost, side.stored])
+                self._clock.launch(push, side.count, inputs, [side.force])
 
     def begin(self) -> None:
         """The first half of the impulses of a step, of the forces that stand (launches)."""
@@ -194,7 +184,7 @@ class Contacts:
 
     @property
     def energy(self) -> float:
-        """Energy that contacts store and have taken from the bodies so far, nondimensional."""
+        """Energy that contacts have taken from the bodies so far, nondimensional."""
         return sum(side.energy for side in self.sides.values())
 
     @property
@@ -213,12 +203,7 @@ class Contacts:
 
 
 def _refuse(run: PushedBody) -> None:
-    """Refuse bodies that contacts cannot push."""
-    if not run.system.traits.pushable:
-        raise Refused(
-            f"body {run.body.name!r}: contact pushes bodies whose particles move: use an integrator of one set, not the two"
-            f" sets of {run.system.formulation!r}"
-        )
+    """Refuse bodies whose velocities nothing may change between steps."""
     if publishes(run.integrator):
         raise Refused(
             f"body {run.body.name!r}: contact changes velocities between steps; {type(run.integrator).__name__} keeps variables of"

@@ -1,4 +1,4 @@
-"""The forces of two particles in contact on each other, and the kernels that apply them."""
+"""The forces of two balls in contact on each other, and the kernels that apply them."""
 
 from functools import cache
 from typing import Protocol
@@ -27,7 +27,7 @@ class ContactLaw(Protocol):
 def law_struct(space: Space) -> type:
     """Struct of a contact's law as kernels take it, nondimensional.
 
-    stiffness      # of a penalty, force per overlap; of pinball, the factor K_s
+    stiffness      # the factor K_s
     shear          # G_i G_j/(G_i + G_j) of the shear moduli
     friction       # coefficient mu
     reach          # R_i + R_j, the distance at which two particles touch
@@ -55,16 +55,9 @@ def body_struct(space: Space) -> type:
 
 
 @cache
-def push_size(space: Space, law: str) -> wp.Function:
+def push_size(space: Space) -> wp.Function:
     """Warp function (law, overlap, closing speed, reduced mass, dt) -> the force between two particles along their line."""
     real, dim, Law = space.scalar, space.dim, law_struct(space)
-    if law == "penalty":
-
-        @wp.func
-        def penalty(c: Law, delta: real, closing: real, mass: real, dt: real) -> real:
-            return c.stiffness * delta
-
-        return penalty
 
     @wp.func
     def pinball(c: Law, delta: real, closing: real, mass: real, dt: real) -> real:
@@ -77,12 +70,11 @@ def push_size(space: Space, law: str) -> wp.Function:
 
 
 @cache
-def push_kernel(space: Space, law: str, rubbing: bool, itself: bool) -> wp.Kernel:
-    """Forces on the particles of a body, from those of another one or of itself, and the energy that they store; of the
-    forces `lost` are those that give none back. `slot` (pairs,): where the weight of the link between two neighbours stands
-    in `weight`, -1 for others."""
+def push_kernel(space: Space, rubbing: bool, itself: bool) -> wp.Kernel:
+    """Forces on the particles of a body, from those of another one or of itself. `slot` (pairs,): where the weight of the
+    link between two neighbours stands in `weight`, -1 for others."""
     real, vec, Law, Body, Rows = space.scalar, space.vec, law_struct(space), body_struct(space), rows_struct(space)
-    size_of, stores = push_size(space, law), law == "penalty"
+    size_of = push_size(space)
 
     @kernel(ranged=True)
     def push(
@@ -95,14 +87,10 @@ def push_kernel(space: Space, law: str, rubbing: bool, itself: bool) -> wp.Kerne
         slot: wp.array(dtype=wp.int32),
         weight: wp.array(dtype=real),
         force_out: wp.array(dtype=vec),
-        lost_out: wp.array(dtype=vec),
-        stored_out: wp.array(dtype=wp.float64),
     ):
         i = first + wp.tid()
         dt = real(dt_of(clock))
         total = vec()
-        lost = vec()
-        stored = real(0.0)
         for k in range(rows.offsets[i], rows.offsets[i + 1]):
             j = rows.indices[k]
             r = (own.x[i] - other.x[j]) + (own.u[i] - other.u[j])
@@ -121,31 +109,20 @@ def push_kernel(space: Space, law: str, rubbing: bool, itself: bool) -> wp.Kerne
                 delta = c.reach - distance
                 size = size_of(c, delta, closing, mass, dt)
                 total += size * n
-                if wp.static(stores):
-                    # Each end holds its half of the pair's.
-                    stored += real(0.25) * size * delta
-                else:
-                    lost += size * n
                 if wp.static(rubbing):
                     sliding = moving + closing * n
                     speed = wp.length(sliding)
                     if speed > real(0.0):
-                        rub = wp.min(c.friction * size, mass * speed / dt) * (sliding / speed)
-                        total -= rub
-                        lost -= rub
+                        total -= wp.min(c.friction * size, mass * speed / dt) * (sliding / speed)
         force_out[i] = force_out[i] + total
-        stored_out[i] = stored_out[i] + wp.float64(stored)
-        if wp.static(rubbing or not stores):
-            lost_out[i] = lost_out[i] + lost
 
     return push
 
 
 @cache
-def kick_kernel(space: Space, loses: bool, opens: bool) -> wp.Kernel:
+def kick_kernel(space: Space, opens: bool) -> wp.Kernel:
     """Change the velocities by half of the forces' impulse, and count the work. `free` (n,) vec is one along the axes along
-    which a velocity is not prescribed. `opens`: a step begins with it, and the forces are zero after it; `loses`: some of
-    them give no energy back."""
+    which a velocity is not prescribed. `opens`: a step begins with it, and the forces are zero after it."""
     real, vec = space.scalar, space.vec
 
     @kernel(ranged=True)
@@ -156,8 +133,6 @@ def kick_kernel(space: Space, loses: bool, opens: bool) -> wp.Kernel:
         density: real,
         clock: wp.array(dtype=wp.float64),
         force_out: wp.array(dtype=vec),
-        lost_out: wp.array(dtype=vec),
-        stored_out: wp.array(dtype=wp.float64),
         velocity_out: wp.array(dtype=vec),
         taken_out: wp.array(dtype=wp.float64),
         held_out: wp.array(dtype=wp.float64),
@@ -169,14 +144,10 @@ def kick_kernel(space: Space, loses: bool, opens: bool) -> wp.Kernel:
             old = velocity_out[i]
             new = old + wp.cw_mul(free[i], J) / (density * volume[i])
             velocity_out[i] = new
-            if wp.static(loses):
-                taken_out[i] = taken_out[i] - wp.float64(real(0.5) * half * wp.dot(lost_out[i], old + new))
+            taken_out[i] = taken_out[i] - wp.float64(real(0.5) * wp.dot(J, old + new))
             # What holds a prescribed component takes the impulse, and the work.
             held_out[i] = held_out[i] - wp.float64(wp.dot(J - wp.cw_mul(free[i], J), old))
         if wp.static(opens):
             force_out[i] = vec()
-            stored_out[i] = wp.float64(0.0)
-            if wp.static(loses):
-                lost_out[i] = vec()
 
     return kick

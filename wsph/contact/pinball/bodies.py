@@ -1,4 +1,4 @@
-"""Bodies as contacts see them."""
+"""Bodies as contacts between balls see them."""
 
 # pyright: strict
 # pyright: reportUnknownMemberType=false
@@ -15,9 +15,9 @@ from wsph.backend.reduce import total
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.constitutive.constitutive import Constitutive
-from wsph.contact.law import ContactLaw, body_struct, kick_kernel
-from wsph.protocols import PushedBody
-from wsph.scene.tables import Contact
+from wsph.contact.between import PushedBody
+from wsph.contact.pinball.law import ContactLaw, body_struct, kick_kernel
+from wsph.scene.contact import Contact
 from wsph.sph.pairs import Pairs
 from wsph.sph.skin import Skin
 from wsph.units import Scales
@@ -79,9 +79,7 @@ class ContactBody:
     u, v     # displacements and velocities, those of its state, (n,) vec
     volume   # (n,) scalar
     force    # of the contacts where the particles are, zero inside of a step, (n,) vec
-    lost     # what of it gives no energy back, (n,) vec; one entry where all of it does
-    stored   # energy of contacts where the particles are, of each its half, (n,) float64
-    taken    # energy that the forces `lost` have taken so far, (n,) float64
+    taken    # energy that they have taken so far, (n,) float64
     held     # work of prescribed motion against impulses so far, (n,) float64
     free     # 1 along the axes along which the velocity is not prescribed, else 0, (n,) vec
     """
@@ -94,9 +92,7 @@ class ContactBody:
         scales: Scales,
         clock: Clock,
         domain: Domain,
-        loses: bool = False,
     ):
-        """`loses`: some forces on it give no energy back."""
         system, device = pushed(run), clock.device
         self.system, self.name, self.count = system, run.body.name, system.count
         self.spacing = system.spacing / scales.length
@@ -104,28 +100,26 @@ class ContactBody:
         self.u, self.v = system.state.struct.displacement, system.state.struct.velocity
         self.volume: Array = wp.array(system.volume, dtype=space.scalar, device=device)
         self.force: Array = wp.zeros(self.count, dtype=space.vec, device=device)
-        self.lost: Array = wp.zeros(self.count if loses else 1, dtype=space.vec, device=device)
-        self.stored: Array = wp.zeros(self.count, dtype=wp.float64, device=device)
-        self.taken: Array = wp.zeros(self.count if loses else 1, dtype=wp.float64, device=device)
+        self.taken: Array = wp.zeros(self.count, dtype=wp.float64, device=device)
         self.held: Array = wp.zeros(self.count, dtype=wp.float64, device=device)
         self.free: Array = wp.array(system.free_components.reshape(-1, space.dim), dtype=space.vec, device=device)
         self.skin = Skin(space, self.count, clock, domain)
         self.struct = body_struct(space)()
         self.struct.x = wp.array(self.place, dtype=space.vec, device=device)
         self.struct.u, self.struct.v, self.struct.volume = self.u, self.v, self.volume
-        self._clock, self._kicks = clock, [kick_kernel(space, loses, opens) for opens in (False, True)]
+        self._clock, self._kicks = clock, [kick_kernel(space, opens) for opens in (False, True)]
         self._density, self._domain = space.scalar(system.density), domain
 
     def kick(self, *, opens: bool) -> None:
         """Change the velocities by half of the impulse of the forces (a launch), before a step (`opens`) or after it."""
         inputs = [self.volume, self.free, self._density, self._clock.time]
-        outputs = [self.force, self.lost, self.stored, self.v, self.taken, self.held]
+        outputs = [self.force, self.v, self.taken, self.held]
         self._clock.launch(self._kicks[opens], self.count, inputs, outputs)
 
     @property
     def energy(self) -> float:
-        """Energy that the forces store and have taken so far, nondimensional."""
-        return total(self.stored, self._domain) + total(self.taken, self._domain)
+        """Energy that the forces have taken so far, nondimensional."""
+        return total(self.taken, self._domain)
 
     @property
     def held_work(self) -> float:
@@ -134,7 +128,7 @@ class ContactBody:
 
     def kept(self) -> dict[str, Array]:
         """What a run goes on from, by name."""
-        return {name: getattr(self, name) for name in ("force", "lost", "stored", "taken", "held")}
+        return {name: getattr(self, name) for name in ("force", "taken", "held")}
 
 
 @dataclass

@@ -13,18 +13,20 @@ from wsph.backend.graph import Program
 from wsph.backend.space import Space
 from wsph.backend.state import State
 from wsph.constitutive.constitutive import Constitutive
+from wsph.contact.between import Coupling, Interaction
+from wsph.contact.reported import Reported
 from wsph.errors import PluginError
 from wsph.formulations.reading import Reading
 from wsph.formulations.system import System
 from wsph.plugins import integrators
 from wsph.plugins.blame import blame
 from wsph.plugins.traits import longest_step
-from wsph.protocols import Coupling, Integrator, Interaction
+from wsph.protocols import Integrator
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
 from wsph.simulation.composing.joint import JointSystem
 from wsph.simulation.diagnostics import Diagnostics
-from wsph.simulation.probes import Recorder
+from wsph.simulation.probing.rings import Rings
 from wsph.simulation.timeline import TimeStep
 from wsph.stability.limit import StepLimit
 from wsph.units import Scales
@@ -75,7 +77,7 @@ class Step:
     joint: JointSystem | None
     interactions: Sequence[Interaction]
     clock: Clock
-    probes: Sequence[Recorder]
+    probes: Sequence[Rings]
 
     def __call__(self) -> None:
         for interaction in self.interactions:
@@ -124,7 +126,7 @@ class Composition:
     bodies: list[BodyRun]
     joint: JointSystem | None
     interactions: tuple[Interaction, ...]
-    probes: list[Recorder]
+    probes: list[Rings]
     program: Program
     integrator: str
     """Name and distribution of the integrator."""
@@ -133,6 +135,11 @@ class Composition:
     def between(self) -> tuple[Interaction | Coupling, ...]:
         """All that acts between bodies."""
         return (*self.interactions, *(self.joint.couplings if self.joint is not None else ()))
+
+    @property
+    def told(self) -> list[Reported]:
+        """What reports at the end of every step."""
+        return [told for each in (self.joint.couplings if self.joint is not None else ()) for told in each.told]
 
     @property
     def clock(self) -> Clock:

@@ -14,17 +14,15 @@ import warp as wp
 from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
-from wsph.errors import CheckpointError, Fault, SceneError
+from wsph.errors import Fault, SceneError
 from wsph.formulations.reading import DENSITY, Reading
 from wsph.formulations.system import System
 from wsph.geometry.selection import select
 from wsph.output import fields
 from wsph.scene.tables import Body, Probe
+from wsph.simulation.probing.rings import RING, Rings
 from wsph.sph.averages import Averages
 from wsph.units import rounded
-
-RING = 1024
-"""Steps between two reads of a probe that records every step."""
 
 
 @cache
@@ -142,14 +140,21 @@ def _at(points: np.ndarray, key: str, bodies: Sequence[Probed]) -> tuple[Probed,
 
 
 def _selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tuple[Probed, Places]:
-    """The body of which a probe selects places, and how those are read that a field stands at."""
+    """The body of which a probe selects places, and how those are read that a field stands at. Between the particles, where
+    nothing stands, it selects the middles of the cells."""
 
     def chosen(run: Probed, name: str) -> np.ndarray:
         # Where stresses have places of their own, those are selected.
         return np.flatnonzero(select(text, run.reading.where(name), run.system.spacing))
 
+    def middles(run: Probed) -> np.ndarray:
+        cells = run.system.geometry.cells
+        return cells[select(text, cells, run.system.spacing)]
+
     wanted = {"velocity", *(fields.primitive(name) for name in probe.fields)}
     hit = [run for run in bodies if any(len(chosen(run, name)) for name in wanted.intersection(run.reading.fields))]
+    between = not hit
+    hit = hit or [run for run in bodies if len(middles(run))]
     if not hit:
         among = "; ".join(map(_extent, bodies))
         raise _fault(f"{key}.where", f"{probe.where!r} selects no particle; {among}")
@@ -158,6 +163,8 @@ def _selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tu
     run = hit[0]
 
     def read(name: str) -> list[list[Averages]]:
+        if between:
+            return [run.reading.sample(middles(run), name)]
         there = chosen(run, name)
         if not len(there):
             where = "at the points inside the cells" if run.reading.apart(name) else "at the particles"
@@ -171,7 +178,7 @@ def _selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tu
     return run, read
 
 
-class Recorder:
+class Recorder(Rings):
     """One probe on the device. `record()` is a launch; `flush(steps)` appends the rows of those steps.
 
     A row has c columns: for each point, the components of each primitive field. All values are nondimensional. A column is
@@ -187,7 +194,8 @@ class Recorder:
     """
 
     def __init__(self, probe: Probe, key: str, bodies: Sequence[Probed], space: Space, clock: Clock, every_step: bool):
-        self.probe, self._space, self._clock, self.every_step = probe, space, clock, every_step
+        self._space, self._clock = space, clock
+        self.probe = probe
         able = [b for b in bodies if probe.body in (None, b.body.name)]
         if DENSITY in probe.fields:
             text = f"the density cannot be probed in the {able[0].system.formulation} form; frames carry it"
@@ -220,8 +228,7 @@ class Recorder:
         arrays = [wp.array(numbers, dtype=kind, device=clock.device) for numbers, kind in kinds]
         self._columns, self._share, self._bounded, self._offsets, self._place, self._weight = arrays
         self._ring = wp.zeros((RING if every_step else 1, len(made)), dtype=space.scalar, device=clock.device)
-        self._rows: list[np.ndarray] = []
-        self.steps: list[int] = []
+        super().__init__(probe, self._ring, every_step)
 
     def _column(self, name: str, component: int, read: Averages) -> tuple[float, bool, Averages]:
         """A column's factor, whether its entries are bounded, and the entries, over the buffers."""
@@ -237,26 +244,6 @@ class Recorder:
         inputs = [self._clock.step, self._columns, self._share, self._bounded, self._offsets, self._place, self._weight]
         inputs += [*self._reading.buffers, int(self.probe.reduce == "max")]
         self._clock.launch(_kernel(self._space), self._ring.shape[1], inputs, [self._ring])
-
-    def flush(self, steps: list[int]) -> None:
-        """Read the rows of `steps` (all still in the ring)."""
-        if steps:
-            ring = self._ring.numpy()
-            self._rows.append(ring[[s % len(ring) for s in steps]].astype(np.float64))
-            self.steps += steps
-
-    def kept(self) -> tuple[np.ndarray, list[int]]:
-        """The rows read so far, (steps, c), and their steps."""
-        width = self._ring.shape[1]
-        return (np.concatenate(self._rows) if self._rows else np.zeros((0, width))), self.steps
-
-    def go_on(self, rows: np.ndarray, steps: list[int]) -> None:
-        """Take up a record where a checkpoint left it. Raises CheckpointError for one of other columns."""
-        if len(rows) and rows.shape[1:] != self._ring.shape[1:]:
-            raise CheckpointError(
-                f"probe {self.probe.name!r} has {rows.shape[1]} columns in the checkpoint, not {self._ring.shape[1]}"
-            )
-        self._rows, self.steps = ([rows] if len(rows) else []), list(steps)
 
     def columns(self) -> dict[str, np.ndarray]:
         """The record so far, SI: one array (records,) per field component, `FIELD[k]` for the k-th of several points."""

@@ -1,0 +1,1 @@
+"""Contact of bodies whose particles are balls."""

@@ -1,0 +1,69 @@
+"""Which rows of a surface are brought up to date: those that laws read or write, and what these need."""
+
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
+
+from dataclasses import dataclass
+
+import numpy as np
+import warp as wp
+
+from wsph.backend.arrays import Arrays
+from wsph.backend.reduce import BLOCK
+from wsph.backend.space import Array
+from wsph.contact.surfaces.meshing.mesh import SurfaceMesh
+from wsph.contact.surfaces.meshing.sparse import SparseRows, spread
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows of an array, ascending, on the host and on the device, (k,) int32."""
+
+    host: np.ndarray
+    device: Array
+
+    @property
+    def count(self) -> int:
+        """How many."""
+        return len(self.host)
+
+
+@dataclass(frozen=True)
+class Attention:
+    """The rows of a surface that are brought up to date.
+
+    placed  # vertices that have places: of all faces below
+    turned  # faces that have area vectors: all around the vertices that laws see
+    smooth  # faces whose corners have normals: those that laws see
+    pushed  # particles, of the `support`, that forces on the vertices that laws see reach
+    blocks  # where the pushed ones of each block of the support begin, (blocks + 1,) int32
+    """
+
+    placed: Rows
+    turned: Rows
+    smooth: Rows
+    pushed: Rows
+    blocks: Array
+
+
+def attention(
+    mesh: SurfaceMesh, B: SparseRows, support: np.ndarray, seen: tuple[np.ndarray, np.ndarray], arrays: Arrays
+) -> Attention:
+    """Of the vertices and faces that laws see, rows. `support` (s,), ascending: particles that forces can reach."""
+
+    def rows(name: str, each: np.ndarray) -> Rows:
+        return Rows(each, arrays.of(name, each.astype(np.int32), wp.int32))
+
+    vertices, faces = seen
+    vertices = np.unique(np.concatenate([vertices.ravel(), mesh.faces[faces].ravel()]).astype(int))
+    turned = np.unique(mesh.around[spread(mesh.starts, vertices)[1]])
+    placed = np.unique(np.concatenate([vertices, mesh.faces[turned].ravel()]))
+    pushed = np.searchsorted(support, np.unique(B.only(vertices).indices))
+    starts = np.searchsorted(pushed, np.arange(0, len(support) + BLOCK, BLOCK))
+    return Attention(
+        rows("placed", placed),
+        rows("turned", turned),
+        rows("smooth", np.unique(faces.astype(int))),
+        rows("pushed", pushed),
+        rows("blocks", starts).device,
+    )

@@ -1,0 +1,114 @@
+"""How the vertices of a surface follow the particles of their body: u_v = sum_j B_vj u_j.
+
+A vertex is the mean over its sources s, the node that it is or the cells of its fan, of what a linear field about each says:
+
+    B_v = mean of [e_s + D_s (X_v - X_s)],   D_s = sum_j (e_j - e_s) (x) M_s^-1 r,  r = X_j - X_s,  M_s = sum_j r (x) r
+
+D_s is the least-squares gradient over the sources that hang together with s. Rows sum to one and carry linear fields, so
+that forces on vertices keep their resultant and their moment on the way to the particles. A vertex at its own particle is
+that particle.
+"""
+
+# pyright: strict
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wsph.contact.surfaces.meshing.boundary import Boundary
+from wsph.contact.surfaces.meshing.mesh import SurfaceMesh
+from wsph.contact.surfaces.meshing.sparse import SparseRows, spread
+from wsph.geometry.geometry import Geometry
+
+FLAT = 1e-9
+"""Eigenvalue of M over the largest one below which sources do not span its direction: the gradient along it is taken as
+zero."""
+
+
+@dataclass(frozen=True)
+class Embedding:
+    """`B` (vertices, particles); `exact`: every linear field is carried, because sources span all directions everywhere."""
+
+    B: SparseRows
+    exact: bool
+
+    @property
+    def identity(self) -> bool:
+        """Whether every vertex is a particle."""
+        count = self.B.shape[0]
+        return len(self.B.values) == count and bool(
+            (np.diff(self.B.offsets) == 1).all() and (self.B.values == 1.0).all()
+        )
+
+
+def embedding(geometry: Geometry, mesh: SurfaceMesh, *, at_nodes: bool) -> Embedding:
+    """The matrix of a body whose particles are its nodes, `at_nodes`, or its cells."""
+    if at_nodes:
+        return _in_nodes(geometry, mesh)
+    return _in_cells(geometry, mesh)
+
+
+def _in_nodes(geometry: Geometry, mesh: SurfaceMesh) -> Embedding:
+    node, moved = mesh.boundary.node, np.flatnonzero(mesh.moved)
+    rows, columns, values = [np.arange(len(node))], [node], [np.ones(len(node))]
+    exact = True
+    if len(moved):
+        source, other = _nodes_of_fans(geometry, mesh.boundary, moved)
+        slopes, full = _slopes(geometry.nodes[other] - geometry.nodes[node[moved]][source], source, len(moved))
+        weight = (slopes * (mesh.X[moved] - geometry.nodes[node[moved]])[source]).sum(1)
+        rows += [moved[source], moved[source]]
+        columns += [other, node[moved][source]]
+        values += [weight, -weight]
+        exact = bool(full.all())
+    shape = len(node), len(geometry.nodes)
+    return Embedding(
+        SparseRows.of((np.concatenate(rows), np.concatenate(columns), np.concatenate(values)), shape), exact
+    )
+
+
+def _nodes_of_fans(geometry: Geometry, boundary: Boundary, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The other nodes of the cells of the fans of some vertices: an index into `vertices`, and the node, each once."""
+    whose, where = spread(boundary.starts, vertices)
+    cell = boundary.cells[where]
+    count = len(geometry.nodes)
+    keys: list[np.ndarray] = []
+    first = 0
+    for corners in geometry.blocks:
+        own = np.flatnonzero((cell >= first) & (cell < first + len(corners)))
+        nodes = corners[cell[own] - first]
+        keys.append((whose[own][:, None] * count + nodes).ravel())
+        first += len(corners)
+    both = np.unique(np.concatenate(keys))
+    source, other = both // count, both % count
+    apart = other != boundary.node[vertices[source]]
+    return source[apart], other[apart]
+
+
+def _in_cells(geometry: Geometry, mesh: SurfaceMesh) -> Embedding:
+    boundary, place = mesh.boundary, geometry.cells
+    n, count = len(boundary.node), len(place)
+    first, second = boundary.joins.T
+    slopes, full = _slopes(place[second] - place[first], first, count)
+    starts = np.searchsorted(first, np.arange(count + 1))
+    # Every vertex and each cell of its fan ...
+    vertex, share = np.repeat(np.arange(n), np.diff(boundary.starts)), 1.0 / np.diff(boundary.starts)
+    own = boundary.cells
+    off = mesh.X[vertex] - place[own]
+    # ... and each neighbour of that.
+    whose, where = spread(starts, own)
+    weight = share[vertex[whose]] * (off[whose] * slopes[where]).sum(1)
+    rows = np.concatenate([vertex, vertex[whose], vertex[whose]])
+    columns = np.concatenate([own, second[where], own[whose]])
+    values = np.concatenate([share[vertex], weight, -weight])
+    return Embedding(SparseRows.of((rows, columns, values), (n, count)), bool(full[own].all()))
+
+
+def _slopes(r: np.ndarray, source: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """M^-1 r of every pair (k, dim) of a source of so many, and of each source whether its pairs span all directions."""
+    dim = r.shape[1]
+    moments = [np.bincount(source, r[:, a] * r[:, b], count) for a in range(dim) for b in range(dim)]
+    values, vectors = np.linalg.eigh(np.stack(moments, 1).reshape(count, dim, dim))
+    spanned = values > FLAT * np.maximum(values[:, -1:], np.finfo(float).tiny)
+    inverse = np.where(spanned, 1.0 / np.where(spanned, values, 1.0), 0.0)
+    turned = np.einsum("kab,ka->kb", vectors[source], r) * inverse[source]
+    return np.einsum("kab,kb->ka", vectors[source], turned), np.asarray(spanned.all(1))

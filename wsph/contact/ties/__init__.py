@@ -1,0 +1,1 @@
+"""Ties: surfaces that are glued together."""

@@ -1,0 +1,1 @@
+"""Probes: what is recorded of bodies at points, and of what reports."""
