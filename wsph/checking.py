@@ -109,6 +109,7 @@ def _of_body(scene: Scene, run: BodyRun, steps: str) -> list[Row]:
             "  particles",
             f"{run.system.count}, {run.system.pairs} pairs, {device:.0f} bytes per particle on the device, {host:.0f} on the host",
         ),
+        ("  rows", f"{100.0 * run.system.regular:.0f} % follow from the lattice, without lists of pairs"),
         ("  stability", f"Courant number {run.courant:.6g}, {limit}"),
         (
             "  material",

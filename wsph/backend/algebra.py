@@ -34,8 +34,10 @@ def _span(start: int, end: int, each: int) -> Span:
 
 
 @cache
-def _combine_kernel(space: Space, plain: int, timed: int, squared: int) -> wp.Kernel:
-    """sum_out = c0 x0 + c1 x1 + c2 x2 + dt (c3 k0 + c4 k1 + c5 k2 + dt c6 k2), shortened to the terms that are given."""
+def _combine_kernel(space: Space, plain: int, timed: int, squared: int, adds: bool) -> wp.Kernel:
+    """sum_out = c0 x0 + c1 x1 + c2 x2 + dt (c3 k0 + c4 k1 + c5 k2 + dt c6 k2), shortened to the terms that are given.
+    `adds`: x0 is what `sum_out` holds. Read by that name, it hides no entry from the compiler, which then takes several at
+    once."""
     real = space.scalar
     coefficients, at, put = space.vector(7), element(real), placed(real)
 
@@ -57,7 +59,11 @@ def _combine_kernel(space: Space, plain: int, timed: int, squared: int) -> wp.Ke
         stop = wp.min(i + span.each, span.end)
         dt = real(dt_of(clock))
         while i < stop:
-            total = c[0] * at(x0, i)
+            total = real(0.0)
+            if wp.static(adds):
+                total = c[0] * at(sum_out, i)
+            else:
+                total = c[0] * at(x0, i)
             if wp.static(plain > 1):
                 total += c[1] * at(x1, i)
             if wp.static(plain > 2):
@@ -93,7 +99,7 @@ def combine(
     start, end = span
     each = 1 if wp.get_device(clock.device).is_cuda else ENTRIES
     inputs = [space.vector(7)(*coefficients), _span(start, end, each), clock.time, *arrays]
-    made = _combine_kernel(space, len(plain), len(timed), len(squared))
+    made = _combine_kernel(space, len(plain), len(timed), len(squared), unused.ptr == out.ptr)
     clock.launch(made, -(-(end - start) // each), inputs, [out])
 
 

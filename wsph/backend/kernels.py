@@ -17,7 +17,7 @@ from weakref import WeakSet
 
 import warp as wp
 
-from wsph.backend.pair_loops import PAIR_LOOPS
+from wsph.backend.pair_loops import LANES, PAIR_LOOPS
 
 FIRST = "first"
 """The first argument of a ranged kernel."""
@@ -32,19 +32,19 @@ _ranged: "WeakSet[wp.Kernel]" = WeakSet()
 
 
 def kernel(
-    *, ranged: bool = False, pairs: bool = False, module: wp.Module | str = "unique"
+    *, ranged: bool = False, pairs: bool = False, lanes: bool = False, module: wp.Module | str = "unique"
 ) -> Callable[[Callable[..., None]], wp.Kernel]:
     """Decorator: a Warp kernel, without its adjoint.
 
     `ranged`: its rows can be split over threads; `pairs`: its loops over pairs are compiled with their sums in vectors
-    (`wsph.backend.pair_loops`); `module`: that of kernels which are always used together (`Space.module`), or one of its
-    own. Raises TypeError where the arguments do not say what the kernel does.
-    """
+    (`wsph.backend.pair_loops`); `lanes`: its loops are over rows that lie side by side; `module`: that of kernels which
+    are always used together (`Space.module`), or one of its own. Raises TypeError where the arguments do not say what the
+    kernel does."""
 
     def make(function: Callable[..., None]) -> wp.Kernel:
         name, code = function.__qualname__, function.__code__
         _check_arguments(name, code.co_varnames[: code.co_argcount], ranged)
-        options = PAIR_LOOPS if pairs else None
+        options = LANES if lanes else PAIR_LOOPS if pairs else None
         made: wp.Kernel = wp.kernel(module=module, enable_backward=False, module_options=options)(function)
         if unmarked := _unmarked(code, made.adj.tree):
             raise TypeError(f"kernel {name} writes {', '.join(unmarked)}: what it writes ends in {WRITTEN}")

@@ -62,3 +62,14 @@ PAIR_LOOPS = {
 }
 """Options of a module: sums may be taken in vectors, which is worth 1.2 to 1.8 in time; infinities and NaN stay what they
 are. LLVM's vectoriser takes `while` loops whose sums are written s = s + x, and no others."""
+
+LANES = {
+    "cpu_compiler_flags": " ".join(
+        (
+            wp.config.cpu_compiler_flags or "-march=native",
+            "-fno-signed-zeros -freciprocal-math -ffp-contract=fast -mprefer-vector-width=512 -Wno-pass-failed",
+        )
+    )
+}
+"""Options of a module whose loops are over rows that lie side by side: each row is one number of a vector, as wide as this
+processor has them, and its sums stay in the order in which they are written."""

@@ -3,7 +3,7 @@
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import cast, overload
@@ -75,10 +75,11 @@ def fields_struct(space: Space, layout: Layout) -> type:
 
 
 def _views(
-    space: Space, fields: list[Field], counts: dict[str, int], device: str
+    space: Space, fields: list[Field], counts: dict[str, int], device: str, least: int = 0
 ) -> tuple[Array, dict[str, int], dict[str, Array]]:
-    """A buffer for fields, where each starts in it, and a typed view of each."""
-    buffer = wp.zeros(sum(counts[f.name] * f.width for f in fields), dtype=space.scalar, device=device)
+    """A buffer for fields, of `least` numbers or more, where each starts in it, and a typed view of each."""
+    size = max(sum(counts[f.name] * f.width for f in fields), least)
+    buffer = wp.zeros(size, dtype=space.scalar, device=device)
     start: dict[str, int] = {}
     views: dict[str, Array] = {}
     first = 0
@@ -96,11 +97,14 @@ class Derived:
     """The derived fields of a layout, shared by all states of a body: valid for the state `of` that they were last computed
     for."""
 
-    def __init__(self, space: Space, layout: Layout, points: int, device: str):
+    def __init__(self, space: Space, layout: Layout, points: int, device: str, least: int = 0):
+        """`least`: numbers that their buffer has at least, for what is kept there while they are not."""
         fields = [field for field in layout.fields if field.derived]
         counts = dict.fromkeys((field.name for field in fields), points)
-        self.buffer, self.start, self.arrays = _views(space, fields, counts, device)
+        self.buffer, self.start, self.arrays = _views(space, fields, counts, device, least)
         self.of: State | None = None
+        self.tell: Callable[[State], None] | None = None
+        """Computes them for a state, where evaluations do without them: they are then `of` none until they are asked for."""
 
 
 class State:
@@ -177,12 +181,20 @@ class State:
         size = self.counts[name] * self.widths[name]
         return wp.array(ptr=address, dtype=self.space.scalar, shape=size, device=self.device, copy=False)
 
+    def told(self) -> None:
+        """Have the derived fields computed for this state, where the last evaluation did without them (launches)."""
+        derived = self.derived
+        if derived is not None and derived.tell is not None and derived.of is None:
+            derived.tell(self)
+
     def bounded(self, name: str) -> bool:
         """Whether a field is read within the range of the values around."""
         return self.layout.by_name[name].bounded
 
     def read(self, name: str) -> np.ndarray:
         """A copy of a field, (n, width), nondimensional, in double precision."""
+        if self.derived is not None and name in self.derived.start:
+            self.told()
         (buffer, start), width, n = self._place(name), self.widths[name], self.counts[name]
         return buffer.numpy()[start : start + n * width].reshape(n, width).astype(np.float64)
 

@@ -23,7 +23,8 @@ import numpy as np
 from wsph.backend.device import free_memory
 from wsph.boundary.tables import Boundary
 from wsph.errors import Fault, Refused, SceneError
-from wsph.geometry.counts import block_counts, lattice_counts
+from wsph.formulations.system import Segmented
+from wsph.geometry.counts import block_counts, block_segments, lattice_counts, line_segments
 from wsph.geometry.grid import plan
 from wsph.geometry.shapes.box import Box
 from wsph.geometry.shapes.combined import Shape
@@ -52,6 +53,9 @@ class Small(Protocol):
 
     @property
     def nbytes(self) -> int: ...
+
+    @property
+    def segmented(self) -> Segmented | None: ...
 
 
 Fitted = Callable[[Body], bool]
@@ -164,14 +168,19 @@ def _whole(needs: list[Need]) -> Need:
 
 def _needs(scene: Scene, device: str, set_up: SetUp, cuts: list[_Cut]) -> list[Need]:
     """The need of every body by itself; on the host the last of them is set up beside what the others leave there."""
-    free, found, known = free_memory(device), list[np.ndarray](), dict[str, np.ndarray]()
+    free, found, known = free_memory(device), list[np.ndarray](), dict[str, tuple[np.ndarray, Segmented | None]]()
     for cut in cuts:
         alike = _likeness(scene, cut)
         if alike not in known:
             known[alike] = _learned(scene, cut, set_up)
+        learned, segmented = known[alike]
         counts = lattice_counts(cut.shape, cut.spacing, cut.body.lattice_rotate, fitted=cut.fitted)
-        more = FITTED if cut.fitted else 1.0
-        found.append(more * np.maximum(counts @ known[alike], 0.0))
+        sums = np.maximum(counts @ learned, 0.0)
+        if segmented is not None:
+            where = (cut.shape, cut.spacing, cut.body.lattice_rotate)
+            segments = line_segments(*where, fitted=cut.fitted, width=segmented.width)
+            sums[1] += segmented.bytes(counts[1], segments)
+        found.append((FITTED if cut.fitted else 1.0) * sums)
     passing = [peak - kept for _, _, kept, peak in found]
     largest = int(np.argmax(passing))
     return [
@@ -190,10 +199,10 @@ def _likeness(scene: Scene, cut: _Cut) -> str:
     return repr((keys, conditions, touches, place, cut.shape.rotate, cut.fitted))
 
 
-def _learned(scene: Scene, cut: _Cut, set_up: SetUp) -> np.ndarray:
+def _learned(scene: Scene, cut: _Cut, set_up: SetUp) -> tuple[np.ndarray, Segmented | None]:
     """Particles, bytes of arrays, and bytes of the host that stay and that are there at once, per count of
-    `lattice_counts`, (dim + 2, 4). What is on the host is in proportion to the particles: the largest block is
-    measured."""
+    `lattice_counts`, (dim + 2, 4), and what of the arrays goes by segments of lines. What is on the host is in proportion
+    to the particles: the largest block is measured."""
     # All even: forms that join particles to blocks of two have other numbers of these at odd ones.
     first = max(FEWEST, 2 * math.ceil(0.5 * (scene.run.support or 0.0)) + 2)
     sizes = [*(first + 2 * k for k in range(scene.dim)), first + APART[scene.dim]]
@@ -204,9 +213,15 @@ def _learned(scene: Scene, cut: _Cut, set_up: SetUp) -> np.ndarray:
         large, kept, peak = _measured(_block(scene, cut, sizes[-1]), set_up)
     counts = [block_counts((size,) * scene.dim) for size in sizes]
     sums = np.array([(each.count, each.nbytes) for each in (*small, large)], float)
+    segmented = large.segmented
+    if segmented is not None:
+        for size, each in zip(sizes, sums, strict=True):
+            cells = (size,) * scene.dim
+            each[1] -= segmented.bytes(float(size**scene.dim), block_segments(cells, segmented.width))
     # Of the coefficients that give those of the blocks the smallest: with others staircases are up to 15 % off.
     found = np.linalg.lstsq(np.array(counts), sums, rcond=1e-12)[0]
-    return np.column_stack([found, found[:, 0] * kept / large.count, found[:, 0] * peak / large.count])
+    on_host = [found[:, 0] * much / large.count for much in (kept, peak)]
+    return np.column_stack([found, *on_host]), segmented
 
 
 def _measured(scene: Scene, set_up: SetUp) -> tuple[Small, int, int]:

@@ -36,7 +36,6 @@ from wsph.formulations.setup import Setup
 from wsph.formulations.system import HERE, System
 from wsph.parts.body_force import BodyForce
 from wsph.parts.body_force_work import WayWork
-from wsph.parts.fading import Fading
 from wsph.parts.part import Attached, Host
 from wsph.protocols import Entry
 from wsph.sph.averages import Averages, average, bounded_average, outward_weights, spanning_weights
@@ -56,7 +55,8 @@ class OneSetSystem(System):
     walls: tuple[Wall, ...] = ()
     """Faces behind which its particles have images."""
 
-    def __init__(self, setup: Setup, rates: Callable[[RateSetup, State], Rates]):
+    def __init__(self, setup: Setup, rates: Callable[[RateSetup, State], Rates], shared: int = 0):
+        """`shared`: numbers that its rates keep in the buffer of the derived fields."""
         super().__init__(setup)
         host, space = setup.host, setup.space
         for part in host.parts.values():
@@ -69,7 +69,7 @@ class OneSetSystem(System):
         self._derived: Derived | None = None
         self._accepted: State | None = None
         if any(field.derived for field in self.layout.fields):
-            self._derived = Derived(space, self.layout, len(self.point_volume), self.device)
+            self._derived = Derived(space, self.layout, len(self.point_volume), self.device, shared)
             self.arrays.take("derived", self._derived.buffer)
         self.state = self._make(self.count, self.layout, len(self.point_volume), self._derived, own=True)
         self.loads = Loads(setup, self.conditions, self.placement, self.arrays.part("loads"))
@@ -118,10 +118,7 @@ class OneSetSystem(System):
                 made = part.attach(host, seen, self.state, self.clock, self.arrays.part(key)) if part.acts else None
                 if made is not None:
                     found[key] = made
-            flow = host.constitutive.flow
-            if flow is not None and self.form.fades >= 0:
-                fading = Fading(*flow, self.space, seen, self.state, self.clock, self.arrays.part("fading"))
-                found["fading"] = fading
+        found |= self.rates.own_parts(self.state, self.arrays)
         self.rates.attach(list(found.values()))
         return found
 

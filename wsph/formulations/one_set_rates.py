@@ -4,6 +4,7 @@
 
 from typing import Protocol
 
+from wsph.backend.arrays import Arrays
 from wsph.backend.space import Array
 from wsph.backend.state import State
 from wsph.formulations.lagrangian.form import Form
@@ -28,6 +29,8 @@ class Rates(Protocol):
     def seen(self) -> Neighbourhood | None: ...
 
     def attach(self, parts: list[Attached]) -> None: ...
+
+    def own_parts(self, state: State, arrays: Arrays) -> dict[str, Attached]: ...
 
     def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None: ...
 

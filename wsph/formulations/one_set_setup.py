@@ -45,6 +45,11 @@ def remembers(host: Host) -> bool:
     return not host.traits.reference and stabilisation(host) > 0.0
 
 
+def is_stabilised(host: Host) -> bool:
+    """Whether there is a stiffness against the misfit of a linear field to the displacements."""
+    return host.traits.reference and stabilisation(host) > 0.0
+
+
 def layout_of(host: Host, conditions: Conditions) -> Layout:
     """The fields of a one-set state."""
     laws, reference = host.constitutive.laws, host.traits.reference
@@ -230,7 +235,7 @@ class RateSetup:
             raise Refused(
                 f"body {host.name!r}: of its parts {', '.join(host.parts)} too many act at the same place: leave one out"
             )
-        stabilised, flow = host.traits.reference and self.stabilisation > 0.0, host.constitutive.flow
+        stabilised, flow = is_stabilised(host), host.constitutive.flow
         return Form(
             self.placement.points,
             total,

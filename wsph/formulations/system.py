@@ -4,6 +4,7 @@
 # pyright: reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -41,6 +42,25 @@ class BodyWork(Protocol):
         ...
 
 
+@dataclass(frozen=True)
+class Segmented:
+    """Memory of a body that goes by the segments of `width` cells that its lines are cut into [bytes]: of each of cells,
+    `chunk` and `cells`, and of nodes, `nodes`. Chunks share the memory of fields that take `fields` a cell; there is one
+    more of them, and `spare` behind it."""
+
+    width: int
+    chunk: int
+    cells: int
+    nodes: int
+    fields: int
+    spare: int
+
+    def bytes(self, cells: float, segments: tuple[int, int]) -> float:
+        """That memory, of so many cells, and segments of cells and of nodes."""
+        chunks = 1 + max(segments[0], -(-int(self.fields * cells) // self.chunk))
+        return self.chunk * chunks + self.spare + self.cells * segments[0] + self.nodes * segments[1]
+
+
 class System:
     """A body as integrators see it; the systems of one and of two sets add their rates.
 
@@ -61,6 +81,10 @@ class System:
     """Whether the body can break."""
     total = False
     """Whether its stress is that which the total law gives of the deformation; otherwise it is integrated from rates."""
+    regular = 0.0
+    """The share of its rows that follow from its lattice, and need no list of pairs."""
+    segmented: Segmented | None = None
+    """Memory that goes by the segments of its lines, or None."""
     joined = False
     """Whether its particles are the corners of its cells."""
     attached: Mapping[str, Attached] = {}

@@ -1,6 +1,7 @@
 """Counts of a body's nodes, cells and pairs of cells, found without laying out a lattice."""
 
 # pyright: strict
+# pyright: reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 from itertools import combinations, product
 
@@ -59,6 +60,39 @@ def block_counts(cells: tuple[int, ...]) -> np.ndarray:
         apart = [np.prod([float(n - (k in moved)) for k, n in enumerate(cells)]) for moved in combinations(axes, steps)]
         found.append(float(np.mean(apart)))
     return np.array(found)
+
+
+def line_segments(
+    shape: Shape,
+    spacing: float | tuple[float, ...],
+    lattice_rotate: Rotation = 0.0,
+    *,
+    fitted: bool = False,
+    width: int,
+) -> tuple[int, int]:
+    """In how many segments of `width` cells the lines of a body's cells along the last axis of its grid are cut, and in how
+    many of its nodes: what an end of a line has of one more counts with the segment before. Raises ValueError as `plan`
+    does."""
+    grid = plan(shape, spacing, lattice_rotate, fitted=fitted)
+    if isinstance(shape, Box) and lattice_rotate == 0.0:
+        return block_segments(tuple(grid.count.tolist()), width)
+    inside = _inside(shape, grid)
+    lines = np.zeros([*(n + 1 for n in inside.shape[:-1]), inside.shape[-1]], bool)
+    for corner in product((0, 1), repeat=inside.ndim - 1):
+        lines[tuple(slice(k, k + n) for k, n in zip(corner, inside.shape[:-1], strict=True))] |= inside
+    return _segments(inside, width), _segments(lines, width)
+
+
+def block_segments(cells: tuple[int, ...], width: int) -> tuple[int, int]:
+    """The same of a block with so many `cells` along its axes."""
+    along = -(-cells[-1] // width)
+    return int(np.prod(cells[:-1])) * along, int(np.prod([n + 1 for n in cells[:-1]])) * along
+
+
+def _segments(lines: np.ndarray, width: int) -> int:
+    """Segments of lines along the last axis that have anything in them."""
+    starts = np.arange(0, lines.shape[-1], width)
+    return int(np.count_nonzero(np.logical_or.reduceat(lines, starts, axis=-1)))
 
 
 def _inside(shape: Shape, grid: Grid) -> np.ndarray:

@@ -62,7 +62,7 @@ FORMULATIONS = [
             cuts=True,
             pushable=True,
         ),
-        "wsph.formulations.lagrangian.rates:build",
+        "wsph.formulations.lattice.rates:build",
     ),
     Formulation(
         "updated-lagrangian",

@@ -272,6 +272,7 @@ class Diagnostics:
 
     def measure(self, state: State) -> BodySums:
         """Sum up a state."""
+        state.told()
         inputs = [self._constitutive.params, state.struct, self._volume, self._points]
         inputs += [self._space.scalar(self._density), self._n, self._m]
         wp.launch(self.kernel(state), len(self._sums), inputs=inputs, outputs=[self._sums], device=self._device)

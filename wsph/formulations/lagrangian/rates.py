@@ -34,6 +34,7 @@ from functools import cache, cached_property
 import numpy as np
 import warp as wp
 
+from wsph.backend.arrays import Arrays
 from wsph.backend.reduce import blocks, total
 from wsph.backend.space import Array, Space, Struct
 from wsph.backend.state import Layout, State
@@ -54,6 +55,7 @@ from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.one_set_setup import RateSetup
 from wsph.formulations.setup import Setup
 from wsph.parts.body_force import BodyForceKinds, weightless
+from wsph.parts.fading import Fading
 from wsph.parts.part import Attached, Neighbourhood
 from wsph.parts.table import PARTS
 from wsph.parts.terms import Points, answers_struct, points_struct
@@ -215,6 +217,13 @@ class LagrangianRates:
                 for name in ("node", "centre", "moment", "volume", "slope", "back", "stabilisation"):
                     setattr(self._acting, name, getattr(self._points, name))
                 self._acting.share = part.share
+
+    def own_parts(self, state: State, arrays: Arrays) -> dict[str, Attached]:
+        """What the stabilisation has of its own on the device."""
+        flow = self._constitutive.flow
+        if flow is None or self.form.fades < 0:
+            return {}
+        return {"fading": Fading(*flow, self._space, self.seen, state, self._clock, arrays.part("fading"))}
 
     @property
     def pairs(self) -> int:

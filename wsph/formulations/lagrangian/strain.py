@@ -29,7 +29,7 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
     meant, average = form.points and form.stabilised, smoothed(space, form.averaged)
     of_displacement = gathered(space, layout, form, meant)
     misfit = misfit_pull(space)
-    cofactor, (unpack, _), plane = _cofactor(space), packing(space, laws.state), in_plane(space)
+    cofactor, (unpack, _), plane = cofactor_of(space), packing(space, laws.state), in_plane(space)
     thick, thins = thickness(space, laws), laws.kept.thinning >= 0
     total, answers_by_law = total_of(space, laws, layout), form.response is None
     Response = form.response.struct(space) if form.response is not None else Points
@@ -145,7 +145,7 @@ def _size(space: Space, form: Form) -> wp.Function:
 
 
 @cache
-def _cofactor(space: Space) -> wp.Function:
+def cofactor_of(space: Space) -> wp.Function:
     """Warp function H -> J F^-T of F = I + H."""
     real, mat, dim = space.scalar, space.mat, space.dim
     determinant, inverse = determinant_and_inverse(space)

@@ -24,6 +24,7 @@ from functools import cache
 import numpy as np
 import warp as wp
 
+from wsph.backend.arrays import Arrays
 from wsph.backend.reduce import blocks, total
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State
@@ -205,6 +206,10 @@ class UpdatedRates:
 
     def attach(self, parts: list[Attached]) -> None:
         """No part has anything on the device here."""
+
+    def own_parts(self, state: State, arrays: Arrays) -> dict[str, Attached]:
+        """Its stabilisation has nothing of its own on the device."""
+        return {}
 
     def follow(self) -> bool:
         """Before a step: find the pairs again where a particle may leave its skin by the step's end."""

@@ -225,11 +225,12 @@ def _package(module: str) -> str:
 
 def publish(bodies: Sequence[BodyRun]) -> None:
     """Make the states from the variables of integrators that keep their own, and recompute the derived fields, unless the
-    last evaluation of the step was of the state at its end."""
+    last evaluation of the step found those of the state at its end."""
     for integrator in integrators_of(bodies):
         integrators.publish(integrator)
     for run in bodies:
-        if not integrators.fresh(run.integrator):
+        derived = run.system.state.derived
+        if not integrators.fresh(run.integrator) or (derived is not None and derived.tell is not None):
             run.system.refresh(run.system.state)
 
 

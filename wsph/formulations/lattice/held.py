@@ -1,0 +1,104 @@
+"""Energy of the residual at the cells of a lattice: its sum, and what a falling stiffness sets free of it."""
+
+from functools import cache
+
+import warp as wp
+
+from wsph.backend.arrays import Arrays, host
+from wsph.backend.clock import Clock
+from wsph.backend.kernels import kernel
+from wsph.backend.space import Array, Space
+from wsph.backend.state import Layout, State, fields_struct
+from wsph.formulations.lattice.cell import Cell, cell_struct
+from wsph.formulations.lattice.lanes import block_of, corner_misfit, places_of
+from wsph.formulations.lattice.runs import HEAD, PLACE
+from wsph.parts.fading import faded
+from wsph.parts.part import Attached
+from wsph.protocols import Entry
+
+
+@cache
+def held_kernel(space: Space, layout: Layout, width: int, fades: bool) -> wp.Kernel:
+    """Kernel of the energy of the residual, a sum for every block of cells. `fades`: its stiffness is what they handed
+    on."""
+    real, Fields, Cells, square = space.scalar, fields_struct(space, layout), cell_struct(space), corner_misfit(space)
+    block, at = block_of(space.dim, 2), (space.dim**2 + space.dim) * places_of(width)
+    columns = HEAD + 2**space.dim
+
+    @kernel()
+    def held(
+        cell: Cells,
+        blocks: wp.array(dtype=wp.int32),
+        chunks: wp.array(dtype=real),
+        fields: Fields,
+        energy_out: wp.array(dtype=wp.float64),
+    ):
+        b, _i, _lane, _rows, own = block(blocks, wp.tid())
+        total = wp.float64(0.0)
+        for e in range(own):
+            stiffness = cell.hold * cell.share
+            if wp.static(fades):
+                stiffness = chunks[at + blocks[b * columns + PLACE] + e]
+            total += wp.float64(real(0.5) * stiffness * square(blocks, b, e, fields.displacement))
+        energy_out[b] = total
+
+    return held
+
+
+@cache
+def _fade_kernel(space: Space, layout: Layout, internal: int) -> wp.Kernel:
+    """What the residual of each cell has set free in a step."""
+    real, zeta, Fields, square = space.scalar, faded(space), fields_struct(space, layout), corner_misfit(space)
+    block, Cells = block_of(space.dim, 2), cell_struct(space)
+
+    @kernel(ranged=True)
+    def fade(
+        first: int,
+        yields: real,
+        cell: Cells,
+        blocks: wp.array(dtype=wp.int32),
+        fields: Fields,
+        zeta_out: wp.array(dtype=real),
+        freed_out: wp.array(dtype=real),
+    ):
+        b, i0, _lane, _rows, own = block(blocks, first + wp.tid())
+        for e in range(own):
+            i = i0 + e
+            new = zeta(yields * fields.internals[i][wp.static(internal)])
+            old = zeta_out[i]
+            if new < old:
+                held = cell.hold * cell.share * square(blocks, b, e, fields.displacement)
+                freed_out[i] = freed_out[i] + real(0.5) * held * (old - new)
+                zeta_out[i] = new
+
+    return fade
+
+
+class CellFading(Attached):
+    """`wsph.parts.fading.Fading` of the cells of a lattice: evaluations write what is left of the residual to their
+    slots."""
+
+    def __init__(
+        self,
+        flow: tuple[int, float],
+        space: Space,
+        cell: Cell,
+        blocks: Array,
+        count: tuple[int, int],
+        state: State,
+        clock: Clock,
+        arrays: Arrays,
+    ):
+        """`flow`: which of the internals is the plastic strain, and E/sigma_y; `count` blocks and cells."""
+        self._internal, self._yields = flow[0], space.scalar(flow[1])
+        self._space, self._cell, self._blocks, self._state, self._clock = space, cell, blocks, state, clock
+        self._count, m = count
+        self._zeta = arrays.changes("zeta", wp.ones(m, dtype=space.scalar, device=arrays.device))
+        self._freed = arrays.zeros("freed", m, space.scalar, kept=True)
+        self.ledger = (Entry("dissipated", lambda: float(host(self._freed).sum())),)
+
+    def advance(self) -> None:
+        """Book what the step has set free (a launch)."""
+        kernel = _fade_kernel(self._space, self._state.layout, self._internal)
+        inputs = [self._yields, self._cell, self._blocks, self._state.struct]
+        self._clock.launch(kernel, self._count, inputs, [self._zeta, self._freed])

@@ -1,0 +1,273 @@
+"""Loops over the rows of a block, side by side: the one room for what cells gather of their corners and hand back to them.
+
+A kernel has an array of its own with `capacity` numbers for each quantity, one after the other. Loops over them read and
+write neighbouring numbers, so that the compiler takes as many rows at once as a vector holds; what a point does with its own
+numbers is a Warp function as everywhere. On a GPU a thread has one row, the capacity is one, and neighbouring threads read
+neighbouring numbers.
+"""
+
+from functools import cache
+from itertools import product
+
+import warp as wp
+
+from wsph.backend.space import Space
+from wsph.formulations.lattice.runs import BEFORE, BEHIND, COMPUTED, COPY, HEAD, OWN, PLACE, VECTOR
+
+ACROSS = 32
+"""Rows of a block on a GPU, where a thread has one."""
+
+
+def corner_signs(dim: int) -> list[tuple[int, ...]]:
+    """On which side along every axis a corner of a cell is, -1 or 1, in the order in which cells have them."""
+    return [tuple(2 * side - 1 for side in sides) for sides in product((0, 1), repeat=dim)]
+
+
+def corner_edges(dim: int) -> list[tuple[int, int, int]]:
+    """The edges of a cell: the axis that each is along, and its corners at the low and at the high end."""
+    sides = corner_signs(dim)
+    return [
+        (axis, c, c + 2 ** (dim - 1 - axis)) for axis in range(dim) for c, side in enumerate(sides) if side[axis] < 0
+    ]
+
+
+@cache
+def block_of(dim: int, width: int) -> wp.Function:
+    """Warp function (blocks, thread) -> (block, first row, row of the block, rows to compute, rows to write) of a thread: a
+    whole block or, where `width` is one, a row of it."""
+    columns = HEAD + 2**dim
+
+    @wp.func
+    def whole(blocks: wp.array(dtype=wp.int32), thread: int):
+        own = blocks[thread * columns + OWN]
+        return thread, blocks[thread * columns], int(0), blocks[thread * columns + COMPUTED], own
+
+    @wp.func
+    def single(blocks: wp.array(dtype=wp.int32), thread: int):
+        block = thread // ACROSS
+        lane = thread - block * ACROSS
+        many = int(0)
+        if lane < blocks[block * columns + OWN]:
+            many = int(1)
+        return block, blocks[block * columns] + lane, lane, many, many
+
+    return single if width == 1 else whole
+
+
+def _real(space: Space) -> str:
+    return "double" if space.precision == "f64" else "float"
+
+
+VECTORS = "\n#if defined(__clang__) && !defined(__CUDACC__)\n#pragma clang loop vectorize(enable)\n#endif\n"
+
+
+@cache
+def corner_sums(space: Space, width: int, mean: bool) -> wp.Function:
+    """Warp function (blocks, block, lane, rows, field, sums_out) of a field of vectors at the nodes: of every cell of a
+    block the differences along every axis, summed over its edges, (dim, dim) numbers, and with `mean` the mean of its
+    corners. Differences come first: what is the same everywhere leaves no rounding."""
+    dim, S = space.dim, _real(space)
+    capacity, lines = capacity_of(width), []
+    for a in range(dim):
+        own = [f"const S x{c} = p{c}[{dim}*e+{a}];" for c in range(2**dim)]
+        for k in range(dim):
+            edges = " + ".join(f"(x{high} - x{low})" for axis, low, high in corner_edges(dim) if axis == k)
+            own.append(f"o[{(a * dim + k) * capacity}+e] = {edges};")
+        if mean:
+            others = " + ".join(f"(x{c} - x0)" for c in range(1, 2**dim))
+            own.append(f"o[{(dim * dim + a) * capacity}+e] = x0 + S({0.5**dim!r})*({others});")
+        lines.append(f"{{ {' '.join(own)} }}")
+    starts = "\n".join(
+        f"const S* p{c} = (const S*)field.data + {dim}*((int64_t)at[{HEAD + c}] + lane);" for c in range(2**dim)
+    )
+
+    @wp.func_native(f"""
+        typedef {S} S;
+        const int32_t* at = blocks.data + {HEAD + 2**dim}*(int64_t)block;
+        {starts}
+        S* o = sums_out.data;
+        {VECTORS}
+        for (int e = 0; e < rows; ++e) {{
+            {" ".join(lines)}
+        }}
+    """)
+    def sums(
+        blocks: wp.array(dtype=wp.int32),
+        block: int,
+        lane: int,
+        rows: int,
+        field: wp.array(dtype=space.vec),
+        sums_out: wp.array(dtype=space.scalar),
+    ): ...
+
+    return sums
+
+
+def capacity_of(width: int) -> int:
+    """Rows that a block in segments of `width` nodes has at most, in whole vectors: a line may end with one more."""
+    return 1 if width == 1 else width + VECTOR
+
+
+def places_of(width: int) -> int:
+    """Places of a chunk."""
+    return (ACROSS if width == 1 else width) + 2
+
+
+@cache
+def hand_over(space: Space, width: int, numbers: int) -> wp.Function:
+    """Warp function (blocks, block, lane, rows, values, chunks_out): `numbers` of every cell of a block go to its place, and
+    places without a cell get zeros."""
+    S, capacity, places = _real(space), capacity_of(width), places_of(width)
+
+    @wp.func_native(f"""
+        typedef {S} S;
+        const int32_t* at = blocks.data + {HEAD + 2**space.dim}*(int64_t)block;
+        const bool ends = rows > 0 && lane + rows == at[{OWN}];
+        for (int k = 0; k < {numbers}; ++k) {{
+            S* to = chunks_out.data + at[{PLACE}] + lane + k*{places};
+            const S* from = values.data + k*{capacity};
+            {VECTORS}
+            for (int e = 0; e < rows; ++e) to[e] = from[e];
+            if (lane == 0) for (int e = 1; e <= at[{BEFORE}]; ++e) to[-e] = S(0);
+            if (ends) for (int e = 0; e < at[{BEHIND}]; ++e) to[rows + e] = S(0);
+            if (ends && at[{COPY}] >= 0) chunks_out.data[at[{COPY}] + k*{places}] = from[rows - 1];
+        }}
+    """)
+    def hand(
+        blocks: wp.array(dtype=wp.int32),
+        block: int,
+        lane: int,
+        rows: int,
+        values: wp.array(dtype=space.scalar),
+        chunks_out: wp.array(dtype=space.scalar),
+    ): ...
+
+    return hand
+
+
+@cache
+def pull_of_cells(space: Space, width: int, held: bool) -> wp.Function:
+    """Warp function (blocks, block, lane, rows, chunks, displacement, pull_out): the forces on every node of a block of what
+    its cells have in their places: the tensors' columns by the side that the node is on, and where `held` less their share
+    of what the node is off their mean. Differences come first: of a stress that is the same everywhere none is left."""
+    dim, S, capacity, L = space.dim, _real(space), capacity_of(width), places_of(width)
+    lines, edges = [], corner_edges(dim)
+    for a in range(dim):
+        steps = [f"(q{c}[{(a * dim + k) * L}+e] - q{high}[{(a * dim + k) * L}+e])" for k, c, high in edges]
+        lines.append(f"S f{a} = {' + '.join(steps)};")
+        if held:
+            lines.append(f"const S u{a} = own[{dim}*e+{a}];")
+            lines += [
+                f"f{a} -= q{c}[{(dim * dim + dim) * L}+e]*(u{a} - q{c}[{(dim * dim + a) * L}+e]);"
+                for c in range(2**dim)
+            ]
+        lines.append(f"o[{a * capacity}+e] = f{a};")
+    starts = "\n".join(f"const S* q{c} = chunks.data + at[{HEAD + c}] + lane;" for c in range(2**dim))
+
+    @wp.func_native(f"""
+        typedef {S} S;
+        const int32_t* at = blocks.data + {HEAD + 2**dim}*(int64_t)block;
+        {starts}
+        const S* own = (const S*)displacement.data + {dim}*((int64_t)at[0] + lane);
+        S* o = pull_out.data;
+        {VECTORS}
+        for (int e = 0; e < rows; ++e) {{ {" ".join(lines)} }}
+    """)
+    def pull(
+        blocks: wp.array(dtype=wp.int32),
+        block: int,
+        lane: int,
+        rows: int,
+        chunks: wp.array(dtype=space.scalar),
+        displacement: wp.array(dtype=space.vec),
+        pull_out: wp.array(dtype=space.scalar),
+    ): ...
+
+    return pull
+
+
+@cache
+def lane(space: Space, width: int, dtype: type) -> tuple[wp.Function, wp.Function]:
+    """Warp functions (values, row) -> the numbers of a row as a vector or a matrix, and (values_out, row, that) that sets
+    them."""
+    capacity, count = capacity_of(width), dtype._length_
+    stores = " ".join(f"a_out.data[{k * capacity}+e] = ((const {_real(space)}*)&v)[{k}];" for k in range(count))
+    loads = " ".join(f"(({_real(space)}*)&v)[{k}] = a.data[{k * capacity}+e];" for k in range(count))
+
+    @wp.func_native(f"{_ctype(space, dtype)} v; {loads} return v;")
+    def get(a: wp.array(dtype=space.scalar), e: int) -> dtype: ...
+
+    @wp.func_native(stores)
+    def put(a_out: wp.array(dtype=space.scalar), e: int, v: dtype): ...
+
+    return get, put
+
+
+def _ctype(space: Space, dtype: type) -> str:
+    """A vector or matrix type in C++."""
+    shape, kind = dtype._shape_, "vec_t" if len(dtype._shape_) == 1 else "mat_t"
+    return f"wp::{kind}<{','.join(str(n) for n in shape)},wp::float{space.precision[1:]}>"
+
+
+@cache
+def field_lanes(space: Space, width: int, dtype: type) -> tuple[wp.Function, wp.Function]:
+    """Warp functions (field, first, rows, values_out): neighbouring elements of a field side by side; and (values, first,
+    rows, field_out), back."""
+    S, capacity, count = _real(space), capacity_of(width), dtype._length_
+    loads = " ".join(f"values_out.data[{k * capacity}+e] = x[{count}*e+{k}];" for k in range(count))
+    stores = " ".join(f"x[{count}*e+{k}] = values.data[{k * capacity}+e];" for k in range(count))
+    loop = f"{VECTORS} for (int e = 0; e < rows; ++e)"
+
+    @wp.func_native(f"const {S}* x = (const {S}*)field.data + {count}*(int64_t)first; {loop} {{ {loads} }}")
+    def read(field: wp.array(dtype=dtype), first: int, rows: int, values_out: wp.array(dtype=space.scalar)): ...
+
+    @wp.func_native(f"{S}* x = ({S}*)field_out.data + {count}*(int64_t)first; {loop} {{ {stores} }}")
+    def write(values: wp.array(dtype=space.scalar), first: int, rows: int, field_out: wp.array(dtype=dtype)): ...
+
+    return read, write
+
+
+@cache
+def set_lane(space: Space, width: int, quantity: int) -> wp.Function:
+    """Warp function (values_out, row, number) that sets one quantity of a row."""
+
+    @wp.func_native(f"a_out.data[{quantity * capacity_of(width)}+e] = value;")
+    def put(a_out: wp.array(dtype=space.scalar), e: int, value: space.scalar): ...
+
+    return put
+
+
+@cache
+def corner_misfit(space: Space) -> wp.Function:
+    """Warp function (blocks, block, row, displacement) -> sum over the corners of a cell of |u - mean - H r|^2, what of the
+    displacements is in no linear field."""
+    dim, S, signs = space.dim, _real(space), corner_signs(space.dim)
+    lines = []
+    for a in range(dim):
+        own = [f"const S x{c} = p{c}[{a}];" for c in range(2**dim)]
+        others = " + ".join(f"(x{c} - x0)" for c in range(1, 2**dim))
+        own.append(f"const S m = x0 + S({0.5**dim!r})*({others});")
+        for k in range(dim):
+            edges = " + ".join(f"(x{high} - x{low})" for axis, low, high in corner_edges(dim) if axis == k)
+            own.append(f"const S h{k} = S({0.5**dim!r})*({edges});")
+        for c, sign in enumerate(signs):
+            linear = " ".join(f"{'-' if sign[k] > 0 else '+'} h{k}" for k in range(dim))
+            own.append(f"{{ const S left = x{c} - m {linear}; square += left*left; }}")
+        lines.append(f"{{ {' '.join(own)} }}")
+    starts = "\n".join(
+        f"const S* p{c} = (const S*)field.data + {dim}*((int64_t)at[{HEAD + c}] + row);" for c in range(2**dim)
+    )
+
+    @wp.func_native(f"""
+        typedef {S} S;
+        const int32_t* at = blocks.data + {HEAD + 2**dim}*(int64_t)block;
+        {starts}
+        S square = S(0);
+        {" ".join(lines)}
+        return square;
+    """)
+    def square(
+        blocks: wp.array(dtype=wp.int32), block: int, row: int, field: wp.array(dtype=space.vec)
+    ) -> space.scalar: ...
+
+    return square

@@ -1,0 +1,306 @@
+"""Right-hand sides of a body cut into equal cells, whose points see the corners of their own: the equations of
+`wsph.formulations.lagrangian.rates`, without pairs.
+
+With the corners of a box at (-1 or 1) h_k/2 along its axes e_k, and weights of one over their number, all sums over them are
+sums and differences: the gradient is that of the differences over the edges along each axis, the force on a corner the sum
+over the axes of a column of one tensor with the sign of its side, and the misfit of a linear field keeps nothing of a
+gradient. No row has indices, weights or places of its own (`wsph.formulations.lattice.runs`).
+"""
+
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, cached_property, partial
+from typing import cast
+
+import numpy as np
+import warp as wp
+
+from wsph.backend.arrays import Arrays
+from wsph.backend.reduce import total
+from wsph.backend.space import Array, Space
+from wsph.backend.state import Layout, State
+from wsph.constitutive.laws import Laws
+from wsph.formulations.lagrangian.corners import corner_reference
+from wsph.formulations.lagrangian.flow import drift_kernel
+from wsph.formulations.lagrangian.form import Form
+from wsph.formulations.lagrangian.rates import LagrangianRates, joined
+from wsph.formulations.lattice.cell import cell_of
+from wsph.formulations.lattice.flow import flow_kernel
+from wsph.formulations.lattice.forces import force_kernel
+from wsph.formulations.lattice.held import CellFading, held_kernel
+from wsph.formulations.lattice.lanes import ACROSS
+from wsph.formulations.lattice.runs import HEAD, VECTOR, Runs, pieces_of, runs_of
+from wsph.formulations.lattice.strain import drag_kernel, quantities, strain_kernel
+from wsph.formulations.one_set import OneSetSystem
+from wsph.formulations.one_set_setup import RateSetup, is_stabilised
+from wsph.formulations.setup import Setup
+from wsph.formulations.system import Segmented
+from wsph.geometry.lattice import Lattice
+from wsph.parts.body_force import BodyForceKinds, weightless
+from wsph.parts.part import Attached, Host, Neighbourhood, Part
+from wsph.plugins.blame import blame
+from wsph.sph.pairs import Pairs
+
+WIDTH = {"f64": 16, "f32": 32}
+"""Rows of a block on a CPU, by precision."""
+
+
+PIECE_BYTES = 2**18
+"""What the cells of a piece of a body hand to their nodes, at once: a part of the cache of a core."""
+
+
+def width_of(device: str, precision: str) -> int:
+    """Rows that a thread computes on a device."""
+    return 1 if wp.get_device(device).is_cuda else WIDTH[precision]
+
+
+class LatticeKernels:
+    """The kernels of a composition, as `wsph.formulations.lagrangian.rates.LagrangianKernels` has them."""
+
+    def __init__(self, space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, form: Form, width: int):
+        self.strain = strain_kernel(space, laws, layout, form, width)
+        self.force = force_kernel(space, layout, parts, form, width)
+        self.drift = drift_kernel(space, layout)
+        if form.rate_term is not None:
+            self.drag = drag_kernel(space, layout, form, width)
+        if not form.total:
+            self.flow = flow_kernel(space, laws, layout, width)
+
+
+_kernels = cache(LatticeKernels)
+
+
+def has_equal_cells(host: Host) -> bool:
+    """Whether all points of a body see the corners of equal cells, and none has an answer of its own: what a part does to
+    it, or an initial stress that its total law is about."""
+    body = host.geometry
+    apart = any(part.acts and _answers(part, host) for part in host.parts.values())
+    apart |= host.stressed and host.constitutive.laws.total is not None
+    return (
+        host.corners and host.correction != "paper" and isinstance(body, Lattice) and not body.irregular and not apart
+    )
+
+
+def _answers(part: Part, host: Host) -> bool:
+    """Whether a part has something of its own at every point, or changes what the law answers there."""
+    changes = part.stress_term(host) is not None or part.response(host) is not None
+    return changes or type(part).attach is not Part.attach
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The rows of a body of equal cells: their `runs`, rows a thread computes, threads a block, `numbers` that a cell hands
+    on, and how many of the chunks' share the buffer of the derived fields."""
+
+    runs: Runs
+    width: int
+    threads: int
+    numbers: int
+    shared: int
+
+    @property
+    def piece(self) -> int:
+        """Blocks of cells whose chunks stay in a core's cache until their nodes take them; all, where a thread has a row."""
+        number = 4 if self.width == WIDTH["f32"] else 8
+        return PIECE_BYTES // (number * self.runs.places * self.numbers) if self.width > 1 else len(self.runs.cells)
+
+    @property
+    def size(self) -> int:
+        """Numbers of all chunks, and those beyond that whole vectors may read."""
+        return self.runs.chunks * self.runs.places * self.numbers + VECTOR
+
+    def segmented(self, host: Host, *, drags: bool) -> Segmented:
+        """The memory of the rows; `drags`: there are chunks of a viscous stress too."""
+        dim, number = host.space.dim, np.dtype(host.space.numpy).itemsize
+        chunk, columns = self.runs.places * self.numbers * number, 4 * (HEAD + 2**dim)
+        fields = (dim**2 + host.constitutive.width) * number if self.shared else 0
+        spare = VECTOR * number + drags * (chunk + VECTOR * number)
+        return Segmented(self.runs.places - 2, chunk, columns + drags * chunk, columns, fields, spare)
+
+    @classmethod
+    def of(cls, host: Host, device: str) -> "Rows":
+        """The rows of a body, for kernels on a device."""
+        body, dim, width = host.lattice, host.space.dim, width_of(device, host.space.precision)
+        across = ACROSS if width == 1 else width
+        numbers = quantities(dim, is_stabilised(host))
+        total = host.constitutive.laws.total is not None
+        derived = len(body.cells) * (dim**2 + host.constitutive.width) if total else 0
+        runs = runs_of(body.corners, body.index, across, numbers, derived)
+        made = cls(runs, width, across // width, numbers, 0)
+        return replace(made, shared=made.size) if total else made
+
+
+class LatticeRates:
+    """The right-hand sides of one body of equal cells; `rate` and `refresh` are launches."""
+
+    seen: Neighbourhood | None = None
+    """It has no list of pairs."""
+
+    _unloaded: tuple[object, Array] | None = None
+    """Inertia and loads for the forces of the body alone, once they are asked for."""
+
+    def __init__(self, rows: Rows, made: RateSetup, state: State):
+        host = self._host = made.host
+        self._space, self._clock, self._density = host.space, made.setup.clock, host.space.scalar(made.density)
+        self._placement, self._constitutive, self._loads = made.placement, host.constitutive, made.loads
+        self._force, self._arrays, self._layout = made.force, made.arrays.part("rates"), made.layout
+        self.form = made.form(loaded=made.loads.count > 0)
+        self._coefficients, self._width, self._threads = made.coefficients(self.form), rows.width, rows.threads
+        with blame(host.constitutive.who):
+            laws, kinds = host.constitutive.laws, made.force.parts
+            self.kernels = _kernels(self._space, laws, made.layout, kinds, self.form, rows.width)
+        self._allocate(rows, made.stabilisation, state)
+
+    def _allocate(self, rows: Rows, stabilisation: float, state: State) -> None:
+        """The blocks of cells and nodes and what cells hand to nodes.
+
+        _cells, _nodes   # blocks (`wsph.formulations.lattice.runs.Runs`), flat
+        _chunks, _drags  # chunks of what nodes take: of the stress and the residual, and of the viscous stress
+        _volume          # of the particles, (n,) scalar
+        holding          # forces per mass that hold spurious modes: there are none beside the residual's
+        """
+        space, arrays, real, runs, body = self._space, self._arrays, self._space.scalar, rows.runs, self._host.lattice
+        self._count = len(runs.cells), len(runs.nodes)
+        self._pieces = pieces_of(runs, body.corners, len(body.nodes), rows.piece)
+        self._cells = arrays.of("cells", runs.cells.ravel(), wp.int32)
+        self._nodes = arrays.of("nodes", runs.nodes.ravel(), wp.int32)
+        self._cell = cell_of(space, body.steps(self._host.scales.length), body.frame.axes, stabilisation)
+        if rows.shared and state.derived is not None:
+            # Where the stress follows from the displacements, no step reads the derived fields.
+            self._chunks, state.derived.tell = state.derived.buffer, self.refresh
+        else:
+            self._chunks = arrays.zeros("chunks", rows.size, real)
+        self._drags = self._chunks
+        if self.form.rate_term is not None:
+            self._drags = arrays.zeros("drags", rows.size, real)
+        self._volume = arrays.of("volume", self._placement.volume, real)
+        self.holding: Array = arrays.zeros("holding", 1, space.vec)
+
+    def attach(self, parts: Iterable[Attached]) -> None:
+        """No part changes what cells have in common."""
+
+    def own_parts(self, state: State, arrays: Arrays) -> dict[str, Attached]:
+        """What the stabilisation has of its own on the device."""
+        flow, count = self._constitutive.flow, (self._count[0], len(self._placement.point_volume))
+        if flow is None or self.form.fades < 0:
+            return {}
+        part = arrays.part("fading")
+        return {"fading": CellFading(flow, self._space, self._cell, self._cells, count, state, self._clock, part)}
+
+    @property
+    def pairs(self) -> int:
+        """Directed pairs, from cells to their corners and back, as many as lists would have."""
+        return 2 * self._host.lattice.corners.size
+
+    @property
+    def neighbours(self) -> Pairs:
+        """The particles that a cell joins to each."""
+        return self._joined
+
+    @cached_property
+    def _joined(self) -> Pairs:
+        pairs = corner_reference(self._host, self._clock.device).pairs
+        return joined(pairs, pairs.transposed()[0])
+
+    def follow(self) -> bool:
+        """Nothing here follows the motion."""
+        return False
+
+    def placed(self) -> None:
+        """Nothing here follows where particles are."""
+
+    def restored(self) -> None:
+        """Nothing to recompute: the next evaluation does."""
+
+    def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None:
+        """`OneSetSystem.rate`; the rest takes the deformation."""
+        if part != "rest":
+            self._find_forces(state, out)
+        if part != "velocity":
+            self._clock.launch(self.kernels.drift, self._placement.count, [state.struct], [out.struct])
+            if not self.form.total:
+                self._flow(state, out, ahead)
+
+    def _flow(self, state: State, out: State, ahead: float) -> None:
+        if state.derived is not None and state.derived.of is not state:
+            raise RuntimeError(
+                'rate(state, out, "rest") takes the deformation that the last rate of the velocity of the same state'
+                " found; that was of another state"
+            )
+        inputs = [self._clock.time, self._space.scalar(ahead), self._constitutive.params, self._cell, self._cells]
+        self._launch(self.kernels.flow, (0, self._count[0]), [*inputs, state.struct], [out.struct])
+
+    def refresh(self, state: State) -> None:
+        """Deformation and, of a total law, stress of a state from its displacement (launches)."""
+        self._strain(state, (0, self._count[0]), told=True)
+
+    def _strain(self, state: State, blocks: tuple[int, int], *, told: bool) -> None:
+        """What the nodes of a state take of some blocks of cells, or of a total law the derived fields where they are
+        `told`."""
+        if state.derived is not None:
+            state.derived.of = state if told or not self.form.total else None
+        cells = self._part(self._cells, blocks)
+        inputs = [self._constitutive.params, self._coefficients, self._cell, cells, state.struct, int(told)]
+        self._launch(self.kernels.strain, blocks, inputs, [state.struct, self._chunks])
+        if self.form.rate_term is not None and not told:
+            inputs = [self._coefficients, self._density, self._cell, cells, state.struct]
+            self._launch(self.kernels.drag, blocks, inputs, [self._drags])
+
+    def _find_forces(self, state: State, out: State) -> None:
+        self._loads.follow(state)
+        self._sum_forces(self._force.struct, [self._loads.vectors, self._loads.following], state, out)
+
+    def internal(self, state: State, side: Array, out: State) -> None:
+        """`wsph.formulations.lagrangian.rates.LagrangianRates.internal`; the derived fields of the state are then told."""
+        if self._unloaded is None:
+            none = self._arrays.zeros("unloaded", 2 * self._placement.count, self._space.vec)
+            self._unloaded = weightless(self._force.struct, self._space), none
+        body, none = self._unloaded
+        self._sum_forces(body, [none, none], state, out)
+        if self.form.total:
+            self.refresh(state)
+
+    def _sum_forces(self, body: object, loads: list[Array], state: State, out: State) -> None:
+        """Accelerations from what cells hand to nodes, under loads (launches)."""
+        for cells, cells_end, nodes, nodes_end in self._pieces:
+            self._strain(state, (cells, cells_end), told=False)
+            blocks = (nodes, nodes_end)
+            inputs = [body, self._part(self._nodes, blocks), self._chunks, self._drags]
+            inputs += [*loads, self._volume, state.struct]
+            self._launch(self.kernels.force, blocks, inputs, [out.struct])
+
+    def _part(self, table: Array, blocks: tuple[int, int]) -> Array:
+        """The rows of some blocks in a table."""
+        columns = HEAD + 2**self._space.dim
+        return cast(Array, table[blocks[0] * columns : blocks[1] * columns])
+
+    def _launch(
+        self, kernel: wp.Kernel, blocks: tuple[int, int], inputs: Sequence[object], outputs: Sequence[object]
+    ) -> None:
+        """Launch a kernel over some blocks."""
+        if blocks[1] > blocks[0]:
+            self._clock.launch(kernel, (blocks[1] - blocks[0]) * self._threads, inputs, outputs)
+
+    def held_energy(self, state: State) -> float:
+        """Energy of the residual, of a state that is up to date, nondimensional (a launch and a copy)."""
+        if not self.form.stabilised:
+            return 0.0
+        sums: Array = wp.zeros(self._count[0], dtype=wp.float64, device=self._clock.device)
+        inputs = [self._cell, self._cells, self._chunks, state.struct]
+        made = held_kernel(self._space, self._layout, self._width, self.form.fades >= 0)
+        wp.launch(made, len(sums), inputs=inputs, outputs=[sums], device=self._clock.device)
+        return total(sums)
+
+
+def build(setup: Setup) -> OneSetSystem:
+    """A body whose points have places of their own: by its lattice where all of its cells are alike, else by its pairs."""
+    if not has_equal_cells(setup.host):
+        return OneSetSystem(setup, LagrangianRates)
+    rows = Rows.of(setup.host, setup.device)
+    system = OneSetSystem(setup, partial(LatticeRates, rows), rows.shared)
+    system.regular = 1.0
+    system.segmented = rows.segmented(setup.host, drags=system.form.rate_term is not None)
+    return system

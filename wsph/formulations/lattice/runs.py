@@ -1,0 +1,150 @@
+"""Runs: rows of a lattice whose neighbours follow from those of the row before, by one.
+
+Nodes and cells stand in the order of a grid, its last axis fastest: along a line of it the corners of a cell are those of
+the cell before plus one. Lines are cut into segments of `width` nodes, at the same places in the whole body, and what the
+cells of a line hand to the nodes of a segment stands in one chunk: the quantities one after the other, `width` + 2
+numbers each. Place 0 is for the cell that ends where the segment begins, the last for one beyond it, of which a node at
+the end of a line has none; places without a cell hold zeros, so that a node at a face sees as many places as one inside.
+
+A block is a run of cells or of nodes within a segment, and what kernels take: one number for each corner says where the
+neighbours of all its rows are. Runs end at holes, notches and cracks; a node beside a crack has a block of its own.
+"""
+
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
+from dataclasses import dataclass
+
+import numpy as np
+
+FIRST, OWN, COMPUTED, PLACE, COPY, BEFORE, BEHIND, HEAD = range(8)
+"""Columns of a block: its first row; how many rows are its own, and over how many it may be computed: whole vectors are
+faster than what is left of one, and rows that are not its own are read, never written. Of cells the place of the first,
+in the chunks' numbers of the first quantity; the place where the last stands once more, -1 for none; how many places
+before the first and behind the last it keeps zero. From HEAD on where the neighbours of the first row are: of cells
+nodes, of nodes places."""
+
+VECTOR = 8
+"""Rows that are computed together."""
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Blocks of the cells and of the nodes of a lattice, int32, a row each, columns as above, and `chunks` that hold
+    `places` numbers of every quantity. Those of cells are written whole in every evaluation, before the others: they
+    begin behind what is reserved, and the very last is zero throughout."""
+
+    cells: np.ndarray
+    nodes: np.ndarray
+    chunks: int
+    places: int
+
+
+def pieces_of(runs: Runs, corners: np.ndarray, nodes: int, most: int) -> list[tuple[int, int, int, int]]:
+    """The blocks in pieces of at most `most` blocks of cells: from which to which block of cells, and then of nodes, all of
+    whose cells have been then."""
+    if len(runs.cells) <= most:
+        return [(0, len(runs.cells), 0, len(runs.nodes))]
+    last = np.zeros(nodes, int)
+    for k in range(corners.shape[1]):
+        last[corners[:, k]] = np.maximum(last[corners[:, k]], np.arange(len(corners)))
+    waits = np.maximum.reduceat(last, runs.nodes[:, FIRST])
+    waits = np.maximum.accumulate(np.searchsorted(runs.cells[:, FIRST], waits, side="right") - 1)
+    ends = np.append(np.arange(most, len(runs.cells), most), len(runs.cells))
+    ready = np.searchsorted(waits, ends, side="left")
+    starts = np.concatenate([[0], ends[:-1]]), np.concatenate([[0], ready[:-1]])
+    return list(zip(*(each.tolist() for each in (starts[0], ends, starts[1], ready)), strict=True))
+
+
+def runs_of(corners: np.ndarray, index: np.ndarray, width: int, quantities: int, reserved: int = 0) -> Runs:
+    """The runs of a lattice of cells with `corners` (c, 2^dim), nodes at `index` (n, dim) of its grid. Places are in
+    numbers of an array of chunks, each `quantities` times as long as it has places; the first `reserved` numbers may be
+    used for something else between two evaluations."""
+    places, sides = width + 2, corners.shape[1]
+    lattice = np.rint(index).astype(np.int64)
+    lattice -= lattice.min(0)
+    counts = lattice.max(0) + 1
+    strides = np.concatenate([np.cumprod(counts[:0:-1])[::-1] // counts[-1], [0]])
+    line_of: np.ndarray = (lattice * strides).sum(1)
+    cell_line, along = line_of[corners[:, 0]], lattice[corners[:, 0], -1]
+    # A node at the end of a line belongs to the segment before, where one begins with it.
+    ends = np.ones(len(index), bool)
+    ends[corners[:, ::2]] = False
+    segment = (lattice[:, -1] - ends) // width
+    segments = int(counts[-1]) // width + 1
+    own = cell_line * segments + along // width
+    seen = cell_line[:, None] * segments + segment[corners]
+    keys, long = np.unique(own), quantities * places
+    written = len(keys)
+    keys = np.concatenate([keys, np.setdiff1d(seen, keys)])
+    order = np.argsort(keys, kind="stable")
+    beyond = max(-(-reserved // long) - written, 0)
+    chunks = len(keys) + beyond + 1
+
+    def start(key: np.ndarray) -> np.ndarray:
+        """Where the chunk of a line's segment begins."""
+        found = order[np.searchsorted(keys, key, sorter=order)]
+        return (found + beyond * (found >= written)) * long
+
+    place = start(own) + along % width + 1
+    onward = ((along + 1) % width == 0) & np.isin(own + 1, keys)
+    copy = np.full(len(corners), -1)
+    copy[onward] = start(own[onward] + 1)
+    cells = _cell_blocks(corners, place, copy, own, (width, long, written), len(index))
+    occupied = np.zeros(chunks * long, bool)
+    occupied[place], occupied[copy[onward]] = True, True
+    near = np.full((len(index), sides), -1)
+    for k in range(sides):
+        at = corners[:, k]
+        near[at, k] = start(seen[:, k]) + along - segment[at] * width + 1
+    # Where a node sees no cell it may see the place of one, of the line that it would be on, if that is empty.
+    across = np.array([line_of[corners[0, k]] - line_of[corners[0, 0]] for k in range(sides)])
+    for k in range(sides):
+        none = np.flatnonzero(near[:, k] < 0)
+        key = (line_of[none] - across[k]) * segments + segment[none]
+        there = np.isin(key, keys) & (line_of[none] >= across[k])
+        none, key = none[there], key[there]
+        at = start(key) + lattice[none, -1] - segment[none] * width + 1 - k % 2
+        near[none, k] = np.where(occupied[at], -1, at)
+    follows = (np.diff(near, axis=0) == 1) | ((near[1:] < 0) & (near[:-1] < 0))
+    joined = follows.all(1) & (np.diff(segment) == 0) & (np.diff(line_of) == 0) & (np.diff(lattice[:, -1]) == 1)
+    nodes = _blocks(np.where(near < 0, (chunks - 1) * long, near), joined, len(index) - np.arange(len(index)))
+    return Runs(cells, nodes, chunks, places)
+
+
+def _cell_blocks(
+    corners: np.ndarray, place: np.ndarray, copy: np.ndarray, own: np.ndarray, sizes: tuple[int, int, int], nodes: int
+) -> np.ndarray:
+    """Blocks of cells. `place` (c,) and `copy` (c,) as the columns say, `own` (c,) the chunk of each; `sizes`: nodes of a
+    segment, numbers of a chunk, and chunks that are written whole."""
+    width, long, written = sizes
+    follows = (np.diff(corners, axis=0) == 1).all(1) & (np.diff(own) == 0) & (np.diff(place) == 1)
+    blocks = _blocks(corners, follows, nodes - corners.max(1))
+    first, last = blocks[:, FIRST], blocks[:, FIRST] + blocks[:, OWN] - 1
+    blocks[:, PLACE], blocks[:, COPY] = place[first], copy[last]
+    # Blocks of a chunk in the order of their places: each keeps zero what is behind it, up to the next; the first what is
+    # before it, but for a place that a cell of another chunk is copied to.
+    low = blocks[:, PLACE] % long
+    chunk, high = blocks[:, PLACE] // long, low + blocks[:, OWN]
+    order = np.lexsort((low, chunk))
+    opens = np.concatenate([[True], np.diff(chunk[order]) > 0])
+    closes = np.concatenate([opens[1:], [True]])
+    ahead = np.where(closes, width + 2, np.concatenate([low[order][1:], [0]]))
+    blocks[order, BEHIND] = ahead - high[order]
+    copied = np.zeros(written + 1, int)
+    targets = copy[copy >= 0] // long
+    copied[targets[targets < written]] = 1
+    blocks[order, BEFORE] = np.where(opens, low[order] - copied[chunk[order]], 0)
+    return blocks
+
+
+def _blocks(near: np.ndarray, follows: np.ndarray, ahead: np.ndarray) -> np.ndarray:
+    """Blocks of rows with neighbours `near` (n, k), of which row i + 1 follows row i where `follows` (n - 1,) says so.
+    `ahead` (n,): how many rows may be computed from one on before what they take ends."""
+    first = np.concatenate([[0], 1 + np.flatnonzero(~follows)])
+    own = np.diff(np.concatenate([first, [len(near)]]))
+    whole = -(-own // VECTOR) * VECTOR
+    made = np.zeros((len(first), HEAD + near.shape[1]), np.int32)
+    made[:, FIRST], made[:, OWN], made[:, COMPUTED] = first, own, np.where(whole <= ahead[first], whole, own)
+    made[:, COPY], made[:, HEAD:] = -1, near[first]
+    return made
