@@ -82,6 +82,13 @@ def test_what_acts_on_a_body_and_reads_it_is_that_of_pairs(name: str, monkeypatc
     compare(made(*CASES[name]), monkeypatch)
 
 
+@pytest.mark.parametrize("name", ["sections, probes and reactions", "the same beside viscosity"])
+def test_so_it_is_where_a_thread_has_a_row(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The kernels of a GPU, on the CPU."""
+    monkeypatch.setattr(rates, "width_of", lambda device, precision: 1)
+    compare(made(*CASES[name]), monkeypatch)
+
+
 @pytest.mark.parametrize("model", ["elastic", "mises"])
 def test_bodies_that_touch_are_those_of_pairs(model: str, monkeypatch: pytest.MonkeyPatch) -> None:
     law = MISES if model == "mises" else {}
