@@ -53,10 +53,17 @@ def slope(
         "every": 10,
         "fields": ["velocity_x"],
     }
-    result = wsph.run(_scene(2, {"end": 0.2, "formulation": form}, [floor, block],
-                             gravity={"x": GRAVITY * np.sin(down), "y": -GRAVITY * np.cos(down)},
-                             boundary=[{"body": "floor", "where": "x > -1", "fixed": ["x", "y"]}],
-                             contact=[{"between": ["floor", "block"], "friction": friction}], probes=[probe]))  # fmt: skip
+    result = wsph.run(
+        _scene(
+            2,
+            {"end": 0.2, "formulation": form},
+            [floor, block],
+            gravity={"x": GRAVITY * np.sin(down), "y": -GRAVITY * np.cos(down)},
+            boundary=[{"body": "floor", "where": "x > -1", "fixed": ["x", "y"]}],
+            contact=[{"between": ["floor", "block"], "friction": friction}],
+            probes=[probe],
+        )
+    )
     found = result.probes["block"]
     late = found["time"] > 0.1
     return float(np.polyfit(found["time"][late], found["velocity_x"][late], 1)[0]), float(found["velocity_x"][-1])
@@ -127,19 +134,36 @@ def bouncing(full: bool) -> Iterator[Row]:
             yield between(f"{form}, {cells} cells: time in contact", "1", time, 0.97, 1.03, "")
 
 
-def pressed_ball(across: int, depths: tuple[float, ...], **tool: Any) -> list[float]:
+def pressed_ball(across: int, depths: tuple[float, ...], **tool: object) -> list[float]:
     """Force on an eighth of a ball of radius 1, times four, that a rigid plane presses to some depths."""
-    cut = [_box(low, high) for low, high in (([-2.0, -2.0, -2.0], [0.0, 2.0, 2.0]), ([-2.0, -2.0, -2.0], [2.0, 0.0, 2.0]), ([-2.0, -2.0, 0.0], [2.0, 2.0, 2.0]))]  # fmt: skip
-    ball: Table = {"name": "ball", "spacing": 1.0 / across, "material": STIFF, "damping": {"rate": 2.0},
-                   "shape": {"type": "difference", "shapes": [{"type": "sphere", "center": [0.0, 0.0, 0.0], "radius": 1.0}, *cut]}}  # fmt: skip
+    cut = [
+        _box(low, high)
+        for low, high in (
+            ([-2.0, -2.0, -2.0], [0.0, 2.0, 2.0]),
+            ([-2.0, -2.0, -2.0], [2.0, 0.0, 2.0]),
+            ([-2.0, -2.0, 0.0], [2.0, 2.0, 2.0]),
+        )
+    ]
+    ball: Table = {
+        "name": "ball",
+        "spacing": 1.0 / across,
+        "material": STIFF,
+        "damping": {"rate": 2.0},
+        "shape": {"type": "difference", "shapes": [{"type": "sphere", "center": [0.0, 0.0, 0.0], "radius": 1.0}, *cut]},
+    }
     held = [
         {"body": "ball", "where": where, "symmetry": axis}
         for axis, where in (("x", "x <= 1e-9"), ("y", "y <= 1e-9"), ("z", "z >= -1e-9"))
     ]
     time = 40.0
     speed = depths[-1] / time
-    plate: Table = {"name": "plate", "shape": {"type": "plane", "point": [0.0, 0.0, -1.0], "normal": [0.0, 0.0, 1.0]},
-                    "velocity": {"z": speed}, "against": ["ball"], **tool}  # fmt: skip
+    plate: Table = {
+        "name": "plate",
+        "shape": {"type": "plane", "point": [0.0, 0.0, -1.0], "normal": [0.0, 0.0, 1.0]},
+        "velocity": {"z": speed},
+        "against": ["ball"],
+        **tool,
+    }
     result = wsph.run(_scene(3, {"end": time}, [ball], boundary=held, tools=[plate], output={"history": 10}))
     way, force = speed * result.history["time"], 4.0 * np.abs(result.history["tool_plate_z"])
     found: list[float] = []
@@ -176,16 +200,29 @@ def sheared_contact(across: int) -> tuple[float, float, float]:
     block: Table = {"name": "block", "shape": _box([-0.8, -0.4], [0.8, 0.0])}
     kinds: Table = {"spacing": 1.0 / across, "state": "strain", "material": STIFF, "damping": {"rate": 1.0}}
     functions: Table = {
-        "down": {"t": [0.0, 0.2 * press, 0.8 * press, press, 1e3], "value": [0.0, *[-1.25 * depth / press] * 2, 0.0, 0.0]},
-        "side": {"t": [0.0, press + 5.0, press + 5.0 + 0.2 * shear, press + 5.0 + 0.8 * shear, press + 5.0 + shear, 1e3],
-                 "value": [0.0, 0.0, *[0.375 * depth / shear] * 2, 0.0, 0.0]},
-    }  # fmt: skip
+        "down": {
+            "t": [0.0, 0.2 * press, 0.8 * press, press, 1e3],
+            "value": [0.0, *[-1.25 * depth / press] * 2, 0.0, 0.0],
+        },
+        "side": {
+            "t": [0.0, press + 5.0, press + 5.0 + 0.2 * shear, press + 5.0 + 0.8 * shear, press + 5.0 + shear, 1e3],
+            "value": [0.0, 0.0, *[0.375 * depth / shear] * 2, 0.0, 0.0],
+        },
+    }
     held = [
         {"body": "disc", "where": "y >= 0.6 - 1e-9", "velocity": {"x": "side", "y": "down"}},
         {"body": "block", "face": "-y", "fixed": ["x", "y"]},
     ]
-    made = finished(_scene(2, {"end": press + shear + 10.0}, [{**disc, **kinds}, {**block, **kinds}], boundary=held, functions=functions,
-                           contact=[{"between": ["disc", "block"], "friction": friction}]))  # fmt: skip
+    made = finished(
+        _scene(
+            2,
+            {"end": press + shear + 10.0},
+            [{**disc, **kinds}, {**block, **kinds}],
+            boundary=held,
+            functions=functions,
+            contact=[{"between": ["disc", "block"], "friction": friction}],
+        )
+    )
     joint = made.joint
     coupling = cast(Surfaces, joint.couplings[0] if joint is not None else None)
     law, surface = cast(Meeting, coupling.laws[0]), coupling.surfaces["block"]
@@ -230,11 +267,25 @@ def sliding_disc(spacing: float, turn: float, form: str) -> float:
     disc: Table = {"name": "disc", "shape": {"type": "disc", "center": middle.tolist(), "radius": small}, **kinds}
     if turn:
         disc["lattice_rotate"] = turn
-    probe: Table = {"name": "disc", "body": "disc", "where": "y > 0.4", "reduce": "mean", "every": 10,
-                    "fields": ["velocity_x", "velocity_y", "displacement_y"]}  # fmt: skip
-    found = wsph.run(_scene(2, {"end": 0.42, "formulation": form}, [floor, disc], gravity={"y": -GRAVITY},
-                            boundary=[{"body": "floor", "where": "y < 0.2", "fixed": ["x", "y"]}],
-                            contact=[{"between": ["floor", "disc"]}], probes=[probe])).probes["disc"]  # fmt: skip
+    probe: Table = {
+        "name": "disc",
+        "body": "disc",
+        "where": "y > 0.4",
+        "reduce": "mean",
+        "every": 10,
+        "fields": ["velocity_x", "velocity_y", "displacement_y"],
+    }
+    found = wsph.run(
+        _scene(
+            2,
+            {"end": 0.42, "formulation": form},
+            [floor, disc],
+            gravity={"y": -GRAVITY},
+            boundary=[{"body": "floor", "where": "y < 0.2", "fixed": ["x", "y"]}],
+            contact=[{"between": ["floor", "disc"]}],
+            probes=[probe],
+        )
+    ).probes["disc"]
     # It lifts off where cos(a) = 2/3 cos(start): measured before.
     height = (middle[1] + found["displacement_y"]) / (big + small)
     on = (height > 0.75 * np.cos(start)) & (found["displacement_y"] < -0.2 * (big + small) * (1.0 - 0.75))
