@@ -41,6 +41,9 @@ RUNS = {
     "ring": "ring.toml",
     "bracket": "bracket.toml",
     "plastic_hinge": "plastic_hinge.toml",
+    "ball_on_plate": "ball_on_plate.toml",
+    "indentation": "indentation.toml",
+    "stack": "stack.toml",
 }
 """What `wsph run` is given, by the name of the run."""
 
@@ -66,6 +69,9 @@ PICTURES = {
     "ring": "--field von_mises",
     "bracket": "--field von_mises --range '0:300 MPa' --warp 50",
     "plastic_hinge": "--curve=-push.force_y --against=-end.displacement_y",
+    "ball_on_plate": "--field von_mises --time '20 us'",
+    "indentation": "--field plastic_strain --clip 'y>0'",
+    "stack": "--field velocity_x --time '64 ms'",
 }
 """The options of the picture of every run."""
 

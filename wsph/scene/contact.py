@@ -73,7 +73,7 @@ class Contact(Model):
     stiffness: Stiffness = Field(default_factory=_stiff)  # pyright: ignore[reportAssignmentType]
     friction: Annotated[float, Unit("", ge=0)] = 0.0
     damping: Annotated[float, Unit("", ge=0)] = Field(default_factory=_damped)
-    memory: Annotated[float, Unit("", ge=0)] = 20.0
+    memory: Annotated[float, Unit("", ge=0)] | None = None
     edges: bool = True
     strength: Annotated[float, Unit("Pa", gt=0)] | None = None
     radius: Annotated[float, Unit("", gt=0, le=1)] = 0.5

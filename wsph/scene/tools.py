@@ -115,7 +115,7 @@ class Tool(Model):
     friction: Annotated[float, Unit("", ge=0)] = 0.0
     stiffness: Stiffness = "auto"
     damping: Annotated[float, Unit("", ge=0)] = Field(default_factory=_damped)
-    memory: Annotated[float, Unit("", ge=0)] = 20.0
+    memory: Annotated[float, Unit("", ge=0)] | None = None
 
     @model_validator(mode="after")
     def _of_one_kind(self) -> "Tool":

@@ -153,3 +153,18 @@ def breathing_sphere() -> tuple[float, float]:
         beyond = np.sin(k) * (1.0 - 0.25 * k * k * wave / shear) - k * np.cos(k) > 0.0
         low, high = (low, k) if beyond else (k, high)
     return float(0.5 * (low + high)), float(0.5 * (low + high) * np.sqrt(wave))
+
+
+def pressed_ball(depth: float, ratio: float) -> float:
+    """Force on a ball of radius and Young's modulus 1 between rigid plates, at a way of each plate towards its middle
+    (Tatara 1991: Hertz's approach a^2/R less what the force on the far side pushes the place in by)."""
+
+    def way(a: float) -> float:
+        force, far = 4.0 * a**3 / (3.0 * (1.0 - ratio**2)), a * a + 4.0
+        return a * a - force / np.pi * (2.0 * (1.0 + ratio) / far**1.5 + (1.0 - ratio**2) / far**0.5)
+
+    low, high = 0.0, 1.0
+    while high - low > 1e-12:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if way(middle) < depth else (low, middle)
+    return 4.0 * low**3 / (3.0 * (1.0 - ratio**2))

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from wsph.errors import WsphError
 from wsph.quantities import Table
 from wsph.scene.messages import nearest
-from wsph.validation import curved, cylinder, fracture, he_seaid, taylor, vibrating
+from wsph.validation import contact, curved, cylinder, fracture, he_seaid, taylor, vibrating
 from wsph.validation.case import Case, Row
 
-_FILES = (taylor, he_seaid, fracture, curved, vibrating, cylinder)
+_FILES = (taylor, he_seaid, fracture, curved, vibrating, cylinder, contact)
 
 CASES = {each.name: each for file in _FILES for each in file.CASES}
 """Every published case by name, in the order in which they are run."""

@@ -19,8 +19,20 @@ FORGOTTEN = 20.0
 SEED = 2.0
 """The memory of a young contact of age a is a running mean, of the rate SEED/a."""
 
+CELLS, SWINGS = 20.0, 8.0
+"""Memory of friction, in the times that a wave takes over a spacing, and over the shortest side of the smaller body, of
+which it is the longer. A body swings in 4 of its sides' times: with a memory of less what slides at mu = .5 hums, however
+fine it is, and with 20 spacings alone a block of six cells does."""
+
 LEAST = 1e-30
 """Stands for a stiffness of zero in a quotient."""
+
+
+def forgetting(memory: float | None, spacing: float, side: float, speed: float) -> float:
+    """Rate at which friction forgets the normal force, 0 for at once: by a `memory` in spacings, or where none is given by
+    the `spacing` and the shortest `side` of a body, with waves of a `speed`; nondimensional."""
+    way = memory * spacing if memory is not None else max(CELLS * spacing, SWINGS * side)
+    return speed / way if way > 0.0 else 0.0
 
 
 @cache

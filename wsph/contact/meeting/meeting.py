@@ -18,6 +18,7 @@ from wsph.backend.arrays import Arrays, host
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
 from wsph.contact.meeting.edges import Crossings
+from wsph.contact.meeting.forces import forgetting
 from wsph.contact.meeting.ridges import Ridges, ridges
 from wsph.contact.meeting.ways import Met, Numbers, Places, Way
 from wsph.contact.surfaces.laws import Ground, Law
@@ -55,6 +56,7 @@ class Meets(Met, Protocol):
     modulus: float
     impedance: float
     carries: float
+    least_side: float
 
     @property
     def mesh(self) -> SurfaceMesh: ...
@@ -69,14 +71,14 @@ class ContactNumbers:
     stiffness  # K, of half a cell of each body in series; `automatic`: the step may choose another
     friction   # Coulomb's coefficient
     damping    # zeta, of the impedances of the bodies in series; `soft`: less where the step needs it
-    memory     # of friction, in the time that a wave takes over a spacing; 0 for none
+    memory     # of friction, in the time that a wave takes over a spacing; 0 for none, None by the sizes of the bodies
     edges      # whether edges meet edges, in 3D
     """
 
     stiffness: float = 1.0
     friction: float = 0.0
     damping: float = 0.0
-    memory: float = 20.0
+    memory: float | None = None
     edges: bool = True
     automatic: bool = False
     soft: bool = True
@@ -89,7 +91,7 @@ class Meeting(Law):
         self.name, self.one, self.other, self._contact = name, one, other, contact
         self._space, self._clock = space, clock
         width, speed = max(one.spacing, other.spacing), min(one.wave_speed, other.wave_speed)
-        relax = speed / (width * contact.memory) if contact.memory > 0.0 else 0.0
+        relax = forgetting(contact.memory, width, min(one.least_side, other.least_side), speed)
         series = 2.0 * one.impedance * other.impedance / (one.impedance + other.impedance)
         self._numbers = Numbers(
             0.0, contact.damping * series, 0.0, contact.friction, relax, contact.edges and space.dim == 3

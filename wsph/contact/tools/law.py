@@ -17,6 +17,7 @@ from wsph.backend.arrays import Arrays
 from wsph.backend.reduce import blocks
 from wsph.backend.space import Array, Struct
 from wsph.contact.meeting.candidates import Candidates, none, rows_of_pairs
+from wsph.contact.meeting.forces import forgetting
 from wsph.contact.meeting.meeting import vertex_areas
 from wsph.contact.meeting.memory import Memory
 from wsph.contact.meeting.structs import law_struct
@@ -34,8 +35,10 @@ TANGENT = 0.7
 SOFT = 0.5
 """Damping of the rate c is divided by 1 + SOFT c dt, so that it never needs a shorter step than none."""
 
-OPEN = 1.0
-"""The stiffness, in those of the material, until the time step chooses one."""
+STIFFER, STIFFEST, RUBBING = 4.0, 10.0, 0.5
+"""Stiffness of a tool, in that of the material, over that of contacts in the same step, and the most: a ball of 20 cells in
+its radius that a plane presses bears 6 % too little with 1, 2.5 % with 4. The most where there is friction: what slides on
+a stiffer one hums, the more so the finer it is."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +72,7 @@ class ToolLaw(Law):
         self._arrays = Arrays(self._clock.device)
         self.memory = Memory(side.n, space, self._clock, self._arrays)
         self._make()
-        self._take(table.number or OPEN)
+        self._take(table.number or self._chosen(1.0))
 
     def _make(self) -> None:
         """What there is of every vertex."""
@@ -84,6 +87,13 @@ class ToolLaw(Law):
         self._sums: Array = self._arrays.zeros("sums", (blocks(side.n), 6), wp.float64)
         self._rows: Candidates = none(self._clock.device)
 
+    def _chosen(self, stiffness: float) -> float:
+        """Of contacts' stiffness in a step that of the tool: the least where that is the least."""
+        if self.tool.table.friction > 0.0:
+            return RUBBING
+        lower = (2.0 * STIFFER - 1.0) * stiffness - (STIFFER - 1.0)
+        return min(lower, STIFFER * stiffness, STIFFEST)
+
     def _take(self, factor: float) -> None:
         """Take a stiffness K."""
         side, table, real = self.side, self.tool.table, self._space.scalar
@@ -94,7 +104,7 @@ class ToolLaw(Law):
             "softening": SOFT * sum(self.per_mass(self.impedance)) if self.soft else 0.0,
             "friction": table.friction,
             "tangent": TANGENT,
-            "relax": side.wave_speed / (side.spacing * table.memory) if table.memory > 0.0 else 0.0,
+            "relax": forgetting(table.memory, side.spacing, side.least_side, side.wave_speed),
         }
         for name, value in values.items():
             setattr(self._law, name, real(value))
@@ -121,7 +131,7 @@ class ToolLaw(Law):
     def stiffen(self, stiffness: float) -> bool:
         """Take a stiffness K where the scene leaves it open; whether it does."""
         if self._automatic:
-            self._take(stiffness)
+            self._take(self._chosen(stiffness))
         return self._automatic
 
     def gaps(self, places: np.ndarray) -> np.ndarray:

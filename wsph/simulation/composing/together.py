@@ -22,6 +22,9 @@ from wsph.simulation.timeline import TimeStep
 LEAPFROG = 2.0
 """omega dt up to which leapfrog holds a wave."""
 
+WHOLE = 1.0 - 1e-6
+"""A step that is longer than it may be by rounding alone is none."""
+
 LEAST, MOST = 0.5, 10.0
 """Stiffness of what acts between bodies, in those of the materials: below the least bodies sink into each other by more than
 a cell would give way, and beyond the most nothing is gained."""
@@ -90,10 +93,10 @@ def stiffen(setting: Setting, joint: JointSystem, runs: Sequence[BodyRun]) -> No
         swings = WITH_CONTACT * LEAPFROG / (joint.frequency * joint.clock.dt) if joint.frequency > 0.0 else np.inf
         return min([swings, *(WITH_CONTACT * limit / courant for limit, courant in limits)])
 
-    if room(MOST) >= 1.0:
+    if room(MOST) >= WHOLE:
         return
     left = room(LEAST)
-    if left < 1.0:
+    if left < WHOLE:
         if setting.scene.run.guard != "refuse":
             room(1.0)
             return
@@ -107,7 +110,7 @@ def stiffen(setting: Setting, joint: JointSystem, runs: Sequence[BodyRun]) -> No
     low, high = LEAST, MOST
     while high - low > 1e-3 * low:
         middle = float(np.sqrt(low * high))
-        low, high = (middle, high) if room(middle) >= 1.0 else (low, middle)
+        low, high = (middle, high) if room(middle) >= WHOLE else (low, middle)
     room(low)
 
 
