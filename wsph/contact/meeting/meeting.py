@@ -212,6 +212,14 @@ class Meeting(Law):
         """What is stored and dissipated, by contact."""
         return [part.memory[name] for part in self._parts for name in ("stored", "sprung", "lost")]
 
+    def surface_gaps(self, surface: Meets) -> NDArray[np.float64]:
+        """Gaps of a surface's vertices at the end of the last step, NaN where there is nothing to meet, (n,)."""
+        found = np.full(surface.n, np.nan)
+        for way in self.ways:
+            if way.own is surface:
+                found = np.fmin(found, way.memory.gaps(way.rows))
+        return found
+
     def force(self, surface: Meets) -> NDArray[np.float64]:
         """The sum of its forces on a surface at the last evaluation, nondimensional (dim,)."""
         total = np.zeros(self._space.dim)
