@@ -41,7 +41,9 @@ def test_the_pressure_is_that_of_the_load_where_it_presses(form: str, dim: int, 
     within = low & (sides < 0.3)
     assert found["contact_pressure"][within] == pytest.approx(PRESSURE, rel=0.08)
     # Of cells the corners' forces reach further in.
-    assert found["contact_pressure"][low].mean() == pytest.approx(PRESSURE, rel=0.12 if form == "updated-lagrangian" else 0.05)
+    assert found["contact_pressure"][low].mean() == pytest.approx(
+        PRESSURE, rel=0.12 if form == "updated-lagrangian" else 0.05
+    )
     assert np.abs(found["contact_pressure"][height > 0.5]).max() < 1e-12
     assert (found["contact_gap"][within] < 0.0).all()
     assert np.isnan(found["contact_gap"][height > 0.9]).all()

@@ -23,8 +23,8 @@ from wsph.contact.meeting.ridges import Ridges, ridges
 from wsph.contact.meeting.ways import Met, Numbers, Places, Way
 from wsph.contact.surfaces.laws import Ground, Law
 from wsph.contact.surfaces.surface import Surface
-from wsph.scene.contact import STICKY, Contact
 from wsph.scene.scene import Scene
+from wsph.scene.touch.contact import STICKY, Contact
 
 SOFT = 0.5
 """Damping of the rate c is divided by 1 + SOFT c dt, so that it never needs a shorter step than none."""

@@ -27,7 +27,7 @@ from wsph.contact.surfaces.surface import Surface
 from wsph.contact.tools.forms import Form, Placed
 from wsph.contact.tools.rigid import RigidBody
 from wsph.contact.tools.touching import gaps_kernel, gather_kernel, react_kernel, touch_kernel
-from wsph.scene.tools import Tool
+from wsph.scene.touch.tools import Tool
 
 TANGENT = 0.7
 """Stiffness of stick in that of depth: about that of a half-space under a patch, 2 (1 - nu)/(2 - nu) with nu = .45
