@@ -40,10 +40,10 @@ RUNS = {
     "notched_beam": "notched_beam.toml --set run.end='0.5 ms'",
     "ring": "ring.toml",
     "bracket": "bracket.toml",
+    "plastic_hinge": "plastic_hinge.toml",
     "ball_on_plate": "ball_on_plate.toml",
     "indentation": "indentation.toml",
     "stack": "stack.toml",
-    "plastic_hinge": "plastic_hinge.toml",
 }
 """What `wsph run` is given, by the name of the run."""
 
@@ -68,10 +68,10 @@ PICTURES = {
     "notched_beam": "--field plastic_strain",
     "ring": "--field von_mises",
     "bracket": "--field von_mises --range '0:300 MPa' --warp 50",
+    "plastic_hinge": "--curve=-push.force_y --against=-end.displacement_y",
     "ball_on_plate": "--field von_mises --time '20 us'",
     "indentation": "--field plastic_strain --clip 'y>0'",
     "stack": "--field velocity_x --time '64 ms'",
-    "plastic_hinge": "--curve=-push.force_y --against=-end.displacement_y",
 }
 """The options of the picture of every run."""
 

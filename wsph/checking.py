@@ -13,7 +13,7 @@ from wsph.plugins import integrators, registry
 from wsph.protocols import Integrator
 from wsph.reporting import Reported
 from wsph.scene.scene import Scene
-from wsph.scene.tools import Tool
+from wsph.scene.touch.tools import Tool
 from wsph.simulation.compose import compose, memory_need, stairs
 from wsph.simulation.composing.composition import BodyRun
 from wsph.simulation.starting.initial import initial_in_words

@@ -41,6 +41,15 @@ def as_tuple(value: object) -> object:
     return tuple(value) if is_list(value) else value
 
 
+def printable(name: str) -> str:
+    """Names of bodies go into messages and files."""
+    if not name.isprintable() or name.strip() != name or not name:
+        raise ValueError(
+            f"{name!r} has characters that cannot be printed, or blanks at its ends: a name has printed characters"
+        )
+    return name
+
+
 def file_name(name: str) -> str:
     """A name that goes into columns, or names a file on every system. Raises ValueError."""
     if not re.fullmatch(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}", name):

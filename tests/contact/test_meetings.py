@@ -4,6 +4,7 @@ import re
 import warnings
 from typing import Any
 
+import numpy as np
 import pytest
 
 import wsph
@@ -140,3 +141,31 @@ def test_round_bodies_are_named_where_they_overlap_and_when_they_meet(shape: str
         compose(pair(0.0, 0.0))
     with pytest.warns(RuntimeWarning, match=WORDS):
         wsph.run(pair(0.1, 0.4), throw=False)
+
+
+@pytest.mark.filterwarnings("ignore")  # how fast it all is
+@pytest.mark.parametrize("form", ["stress-points", "total-lagrangian", "updated-lagrangian"])
+@pytest.mark.parametrize("mach", [0.14, 0.5, 1.0])
+@pytest.mark.parametrize("aside", [0.0, 0.21])
+def test_no_speed_takes_bodies_through_each_other(form: str, mach: float, aside: float) -> None:
+    """Two blocks that fly at each other, each at a part of the wave speed: they part, or the run stops by name."""
+    law = scenes.material("jaumann" if form == "updated-lagrangian" else "neo-hookean")
+    speed = mach * float(np.sqrt(0.7 / (1.3 * 0.4)))
+
+    def block(name: str, x: float, y: float, v: float) -> dict[str, Any]:
+        return scenes.body(scenes.box((x, x + 0.5), (y, y + 0.5)), 0.1, name, velocity=[v, 0.0], material=law)
+
+    made = scenes.scene(
+        block("a", 0.0, 0.0, speed),
+        block("b", 0.52, aside, -speed),
+        run={"formulation": form, "end": 1.5 / speed, "cfl": "auto"},
+        contact=[{"between": ["a", "b"]}],
+    )
+    result = wsph.run(made, throw=False)
+    if result.status != "completed":
+        assert "contact" in result.reason or "inside out" in result.reason
+        return
+    moving, body = result.field("velocity_x"), result.particles["body"]
+    assert moving[body == 0].mean() < 0.0 < moving[body == 1].mean() or aside > 0.0
+    kinetic = result.history["kinetic"][0]
+    assert result.history["contact_numerical"].min() > -5e-3 * kinetic

@@ -58,6 +58,9 @@ class Bond:
     def reported(self) -> tuple[Reported, ...]:
         return ()
 
+    def fields(self, body: str) -> Mapping[str, object]:
+        return {}
+
     def follow(self) -> bool:
         return False
 

@@ -2,7 +2,7 @@
 
 # pyright: strict
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Protocol
 
 import numpy as np
@@ -89,6 +89,10 @@ class Coupling(Protocol):
     @property
     def reported(self) -> tuple[Reported, ...]:
         """What of it people read numbers off."""
+        ...
+
+    def fields(self, body: str) -> Mapping[str, Callable[[], np.ndarray]]:
+        """Fields of a body's particles that frames can have by it, by their names in `wsph.output.fields.ON_SURFACES`."""
         ...
 
     def follow(self) -> bool:

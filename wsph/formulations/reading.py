@@ -2,6 +2,7 @@
 
 # pyright: strict
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -12,6 +13,7 @@ from wsph.backend.space import Array
 from wsph.backend.state import State
 from wsph.constitutive.constitutive import Constitutive
 from wsph.geometry.geometry import Geometry
+from wsph.output.fields import ON_SURFACES
 from wsph.plugins.traits import internal_units
 from wsph.sph.averages import Averages
 from wsph.units import Scales
@@ -106,6 +108,8 @@ class Reading:
 
     def __init__(self, system: Readable):
         self._system = system
+        self.on_surface: Mapping[str, Callable[[], np.ndarray]] = {}
+        """Fields of its surface that contact has, by their names, (n, 1), SI."""
 
     @cached_property
     def fields(self) -> dict[str, Field]:
@@ -124,7 +128,7 @@ class Reading:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of all primitive fields."""
-        return (*self.fields, DENSITY)
+        return (*self.fields, DENSITY, *self.on_surface)
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -152,6 +156,8 @@ class Reading:
         system = self._system
         if name == DENSITY:
             return system.current_density()[:, None] * system.scales.density
+        if name in self.on_surface:
+            return self.on_surface[name]()
         field = self.fields[name]
         values = system.filtered(field.stored)
         return values[:, field.first : field.first + field.width] * field.scale
@@ -170,7 +176,7 @@ class Reading:
         """A primitive field of the `cells`, block after block, (c, width), SI: of the point in each, as computed, or the
         mean of the points on its edges; of a field of the particles the mean of its corners. A particle that is but a point
         has its own."""
-        if name == DENSITY or not self.apart(name):
+        if name == DENSITY or name in self.on_surface or not self.apart(name):
             values = self.si(name)
             return np.concatenate([values[corners].mean(1) for corners in self.cells]) if self.cells else values
         field = self.fields[name]
@@ -179,6 +185,8 @@ class Reading:
 
     def unit(self, name: str) -> str:
         """The SI unit of a primitive field, "1" of a plain number. Raises KeyError for one that the body does not have."""
+        if name in self.on_surface:
+            return ON_SURFACES[name]
         return "kg/m3" if name == DENSITY else self.fields[name].unit or "1"
 
     def apart(self, name: str) -> bool:

@@ -18,6 +18,9 @@ AXES = ("x", "y", "z")
 ALWAYS = ("position", "id", "body")
 """Fields that every frame has, asked for or not."""
 
+ON_SURFACES = {"contact_pressure": "Pa", "contact_gap": "m"}
+"""Fields of bodies that meet others, ties and tools, on their surfaces, and their units: of frames alone."""
+
 DERIVED = {"von_mises": "stress", "pressure": "stress"}
 
 
@@ -31,6 +34,7 @@ def known(internals: Iterable[str], dim: int, offered: Iterable[str] = ()) -> li
         "stress",
         "density",
         *DERIVED,
+        *ON_SURFACES,
         *offered,
         *internals,
         *vectors,

@@ -17,7 +17,7 @@ from wsph.constitutive.stress_state import STRESS_STATES
 from wsph.errors import Fault, PluginError
 from wsph.expressions import FUNCTIONS, VARIABLES, Expression, compile_expression
 from wsph.geometry.counts import cells_along
-from wsph.output.fields import ALWAYS, AXES, known
+from wsph.output.fields import ALWAYS, AXES, ON_SURFACES, known
 from wsph.plugins import registry
 from wsph.plugins.options import build
 from wsph.plugins.traits import internal_units
@@ -352,14 +352,19 @@ def _field_faults(scene: SceneTables) -> Iterator[Fault]:
     offered = [name for body in scene.bodies for part in body.parts.values() for name in part.offers]
     names = known(internals, scene.dim, dict.fromkeys(offered))
     wanted = [("output.fields", scene.output.fields, names)]
-    probed = [name for name in names if name not in ALWAYS]
+    touched = bool(scene.tools) or any(contact.law != "pinball" for contact in scene.contact)
+    probed = [name for name in names if name not in (*ALWAYS, *ON_SURFACES)]
     wanted += [
         (f"probes.{k}.fields", probe.fields, probed if probe.of is None else list(NUMBERS))
         for k, probe in enumerate(scene.probes)
     ]
     for key, listed, names in wanted:
         for k, name in enumerate(listed):
-            if name not in names:
+            if name in ON_SURFACES and not touched:
+                yield Fault(
+                    0, key, f"{name!r} is of bodies with contact between surfaces, ties or tools: there is none"
+                )
+            elif name not in names:
                 yield Fault(
                     0, key, f"no field is named {name!r}; {nearest(name, names, 'there is ' + ', '.join(names))}"
                 )

@@ -19,7 +19,7 @@ from wsph.scene.checks import between_tables, of_plugins
 from wsph.scene.lines import line_of
 from wsph.scene.messages import of_validation, scene_path
 from wsph.scene.tables import SceneTables
-from wsph.scene.tool_checks import of_tools
+from wsph.scene.touch.tool_checks import of_tools
 
 DEEPEST = 50
 """Dots in the path of an override."""

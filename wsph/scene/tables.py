@@ -38,15 +38,15 @@ from wsph.quantities import (
     file_name,
     is_sequence,
     is_table,
+    printable,
     read_switch,
 )
-from wsph.scene.contact import Contact
 from wsph.scene.messages import none_of
-from wsph.scene.names import printable
 from wsph.scene.numbers import NUMBERS, Section, boundary_names
 from wsph.scene.outputs import Checkpoint, Output, Stop
 from wsph.scene.states import Initial, Relax, Stage, begins_of, windows_of
-from wsph.scene.tools import Tool
+from wsph.scene.touch.contact import Contact
+from wsph.scene.touch.tools import Tool
 from wsph.sph.smoothing import DEFAULT, SMOOTHING
 from wsph.units import looks_like_quantity, quantity
 

@@ -13,7 +13,7 @@ from wsph.contact.surfaces.struct import surface_struct
 from wsph.contact.ties.bonds import bonds_between, frames, nearest_weights
 from wsph.contact.ties.tie import Tie
 from wsph.errors import Refused
-from wsph.scene.contact import Contact
+from wsph.scene.touch.contact import Contact
 from wsph.units import Scales
 
 UNITS = Scales(1.0, 1.0, 1.0)

@@ -13,7 +13,7 @@ from wsph.backend.space import Space
 from wsph.contact.tools.forms import Form, form_of
 from wsph.contact.tools.moving import pose_struct
 from wsph.contact.tools.touching import gaps_kernel
-from wsph.scene.tools import Tool
+from wsph.scene.touch.tools import Tool
 
 
 def tool(**shape: Any) -> Tool:

@@ -23,8 +23,8 @@ from wsph.contact.meeting.ridges import Ridges, ridges
 from wsph.contact.meeting.ways import Met, Numbers, Places, Way
 from wsph.contact.surfaces.laws import Ground, Law
 from wsph.contact.surfaces.surface import Surface
-from wsph.scene.contact import STICKY, Contact
 from wsph.scene.scene import Scene
+from wsph.scene.touch.contact import STICKY, Contact
 
 SOFT = 0.5
 """Damping of the rate c is divided by 1 + SOFT c dt, so that it never needs a shorter step than none."""
@@ -211,6 +211,14 @@ class Meeting(Law):
     def energies(self) -> list[Array]:
         """What is stored and dissipated, by contact."""
         return [part.memory[name] for part in self._parts for name in ("stored", "sprung", "lost")]
+
+    def surface_gaps(self, surface: Meets) -> NDArray[np.float64]:
+        """Gaps of a surface's vertices at the end of the last step, NaN where there is nothing to meet, (n,)."""
+        found = np.full(surface.n, np.nan)
+        for way in self.ways:
+            if way.own is surface:
+                found = np.fmin(found, way.memory.gaps(way.rows))
+        return found
 
     def force(self, surface: Meets) -> NDArray[np.float64]:
         """The sum of its forces on a surface at the last evaluation, nondimensional (dim,)."""

@@ -11,7 +11,7 @@ from wsph.backend.clock import Clock
 from wsph.backend.reduce import total
 from wsph.backend.space import Array, Space, Struct
 from wsph.contact.meeting.candidates import Candidates
-from wsph.contact.meeting.structs import memory, memory_struct
+from wsph.contact.meeting.structs import FAR, memory, memory_struct
 from wsph.contact.meeting.touch import keep_kernel
 
 LONG = 1e9
@@ -77,6 +77,12 @@ class Memory:
         values["parted"][out] = LONG
         for name, array in self._arrays.items():
             put(array, values[name])
+
+    def gaps(self, rows: Candidates) -> NDArray[np.float64]:
+        """Gaps at the end of the last step, NaN where there is nothing to meet, (n,)."""
+        found = np.full(self._n, np.nan)
+        found[rows.which] = host(self["gap"])[rows.which]
+        return np.where(found < 0.1 * FAR, found, np.nan)
 
     @property
     def stored(self) -> float:

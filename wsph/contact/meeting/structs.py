@@ -11,6 +11,9 @@ from wsph.backend.space import Space
 SHARED = 8
 """Faces, equally near to a vertex, that share its contact."""
 
+FAR = 1e30
+"""The gap of a vertex that has nothing to meet."""
+
 Faces = wp.types.vector(length=SHARED, dtype=wp.int32)
 
 
@@ -63,6 +66,7 @@ def memory(space: Space) -> dict[str, type]:
     """The types of what contacts remember, by name."""
     real, vec, double = space.scalar, space.vec, wp.float64
     return {
+        "gap": real,
         "ease": real,
         "account": double,
         "elastic": vec,
@@ -81,6 +85,7 @@ def memory(space: Space) -> dict[str, type]:
 def memory_struct(space: Space) -> type:
     """Struct of what contacts remember of the last step, nondimensional.
 
+    gap       # to what may be met, FAR where there is nothing
     ease      # gap that counts as none, <= 0: bodies that overlap at the start begin without force
     account   # work that the bodies have put into the elastic forces and have not got back
     elastic   # elastic normal force
@@ -110,6 +115,7 @@ def reading(space: Space) -> wp.Function:
     @wp.func
     def held(m: Memory, i: int) -> Held:
         h = Held()
+        h.gap = m.gap[i]
         h.ease = m.ease[i]
         h.account = m.account[i]
         h.elastic = m.elastic[i]
@@ -133,6 +139,7 @@ def writing(space: Space) -> wp.Function:
 
     @wp.func
     def hold(m: Memory, i: int, h: Held):
+        m.gap[i] = h.gap
         m.ease[i] = h.ease
         m.account[i] = h.account
         m.elastic[i] = h.elastic

@@ -13,6 +13,7 @@ from wsph.contact.meeting.closest import on_face
 from wsph.contact.meeting.forces import contact_force, open_contact
 from wsph.contact.meeting.nearest import facing_area, meeting_point, nearest_faces, outwards
 from wsph.contact.meeting.structs import (
+    FAR,
     candidates_struct,
     law_struct,
     memory_struct,
@@ -61,6 +62,9 @@ def touch_kernel(space: Space) -> wp.Kernel:
             # Clear of the surface, there is nothing to be eased any more.
             h.ease = real(0.0)
         gap = met.gap - h.ease
+        h.gap = real(FAR)
+        if found.count > 0:
+            h.gap = gap
         force = vec()
         count = int(0)
         if found.count > 0 and found.distance < law.depth and gap < real(0.0):

@@ -17,7 +17,7 @@ from wsph.backend.state import State
 from wsph.constitutive.constitutive import Constitutive
 from wsph.contact.between import PushedBody
 from wsph.contact.pinball.law import ContactLaw, body_struct, kick_kernel
-from wsph.scene.contact import Contact
+from wsph.scene.touch.contact import Contact
 from wsph.sph.pairs import Pairs
 from wsph.sph.skin import Skin
 from wsph.units import Scales

@@ -36,7 +36,7 @@ from wsph.contact.pinball.law import ContactLaw, law_struct, push_kernel
 from wsph.errors import Refused
 from wsph.plugins.integrators import publishes
 from wsph.protocols import Entry
-from wsph.scene.contact import Contact
+from wsph.scene.touch.contact import Contact
 from wsph.sph.pairs import find_pairs
 from wsph.sph.rows import rows_of
 from wsph.units import Scales

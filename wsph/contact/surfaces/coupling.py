@@ -3,7 +3,7 @@
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import cast
 
@@ -16,6 +16,7 @@ from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.contact.between import CoupledBody
 from wsph.contact.surfaces.body import SurfacedSystem
+from wsph.contact.surfaces.fields import surface_fields
 from wsph.contact.surfaces.laws import Ground, Law, LawMaker
 from wsph.contact.surfaces.reading import LawNumbers
 from wsph.contact.surfaces.surface import Surface
@@ -62,13 +63,13 @@ class Surfaces:
         surfaces: Mapping[str, Surface],
         systems: Mapping[str, SurfacedSystem],
         laws: Sequence[Law],
-        space: Space,
-        clock: Clock,
+        ground: Ground,
     ):
         """Of bodies, by their names."""
         self.surfaces, self._systems, self.laws = dict(surfaces), systems, tuple(laws)
         self._searched = dict.fromkeys(side.name for law in self.laws if law.searches for side in law.sides)
-        self._clock, self._due = clock, 0
+        space, clock = ground.space, ground.clock
+        self._clock, self._scales, self._due = clock, ground.scales, 0
         self._due_kept: Array = wp.zeros(1, dtype=wp.int32, device=clock.device)
         self._skin = SKIN * max(surface.spacing for surface in surfaces.values())
         self._skins = {name: Skin(space, len(each.mass), clock) for name, each in surfaces.items()}
@@ -99,6 +100,12 @@ class Surfaces:
     def reported(self) -> tuple[Reported, ...]:
         """What of it people read numbers off."""
         return (*self._read, *self.rigid.values())
+
+    def fields(self, body: str) -> Mapping[str, Callable[[], np.ndarray]]:
+        """Pressure and gap on the surface of a body."""
+        if body not in self.surfaces:
+            return {}
+        return surface_fields(self.surfaces[body], self.laws, self._scales)
 
     def _find(self, *, anew: bool = True) -> None:
         """Find the candidates of all laws: `anew` where the bodies are between steps, else where they were at the last
@@ -282,4 +289,4 @@ def coupled(
 
     ground = Ground(space, scales, clock, once, origin)
     laws = [law for make in makers for law in make(scene, surface, ground)]
-    return Surfaces(surfaces, systems, laws, space, clock) if laws else None
+    return Surfaces(surfaces, systems, laws, ground) if laws else None

@@ -168,6 +168,11 @@ class Law(Protocol):
         """Arrays of what it stores and has dissipated, float64."""
         return ()
 
+    def surface_gaps(self, surface: Surface) -> NDArray[np.float64]:
+        """Gaps of a surface's vertices at the end of the last step, nondimensional, NaN where there is nothing to meet,
+        (n,)."""
+        return np.full(surface.n, np.nan)
+
     def force(self, surface: Surface) -> NDArray[np.float64]:
         """The sum of its forces on a surface at the last evaluation, nondimensional (dim,)."""
         ...

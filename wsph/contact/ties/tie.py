@@ -29,8 +29,8 @@ from wsph.contact.surfaces.surface import Surface
 from wsph.contact.ties.bonds import Bonds, bonds_between
 from wsph.contact.ties.kernels import answer_kernel, bonds_struct, part_kernel, pull_kernel
 from wsph.errors import Refused
-from wsph.scene.contact import Contact
 from wsph.scene.scene import Scene
+from wsph.scene.touch.contact import Contact
 from wsph.units import Scales
 
 STIFFER, STIFFEST = 4.0, 10.0

@@ -11,7 +11,7 @@ from wsph.backend.space import Space, Struct
 from wsph.contact.tools.gaps import KINDS, shape_struct
 from wsph.contact.tools.triangles import Mesh, triangles_of
 from wsph.geometry.shapes.shape import rotation_matrix
-from wsph.scene.tools import Box, Cylinder, Plane, Sphere, Tool
+from wsph.scene.touch.tools import Box, Cylinder, Plane, Sphere, Tool
 
 FAR = 3.0
 """Depth [spacings] below which a tree of triangles does not look."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.reduce import blocks
@@ -26,7 +27,7 @@ from wsph.contact.surfaces.surface import Surface
 from wsph.contact.tools.forms import Form, Placed
 from wsph.contact.tools.rigid import RigidBody
 from wsph.contact.tools.touching import gaps_kernel, gather_kernel, react_kernel, touch_kernel
-from wsph.scene.tools import Tool
+from wsph.scene.touch.tools import Tool
 
 TANGENT = 0.7
 """Stiffness of stick in that of depth: about that of a half-space under a patch, 2 (1 - nu)/(2 - nu) with nu = .45
@@ -189,6 +190,10 @@ class ToolLaw(Law):
     def close(self) -> None:
         """Take the memory of the last evaluation as that of the step (launches)."""
         self.memory.keep(self._rows)
+
+    def surface_gaps(self, surface: Surface) -> NDArray[np.float64]:
+        """Gaps of a surface's vertices at the end of the last step, NaN where there is nothing to meet, (n,)."""
+        return self.memory.gaps(self._rows) if surface is self.side else np.full(surface.n, np.nan)
 
     @property
     def stored(self) -> float:

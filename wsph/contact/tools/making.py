@@ -17,8 +17,8 @@ from wsph.expressions import constant_program
 from wsph.output.fields import AXES
 from wsph.quantities import Value
 from wsph.scene.scene import Scene
-from wsph.scene.tool_checks import INERTIA, MASS
-from wsph.scene.tools import Tool
+from wsph.scene.touch.tool_checks import INERTIA, MASS
+from wsph.scene.touch.tools import Tool
 from wsph.units import quantity
 
 DEEP = 1e-3

@@ -28,7 +28,7 @@ from wsph.contact.tools.gaps import shape_struct
 from wsph.contact.tools.law import TANGENT, RigidTool
 from wsph.contact.tools.moving import pose_struct
 from wsph.contact.tools.touching import gaps_kernel, meeting_tool
-from wsph.scene.tools import Tool
+from wsph.scene.touch.tools import Tool
 
 SHARE = 0.25
 """C: omega dt/2 of the springs between two rigid tools."""

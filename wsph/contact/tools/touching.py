@@ -106,6 +106,7 @@ def touch_kernel(space: Space, kind: str, lagged: bool) -> wp.Kernel:
         if wp.static(lagged):
             met.speed = met.way / dt
         h = held(kept, i)
+        h.gap = met.gap
         force = vec()
         if met.gap < real(0.0):
             size = facing(own, i, met.normal)

@@ -56,6 +56,7 @@ def joined_bodies(
         }
     for name, run in runs.items():
         run.stability.shared = any(any(coupling.bound(name)) for coupling in couplings)
+        run.reading.on_surface = {key: read for coupling in couplings for key, read in coupling.fields(name).items()}
     return joint, runs
 
 

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer, Wr
 from wsph.geometry.shapes.shape import Rotation
 from wsph.geometry.shapes.stl import Stl
 from wsph.quantities import Model, Point, Positive, Strings, Unit, Value, as_tuple, file_name, is_sequence, is_table
-from wsph.scene.contact import HUMS, STICKY, Stiffness
+from wsph.scene.touch.contact import HUMS, STICKY, Stiffness
 from wsph.units import quantity
 
 Numbers = Annotated[tuple[Annotated[float, Unit("")], ...], BeforeValidator(as_tuple)]

@@ -12,7 +12,7 @@ from wsph.quantities import Value
 from wsph.scene.checks import value_faults
 from wsph.scene.messages import nearest
 from wsph.scene.tables import SceneTables
-from wsph.scene.tools import Box, Cylinder, Plane, Sphere, Tool
+from wsph.scene.touch.tools import Box, Cylinder, Plane, Sphere, Tool
 from wsph.units import quantity
 
 MASS = {1: "kg/m2", 2: "kg/m", 3: "kg"}

@@ -1,0 +1,1 @@
+"""Tables of what bodies touch: contacts between them, and rigid tools."""
