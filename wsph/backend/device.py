@@ -12,8 +12,6 @@ import warp as wp
 
 from wsph.errors import Refused
 
-_NO_DRIVER = "Could not find or load the NVIDIA CUDA driver"
-
 
 def start_warp() -> None:
     """Start Warp, without its remark on a machine that has no GPU and its line per module; a host program that has started
@@ -34,7 +32,7 @@ def start_warp() -> None:
             os.close(kept)
         said.seek(0)
         for line in said.read().decode(errors="replace").splitlines():
-            if _NO_DRIVER not in line:
+            if "Could not find or load the NVIDIA CUDA driver" not in line:
                 print(line, file=sys.stderr)
 
 
@@ -50,8 +48,7 @@ def pick_device(name: str) -> str:
 
 
 def free_memory(device: str) -> tuple[float | None, float | None]:
-    """Memory that is left to this process [bytes]: on the device, and on the host; None where the system does not say.
-    The CPU's own is that of the host."""
+    """Memory left to this process [bytes], on the device and on the host; None where the system does not say."""
     host = _free_on_host()
     return (host if device == "cpu" else float(wp.get_device(device).free_memory)), host
 

@@ -25,8 +25,7 @@ FLAT = 1e-9
 
 @dataclass(frozen=True)
 class Slide:
-    """A prescribed velocity `value` [m/s] along the normals (k, dim) of particles (k,), by the entry at `key`, which is the
-    boundary of number `owner`."""
+    """A prescribed velocity `value` [m/s] along the normals (k, dim) of particles (k,), by boundary `owner`, at `key`."""
 
     key: str
     value: Prescribed
@@ -80,9 +79,7 @@ def slides_of(
                 text = f"a {value.kind} is prescribed beside it: write the velocity there"
                 raise SceneError("scene", [Fault(0, slides[0].key, text)])
             if isinstance(value, Windowed):
-                text = (
-                    "slides particles whose velocity holds in some steps alone: select others, or leave steps out there"
-                )
+                text = "slides particles whose velocity holds in some steps alone: select others, or leave out steps"
                 raise SceneError("scene", [Fault(0, slides[0].key, text)])
             # In all steps of the run one.
             owned = (owners or {}).get((name, axis), {}).get(particle)

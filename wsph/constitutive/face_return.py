@@ -65,11 +65,7 @@ def face_return(
     real, point, stress = space.scalar, space.point, space.vector(len(state.components))
     own, (unpack, pack), last = space.vector(max(count, 1)), packing(space, state), kept.dissipation
     returned = returning(space, material.project(space, Params), Params, count)
-    strained, plastic, (compliance, apart) = (
-        straining(space, Params),
-        flowed(space, Params),
-        _unknown(space, Params),
-    )
+    strained, plastic, (compliance, apart) = straining(space, Params), flowed(space, Params), _unknown(space, Params)
 
     @wp.func
     def keeping(p: Params, packed: stress, q: internal, mask: int):

@@ -18,8 +18,7 @@ LOCK = ".lock"
 
 
 def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
-    """Let `write` fill a temporary file beside `path`, then rename it. Raises OutputError; leaves no debris, whatever ends
-    it."""
+    """Let `write` fill a temporary file beside `path`, then rename it. Raises OutputError; never leaves debris."""
     temporary = _partial(path)
     try:
         write(temporary)

@@ -1,5 +1,4 @@
-"""Pairs, weights and moments in the reference configuration: found once, before a run, in double precision whatever the
-run's."""
+"""Pairs, weights and moments in the reference configuration: found once, in double precision whatever the run's."""
 
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
@@ -99,8 +98,7 @@ def _moments(
     quantum: str,
     device: str,
 ) -> tuple[np.ndarray, ...]:
-    """Weights (pairs,), weighted means of the places (m, dim), inverse second moments (m, dim, dim), spreads and ranks (m,);
-    `grid` are the places that moments are of."""
+    """Weights (pairs,), means (m, dim), inverse second moments (m, dim, dim), spreads and ranks (m,) of places `grid`."""
     m = len(points)
     shapes = ((pairs.count, wp.float64), (m, space.vec), (m, space.mat), (m, wp.float64), (m, wp.int32))
     found: list[Array] = [wp.zeros(n, dtype=dtype, device=device) for n, dtype in shapes]

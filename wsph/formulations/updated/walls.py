@@ -52,8 +52,7 @@ def walls_struct(space: Space) -> type:
 
 def walls_of(space: Space, kinds: list[Kind], walls: list[Wall], rest: np.ndarray, arrays: Arrays) -> object:
     """The walls of kinds of images on the device; `rest` (kinds, dim) as in the struct."""
-    dim = space.dim
-    driven = [wall for wall in walls if wall.driven]
+    dim, driven = space.dim, [wall for wall in walls if wall.driven]
     number, normal = np.full((len(kinds), dim), -1, np.int32), np.zeros((len(kinds), dim, dim))
     flip = np.tile(np.eye(dim), (len(kinds), dim, 1, 1))
     for row, kind in enumerate(kinds):
@@ -106,7 +105,6 @@ def drift_walls_kernel(space: Space, layout: Layout) -> wp.Kernel:
 
     @kernel()
     def drift_walls(fields: Fields, rate_out: Fields):
-        k = wp.tid()
-        rate_out.wall[k] = fields.wall_velocity[k]
+        rate_out.wall[wp.tid()] = fields.wall_velocity[wp.tid()]
 
     return drift_walls

@@ -96,10 +96,8 @@ def _one(patches: list[Patch]) -> Patch:
 
 
 def side_names(body: Outline, label: np.ndarray, centres: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
-    """The patches of sides with their `label` (m,) and `centres` (m, dim) [m], those of a chain each by itself: indices (m,)
-    into the names, the names."""
-    number = np.zeros(len(label), int)
-    names: list[str] = []
+    """The patches of sides of a `label` (m,), of a chain by their `centres` (m, dim) [m]: indices (m,), and the names."""
+    number, names = np.zeros(len(label), int), list[str]()
     for k, patch in enumerate(body.patches):
         rows = np.flatnonzero(label == k)
         parts = patch.surface.parts if isinstance(patch.surface, Chain) else (patch,)

@@ -27,8 +27,7 @@ def outer_sides(nodes: np.ndarray, blocks: tuple[np.ndarray, ...]) -> tuple[np.n
     where more than two cells share a side, and where cells with three corners a side meet those with four."""
     dim = nodes.shape[1]
     width = 2 if dim == 2 else max(3 if corners.shape[1] == 4 else 4 for corners in blocks)
-    sides: list[np.ndarray] = []
-    owners: list[np.ndarray] = []
+    sides, owners = list[np.ndarray](), list[np.ndarray]()
     before = 0
     for corners in blocks:
         each = corners[:, cell_sides(corners.shape[1], dim)]
@@ -107,6 +106,4 @@ def named_sides(
         within = np.zeros(count, bool)
         within[members[(members >= 0) & (members < count)]] = True
         rows.setdefault(name, []).extend(np.flatnonzero(within[sides].all(1)).tolist())
-    for name, found in rows.items():
-        if found:
-            yield name, np.unique(found)
+    yield from ((name, np.unique(found)) for name, found in rows.items() if found)

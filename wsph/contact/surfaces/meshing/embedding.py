@@ -5,8 +5,7 @@ A vertex is the mean over its sources s, the node that it is or the cells of its
     B_v = mean of [e_s + D_s (X_v - X_s)],   D_s = sum_j (e_j - e_s) (x) M_s^-1 r,  r = X_j - X_s,  M_s = sum_j r (x) r
 
 D_s is the least-squares gradient over the sources that hang together with s. Rows sum to one and carry linear fields, so
-that forces on vertices keep their resultant and their moment on the way to the particles. A vertex at its own particle is
-that particle.
+that forces on vertices keep their resultant and their moment on the way. A vertex at its own particle is that particle.
 """
 
 # pyright: strict
@@ -21,8 +20,7 @@ from wsph.contact.surfaces.meshing.sparse import SparseRows, spread
 from wsph.geometry.geometry import Geometry
 
 FLAT = 1e-9
-"""Eigenvalue of M over the largest one below which sources do not span its direction: the gradient along it is taken as
-zero."""
+"""Eigenvalue of M over the largest one below which sources do not span its direction: the gradient there is zero."""
 
 
 @dataclass(frozen=True)
@@ -35,10 +33,8 @@ class Embedding:
     @property
     def identity(self) -> bool:
         """Whether every vertex is a particle."""
-        count = self.B.shape[0]
-        return len(self.B.values) == count and bool(
-            (np.diff(self.B.offsets) == 1).all() and (self.B.values == 1.0).all()
-        )
+        single = len(self.B.values) == self.B.shape[0] and (np.diff(self.B.offsets) == 1).all()
+        return bool(single and (self.B.values == 1.0).all())
 
 
 def embedding(geometry: Geometry, mesh: SurfaceMesh, *, at_nodes: bool) -> Embedding:
