@@ -10,6 +10,7 @@ from functools import cache
 import numpy as np
 import warp as wp
 
+from wsph.backend.arrays import Arrays
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
@@ -104,6 +105,10 @@ class BondRates:
 
     def attach(self, parts: list[Attached]) -> None:
         """No part has anything here."""
+
+    def own_parts(self, state: State, arrays: Arrays) -> dict[str, Attached]:
+        """Nor has it itself."""
+        return {}
 
     def follow(self) -> bool:
         return False
