@@ -27,6 +27,7 @@ def test_a_ball_dents_a_plate_and_comes_back_slower() -> None:
     assert result.history["contact_numerical"].min() > -5e-3 * energy["external_work"]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*spurious modes")  # a tip on few cells
 def test_an_indenter_meets_the_hardness_of_copper() -> None:
     """Load over the projected area of a Vickers pyramid is about three times the flow stress (Tabor 1951); coarse cells and
@@ -40,6 +41,7 @@ def test_an_indenter_meets_the_hardness_of_copper() -> None:
     assert abs(result.summary["energy"]["residual"]) < 5e-3 * result.summary["energy"]["external_work"]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*spurious modes")  # a stack of few cells that settles
 def test_a_stack_stands() -> None:
     """Ten blocks settle on each other without the hammer: the ground bears their weight, none goes aside."""
