@@ -72,7 +72,7 @@ def settle(time_step: TimeStep, bodies: Sequence[BodyRun], shortest: float, inte
 
 def _suiting(run: BodyRun, shortest: float, integrator: str) -> float:
     """The largest Courant number, of a body whose spacing over wave speed is `shortest`, that suits this one: SAFE of its
-    limit, WITH_CONTACT of it where others push the body, or where its integrator is exact."""
+    limit, what keeps energy where others push the body, or where its integrator is exact."""
     limit, crossing = run.limit, run.system.spacing / run.constitutive.wave_speed
     if limit is None or not np.isfinite(limit):
         raise Refused(
@@ -84,8 +84,16 @@ def _suiting(run: BodyRun, shortest: float, integrator: str) -> float:
             " integrator, or give run.cfl or run.dt a number"
         )
     exact = integrators.exact(run.integrator)
-    courant = exact if exact is not None else (WITH_CONTACT if run.stability.pushed else SAFE) * limit
+    courant = exact if exact is not None else keeping_energy(run) if run.stability.pushed else SAFE * limit
     return min(courant * (crossing / shortest), SAFE * min(run.longest_steps.values()) / shortest)
+
+
+def keeping_energy(run: BodyRun) -> float:
+    """The largest Courant number of a body that others push with which contacts that open and close inside of steps make no
+    energy: WITH_CONTACT of its limit, and of leapfrog's, as methods that hold longer waves damp what contact swings by."""
+    swing = run.stability.swing
+    limits = (run.limit, None if swing is None else swing())
+    return WITH_CONTACT * min((limit for limit in limits if limit is not None), default=np.inf)
 
 
 class Watch(TypedDict):

@@ -23,8 +23,8 @@ class StepLimit:
     """The largest stable Courant number of a body, recomputed where deformation has changed its stiffness or its pairs.
 
     `value` is None where the integrator declares none, `reason` says where it comes from, `distortion` is that of the state
-    it was computed for, `share` the part of the limit that the run began with, and `shared` whether the limit counts
-    something in that acts between the body and others.
+    it was computed for, `share` the part of the limit that the run began with, and `swing`, where something that the limit
+    counts in acts between the body and others, gives the Courant number up to which leapfrog holds its fastest wave.
     """
 
     def __init__(self, ask: Ask, system: Limited, measured: bool, courant_follows: bool):
@@ -32,7 +32,8 @@ class StepLimit:
         `courant_follows`: so does a particle's own Courant number."""
         self._ask, self._system = ask, system
         self._measured, self._courant_follows = measured, courant_follows
-        self._pushed, self.shared = 0.0, False
+        self._pushed = 0.0
+        self.swing: Callable[[], float] | None = None
         self.distortion = self.share = 1.0
         self.value, self.reason = ask()
 
@@ -44,7 +45,7 @@ class StepLimit:
     @property
     def pushed(self) -> bool:
         """Whether something from outside adds to its frequencies."""
-        return self._pushed > 0.0 or self.shared
+        return self._pushed > 0.0 or self.swing is not None
 
     def measure(self) -> None:
         """Find the limit of the state as it is. Squares of frequencies add."""

@@ -4,6 +4,7 @@
 
 import warnings
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from wsph.simulation.composing.bodies import Standing
 from wsph.simulation.composing.composition import BodyRun
 from wsph.simulation.composing.joint import JointSystem, share_of
 from wsph.simulation.composing.setting import Setting
-from wsph.simulation.step_control import WITH_CONTACT
+from wsph.simulation.step_control import keeping_energy
 from wsph.simulation.timeline import TimeStep
 
 LEAPFROG = 2.0
@@ -54,10 +55,17 @@ def joined_bodies(
             each.body.name: each.by(integrator, share_of(ask, setting.scales.time / each.crossing), time_step)
             for each in taking
         }
-    for name, run in runs.items():
-        run.stability.shared = any(any(coupling.bound(name)) for coupling in couplings)
+    for each in taking:
+        name, run = each.body.name, runs[each.body.name]
+        if joint.pushed:
+            run.stability.swing = partial(_swing, joint, setting.scales.time / each.crossing)
         run.reading.on_surface = {key: read for coupling in couplings for key, read in coupling.fields(name).items()}
     return joint, runs
+
+
+def _swing(joint: JointSystem, unit: float) -> float:
+    """The Courant number of a body, `unit` in a time step of 1, up to which leapfrog holds the fastest wave of all."""
+    return joint.courant(LEAPFROG) * unit
 
 
 def _refuse(setting: Setting, taking: Sequence[Standing]) -> None:
@@ -89,10 +97,7 @@ def stiffen(setting: Setting, joint: JointSystem, runs: Sequence[BodyRun]) -> No
             coupling.stiffen(stiffness)
         for run in runs:
             run.stability.measure()
-        limits = [(run.limit, run.courant) for run in runs if run.limit is not None]
-        # Methods that hold longer waves damp what contact swings by.
-        swings = WITH_CONTACT * LEAPFROG / (joint.frequency * joint.clock.dt) if joint.frequency > 0.0 else np.inf
-        return min([swings, *(WITH_CONTACT * limit / courant for limit, courant in limits)])
+        return min(keeping_energy(run) / run.courant for run in runs)
 
     if room(MOST) >= WHOLE:
         return
@@ -101,12 +106,11 @@ def stiffen(setting: Setting, joint: JointSystem, runs: Sequence[BodyRun]) -> No
         if setting.scene.run.guard != "refuse":
             room(1.0)
             return
-        key, now = (
-            ("run.dt", runs[0].time_step.dt) if setting.scene.run.dt else ("run.cfl", setting.scene.run.cfl or 0.0)
-        )
+        cfl = setting.scene.run.cfl
+        key, now = ("run.cfl", cfl) if isinstance(cfl, float) else ("run.dt", runs[0].time_step.dt)
         raise Refused(
             f"{key} = {now:.6g}: what acts between bodies would have less than {LEAST:g} of the stiffness of a cell in a step"
-            f" as long as this: use {key} <= {0.999 * left * float(now):.4g}, or give stiffness a number"
+            f" as long as this: use {key} <= {0.999 * left * now:.4g}, or give stiffness a number"
         )
     low, high = LEAST, MOST
     while high - low > 1e-3 * low:
@@ -118,11 +122,11 @@ def stiffen(setting: Setting, joint: JointSystem, runs: Sequence[BodyRun]) -> No
 def _warn(runs: Sequence[BodyRun]) -> None:
     """Warn of steps that are stable, and too long to keep energy where contacts open and close inside of them."""
     for run in runs:
-        if run.stability.shared and run.limit and WITH_CONTACT * run.limit < run.courant <= run.limit:
+        if run.stability.swing is not None and run.limit and keeping_energy(run) < run.courant <= run.limit:
             warnings.warn(
                 f"body {run.body.name!r}: Courant number {run.courant:.6g} is below its limit {run.limit:.3f}, but contacts that"
-                f" open and close inside of steps beyond {WITH_CONTACT:g} of it make energy: use run.cfl <="
-                f" {WITH_CONTACT * run.limit:.4g}, or a smaller stiffness",
+                f" open and close inside of steps beyond {keeping_energy(run):.4g} make energy: use run.cfl <= that, or a"
+                " smaller stiffness",
                 RuntimeWarning,
                 stacklevel=5,
             )
