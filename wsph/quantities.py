@@ -3,12 +3,20 @@
 # pyright: strict
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Annotated, TypeGuard
+from typing import TYPE_CHECKING, Annotated, Literal, TypeGuard
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, GetCoreSchemaHandler
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    PlainSerializer,
+    WrapValidator,
+)
 from pydantic_core import CoreSchema
 
 from wsph.units import quantity
@@ -83,6 +91,21 @@ class Unit:
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
         number = BeforeValidator(partial(quantity, expected=self.unit))
         return handler.generate_schema(Annotated[float, number, Field(gt=self.gt, ge=self.ge, lt=self.lt, le=self.le)])
+
+
+def _unless_auto(value: object, number: Callable[[object], float]) -> object:
+    return value if value == "auto" else number(value)
+
+
+def as_it_is(value: object) -> object:
+    """How a value of several types is written."""
+    return value
+
+
+if TYPE_CHECKING:
+    NumberOrAuto = float | Literal["auto"]
+else:
+    NumberOrAuto = Annotated[float, Unit("", gt=0), WrapValidator(_unless_auto), PlainSerializer(as_it_is)]
 
 
 def read_cadence(value: object) -> int | float:

@@ -2,7 +2,6 @@
 
 # pyright: strict
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 from pydantic import (
@@ -10,9 +9,7 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
-    PlainSerializer,
     ValidationInfo,
-    WrapValidator,
     create_model,
     model_validator,
 )
@@ -30,6 +27,7 @@ from wsph.plugins.formulations import names
 from wsph.quantities import (
     Cadence,
     Model,
+    NumberOrAuto,
     Strings,
     Table,
     Unit,
@@ -62,21 +60,6 @@ def _smoothing(name: str) -> str:
     if name not in SMOOTHING:
         raise ValueError(f"{name!r} is none of {', '.join(SMOOTHING)}")
     return name
-
-
-def _courant(value: object, number: Callable[[object], float]) -> object:
-    """A Courant number, or "auto": by the limits of the bodies."""
-    return value if value == "auto" else number(value)
-
-
-def _as_it_is(value: object) -> object:
-    return value
-
-
-if TYPE_CHECKING:
-    Courant = float | Literal["auto"]
-else:
-    Courant = Annotated[float, Unit("", gt=0), WrapValidator(_courant), PlainSerializer(_as_it_is)]
 
 
 def _formulation(name: str) -> str:
@@ -116,7 +99,7 @@ class Run(Model):
 
     integrator: Annotated[IntegratorSpec, BeforeValidator(_named)]
     end: Annotated[float, Unit("s", gt=0)] | None = None
-    cfl: Courant | None = None
+    cfl: NumberOrAuto | None = None
     dt: Annotated[float, Unit("s", gt=0)] | None = None
     precision: Literal["f64", "f32"] = "f64"
     device: Annotated[str, Field(pattern=r"^(auto|cpu|cuda:\d+)$")] = "auto"

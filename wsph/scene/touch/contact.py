@@ -2,11 +2,11 @@
 
 # pyright: strict
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer, WrapValidator, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from wsph.quantities import Model, Unit, as_tuple, file_name
+from wsph.quantities import Model, NumberOrAuto, Unit, as_tuple, file_name
 
 Law = Literal["surface", "pinball", "tie"]
 
@@ -33,20 +33,6 @@ def _law(value: object) -> object:
     return value
 
 
-def _stiffness(value: object, number: Any) -> object:
-    return value if value == "auto" else number(value)
-
-
-def _as_it_is(value: object) -> object:
-    return value
-
-
-if TYPE_CHECKING:
-    Stiffness = float | Literal["auto"]
-else:
-    Stiffness = Annotated[float, Unit("", gt=0), WrapValidator(_stiffness), PlainSerializer(_as_it_is)]
-
-
 def _called(data: dict[str, Any]) -> str:
     between: tuple[str, ...] | None = data.get("between")
     return "-".join(between) if between else f"{data.get('self_')}-self"
@@ -56,9 +42,13 @@ def _stiff(data: dict[str, Any]) -> object:
     return 1.0 if data.get("law") == "pinball" else "auto"
 
 
-def _damped(data: dict[str, Any]) -> float:
-    friction: float = data.get("friction", 0.0)
-    return 0.0 if friction == 0.0 or data.get("law") != "surface" else 2.0 if friction > STICKY else 1.0
+def damping_of(friction: float) -> float:
+    """The damping that surfaces with a coefficient of friction have where a table gives none."""
+    return 0.0 if friction == 0.0 else 2.0 if friction > STICKY else 1.0
+
+
+def _damping(data: dict[str, Any]) -> float:
+    return damping_of(data.get("friction", 0.0)) if data.get("law") == "surface" else 0.0
 
 
 class Contact(Model):
@@ -70,9 +60,9 @@ class Contact(Model):
     self_: Annotated[str | None, Field(alias="self")] = None
     name: Annotated[str, AfterValidator(file_name)] = Field(default_factory=_called)
     law: Annotated[Law, BeforeValidator(_law)] = "surface"
-    stiffness: Stiffness = Field(default_factory=_stiff)  # pyright: ignore[reportAssignmentType]
+    stiffness: NumberOrAuto = Field(default_factory=_stiff)  # pyright: ignore[reportAssignmentType]
     friction: Annotated[float, Unit("", ge=0)] = 0.0
-    damping: Annotated[float, Unit("", ge=0)] = Field(default_factory=_damped)
+    damping: Annotated[float, Unit("", ge=0)] = Field(default_factory=_damping)
     memory: Annotated[float, Unit("", ge=0)] | None = None
     edges: bool = True
     strength: Annotated[float, Unit("Pa", gt=0)] | None = None

@@ -9,8 +9,21 @@ from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer, Wr
 
 from wsph.geometry.shapes.shape import Rotation
 from wsph.geometry.shapes.stl import Stl
-from wsph.quantities import Model, Point, Positive, Strings, Unit, Value, as_tuple, file_name, is_sequence, is_table
-from wsph.scene.touch.contact import HUMS, STICKY, Stiffness
+from wsph.quantities import (
+    Model,
+    NumberOrAuto,
+    Point,
+    Positive,
+    Strings,
+    Unit,
+    Value,
+    as_it_is,
+    as_tuple,
+    file_name,
+    is_sequence,
+    is_table,
+)
+from wsph.scene.touch.contact import HUMS, STICKY, damping_of
 from wsph.units import quantity
 
 Numbers = Annotated[tuple[Annotated[float, Unit("")], ...], BeforeValidator(as_tuple)]
@@ -29,13 +42,8 @@ def _inertia(value: object, number: Callable[[object], object]) -> object:
     return tuple(number(v) for v in value) if is_sequence(value) else number(value)
 
 
-def _damped(data: dict[str, Any]) -> float:
-    friction: float = data.get("friction", 0.0)
-    return 0.0 if friction == 0.0 else 2.0 if friction > STICKY else 1.0
-
-
-def _as_it_is(value: object) -> object:
-    return value
+def _damping(data: dict[str, Any]) -> float:
+    return damping_of(data.get("friction", 0.0))
 
 
 if TYPE_CHECKING:
@@ -43,7 +51,7 @@ if TYPE_CHECKING:
     Spin = float | tuple[float, ...]
     Inertia = Value | tuple[Value, ...]
 else:
-    _plain = PlainSerializer(_as_it_is)
+    _plain = PlainSerializer(as_it_is)
     Velocity = Annotated[dict[str, Value], WrapValidator(_velocity), _plain]
     Spin = Annotated[float, Unit("1/s"), WrapValidator(_spin), _plain]
     Inertia = Annotated[Value, WrapValidator(_inertia), _plain]
@@ -113,8 +121,8 @@ class Tool(Model):
     spin: Spin | None = None
     against: Annotated[Strings, Field(min_length=1)]
     friction: Annotated[float, Unit("", ge=0)] = 0.0
-    stiffness: Stiffness = "auto"
-    damping: Annotated[float, Unit("", ge=0)] = Field(default_factory=_damped)
+    stiffness: NumberOrAuto = "auto"
+    damping: Annotated[float, Unit("", ge=0)] = Field(default_factory=_damping)
     memory: Annotated[float, Unit("", ge=0)] | None = None
 
     @model_validator(mode="after")
