@@ -23,7 +23,7 @@ class CoupledBody(Protocol):
 
 class PushedBody(Protocol):
     """A body in a run, as what acts between bodies sees it. What its system has beside, where its traits say that it is
-    `pushable`, is `wsph.contact.pinball.bodies.PushedSystem`."""
+    `pushable`, is `wsph.contact.touched.TouchedSystem`."""
 
     @property
     def body(self) -> BodyTable: ...

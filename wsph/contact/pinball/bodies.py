@@ -4,7 +4,7 @@
 # pyright: reportUnknownMemberType=false
 
 from dataclasses import dataclass
-from typing import Protocol, cast
+from typing import cast
 
 import numpy as np
 import warp as wp
@@ -13,62 +13,18 @@ from wsph.backend.clock import Clock
 from wsph.backend.domain import Domain
 from wsph.backend.reduce import total
 from wsph.backend.space import Array, Space
-from wsph.backend.state import State
-from wsph.constitutive.constitutive import Constitutive
 from wsph.contact.between import PushedBody
 from wsph.contact.pinball.law import ContactLaw, body_struct, kick_kernel
+from wsph.contact.touched import TouchedSystem
 from wsph.scene.touch.contact import Contact
 from wsph.sph.pairs import Pairs
 from wsph.sph.skin import Skin
 from wsph.units import Scales
 
 
-class PushedSystem(Protocol):
-    """The system of a body whose formulation is `pushable`. Nondimensional but for `position` and `spacing` [m]."""
-
-    @property
-    def constitutive(self) -> Constitutive: ...
-
-    @property
-    def scales(self) -> Scales: ...
-
-    @property
-    def spacing(self) -> float: ...
-
-    @property
-    def count(self) -> int: ...
-
-    @property
-    def position(self) -> np.ndarray: ...
-
-    @property
-    def volume(self) -> np.ndarray: ...
-
-    @property
-    def density(self) -> float: ...
-
-    @property
-    def state(self) -> State: ...
-
-    @property
-    def free_components(self) -> np.ndarray:
-        """1 where a component of the velocity is free, 0 where it is prescribed, (n dim,)."""
-        ...
-
-    @property
-    def neighbours(self) -> Pairs:
-        """The particles that each is joined to."""
-        ...
-
-    @property
-    def breakable_weights(self) -> Array | None:
-        """Weights of the `neighbours`, zero where a pair has broken; None where none can."""
-        ...
-
-
-def pushed(run: PushedBody) -> PushedSystem:
+def pushed(run: PushedBody) -> TouchedSystem:
     """The system of a body whose traits say that it is pushable."""
-    return cast(PushedSystem, run.system)
+    return cast(TouchedSystem, run.system)
 
 
 class ContactBody:
