@@ -138,12 +138,13 @@ class Surfaces:
         if not any(left) and self._due > 0:
             return False
         remade = self._renew({name: surface.eroded() for name, surface in self.surfaces.items()})
-        if remade or any(left) or self._steps_left() < 1:
-            self._find()
-            self._due = max(self._steps_left(), 1)
-            return True
-        self._due = self._steps_left()
-        return False
+        if not remade and not any(left):
+            self._due = self._steps_left()
+            if self._due >= 1:
+                return False
+        self._find()
+        self._due = max(self._steps_left(), 1)
+        return True
 
     def _steps_left(self) -> int:
         """Steps that no particle can leave its skin in."""
