@@ -43,3 +43,26 @@ class Rates(Protocol):
     def placed(self) -> None: ...
 
     def restored(self) -> None: ...
+
+
+class ReferenceRates:
+    """Right-hand sides in the reference configuration."""
+
+    def follow(self) -> bool:
+        """Nothing here follows the motion."""
+        return False
+
+    def placed(self) -> None:
+        """Nothing here follows where particles are."""
+
+    def restored(self) -> None:
+        """Nothing to recompute: the next evaluation does."""
+
+
+def refuse_other(state: State) -> None:
+    """Raise RuntimeError where the derived fields, which the rate of the rest takes, are of another state."""
+    if state.derived is not None and state.derived.of is not state:
+        raise RuntimeError(
+            'rate(state, out, "rest") takes the deformation that the last rate of the velocity of the same state found;'
+            " that was of another state"
+        )

@@ -52,6 +52,7 @@ from wsph.formulations.lagrangian.held_energy import held_energy_kernel
 from wsph.formulations.lagrangian.set_up import Reference, find_reference
 from wsph.formulations.lagrangian.strain import strain_kernel
 from wsph.formulations.one_set import OneSetSystem
+from wsph.formulations.one_set_rates import ReferenceRates, refuse_other
 from wsph.formulations.one_set_setup import RateSetup
 from wsph.formulations.setup import Setup
 from wsph.parts.body_force import BodyForceKinds, weightless
@@ -94,7 +95,7 @@ def _kernels(space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, fo
     return LagrangianKernels(space, laws, layout, parts, form)
 
 
-class LagrangianRates:
+class LagrangianRates(ReferenceRates):
     """The right-hand sides of one body in the reference configuration, and its pairs; `rate` and `refresh` are launches."""
 
     _unloaded: tuple[object, Array] | None = None
@@ -239,16 +240,6 @@ class LagrangianRates:
     def _joined(self) -> Pairs:
         return self._pairs if self._back is None else joined(self._pairs, self._back)
 
-    def follow(self) -> bool:
-        """Nothing here follows the motion."""
-        return False
-
-    def placed(self) -> None:
-        """Nothing here follows where particles are."""
-
-    def restored(self) -> None:
-        """Nothing to recompute: the next evaluation does."""
-
     def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None:
         """`OneSetSystem.rate`; the rest takes the deformation."""
         if part != "rest":
@@ -257,11 +248,7 @@ class LagrangianRates:
             n, m = self._placement.count, len(self._placement.point_volume)
             self._clock.launch(self.kernels.drift, n, [state.struct], [out.struct])
             if not self.form.total:
-                if state.derived is not None and state.derived.of is not state:
-                    raise RuntimeError(
-                        'rate(state, out, "rest") takes the deformation that the last rate of the velocity of the same state'
-                        " found; that was of another state"
-                    )
+                refuse_other(state)
                 others = self._others(state)
                 if self.form.staged:
                     self._find_gradient(others, "velocity", self._rate_gradient)

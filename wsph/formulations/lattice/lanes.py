@@ -58,6 +58,20 @@ def _real(space: Space) -> str:
     return "double" if space.precision == "f64" else "float"
 
 
+def _corners(space: Space, row: str) -> str:
+    """Native code that opens a function of a `block`: its entry `at` in the `blocks`, and where the corners of the cell in a
+    `row` have their numbers in the `field`, p0, p1 and on."""
+    dim, S = space.dim, _real(space)
+    starts = "\n".join(
+        f"const S* p{c} = (const S*)field.data + {dim}*((int64_t)at[{HEAD + c}] + {row});" for c in range(2**dim)
+    )
+    return f"""
+        typedef {S} S;
+        const int32_t* at = blocks.data + {HEAD + 2**dim}*(int64_t)block;
+        {starts}
+    """
+
+
 VECTORS = "\n#if defined(__clang__) && !defined(__CUDACC__)\n#pragma clang loop vectorize(enable)\n#endif\n"
 
 
@@ -66,8 +80,7 @@ def corner_sums(space: Space, width: int, mean: bool) -> wp.Function:
     """Warp function (blocks, block, lane, rows, field, sums_out) of a field of vectors at the nodes: of every cell of a
     block the differences along every axis, summed over its edges, (dim, dim) numbers, and with `mean` the mean of its
     corners. Differences come first: what is the same everywhere leaves no rounding."""
-    dim, S = space.dim, _real(space)
-    capacity, lines = capacity_of(width), []
+    dim, capacity, lines = space.dim, capacity_of(width), []
     for a in range(dim):
         own = [f"const S x{c} = p{c}[{dim}*e+{a}];" for c in range(2**dim)]
         for k in range(dim):
@@ -77,14 +90,9 @@ def corner_sums(space: Space, width: int, mean: bool) -> wp.Function:
             others = " + ".join(f"(x{c} - x0)" for c in range(1, 2**dim))
             own.append(f"o[{(dim * dim + a) * capacity}+e] = x0 + S({0.5**dim!r})*({others});")
         lines.append(f"{{ {' '.join(own)} }}")
-    starts = "\n".join(
-        f"const S* p{c} = (const S*)field.data + {dim}*((int64_t)at[{HEAD + c}] + lane);" for c in range(2**dim)
-    )
 
     @wp.func_native(f"""
-        typedef {S} S;
-        const int32_t* at = blocks.data + {HEAD + 2**dim}*(int64_t)block;
-        {starts}
+        {_corners(space, "lane")}
         S* o = sums_out.data;
         {VECTORS}
         for (int e = 0; e < rows; ++e) {{
@@ -241,8 +249,7 @@ def set_lane(space: Space, width: int, quantity: int) -> wp.Function:
 def corner_misfit(space: Space) -> wp.Function:
     """Warp function (blocks, block, row, displacement) -> sum over the corners of a cell of |u - mean - H r|^2, what of the
     displacements is in no linear field."""
-    dim, S, signs = space.dim, _real(space), corner_signs(space.dim)
-    lines = []
+    dim, signs, lines = space.dim, corner_signs(space.dim), []
     for a in range(dim):
         own = [f"const S x{c} = p{c}[{a}];" for c in range(2**dim)]
         others = " + ".join(f"(x{c} - x0)" for c in range(1, 2**dim))
@@ -254,14 +261,9 @@ def corner_misfit(space: Space) -> wp.Function:
             linear = " ".join(f"{'-' if sign[k] > 0 else '+'} h{k}" for k in range(dim))
             own.append(f"{{ const S left = x{c} - m {linear}; square += left*left; }}")
         lines.append(f"{{ {' '.join(own)} }}")
-    starts = "\n".join(
-        f"const S* p{c} = (const S*)field.data + {dim}*((int64_t)at[{HEAD + c}] + row);" for c in range(2**dim)
-    )
 
     @wp.func_native(f"""
-        typedef {S} S;
-        const int32_t* at = blocks.data + {HEAD + 2**dim}*(int64_t)block;
-        {starts}
+        {_corners(space, "row")}
         S square = S(0);
         {" ".join(lines)}
         return square;

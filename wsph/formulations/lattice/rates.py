@@ -35,6 +35,7 @@ from wsph.formulations.lattice.lanes import ACROSS
 from wsph.formulations.lattice.runs import HEAD, VECTOR, Runs, pieces_of, runs_of
 from wsph.formulations.lattice.strain import drag_kernel, quantities, strain_kernel
 from wsph.formulations.one_set import OneSetSystem
+from wsph.formulations.one_set_rates import ReferenceRates, refuse_other
 from wsph.formulations.one_set_setup import RateSetup, is_stabilised
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import Segmented
@@ -133,7 +134,7 @@ class Rows:
         return replace(made, shared=made.size) if total else made
 
 
-class LatticeRates:
+class LatticeRates(ReferenceRates):
     """The right-hand sides of one body of equal cells; `rate` and `refresh` are launches."""
 
     seen: Neighbourhood | None = None
@@ -205,16 +206,6 @@ class LatticeRates:
         pairs = corner_reference(self._host, self._clock.device).pairs
         return joined(pairs, pairs.transposed()[0])
 
-    def follow(self) -> bool:
-        """Nothing here follows the motion."""
-        return False
-
-    def placed(self) -> None:
-        """Nothing here follows where particles are."""
-
-    def restored(self) -> None:
-        """Nothing to recompute: the next evaluation does."""
-
     def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None:
         """`OneSetSystem.rate`; the rest takes the deformation."""
         if part != "rest":
@@ -225,11 +216,7 @@ class LatticeRates:
                 self._flow(state, out, ahead)
 
     def _flow(self, state: State, out: State, ahead: float) -> None:
-        if state.derived is not None and state.derived.of is not state:
-            raise RuntimeError(
-                'rate(state, out, "rest") takes the deformation that the last rate of the velocity of the same state'
-                " found; that was of another state"
-            )
+        refuse_other(state)
         inputs = [self._clock.time, self._space.scalar(ahead), self._constitutive.params, self._cell, self._cells]
         self._launch(self.kernels.flow, (0, self._count[0]), [*inputs, state.struct], [out.struct])
 
