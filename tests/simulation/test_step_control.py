@@ -87,7 +87,7 @@ def test_contact_leaves_room_for_what_opens_and_closes_inside_of_a_step() -> Non
     composition = compose(touching)
     for run in composition.bodies:
         assert "what acts between bodies" in run.limit_reason
-        assert run.courant == pytest.approx(0.7 * (run.limit or 0.0), rel=1e-3)  # the smaller of both limits
+        assert run.courant == pytest.approx(0.7 * (run.limit or 0.0), rel=1e-9)  # the smaller of both limits
     # 0.2 % made is what this share of the bound allows.
     result = wsph.run(touching.with_(end=2.0))
     assert result.summary["energy"]["residual"] > -2e-3 * result.summary["energy"]["external_work"]
