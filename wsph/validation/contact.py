@@ -131,7 +131,9 @@ def bouncing(full: bool) -> Iterator[Row]:
         for cells in (50, 100) if full else (50,):
             restitution, time = rods(cells, form)
             yield between(f"{form}, {cells} cells: restitution", "1", restitution, least, 1.0, "")
-            yield between(f"{form}, {cells} cells: time in contact", "1", time, 0.97, 1.03, "")
+            words = f"{form}, {cells} cells: time in contact"
+            # Fifty cells draw the wave's front out by 1.5 to 2.6 % of the way; it is asked for where it has converged.
+            yield between(words, "1", time, 0.98, 1.02, "") if cells == 100 else reported(words, "1", time, "")
 
 
 def pressed_ball(across: int, depths: tuple[float, ...], **tool: object) -> list[float]:
@@ -179,11 +181,16 @@ def pressed_ball(across: int, depths: tuple[float, ...], **tool: object) -> list
 def ball(full: bool) -> Iterator[Row]:
     depths = (0.02, 0.03, 0.04, 0.06)
     for across in (10, 20) if full else (20,):
-        low = 4.0 if across == 20 else 15.0
         for depth, force in zip(depths, pressed_ball(across, depths), strict=True):
             right = oracles.pressed_ball(depth, oracles.RATIO)
             words = f"{across} cells in the radius, depth {depth:g} of it: force"
-            yield between(words, f"{right:.4g} E R2", 100.0 * (force / right - 1.0), -low, low)
+            off = 100.0 * (force / right - 1.0)
+            # Ten cells are shown for how the error falls with them.
+            yield (
+                between(words, f"{right:.4g} E R2", off, -4.0, 4.0)
+                if across == 20
+                else reported(words, f"{right:.4g} E R2", off)
+            )
 
 
 def sheared_contact(across: int) -> tuple[float, float, float]:
