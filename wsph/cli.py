@@ -13,7 +13,7 @@ import signal
 import sys
 import tomllib
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from wsph.study import command as study_command
 
 LONGEST = 2000
 """Characters of a message's line that are printed."""
+
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; returns the exit code."""

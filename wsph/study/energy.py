@@ -1,4 +1,4 @@
-"""The energy that a machine takes, where it tells: Linux's powercap counters of processor packages (Intel's RAPL, AMD's too)."""
+"""The energy that a machine takes, where it tells: Linux's counters of processor packages (RAPL, of Intel and AMD)."""
 
 # pyright: strict
 
@@ -17,7 +17,7 @@ class EnergyMeter:
 
     @property
     def joules(self) -> float | None:
-        """Energy taken since then [J], None where the machine does not tell. A counter that began anew once is understood."""
+        """Energy since then [J], None where the machine does not tell. A counter that began anew once is understood."""
         now = self._read()
         if now is None or self._before is None:
             return None

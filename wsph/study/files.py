@@ -40,7 +40,10 @@ def known_rows(folder: Path, facts: Sequence[Facts], names: Sequence[str]) -> di
         raise OutputError(f"{folder}: holds no study to resume; run without --resume")
     content = json.loads((folder / ROWS).read_text(encoding="utf-8"))
     kept = [content.get(key, ()) for key in ("names", "rows", "facts", "series")]
-    there = {str(name): (cast(Row, row), Facts(**of), cast(list[str], own)) for name, row, of, own in zip(*kept, strict=False)}
+    there = {
+        str(name): (cast(Row, row), Facts(**of), cast(list[str], own))
+        for name, row, of, own in zip(*kept, strict=False)
+    }
     found: dict[int, Made] = {}
     for number, (name, now) in enumerate(zip(names, facts, strict=True)):
         if name not in there:
@@ -98,7 +101,9 @@ def write_table(rows: Sequence[Row], folder: Path) -> None:
     """Write the rows as a table, a cell that is not known empty. Raises OutputError."""
     columns = list(dict.fromkeys(key for row in rows for key in row))
     cell: Callable[[object], str] = lambda v: '"' + v.replace('"', '""') + '"' if isinstance(v, str) else f"{v}" * (v is not None)  # noqa: E731 # fmt: skip
-    table = "\n".join([",".join(map(cell, columns)), *(",".join(cell(row.get(c, "")) for c in columns) for row in rows)])
+    table = "\n".join(
+        [",".join(map(cell, columns)), *(",".join(cell(row.get(c, "")) for c in columns) for row in rows)]
+    )
     write_text(folder / TABLE, table + "\n")
 
 

@@ -35,8 +35,7 @@ def make(study: Study, folder: Path, planned: Planned, threads: int | None = Non
     scene = planned.scene
     if threads is not None and scene.run.threads == 0:
         scene = scene.with_(threads=threads)
-    place = {key: value if isinstance(value, (int, float, str)) else json.dumps(value) for key, value in planned.place.items()}  # fmt: skip
-    row: Row = {"variant": planned.variant, **place}
+    row: Row = {"variant": planned.variant, **{key: _cell(value) for key, value in planned.place.items()}}
     meter, cpu = EnergyMeter(), time.process_time()
     try:
         result = run(scene, throw=False)
@@ -51,6 +50,10 @@ def make(study: Study, folder: Path, planned: Planned, threads: int | None = Non
         compared = study.oracle.error(result, folder)
         row |= {"error": compared.error, "compared": compared.over or "whole run"}
     return Made(row, _series(study, result))
+
+
+def _cell(value: object) -> str | int | float:
+    return value if isinstance(value, (int, float, str)) else json.dumps(value)
 
 
 def _cost(result: Result) -> Row:
@@ -80,7 +83,9 @@ def _series(study: Study, result: Result) -> dict[str, np.ndarray]:
         if key != "time"
     }
     oracle = study.oracle
-    wanted = study.judged or (list(there) if oracle is None else [f"{oracle.probe}.{oracle.column}"] * bool(oracle.probe))
+    wanted = study.judged or (
+        list(there) if oracle is None else [f"{oracle.probe}.{oracle.column}"] * bool(oracle.probe)
+    )
     if missing := [name for name in wanted if name not in there]:
         words = f"no column {missing[0]!r} of a probe; there is {', '.join(there) or 'no probe'}"
         raise SceneError("study", [Fault(0, "judged", words)])

@@ -7,7 +7,7 @@ the others go to processes where that is worth their start. A process that is lo
 # pyright: strict
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, as_completed
 from dataclasses import dataclass
 from functools import partial

@@ -51,14 +51,12 @@ def _distinct(variants: tuple[Variant, ...]) -> tuple[Variant, ...]:
     return variants
 
 
-Variants = Annotated[
-    tuple[Variant, ...], BeforeValidator(as_tuple), Field(min_length=1), AfterValidator(_distinct)
-]
+Variants = Annotated[tuple[Variant, ...], BeforeValidator(as_tuple), Field(min_length=1), AfterValidator(_distinct)]
 
 
 class Study(Model):
-    """A study file. `judged`: the PROBE.COLUMN whose estimates and bars the rows have; by default that of the oracle, without
-    one all columns of all probes."""
+    """A study file. `judged`: the PROBE.COLUMN whose estimates and bars the rows have; by default that of the oracle, and
+    without one all columns of all probes."""
 
     schema_: Literal[1] = Field(alias="schema")
     title: str = ""

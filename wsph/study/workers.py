@@ -17,11 +17,12 @@ from functools import partial
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from queue import Empty, SimpleQueue
-from typing import TypeVar
+from typing import ParamSpec, TypeVar
 
 from wsph.backend.threads import cores, keep_to
 
 T = TypeVar("T")
+P = ParamSpec("P")
 
 _Task = Callable[[], object]
 _SPAWN = multiprocessing.get_context("spawn")
@@ -42,11 +43,12 @@ class Workers(Executor):
         self._processes: list[SpawnProcess] = []
         self._ended = False
         self._lock = threading.Lock()
-        self._servers = [threading.Thread(target=self._serve, args=(own[k % len(own)],), daemon=True) for k in range(count)]  # fmt: skip
+        serve = [partial(self._serve, own[k % len(own)]) for k in range(count)]
+        self._servers = [threading.Thread(target=each, daemon=True) for each in serve]
         for server in self._servers:
             server.start()
 
-    def submit(self, fn: Callable[..., T], /, *args: object, **kwargs: object) -> Future[T]:
+    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """As `Executor.submit`; task and result have to be picklable."""
         if self._ended:
             raise RuntimeError("the workers have been sent home")
