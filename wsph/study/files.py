@@ -6,9 +6,11 @@ it follows from is the same, and refused where that has changed.
 
 # pyright: strict
 
+import csv
 import importlib
+import io
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import cast
@@ -100,11 +102,11 @@ def keep_rows(folder: Path, made: Mapping[int, Made], facts: Sequence[Facts], na
 def write_table(rows: Sequence[Row], folder: Path) -> None:
     """Write the rows as a table, a cell that is not known empty. Raises OutputError."""
     columns = list(dict.fromkeys(key for row in rows for key in row))
-    cell: Callable[[object], str] = lambda v: '"' + v.replace('"', '""') + '"' if isinstance(v, str) else f"{v}" * (v is not None)  # noqa: E731 # fmt: skip
-    table = "\n".join(
-        [",".join(map(cell, columns)), *(",".join(cell(row.get(c, "")) for c in columns) for row in rows)]
-    )
-    write_text(folder / TABLE, table + "\n")
+    content = io.StringIO(newline="")
+    table = csv.DictWriter(content, columns, restval="", lineterminator="\n")
+    table.writeheader()
+    table.writerows(rows)
+    write_text(folder / TABLE, content.getvalue())
 
 
 def draw(rows: Sequence[Row], title: str, folder: Path) -> None:

@@ -112,11 +112,15 @@ def _dress(axes: Any, title: str, exact: bool) -> None:
     low, high = axes.get_ylim()
     # Two decades or less have few powers of ten.
     axes.yaxis.set_major_locator(locate.LogLocator(subs=(1.0, 2.0, 5.0) if high < 300.0 * low else (1.0,)))
-    axes.yaxis.set_major_formatter(lambda value, _: f"{100.0 * value:g} %")
+    axes.yaxis.set_major_formatter(_percent)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_minor_formatter("")
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
+
+
+def _percent(value: float, _: object) -> str:
+    return f"{100.0 * value:g} %"
 
 
 def _count_particles(axes: Any, variants: Sequence[Points]) -> None:
