@@ -59,20 +59,22 @@ def undominated(errors: np.ndarray) -> np.ndarray:
 def front(rows: Sequence[Row], title: str, save: str | Path) -> None:
     """Error against the pair visits of a study's rows, a point each, both axes logarithmic. A line joins the front of each
     variant: the rows to which it has no other that is as cheap and as near; the others are small and faint. A whisker ends
-    at the row's bar. Beside the ends of the front of all variants stand the numbers of particles."""
+    at a row's bar: of the finest one where errors are against an exact answer, of all where they are estimates. Beside the
+    names stand the particles of the coarsest and of the finest row."""
     variants = {str(name): Points.of([row for row in rows if row["variant"] == name]) for name in _names(rows)}
     lines = (len(variants) + 1) // 2
-    below = 0.72 + LINE * lines
+    below = 0.72 + LINE * (lines + 1)
     page = below + 3.5
     made = figure(7.6, page)
     axes = made.add_axes((0.105, below / page, 0.875, 3.1 / page))
-    for k, (name, points) in enumerate(variants.items()):
-        _draw(axes, name, points, k)
-    _dress(axes, title, any(row.get("error") for row in rows))
-    _count_particles(axes, list(variants.values()))
+    exact = any(row.get("error") for row in rows)
+    for k, (name, points) in enumerate((name, points) for name, points in variants.items() if len(points.work)):
+        _draw(axes, name, points, k, exact)
+    _dress(axes, title, exact)
     # The names have a place of their own under the points.
     place: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.46, -0.44 / 3.1)}
-    axes.legend(fontsize=SMALL, frameon=False, ncols=2, handlelength=3.2, **place)
+    heading: dict[str, Any] = {"title": "in brackets: particles", "title_fontsize": SMALL, "alignment": "left"}
+    axes.legend(fontsize=SMALL, frameon=False, ncols=2, handlelength=3.2, **heading, **place)
     save_figure(made, save)
 
 
@@ -80,8 +82,8 @@ def _names(rows: Sequence[Row]) -> list[str]:
     return list(dict.fromkeys(str(row["variant"]) for row in rows))
 
 
-def _draw(axes: Any, name: str, points: Points, k: int) -> None:
-    """A variant: its front joined, the rest faint, its bars as whiskers."""
+def _draw(axes: Any, name: str, points: Points, k: int, exact: bool) -> None:
+    """A variant: its front joined, the rest faint, its bars as whiskers, that of its finest row alone with `exact` errors."""
     best, colour = undominated(points.errors), COLOURS[k % len(COLOURS)]
     turn = (k // len(COLOURS)) % 2  # a second round is told by its shift of marks, and by marks that are empty
     look: dict[str, Any] = {
@@ -90,9 +92,12 @@ def _draw(axes: Any, name: str, points: Points, k: int) -> None:
         "markerfacecolor": colour if FILLED[turn] else "white",
     }
     x, y = points.work, points.errors
-    axes.plot(x[best], y[best], linestyle=STYLES[k % len(STYLES)], linewidth=1.5, markersize=5.5, label=name, **look)
+    few, many = points.particles.min(), points.particles.max()
+    label = f"{name} ({few:.0f}" + (f" to {many:.0f})" if many > few else ")")
+    axes.plot(x[best], y[best], linestyle=STYLES[k % len(STYLES)], linewidth=1.5, markersize=5.5, label=label, **look)
     axes.plot(x[~best], y[~best], linestyle="", markersize=3.5, alpha=0.5, **look)
     told = best & np.isfinite(points.bars)
+    told &= (points.particles == many) | (not exact)
     ends = np.array([y[told], np.maximum(points.bars[told], y[told])])
     axes.vlines(x[told], *ends, color=colour, linewidth=0.9, alpha=0.7)
     axes.plot(x[told], ends[1], linestyle="", marker="_", markersize=6.0, color=colour, alpha=0.7)
@@ -121,19 +126,3 @@ def _dress(axes: Any, title: str, exact: bool) -> None:
 
 def _percent(value: float, _: object) -> str:
     return f"{100.0 * value:g} %"
-
-
-def _count_particles(axes: Any, variants: Sequence[Points]) -> None:
-    """The numbers of particles of the cheapest and of the nearest row of all, below their points."""
-    table = np.array(
-        sorted((x, y, n) for each in variants for x, y, n in zip(each.work, each.errors, each.particles, strict=True))
-    ).reshape(-1, 3)
-    if not len(table):
-        return
-    low, high = axes.get_ylim()
-    axes.set_ylim(low * (low / high) ** 0.09, high)
-    best = np.flatnonzero(undominated(table[:, 1]))
-    for place, side in {int(best[-1]): "right", int(best[0]): "left"}.items():
-        x, y, particles = table[place]
-        where: dict[str, Any] = {"xytext": (0.0, -7.0), "textcoords": "offset points", "ha": side, "va": "top"}
-        axes.annotate(f"{particles:.0f} particles", (x, y), fontsize=SMALL, color="#444444", **where)
