@@ -1,4 +1,4 @@
-"""The command line: run, check, list, study, validate, view.
+"""The command line: run, check, list, study, calibrate, validate, view.
 
 Exit codes: 0 completed; 1 a published case that does not come out as it should, or a failure of the machine (memory,
 disk); 2 bad input (a faulty scene, a refused composition, an unusable folder); 3 unstable; 130 interrupted.
@@ -11,7 +11,6 @@ import json
 import os
 import signal
 import sys
-import tomllib
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
@@ -20,6 +19,7 @@ from typing import Any
 
 from wsph.errors import Unstable, WsphError, is_out_of_memory
 from wsph.study import command as study_command
+from wsph.study.fitting import command as fitting_command
 
 LONGEST = 2000
 """Characters of a message's line that are printed."""
@@ -116,6 +116,8 @@ def _parser() -> argparse.ArgumentParser:
     validation.set_defaults(command=_validate)
     study = commands.add_parser("study", help="run a grid of overrides over a scene: cost and error of each")
     study_command.add(study)
+    fitting = commands.add_parser("calibrate", help="fit parameters of a scene to measured curves")
+    fitting_command.add(fitting)
     view = commands.add_parser("view", help="show or save a picture of a run")
     _view_options(view)
     view.set_defaults(command=_view)
@@ -154,23 +156,10 @@ def _view_options(view: argparse.ArgumentParser) -> None:
     view.add_argument("--colours", default="viridis", choices=["viridis", "cividis", "gray"], help="default: viridis")
 
 
-def _overrides(pairs: list[str]) -> dict[str, Any]:
-    result: dict[str, Any] = {}
-    for pair in pairs:
-        key, separator, text = pair.partition("=")
-        if not separator or not key:
-            raise WsphError(f"--set {pair}: write it as KEY=VALUE")
-        try:
-            read = tomllib.loads(f"v = {text}")
-        except tomllib.TOMLDecodeError:
-            result[key] = text
-            continue
-        except RecursionError:
-            raise WsphError(f"--set {key}: its value is nested too deeply to be read") from None
-        if len(read) > 1:
-            raise WsphError(f"--set {key}: gives more than one value; write --set once for each")
-        result[key] = read["v"]
-    return result
+def _overrides(pairs: list[str]) -> dict[str, object]:
+    from wsph.scene.load import overrides
+
+    return overrides(pairs)
 
 
 def _run(options: argparse.Namespace) -> int:
