@@ -15,11 +15,12 @@ column's own unit, differences are relative to that: for signals that are nearly
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 
-Quantity = Literal["history", "frequency", "mean", "final", "peak", "arrival"]
+from wsph.scene.outputs import Quantity
+
 QUANTITIES: tuple[str, ...] = get_args(Quantity)
 
 SMALL = 1e-3
@@ -68,7 +69,7 @@ def distances(records: Sequence[Record], quantity: str = "history", scale: float
 def common_times(records: Sequence[Record]) -> np.ndarray:
     """Times that all records have, (n,) [s]: the first's own, and evenly spread ones."""
     begin, end = max(each.times[0] for each in records), min(each.times[-1] for each in records)
-    own = records[0].times
+    own: np.ndarray = records[0].times
     return np.unique(np.concatenate([own[(own >= begin) & (own <= end)], np.linspace(begin, end, SAMPLES)]))
 
 
