@@ -15,8 +15,11 @@ from itertools import combinations
 
 import numpy as np
 
-from wsph.accuracy.envelope import BAR, FLOOR, KEEP, Estimate, disagree, estimate
-from wsph.accuracy.measures import SMALL, Record, distances, size
+from wsph.accuracy.columns import Aim, look
+from wsph.accuracy.envelope import KEEP, Estimate, disagree
+from wsph.accuracy.measures import Record, distances
+from wsph.accuracy.planning.formal import formal_order
+from wsph.scene.scene import Scene
 from wsph.study.plan import Planned
 from wsph.study.rows import Made
 
@@ -74,35 +77,18 @@ def _ladders(plan: Sequence[Planned], made: Mapping[int, Made]) -> list[Ladder]:
         rows = sorted(places, key=lambda k: plan[k].spacing or 0.0)
         spacings = [plan[k].spacing or 0.0 for k in rows]
         enough = len(rows) >= KEEP and len(set(spacings)) == len(rows)
-        scene = plan[rows[0]].scene
-        columns = _columns(rows, spacings, made, FLOOR[scene.run.precision]) if enough else {}
+        columns = _columns([made[k] for k in rows], spacings, plan[rows[0]].scene) if enough else {}
         found.append(Ladder(name, tuple(rows), columns))
     return found
 
 
-def _columns(
-    rows: Sequence[int], spacings: Sequence[float], made: Mapping[int, Made], floor: float
-) -> dict[str, Column]:
-    found: dict[str, Column] = {}
-    for name in _sizable(made[rows[0]]):
-        table = distances([_record(made[k], name) for k in rows])
-        found[name] = Column(estimate(spacings, table, 1.0, floor=floor, bar=BAR), table[0])
-    return found
-
-
-def _sizable(made: Made) -> list[str]:
-    """The columns that are not zero by symmetry, beside others of their field."""
-    sizes = {name: size(_record(made, name)) for name in made.series}
-    most: dict[str, float] = {}
-    for name, each in sizes.items():
-        field = _field(name)
-        most[field] = max(most.get(field, 0.0), each)
-    return [name for name, each in sizes.items() if each > SMALL * most[_field(name)]]
-
-
-def _field(name: str) -> str:
-    """PROBE.FIELD of PROBE.FIELD_x and PROBE.FIELD_xx[2]."""
-    return name.partition("[")[0].rpartition("_")[0] or name
+def _columns(rows: Sequence[Made], spacings: Sequence[float], scene: Scene) -> dict[str, Column]:
+    records = [{name: Record(*series) for name, series in made.series.items()} for made in rows]
+    asked = {name.rpartition(".")[0]: Aim(0.0, "history", None) for name in records[0]}
+    seen = look(spacings, records, asked, formal_order(scene), scene.run.precision)
+    return {
+        name: Column(each.estimate, distances([record[name] for record in records])[0]) for name, each in seen.items()
+    }
 
 
 def _record(made: Made, name: str) -> Record:

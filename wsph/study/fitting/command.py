@@ -26,7 +26,9 @@ SPREAD_SECONDS = 0.5
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the options to the command's parser."""
     parser.add_argument("scene", type=Path)
-    parser.add_argument("data", type=Path, help="measured curves: time [s], then PROBE.COLUMN, ... in the units of probes")
+    parser.add_argument(
+        "data", type=Path, help="measured curves: time [s], then PROBE.COLUMN, ... in the units of probes"
+    )
     parser.add_argument(
         "--free",
         action="append",

@@ -43,7 +43,9 @@ def read_curves(path: Path) -> Curves:
     except ValueError:
         raise fault(0, "is empty") from None
     if head[0] != "time" or len(head) < 2:
-        raise fault(1, f"begins with {', '.join(head)}: its columns are time [s], then PROBE.COLUMN in the units of probes")
+        raise fault(
+            1, f"begins with {', '.join(head)}: its columns are time [s], then PROBE.COLUMN in the units of probes"
+        )
     table = np.full((len(rows), len(head)), np.nan)
     for k, row in enumerate(rows):
         if len(row) != len(head):

@@ -80,7 +80,9 @@ class Fit:
     @property
     def at_bounds(self) -> list[str]:
         """Keys of the parameters that ended at a bound: their covariance says nothing."""
-        return [each.key for each, part in zip(self.parameters, self.parts, strict=True) if not 1e-6 < part < 1.0 - 1e-6]
+        return [
+            each.key for each, part in zip(self.parameters, self.parts, strict=True) if not 1e-6 < part < 1.0 - 1e-6
+        ]
 
 
 def fit(scene: Scene, curves: Curves, parameters: Sequence[Parameter], evaluate: Evaluate) -> Fit:
@@ -101,7 +103,15 @@ def fit(scene: Scene, curves: Curves, parameters: Sequence[Parameter], evaluate:
     model = problem.curves_at(parts)
     apart = (model.values - curves.values) / curves.sizes[:, None]
     return Fit(
-        problem.parameters, parts, covariance, model, apart, jacobian, problem.runs, bool(found.success), str(found.message)
+        problem.parameters,
+        parts,
+        covariance,
+        model,
+        apart,
+        jacobian,
+        problem.runs,
+        bool(found.success),
+        str(found.message),
     )
 
 

@@ -48,7 +48,9 @@ def mesh_bar(scene: Scene, curves: Curves, fit: Fit, evaluate: Evaluate) -> Mesh
     except Refused as error:
         return MeshBar(nothing, {}, (), str(error))
     if len(cells) < KEEP:
-        return MeshBar(nothing, {}, cells, f"only {len(cells)} lattices are as coarse as this or coarser: refine the scene")
+        return MeshBar(
+            nothing, {}, cells, f"only {len(cells)} lattices are as coarse as this or coarser: refine the scene"
+        )
     rows = [each.values for each in (fit.model, *evaluate(scenes[1:]))]
     formal = formal_order(fitted)
     factor, floor = BAR_OF_STAIRS if formal.stairs else BAR, FLOOR[fitted.run.precision]
@@ -70,7 +72,11 @@ def _ladder(scene: Scene) -> tuple[tuple[int, ...], list[Scene], list[float]]:
         coarser = lattices.below(min(lattices.own / factor, cells[-1] - 1))
         if coarser < cells[-1]:
             cells.append(coarser)
-    return tuple(cells), [scene.with_(), *(lattices.scene_at(n) for n in cells[1:])], [lattices.spacing(n) for n in cells]
+    return (
+        tuple(cells),
+        [scene.with_(), *(lattices.scene_at(n) for n in cells[1:])],
+        [lattices.spacing(n) for n in cells],
+    )
 
 
 def _drawn(

@@ -48,7 +48,9 @@ def read_parameter(text: str, scene: Scene) -> Parameter:
     key, separator, given = text.partition("=")
     key, match = key.strip(), _RANGE.fullmatch(given)
     if not separator or not key or not match:
-        raise WsphError(f"--free {text}: write it as KEY=LOW..HIGH UNIT, e.g. bodies.0.material.youngs_modulus=100..300 GPa")
+        raise WsphError(
+            f"--free {text}: write it as KEY=LOW..HIGH UNIT, e.g. bodies.0.material.youngs_modulus=100..300 GPa"
+        )
     low, high, within = float(match[1]), float(match[2]), match[3]
     if not low < high:
         raise WsphError(f"--free {key}: {low:g} is not below {high:g}")
@@ -59,7 +61,9 @@ def read_parameter(text: str, scene: Scene) -> Parameter:
     start = float(match[4]) if match[4] else _own(scene, key, factor)
     if match[4] and not low <= start <= high:
         raise WsphError(f"--free {key}: its start {start:g} is not between {low:g} and {high:g}")
-    return Parameter(key, low, high, within, start if start is not None and low <= start <= high else 0.5 * (low + high))
+    return Parameter(
+        key, low, high, within, start if start is not None and low <= start <= high else 0.5 * (low + high)
+    )
 
 
 def check_parameters(parameters: Sequence[Parameter], scene: Scene) -> None:
@@ -74,7 +78,9 @@ def check_parameters(parameters: Sequence[Parameter], scene: Scene) -> None:
     known = scene.data()
     for each in parameters:
         if _found(known, each.key) is None:
-            raise SceneError("scene", [Fault(0, each.key, "the scene does not have it, and its default is no number to fit")])
+            raise SceneError(
+                "scene", [Fault(0, each.key, "the scene does not have it, and its default is no number to fit")]
+            )
 
 
 def with_values(scene: Scene, parameters: Sequence[Parameter], parts: np.ndarray) -> Scene:
