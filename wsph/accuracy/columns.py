@@ -62,7 +62,9 @@ def judged(records: Mapping[str, Record], asked: Mapping[str, Aim]) -> tuple[dic
         largest[_group(name)] = max(largest.get(_group(name), 0.0), each)
     mine = {name: asked[_group(name)[0]] for name in records if _group(name)[0] in asked}
     zero = [
-        name for name, aim in mine.items() if aim.scale is None and sizes[name] < max(SMALL * largest[_group(name)], 1e-300)
+        name
+        for name, aim in mine.items()
+        if aim.scale is None and sizes[name] < max(SMALL * largest[_group(name)], 1e-300)
     ]
     return {name: aim for name, aim in mine.items() if name not in zero}, zero
 
@@ -96,7 +98,9 @@ def widened(seen: Mapping[str, Seen], more: Mapping[str, float] | float) -> dict
     return {
         name: replace(
             each,
-            estimate=replace(each.estimate, bar=each.estimate.bar + (more if isinstance(more, float) else more.get(name, 0.0))),
+            estimate=replace(
+                each.estimate, bar=each.estimate.bar + (more if isinstance(more, float) else more.get(name, 0.0))
+            ),
         )
         for name, each in seen.items()
     }

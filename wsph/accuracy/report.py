@@ -52,7 +52,9 @@ def answer(rows: Rows, found: Found, tolerance: float | None, limit: Table, note
     if seen:
         seen = widened(seen, rows.lattices.misfit(made[-1].cells))
         seen = widened(seen, FLOOR["f32"] if rows.scene.run.precision == "f32" else 0.0)
-    zero = judged(made[-1].records, {name.rpartition(".")[0]: each.aim for name, each in seen.items()})[1] if made else []
+    zero = (
+        judged(made[-1].records, {name.rpartition(".")[0]: each.aim for name, each in seen.items()})[1] if made else []
+    )
     why = [found.why, *notes, *([f"zero by symmetry, not judged: {', '.join(zero)}"] if zero else [])]
     data: Table = {
         "status": found.status,
@@ -82,7 +84,11 @@ def _time_term(rows: Rows, seen: Mapping[str, Seen]) -> dict[str, float]:
         return {}
     coarse = last[0]
     rows.tell("the time step does not follow the spacing: a coarse row again with half of it")
-    again = rows.run(rows.lattices.scene_at(coarse.cells).with_(dt=0.5 * coarse.result.summary["dt"]), coarse.cells, 2.0 * coarse.work)
+    again = rows.run(
+        rows.lattices.scene_at(coarse.cells).with_(dt=0.5 * coarse.result.summary["dt"]),
+        coarse.cells,
+        2.0 * coarse.work,
+    )
     found: dict[str, float] = {}
     for name, each in seen.items():
         pair = [coarse.records[name], again.records[name]]

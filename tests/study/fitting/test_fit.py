@@ -22,7 +22,7 @@ TIMES = np.linspace(2e-6, 1.49e-4, 60)
 
 
 def bar(cells: int) -> Scene:
-    """A bar of steel that is pulled beyond its yield stress, slowly enough for stress to spread and fast enough for waves."""
+    """A bar of steel that is pulled beyond its yield stress, so fast that waves are seen."""
     steel = {
         "model": "mises",
         "density": 7850.0,

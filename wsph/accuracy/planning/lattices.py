@@ -147,7 +147,9 @@ class Lattices:
         points = [end for crack in body.cracks for end in (crack.start, crack.end)]
         for probe in self.scene.probes:
             if probe.at is not None and (probe.body == body.name or probe.body is None):
-                points += [place for place in probe.at if len(place) == shape.dim and shape.contains(np.array([place]))[0]]
+                points += [
+                    place for place in probe.at if len(place) == shape.dim and shape.contains(np.array([place]))[0]
+                ]
         for edges, step, axis in zip(shape.edges(), _steps(body), range(shape.dim), strict=True):
             if len(edges):
                 places = ((point[axis] - edges[0]) / step for point in points)

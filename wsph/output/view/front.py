@@ -83,7 +83,7 @@ def _names(rows: Sequence[Row]) -> list[str]:
 
 
 def _draw(axes: Any, name: str, points: Points, k: int, exact: bool) -> None:
-    """A variant: its front joined, the rest faint, its bars as whiskers, that of its finest row alone with `exact` errors."""
+    """A variant: its front joined, the rest faint, bars as whiskers, with `exact` errors that of the finest row alone."""
     best, colour = undominated(points.errors), COLOURS[k % len(COLOURS)]
     turn = (k // len(COLOURS)) % 2  # a second round is told by its shift of marks, and by marks that are empty
     look: dict[str, Any] = {

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from wsph.scene.scene import Scene
     from wsph.study.fitting.curves import Sample
+    from wsph.study.fitting.parameters import Parameter
 
 SPREAD_SECONDS = 0.5
 """Time of a run [s] below which runs stay in this process."""
@@ -72,10 +73,15 @@ def command(options: argparse.Namespace) -> int:
         words = [*report.in_words(found, mesh), *report.following_in_words(found, curves)]
         report.write(folder, found, mesh, curves, words)
     print("\n".join(words))
-    values = zip(parameters, found.values, strict=True)
-    given = " ".join(f'--set {each.key}="{value:.6g} {each.unit}"' if each.unit else f"--set {each.key}={value:.6g}" for each, value in values)  # noqa: E501 # fmt: skip
+    given = " ".join(_setting(each, value) for each, value in zip(parameters, found.values, strict=True))
     print(f"{found.runs} runs; calibration.json, fit.csv in {folder}; wsph run {options.scene} {given}")
     return 0
+
+
+def _setting(parameter: "Parameter", value: float) -> str:
+    """What sets a scene to a value."""
+    written = f'"{value:.6g} {parameter.unit}"' if parameter.unit else f"{value:.6g}"
+    return f"--set {parameter.key}={written}"
 
 
 class Runs:

@@ -15,6 +15,7 @@ Source: Seber & Wild, Nonlinear Regression (1989), 2.1.2 and 5.1; the least squa
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -93,8 +94,9 @@ def fit(scene: Scene, curves: Curves, parameters: Sequence[Parameter], evaluate:
         raise OutputError('a fit needs scipy: pip install "wsph[calibrate]"') from None
     problem = Problem(scene, curves, tuple(parameters), evaluate)
     begin = np.clip(starts(parameters), 1e-3, 1.0 - 1e-3)
+    jac: Any = problem.jacobian  # which scipy's stubs take for a name
     found = least_squares(
-        problem.residuals, begin, problem.jacobian, bounds=(0.0, 1.0), xtol=1e-6, ftol=1e-8, gtol=1e-10, max_nfev=MOST
+        problem.residuals, begin, jac, bounds=(0.0, 1.0), xtol=1e-6, ftol=1e-8, gtol=1e-10, max_nfev=MOST
     )
     parts = np.asarray(found.x, float)
     jacobian, residuals = problem.jacobian(parts), problem.residuals(parts)

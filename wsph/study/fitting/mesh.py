@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wsph.accuracy.envelope import BAR, BAR_OF_STAIRS, FLOOR, KEEP, Estimate, estimate
+from wsph.accuracy.envelope import BAR, BAR_OF_STAIRS, FEWEST, FLOOR, Estimate, estimate
 from wsph.accuracy.measures import Record, distances
 from wsph.accuracy.planning.formal import formal_order
 from wsph.accuracy.planning.lattices import Lattices
@@ -40,14 +40,15 @@ class MeshBar:
 
 
 def mesh_bar(scene: Scene, curves: Curves, fit: Fit, evaluate: Evaluate) -> MeshBar:
-    """What the mesh leaves open of a fit of a scene: runs of three coarser lattices. Raises what runs raise."""
+    """What the mesh leaves open of a fit of a scene: runs of coarser lattices, three where there are so many. Raises
+    what runs raise."""
     fitted = with_values(scene, fit.parameters, fit.parts)
     nothing = np.full(len(fit.parts), np.nan)
     try:
         cells, scenes, spacings = _ladder(fitted)
     except Refused as error:
         return MeshBar(nothing, {}, (), str(error))
-    if len(cells) < KEEP:
+    if len(cells) < FEWEST:
         return MeshBar(
             nothing, {}, cells, f"only {len(cells)} lattices are as coarse as this or coarser: refine the scene"
         )

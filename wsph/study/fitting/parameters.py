@@ -58,12 +58,13 @@ def read_parameter(text: str, scene: Scene) -> Parameter:
         factor = float(unit(within)[0])
     except ValueError as error:
         raise WsphError(f"--free {key}: {error}") from None
-    start = float(match[4]) if match[4] else _own(scene, key, factor)
-    if match[4] and not low <= start <= high:
+    if not match[4]:
+        own = _own(scene, key, factor)
+        return Parameter(key, low, high, within, own if own is not None and low <= own <= high else 0.5 * (low + high))
+    start = float(match[4])
+    if not low <= start <= high:
         raise WsphError(f"--free {key}: its start {start:g} is not between {low:g} and {high:g}")
-    return Parameter(
-        key, low, high, within, start if start is not None and low <= start <= high else 0.5 * (low + high)
-    )
+    return Parameter(key, low, high, within, start)
 
 
 def check_parameters(parameters: Sequence[Parameter], scene: Scene) -> None:
