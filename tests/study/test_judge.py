@@ -65,7 +65,7 @@ def test_variants_that_come_to_other_answers_are_told() -> None:
     said = {made[k].row["variant"]: made[k].row["disagrees"] for k in made}
     assert said == {
         "right": "disagrees with wrong",
-        "wrong": "disagrees with right, near",
+        "wrong": "disagrees with right; near",
         "near": "disagrees with wrong",
     }
 

@@ -63,7 +63,7 @@ def judged(plan: Sequence[Planned], made: Mapping[int, Made]) -> list[Ladder]:
             for this, that in ((one, other), (other, one)):
                 for place in this.rows:
                     said = made[place].row["disagrees"]
-                    made[place].row["disagrees"] = f"{said}, {that.name}" if said else f"disagrees with {that.name}"
+                    made[place].row["disagrees"] = f"{said}; {that.name}" if said else f"disagrees with {that.name}"
     return ladders
 
 
