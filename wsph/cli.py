@@ -1,7 +1,8 @@
 """The command line: run, check, list, study, calibrate, validate, view.
 
 Exit codes: 0 completed; 1 a published case that does not come out as it should, or a failure of the machine (memory,
-disk); 2 bad input (a faulty scene, a refused composition, an unusable folder); 3 unstable; 130 interrupted.
+disk); 2 bad input (a faulty scene, a refused composition, an unusable folder); 3 unstable; 4 an accuracy that is not met;
+130 interrupted.
 """
 
 # pyright: strict
@@ -77,6 +78,7 @@ def _say(message: Warning | str, *_: object) -> None:
 
 def _parser() -> argparse.ArgumentParser:
     from wsph import catalogue
+    from wsph.accuracy import command
     from wsph.plugins import registry
 
     parser = argparse.ArgumentParser(
@@ -98,6 +100,7 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("--resume", action="store_true", help="go on from the last checkpoint in the folder")
     run.add_argument("--overwrite", action="store_true", help="replace an earlier run in the folder")
     run.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    command.add_options(run)
     run.set_defaults(command=_run)
     check = commands.add_parser("check", help="validate a scene and print what it is composed of")
     check.add_argument("scene", type=Path)
@@ -163,11 +166,15 @@ def _overrides(pairs: list[str]) -> dict[str, object]:
 
 
 def _run(options: argparse.Namespace) -> int:
+    from wsph.accuracy import command
     from wsph.scene.load import load
     from wsph.simulation.run import run
 
     scene = load(options.scene, _overrides(options.set))
     folder = options.out if options.out is not None else Path(f"{options.scene.stem}-out")
+    if command.asked(options):
+        with _Progress(options.quiet) as progress:
+            return command.run_accurately(options, scene, folder, progress)
     with _Progress(options.quiet) as progress:
         result = run(scene, folder, overwrite=options.overwrite, resume=options.resume, throw=False, progress=progress)
     if not options.quiet:

@@ -79,11 +79,13 @@ def size(record: Record) -> float:
 
 
 def frequency(record: Record) -> float:
-    """Of the crossings of the mean, by the first and the last [1/s]; not a number with fewer than three."""
+    """Of the crossings of the mean, over whole periods [1/s]; not a number with fewer than three crossings."""
     y = record.values - mean(record)
     at = np.flatnonzero(np.signbit(y[1:]) != np.signbit(y[:-1]))
     if len(at) < 3:
         return float("nan")
+    # The mean of a part of a period is no middle: half periods above and below it differ.
+    at = at[: len(at) - (len(at) + 1) % 2]
     crossings = record.times[at] - y[at] * np.diff(record.times)[at] / (y[at + 1] - y[at])
     return float(0.5 * (len(at) - 1) / (crossings[-1] - crossings[0]))
 
