@@ -1,7 +1,8 @@
-"""The command line: run, check, list, study, validate, view.
+"""The command line: run, check, list, study, calibrate, validate, view.
 
 Exit codes: 0 completed; 1 a published case that does not come out as it should, or a failure of the machine (memory,
-disk); 2 bad input (a faulty scene, a refused composition, an unusable folder); 3 unstable; 130 interrupted.
+disk); 2 bad input (a faulty scene, a refused composition, an unusable folder); 3 unstable; 4 an accuracy that is not met;
+130 interrupted.
 """
 
 # pyright: strict
@@ -11,20 +12,18 @@ import json
 import os
 import signal
 import sys
-import tomllib
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from wsph.errors import Unstable, WsphError, is_out_of_memory
+from wsph.study import command as study_command
+from wsph.study.fitting import command as fitting_command
 
 LONGEST = 2000
 """Characters of a message's line that are printed."""
-
-if TYPE_CHECKING:
-    from wsph.study.runs import Row
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -77,15 +76,9 @@ def _say(message: Warning | str, *_: object) -> None:
     print(f"warning: {message}", file=sys.stderr)
 
 
-def _count(text: str) -> int:
-    """A number of processes, 0 for one a core."""
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 on")
-    return int(text)
-
-
 def _parser() -> argparse.ArgumentParser:
     from wsph import catalogue
+    from wsph.accuracy import command
     from wsph.plugins import registry
 
     parser = argparse.ArgumentParser(
@@ -107,6 +100,7 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("--resume", action="store_true", help="go on from the last checkpoint in the folder")
     run.add_argument("--overwrite", action="store_true", help="replace an earlier run in the folder")
     run.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    command.add_options(run)
     run.set_defaults(command=_run)
     check = commands.add_parser("check", help="validate a scene and print what it is composed of")
     check.add_argument("scene", type=Path)
@@ -124,17 +118,9 @@ def _parser() -> argparse.ArgumentParser:
     validation.add_argument("--json", action="store_true", help="print JSON")
     validation.set_defaults(command=_validate)
     study = commands.add_parser("study", help="run a grid of overrides over a scene: cost and error of each")
-    study.add_argument("study", type=Path)
-    study.add_argument(
-        "-o", "--out", type=Path, metavar="DIR", help="output folder (default: the study's name with -out)"
-    )
-    study.add_argument(
-        "--workers", type=_count, default=0, metavar="N", help="processes to spread the runs over (default: one a core)"
-    )
-    again = study.add_mutually_exclusive_group()
-    again.add_argument("--resume", action="store_true", help="make only the rows that the folder does not have")
-    again.add_argument("--overwrite", action="store_true", help="replace an earlier study in the folder")
-    study.set_defaults(command=_study)
+    study_command.add(study)
+    fitting = commands.add_parser("calibrate", help="fit parameters of a scene to measured curves")
+    fitting_command.add(fitting)
     view = commands.add_parser("view", help="show or save a picture of a run")
     _view_options(view)
     view.set_defaults(command=_view)
@@ -173,31 +159,22 @@ def _view_options(view: argparse.ArgumentParser) -> None:
     view.add_argument("--colours", default="viridis", choices=["viridis", "cividis", "gray"], help="default: viridis")
 
 
-def _overrides(pairs: list[str]) -> dict[str, Any]:
-    result: dict[str, Any] = {}
-    for pair in pairs:
-        key, separator, text = pair.partition("=")
-        if not separator or not key:
-            raise WsphError(f"--set {pair}: write it as KEY=VALUE")
-        try:
-            read = tomllib.loads(f"v = {text}")
-        except tomllib.TOMLDecodeError:
-            result[key] = text
-            continue
-        except RecursionError:
-            raise WsphError(f"--set {key}: its value is nested too deeply to be read") from None
-        if len(read) > 1:
-            raise WsphError(f"--set {key}: gives more than one value; write --set once for each")
-        result[key] = read["v"]
-    return result
+def _overrides(pairs: list[str]) -> dict[str, object]:
+    from wsph.scene.load import overrides
+
+    return overrides(pairs)
 
 
 def _run(options: argparse.Namespace) -> int:
+    from wsph.accuracy import command
     from wsph.scene.load import load
     from wsph.simulation.run import run
 
     scene = load(options.scene, _overrides(options.set))
     folder = options.out if options.out is not None else Path(f"{options.scene.stem}-out")
+    if command.asked(options):
+        with _Progress(options.quiet) as progress:
+            return command.run_accurately(options, scene, folder, progress)
     with _Progress(options.quiet) as progress:
         result = run(scene, folder, overwrite=options.overwrite, resume=options.resume, throw=False, progress=progress)
     if not options.quiet:
@@ -297,49 +274,6 @@ def _list_own(group: str, as_json: bool) -> int:
         for words in row.words:
             print(f"{'':<31}{words}")
     return 0
-
-
-def _study(options: argparse.Namespace) -> int:
-    from wsph.output.claim import Claim
-    from wsph.study import files
-    from wsph.study.runs import digests, run_study
-    from wsph.study.tables import load_study
-
-    study, scene = load_study(options.study)
-    folder = options.out if options.out is not None else Path(f"{options.study.stem}-out")
-    warnings.simplefilter("ignore")  # of energy that some of the rows create or lose: the table says it
-    with Claim(folder, options.overwrite, options.resume, files.is_a_study) as claim:
-        of = digests(study, scene, options.study.parent)
-        known = files.known_rows(folder, of) if options.resume else None
-
-        def keep(rows: "Sequence[Row | None]") -> None:
-            claim.make()
-            if known is None and sum(row is not None for row in rows) == 1:
-                files.clear(folder)
-            files.keep_rows(rows, of, study, folder)
-
-        try:
-            rows = run_study(study, scene, options.study.parent, _told, options.workers, known=known, keep=keep)
-        except KeyboardInterrupt:
-            if not files.is_a_study(folder):
-                raise
-            print(f"error: interrupted; rows that are complete are in {folder}: go on with --resume", file=sys.stderr)
-            return 130
-        claim.make()
-        files.write_study(rows, study, folder)
-    for row in rows:
-        place = ", ".join(f"{key} = {row[key]}" for key in study.grid)
-        figures = f"{row.get('right_hand_sides', '-')} right-hand sides, error {row.get('error', float('nan')):.3g}"
-        over = f" ({row['compared']})" if row.get("compared", "whole run") != "whole run" else ""
-        print(f"{row['variant']}: {place}: {row['status']}, {figures}{over}")
-    print(f"{len(rows)} runs; study.csv, study.json in {folder}")
-    return 0
-
-
-def _told(done: int, of: int) -> None:
-    """How far a study is, on a terminal."""
-    if sys.stderr.isatty():
-        print(f"{done} of {of}", file=sys.stderr)
 
 
 def _validate(options: argparse.Namespace) -> int:

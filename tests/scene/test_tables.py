@@ -155,6 +155,15 @@ every = 2
 name = "q"
 of = "cut"
 fields = ["force", "torque"]
+tolerance = false
+quantity = "peak"
+scale = 1e-3
+[accuracy]
+tolerance = "1%"
+quantity = "history"
+sure = true
+budget = "30 s"
+free = ["spacing", "integrator"]
 [output]
 every = "0.1 ms"
 history = 5

@@ -25,6 +25,7 @@ class ArtificialStress(Part):
     """Artificial stress (He & Seaid 2016, eqs 19-23): tension is opposed by `epsilon` of it where particles are near."""
 
     key: ClassVar[str] = "artificial_stress"
+    formal: ClassVar[int] = 1
     holds_modes: ClassVar[bool] = True
     epsilon: Annotated[float, Unit("", ge=0, le=1)] = 0.3
     exponent: Annotated[float, Unit("", ge=0)] = 4.0

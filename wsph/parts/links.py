@@ -58,6 +58,7 @@ class Links(Part):
     "energy", at the `fracture_energy` [J/m2]; only between particles that `where` selects, if it is given."""
 
     key: ClassVar[str] = "links"
+    formal: ClassVar[int] = 1
     breaks: ClassVar[bool] = True
     offers: ClassVar[tuple[str, ...]] = ("damage",)
     frees: ClassVar[bool] = True

@@ -167,6 +167,8 @@ class Part(Model):
     """Whether it holds spurious modes."""
     support: ClassVar[float | None] = None
     """Support that a body with it has where the scene names none [spacings]."""
+    formal: ClassVar[int] = 2
+    """The order in the spacing that a smooth motion can have with it: 1 where it scales with the spacing itself."""
 
     @property
     def acts(self) -> bool:

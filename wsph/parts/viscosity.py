@@ -32,6 +32,7 @@ class Viscosity(Part):
     boundary."""
 
     key: ClassVar[str] = "viscosity"
+    formal: ClassVar[int] = 1
     alpha: Annotated[float, Unit("", ge=0)]
     beta: Annotated[float, Unit("", ge=0)] = 0.0
     kind: Literal["approach", "pair"] = "approach"

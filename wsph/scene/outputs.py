@@ -1,4 +1,4 @@
-"""The tables of a scene that say what a run writes, when it is kept, and when it is stopped."""
+"""The tables of a scene that say what a run writes, when it is kept, when it is stopped, and how accurate it is to be."""
 
 # pyright: strict
 
@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from wsph.output import formats
-from wsph.quantities import Cadence, Model, Strings, Unit, as_tuple, read_cadence
+from wsph.quantities import Cadence, Model, Strings, Unit, as_tuple, quantity, read_cadence
 from wsph.scene.messages import none_of
 
 
@@ -56,3 +56,55 @@ class Stop(Model):
     """The limit that ends a run early: energy created, as a part of the largest seen."""
 
     energy: Annotated[float, Unit("", gt=0)] = 0.10
+
+
+Quantity = Literal["history", "frequency", "mean", "final", "peak", "arrival"]
+"""What of a probe's columns a tolerance is of; `wsph.accuracy.measures` says what each is."""
+
+
+def read_tolerance(value: object) -> float:
+    """A relative error as a number or in per cent: 0.01 or "1%". Raises ValueError."""
+    text = value.strip() if isinstance(value, str) else ""
+    try:
+        number = 0.01 * float(text[:-1]) if text.endswith("%") else float(text) if text else quantity(value, "")
+    except ValueError:
+        raise ValueError(f'{value!r} is no tolerance: write a relative error, "1%" or 0.01') from None
+    if not 0.0 < number < 1.0:
+        raise ValueError(f"{value!r} is not above 0 and below 1 (100%)")
+    return number
+
+
+Tolerance = Annotated[float, BeforeValidator(read_tolerance)]
+
+
+def _unless_false(value: object) -> object:
+    if value is True:
+        raise ValueError('true says nothing: write a relative error, "1%", or false for what is recorded, not judged')
+    return value if value is False or value is None else read_tolerance(value)
+
+
+Judged = Annotated[float | Literal[False] | None, BeforeValidator(_unless_false)]
+"""The tolerance of a probe: its own, that of the scene (None), or false, where it is not judged."""
+
+
+class Accuracy(Model):
+    """How accurate the probes are to be: the `tolerance` of a `quantity` of all their columns, what a search for it may
+    cost, as a time (`budget`) or as pair visits (`work`), and what it is `free` to choose beside the time step. `sure`: the
+    whole bar is to be within the tolerance, not the estimate alone."""
+
+    tolerance: Tolerance | None = None
+    quantity: Quantity = "history"
+    sure: bool = False
+    budget: Annotated[float, Unit("s", gt=0)] | None = None
+    work: Annotated[float, Unit("", gt=0)] | None = None
+    free: Annotated[
+        tuple[Literal["spacing", "integrator", "formulation", "precision"], ...], BeforeValidator(as_tuple)
+    ] = ("spacing",)
+
+    @model_validator(mode="after")
+    def _one_limit(self) -> "Accuracy":
+        if self.budget is not None and self.work is not None:
+            raise ValueError("budget and work are both given: a search has one limit")
+        if "spacing" not in self.free:
+            raise ValueError('free leaves out "spacing", and without it there is no row to compare with')
+        return self

@@ -41,7 +41,7 @@ from wsph.quantities import (
 )
 from wsph.scene.messages import none_of
 from wsph.scene.numbers import NUMBERS, Section, boundary_names
-from wsph.scene.outputs import Checkpoint, Output, Stop
+from wsph.scene.outputs import Accuracy, Checkpoint, Judged, Output, Quantity, Stop
 from wsph.scene.states import Initial, Relax, Stage, begins_of, windows_of
 from wsph.scene.touch.contact import Contact
 from wsph.scene.touch.tools import Tool
@@ -267,7 +267,8 @@ class Body(_WithParts):
 
 class Probe(Model):
     """A record of fields at material points, or of the particles that `where` selects, reduced to one number; or of the
-    numbers `of` a boundary, contact, tool or section."""
+    numbers `of` a boundary, contact, tool or section. `tolerance` and `quantity`: those of its columns, where they are not
+    the scene's; `scale`: a size in their unit [SI] that errors are relative to, in place of their own."""
 
     name: Annotated[str, AfterValidator(file_name)]
     body: str | None = None
@@ -277,6 +278,9 @@ class Probe(Model):
     reduce: Literal["mean", "sum", "max"] | None = None
     fields: Annotated[Strings, Field(min_length=1)]
     every: Cadence = 1
+    tolerance: Judged = None
+    quantity: Quantity | None = None
+    scale: Annotated[float, Unit("", gt=0)] | None = None
 
     @model_validator(mode="after")
     def _complete(self) -> "Probe":
@@ -311,6 +315,7 @@ class SceneTables(Model):
     tools: Annotated[tuple[Tool, ...], BeforeValidator(as_tuple)] = ()
     probes: Annotated[tuple[Probe, ...], BeforeValidator(as_tuple)] = ()
     gravity: dict[Literal["x", "y", "z"], Value] = {}
+    accuracy: Accuracy | None = None
     output: Output = Output()
     checkpoint: Checkpoint | None = None
     stop: Stop = Stop()

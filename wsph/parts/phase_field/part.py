@@ -24,6 +24,7 @@ class PhaseField(Part):
     "AT2"."""
 
     key: ClassVar[str] = "phase_field"
+    formal: ClassVar[int] = 1
     breaks: ClassVar[bool] = True
     offers: ClassVar[tuple[str, ...]] = ("damage",)
     fracture_energy: Annotated[float, Unit("J/m2", gt=0)]

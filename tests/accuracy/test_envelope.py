@@ -1,0 +1,83 @@
+"""The envelope on ladders whose error is known: made up, and of the program itself."""
+
+import numpy as np
+import pytest
+
+from wsph.accuracy.envelope import disagree, estimate, fitted_order
+from wsph.accuracy.measures import Record, distances
+
+TIMES = np.linspace(0.0, 1.0, 401)
+
+
+def ladder(
+    order: float, *, ratio: float = 2.0**0.5, rows: int = 4, constant: float = 0.3
+) -> tuple[np.ndarray, list[Record]]:
+    """Spacings and records whose error is `constant` h^order of the true answer, finest first."""
+    h = 0.1 * ratio ** np.arange(rows)
+    return h, [Record(TIMES, np.sin(4.0 * TIMES) * (1.0 + constant * each**order)) for each in h]
+
+
+@pytest.mark.parametrize("order", [0.5, 0.7, 1.0, 1.5, 2.0])
+def test_order_and_error_of_a_pure_power(order):
+    h, records = ladder(order)
+    found = estimate(h, distances(records), formal=2.0 if order > 1.0 else 1.0)
+    assert fitted_order(h, distances(records)) == pytest.approx(order, abs=0.01)
+    # Relative to the finest in place of the true answer: by as much as that is off.
+    assert found.error == pytest.approx(0.3 * h[0] ** order, rel=0.12)
+    assert found.bar == pytest.approx(1.5 * found.error)
+    assert found.converges
+
+
+def test_orders_are_held_between_bounds():
+    assert estimate(*_of(3.0), formal=2.0).order == 2.0
+    assert estimate(*_of(2.0), formal=1.0).order == 1.0
+    low = estimate(*_of(0.2), formal=1.0)
+    assert low.order == 0.4
+    assert low.clamped
+
+
+def _of(order: float) -> tuple[np.ndarray, np.ndarray]:
+    h, records = ladder(order)
+    return h, distances(records)
+
+
+def test_a_lucky_last_difference_does_not_shrink_it():
+    h, records = ladder(1.0)
+    honest = estimate(h, distances(records), formal=1.0)
+    lucky = [Record(TIMES, 0.9 * records[1].values + 0.1 * records[0].values), *records[1:]]
+    assert estimate(h, distances(lucky), formal=1.0).error > 0.5 * honest.error
+
+
+def test_rows_that_agree_to_rounding_have_no_error():
+    h, records = ladder(1.0)
+    found = estimate(h, distances([records[0]] * 4), formal=1.0)
+    assert (found.error, found.bar, found.converges) == (0.0, 0.0, True)
+
+
+def test_differences_that_do_not_fall_are_no_convergence():
+    h = 0.1 * 2.0 ** np.arange(4)
+    growing = [Record(TIMES, np.full(len(TIMES), each)) for each in (1.0, 1.4, 1.6, 1.65)]
+    found = estimate(h, distances(growing), formal=1.0)
+    assert not found.converges
+    assert found.bar == np.inf
+
+
+def test_what_is_far_below_the_tolerance_may_do_as_it_likes():
+    h = 0.1 * 2.0 ** np.arange(4)
+    growing = [Record(TIMES, np.full(len(TIMES), 1.0 + 1e-3 * each)) for each in (0.0, 0.4, 0.6, 0.65)]
+    assert not estimate(h, distances(growing), formal=1.0).converges
+    assert estimate(h, distances(growing), formal=1.0, tolerance=0.01).converges
+
+
+def test_two_rows_give_no_estimate():
+    h, records = ladder(1.0, rows=2)
+    with pytest.raises(ValueError, match="at least 3"):
+        estimate(h, distances(records), formal=1.0)
+    h, records = ladder(1.0)
+    with pytest.raises(ValueError, match="finest row first"):
+        estimate(h[::-1], distances(records), formal=1.0)
+
+
+def test_answers_disagree_where_their_bars_do_not_meet():
+    assert disagree(0.015, 0.02, apart=0.04)
+    assert not disagree(0.015, 0.02, apart=0.03)

@@ -1,0 +1,112 @@
+"""An answer within a tolerance, or the most accurate one that a budget pays for, of a scene.
+
+    answer = accurate(wsph.load("scene.toml"), tolerance=0.01)
+    answer.status, answer.data["bar"], answer.result.probes
+"""
+
+# pyright: strict
+
+from contextlib import nullcontext
+from pathlib import Path
+
+from wsph.accuracy import report, second
+from wsph.accuracy.budget import spend
+from wsph.accuracy.columns import Aim, aims
+from wsph.accuracy.limits import Limit
+from wsph.accuracy.report import Answer
+from wsph.accuracy.rows import Halted, Rows, Tell, clear
+from wsph.accuracy.search import Found, search
+from wsph.errors import Fault, Refused, SceneError
+from wsph.output import formats
+from wsph.output.claim import Claim
+from wsph.scene.outputs import Accuracy
+from wsph.scene.scene import Scene
+from wsph.simulation.run import Progress
+
+UNJUDGED = 0.01
+"""The tolerance by which a budget's columns are compared with each other, where none is given."""
+
+SINGLE = 0.005
+"""The tolerance from which single precision is enough: below it its rounding is no small part."""
+
+
+def accurate(
+    scene: Scene,
+    out: Path | None = None,
+    *,
+    tolerance: float | None = None,
+    limit: Limit | None = None,
+    sure: bool | None = None,
+    check: bool = False,
+    overwrite: bool = False,
+    tell: Tell | None = None,
+    progress: Progress | None = None,
+) -> Answer:
+    """Search for the `tolerance`, the scene's own where none is given; without any, spend the limit. `check`: ask another
+    scheme too. With `out`, the folder holds the output of the finest row and accuracy.json. Raises SceneError where nothing
+    is judged, Refused where no row can be made, and what a run raises before it writes anything."""
+    asked = scene.accuracy or Accuracy()
+    tolerance = tolerance if tolerance is not None else asked.tolerance
+    given = limit or _limit(asked)
+    own = [probe.tolerance for probe in scene.probes if probe.tolerance]
+    if tolerance is None and given is None and not own:
+        text = "neither a tolerance nor a budget is given: write tolerance = \"1%\", or budget = \"30 s\""
+        raise scene.located(SceneError("scene", [Fault(0, "accuracy", text)]))
+    wanted = aims(scene, tolerance or UNJUDGED)
+    formats.check_installed(scene.output.formats)
+    claim = Claim(out, overwrite) if out is not None else None
+    with claim or nullcontext():
+        rows, notes = _rows(scene, asked, tolerance, out, tell, progress)
+        if claim is not None and out is not None:
+            claim.make()
+            clear(out)
+        try:
+            if tolerance is None and not own:
+                found = spend(rows, wanted, given or Limit())
+            else:
+                found = search(rows, wanted, given or Limit(), asked.sure if sure is None else sure)
+            made, found = _checked(rows, wanted, found, check, notes)
+            answer = report.answer(rows, found, tolerance, (given or Limit()).data(), [*notes, *made])
+        finally:
+            if out is not None:
+                clear(out)
+        if out is not None and answer.result is not None:
+            report.write(answer.data, out)
+    return answer
+
+
+def _limit(asked: Accuracy) -> Limit | None:
+    if asked.budget is None and asked.work is None:
+        return None
+    return Limit(asked.budget, asked.work)
+
+
+def _rows(
+    scene: Scene, asked: Accuracy, tolerance: float | None, out: Path | None, tell: Tell | None, progress: Progress | None
+) -> tuple[Rows, list[str]]:
+    """The rows of a scene at the largest time step that its integrator, materials and contacts take: a smaller one costs
+    more and is in no scene more accurate for its work. What was changed, in words."""
+    notes: list[str] = []
+    if "precision" in asked.free and scene.run.precision == "f64" and scene.run.device.startswith("cuda"):
+        if tolerance is not None and tolerance >= SINGLE:
+            scene = scene.with_(precision="f32")
+            notes.append("precision f32")
+    if scene.run.cfl == "auto":
+        return Rows(scene, out, tell, progress), notes
+    try:
+        return Rows(scene.with_(cfl="auto"), out, tell, progress), [*notes, 'cfl = "auto"']
+    except Refused as error:
+        rows = Rows(scene, out, tell, progress)
+        return rows, [*notes, f"the scene's own time step: {str(error).splitlines()[0]}"]
+
+
+def _checked(rows: Rows, wanted: dict[str, Aim], found: Found, check: bool, notes: list[str]) -> tuple[list[str], Found]:
+    """What another scheme says of the answer, where it is asked."""
+    if not check or not found.seen or found.status == "interrupted":
+        return [], found
+    try:
+        return second.opinion(rows, wanted, found.seen), found
+    except Halted as halt:
+        if halt.status == "interrupted":
+            return ["interrupted before another scheme had its say"], found
+        return [f"another scheme was asked: {halt}"], found

@@ -1,0 +1,120 @@
+"""The answer of a search: what is written beside the output of its finest row, accuracy.json."""
+
+# pyright: strict
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from wsph.accuracy.columns import Seen, judged, widened, worst
+from wsph.accuracy.envelope import FLOOR, KEEP
+from wsph.accuracy.measures import distances, mean
+from wsph.accuracy.rows import Row, Rows
+from wsph.accuracy.search import Found
+from wsph.output.files import write_text
+from wsph.quantities import Table
+from wsph.simulation.result import Result
+
+NAME = "accuracy.json"
+
+FOLLOWS = 1.2
+"""Time step over spacing, of the last rows, that differ by more than this: the time step is not of the ladder."""
+
+SECOND_ORDER = 4.0 / 3.0
+"""The error of a time step over its difference to half of it, of second order."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """How accurate an answer is: `status` "met", "no convergence", "out of reach", "refused" or "interrupted"; `data` as
+    accuracy.json has it; `result` of the finest row, None where there is none."""
+
+    status: str
+    data: Table
+    result: Result | None
+
+    @property
+    def why(self) -> str:
+        """In words."""
+        return str(self.data["why"])
+
+
+def answer(rows: Rows, found: Found, tolerance: float | None, limit: Table, notes: list[str]) -> Answer:
+    """The answer of a search that ended with `found`. `notes` join the reasons."""
+    seen = found.seen
+    made = rows.made
+    if seen and found.status != "interrupted":
+        seen = widened(seen, _time_term(rows, seen))
+    if seen:
+        seen = widened(seen, rows.lattices.misfit(made[-1].cells))
+        seen = widened(seen, FLOOR["f32"] if rows.scene.run.precision == "f32" else 0.0)
+    zero = (
+        judged(made[-1].records, {name.rpartition(".")[0]: each.aim for name, each in seen.items()})[1] if made else []
+    )
+    why = [found.why, *notes, *([f"zero by symmetry, not judged: {', '.join(zero)}"] if zero else [])]
+    data: Table = {
+        "status": found.status,
+        "tolerance": tolerance,
+        "limit": limit,
+        **(_figures(seen[worst(seen)]) if seen else {"estimate": None, "bar": None, "order": None}),
+        "formal_order": str(rows.formal),
+        "columns": {name: _column(each) | _width(name, each, made[-1]) for name, each in seen.items()},
+        "rows": [row.data() for row in made],
+        "chosen": made[-1].cells if made else None,
+        "total_work": rows.spent,
+        "why": "; ".join(why),
+    }
+    return Answer(found.status, data, made[-1].result if made else None)
+
+
+def write(data: Table, folder: Path) -> None:
+    """Write accuracy.json."""
+    write_text(folder / NAME, json.dumps(data, indent=2, ensure_ascii=False) + "\n")
+
+
+def _time_term(rows: Rows, seen: Mapping[str, Seen]) -> dict[str, float]:
+    """The error of a time step that does not follow the spacing, which rows do not show: by one coarse row with half of it."""
+    last = rows.made[-KEEP:]
+    ratios = [row.result.scene.end / row.steps / row.spacing for row in last]
+    if max(ratios) <= FOLLOWS * min(ratios):
+        return {}
+    coarse = last[0]
+    rows.tell("the time step does not follow the spacing: a coarse row again with half of it")
+    again = rows.run(
+        rows.lattices.scene_at(coarse.cells).with_(dt=0.5 * coarse.result.summary["dt"]),
+        coarse.cells,
+        2.0 * coarse.work,
+    )
+    found: dict[str, float] = {}
+    for name, each in seen.items():
+        pair = [coarse.records[name], again.records[name]]
+        found[name] = SECOND_ORDER * float(distances(pair, each.aim.quantity, each.aim.scale)[0, 1])
+    return found
+
+
+def _figures(each: Seen) -> Table:
+    found = each.estimate
+    return {"estimate": _finite(found.error), "bar": _finite(found.bar), "order": _finite(found.order)}
+
+
+def _column(each: Seen) -> Table:
+    aim = each.aim
+    asked: Table = {"quantity": aim.quantity, "tolerance": aim.tolerance, "scale": aim.scale}
+    return _figures(each) | {"order_seen": _finite(each.estimate.seen)} | asked
+
+
+def _width(name: str, each: Seen, row: Row) -> Table:
+    """The bar of a history as the half width of a band about it, in the column's unit [SI]."""
+    if each.aim.quantity != "history":
+        return {}
+    record = row.records[name]
+    absolute = type(record)(record.times, np.abs(record.values))
+    return {"half_width": _finite(each.estimate.bar * (each.aim.scale or mean(absolute)))}
+
+
+def _finite(number: float) -> float | None:
+    return number if math.isfinite(number) else None

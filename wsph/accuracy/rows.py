@@ -1,0 +1,190 @@
+"""The rows of a search: runs of one scene on lattices of it, each with its cost planned before and measured after.
+
+With a folder, a row is written into a folder inside of it, and takes the place of the one before when it is complete: what is
+in the folder is at any time the ordinary output of the best row so far, also after an interrupt.
+"""
+
+# pyright: strict
+
+import shutil
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from wsph.accuracy.measures import Record
+from wsph.accuracy.planning.cost import Costs, Plan, Rate, Took
+from wsph.accuracy.planning.formal import Formal, formal_order
+from wsph.accuracy.planning.lattices import Lattices
+from wsph.errors import Refused, SceneError
+from wsph.output.files import own_files
+from wsph.output.formats import FORMATS
+from wsph.scene.scene import Scene
+from wsph.simulation.result import Result
+from wsph.simulation.run import Progress, run
+
+INSIDE = ".row"
+"""The folder of a row that is being made."""
+
+Tell = Callable[[str], None]
+"""Called with a sentence of what is going on."""
+
+
+class Halted(Exception):
+    """A search that cannot go on: `status` "interrupted", or "refused" where a run did not come to its end."""
+
+    def __init__(self, status: str, why: str):
+        super().__init__(why)
+        self.status = status
+
+
+@dataclass(frozen=True)
+class Row:
+    """A run: its lattice by `cells` and `spacing` [m], the work that was `planned`, and what it took; `records` of all
+    probes, "PROBE.COLUMN"."""
+
+    cells: int
+    spacing: float
+    planned: float
+    work: float
+    right_hand_sides: int
+    steps: int
+    particles: int
+    wall_seconds: float
+    cpu_seconds: float
+    records: Mapping[str, Record]
+    result: Result
+
+    def data(self) -> dict[str, object]:
+        """As accuracy.json has it."""
+        run = self.result.scene.run
+        return {
+            "spacing": self.spacing,
+            "cells": self.cells,
+            "particles": self.particles,
+            "steps": self.steps,
+            "planned_work": self.planned,
+            "work": self.work,
+            "rhs": self.right_hand_sides,
+            "wall_seconds": self.wall_seconds,
+            "cpu_seconds": self.cpu_seconds,
+            "precision": run.precision,
+            "integrator": run.integrator.name,
+            "formulation": run.formulation or "default",
+        }
+
+
+class Rows:
+    """The rows of a scene so far, coarsest first (`made`), and what is needed to make more. `formal` is its order."""
+
+    def __init__(
+        self, scene: Scene, folder: Path | None = None, tell: Tell | None = None, progress: Progress | None = None
+    ):
+        self.scene, self._folder, self._progress = scene, folder, progress
+        self.tell: Tell = tell or (lambda _: None)
+        self.lattices = Lattices(scene)
+        self.costs, self.rate = Costs(self.lattices), Rate()
+        self.first = self._first()
+        self.formal: Formal = formal_order(self.lattices.scene_at(self.first))
+        self.made: list[Row] = []
+        self.spent, self._started = 0.0, time.perf_counter()
+
+    @property
+    def seconds(self) -> float:
+        """Since the search began [s]."""
+        return time.perf_counter() - self._started
+
+    def _first(self) -> int:
+        """The coarsest lattice that can be set up: walls may be too thin for it, or a selection empty."""
+        cells = self.lattices.first
+        while True:
+            try:
+                self.costs.plan(cells)
+            except (SceneError, Refused):
+                if cells >= self.lattices.own:
+                    raise
+                cells = min(self.lattices.next(1.15 * cells), max(self.lattices.own, self.lattices.next(cells + 0.5)))
+            else:
+                return cells
+
+    def make(self, cells: int, to_come: float = 0.0) -> Row:
+        """Run a lattice; `to_come`: the work that is expected after it. Raises Halted where it does not come to its end."""
+        plan = self.costs.plan(cells)
+        seconds = self.rate.seconds(plan)
+        took = f", about {in_seconds(seconds)}" if seconds == seconds else ""
+        self.tell(
+            f"{cells} cells: {plan.particles:.0f} particles, {plan.steps:.0f} steps, {plan.work:.3g} pair visits{took}"
+        )
+        row = self.run(self.lattices.scene_at(cells), cells, plan.work, self._told(plan.work, to_come))
+        self.made.append(row)
+        inside = min(
+            row.particles * row.steps / (row.result.cost["particle_steps_per_second"] or np.inf), row.wall_seconds
+        )
+        self.rate.learn(Took(plan, row.work, inside, row.wall_seconds - inside))
+        if self._folder is not None:
+            _replace(self._folder, self._folder / INSIDE)
+        return row
+
+    def scaled(self, cells: float) -> Plan:
+        """The plan of a lattice that need not be one, by that of the last row."""
+        last = self.made[-1]
+        return self.costs.plan(last.cells).finer(cells / last.cells, self.scene.dim)
+
+    def run(self, scene: Scene, cells: int, planned: float, progress: Progress | None = None) -> Row:
+        """Run a scene as a row that is not kept among those of the ladder. Raises as `make` does."""
+        out = self._folder / INSIDE if self._folder is not None else None
+        wall, cpu = time.perf_counter(), time.process_time()
+        result = run(scene, out, overwrite=True, throw=False, progress=progress)
+        wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
+        if result.status == "interrupted":
+            raise Halted("interrupted", f"interrupted in the run with {cells} cells")
+        if result.failure is not None:
+            raise Halted("refused", f"the run with {cells} cells is {result.status}: {result.reason}")
+        s = result.summary
+        work = float(s["pairs"]) * s["right_hand_sides"]
+        self.spent += work
+        records = {
+            f"{name}.{key}": Record(columns["time"], values)
+            for name, columns in result.probes.items()
+            for key, values in columns.items()
+            if key != "time"
+        }
+        figures = (s["right_hand_sides"], s["steps"], s["particles"], wall, cpu)
+        return Row(cells, self.lattices.spacing(cells), planned, work, *figures, records, result)
+
+    def _told(self, work: float, to_come: float) -> Progress | None:
+        """The progress of a row as that of the whole search, in parts of its work."""
+        tell = self._progress
+        if tell is None:
+            return None
+        before, total = self.spent, self.spent + work + to_come
+
+        def told(step: int, steps: int, now: float) -> None:
+            tell(round(1000.0 * (before + work * step / steps) / total), 1000, now)
+
+        return told
+
+
+def in_seconds(seconds: float) -> str:
+    """A time in words."""
+    if seconds < 120.0:
+        return f"{seconds:.2g} s"
+    return f"{seconds / 60.0:.2g} min" if seconds < 7200.0 else f"{seconds / 3600.0:.2g} h"
+
+
+def clear(folder: Path) -> None:
+    """Take away what a search that was cut off left of a row."""
+    shutil.rmtree(folder / INSIDE, ignore_errors=True)
+
+
+def _replace(folder: Path, inside: Path) -> None:
+    """Put the files of a row that is complete in the place of those of the one before."""
+    for path in own_files(folder, [each.listing for each in FORMATS], [each.suffix for each in FORMATS]):
+        path.unlink(missing_ok=True)
+    for path in sorted(each for each in inside.rglob("*") if each.is_file()):
+        target = folder / path.relative_to(inside)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        path.replace(target)
+    shutil.rmtree(inside)

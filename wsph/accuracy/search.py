@@ -1,0 +1,131 @@
+"""The search for a tolerance: up the ladder of a scene's lattices until the estimate of the finest row is within it.
+
+Three rows with 1, 1.41 and 2 times the coarsest cells first; then, by the order that the four finest show, the lattice that
+should be fine enough, at most twice as fine as the last. It ends where the estimate is within the tolerance, where four
+rows show no convergence, or before a row that would go beyond the limit, with what is reachable within it.
+"""
+
+# pyright: strict
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from wsph.accuracy.columns import Aim, Seen, look, worst
+from wsph.accuracy.envelope import BAR, FEWEST, KEEP
+from wsph.accuracy.limits import Limit
+from wsph.accuracy.rows import Halted, Rows, in_seconds
+from wsph.errors import Refused, SceneError
+
+SAFE = 1.1
+"""The estimate times this is to be within the tolerance: met in 98 %."""
+
+FARTHEST, NEAREST = 2.0, 2.0**0.25
+"""The next lattice over the last."""
+
+START = (1.0, 2.0**0.5, 2.0)
+"""Cells of the first rows over those of the coarsest."""
+
+ROUNDS = 8
+"""Rows after the first three at most."""
+
+
+@dataclass
+class Found:
+    """How a search ended: `status` and `why` in words; the answer is the last row, and `seen` what is said of it by column."""
+
+    status: str
+    why: str
+    seen: Mapping[str, Seen] = field(default_factory=dict[str, Seen])
+
+
+def seen_of(rows: Rows, asked: Mapping[str, Aim]) -> dict[str, Seen]:
+    """What the four finest rows say of the finest."""
+    last = rows.made[: -KEEP - 1 : -1]
+    if len(last) < FEWEST:
+        return {}
+    spacings = [row.spacing for row in last]
+    return look(spacings, [row.records for row in last], asked, rows.formal, rows.scene.run.precision)
+
+
+def search(rows: Rows, asked: Mapping[str, Aim], limit: Limit, sure: bool = False) -> Found:
+    """Make rows until their finest is within the tolerances."""
+    factor = BAR if sure else SAFE
+    try:
+        for start in START:
+            cells = rows.lattices.next(max(start * rows.first, rows.made[-1].cells + 0.5 if rows.made else rows.first))
+            if (refusal := _refusal(rows, limit, cells, {}, factor)) is not None:
+                return refusal
+            rows.make(cells, 4.0 * rows.costs.plan(cells).work)
+        for _ in range(ROUNDS):
+            seen = seen_of(rows, asked)
+            if not seen:
+                return Found("refused", "no column has a size: give the probes a scale", seen)
+            ended = _ended(rows, seen, factor)
+            if ended is not None:
+                return ended
+            cells, wanted = _next(rows, seen, factor)
+            if (refusal := _refusal(rows, limit, cells, seen, factor, wanted)) is not None:
+                return refusal
+            rows.make(cells, max(rows.scaled(wanted).work - rows.costs.plan(cells).work, 0.0))
+        return Found("out of reach", f"{len(rows.made)} rows have not met it", seen_of(rows, asked))
+    except Halted as halt:
+        return Found(halt.status, str(halt), seen_of(rows, asked))
+    except KeyboardInterrupt:
+        return Found("interrupted", "interrupted between two runs", seen_of(rows, asked))
+    except (SceneError, Refused) as error:
+        if not rows.made:
+            raise
+        return Found("out of reach", f"a finer lattice is refused: {str(error).splitlines()[0]}", seen_of(rows, asked))
+
+
+def _ended(rows: Rows, seen: Mapping[str, Seen], factor: float) -> Found | None:
+    """The end of a search where its rows say so."""
+    within = all(factor * each.share <= 1.0 for each in seen.values())
+    whole = len(rows.made) >= KEEP or not any(each.estimate.clamped for each in seen.values())
+    lost = [name for name, each in seen.items() if not each.estimate.converges]
+    if within and whole and not lost:
+        return Found("met", f"{factor:g} times the estimate is within the tolerance of every column", seen)
+    if len(rows.made) > KEEP and lost:
+        words = "; ".join(f"{name}: {', '.join(f'{d:.2g}' for d in seen[name].estimate.differences)}" for name in lost)
+        why = f"no convergence observed, differences of neighbours from the finest on: {words}; no bar"
+        return Found("no convergence", why, seen)
+    return None
+
+
+def _next(rows: Rows, seen: Mapping[str, Seen], factor: float) -> tuple[int, float]:
+    """The next lattice, and the cells that should be enough."""
+    last = rows.made[-1].cells
+    wanted = max(last * _finer(each, factor) for each in seen.values())
+    target = max(min(wanted, FARTHEST * last), NEAREST * last)
+    return rows.lattices.next(target), wanted
+
+
+def _finer(each: Seen, factor: float) -> float:
+    """How many times as fine a lattice has to be for a column."""
+    if not np.isfinite(each.estimate.error):
+        return FARTHEST
+    return (factor * each.share) ** (1.0 / each.estimate.order) if each.share > 0.0 else 0.0
+
+
+def _refusal(
+    rows: Rows, limit: Limit, cells: int, seen: Mapping[str, Seen], factor: float, wanted: float = 0.0
+) -> Found | None:
+    """The end of a search whose next row, or the one that is wanted, is beyond the limit."""
+    left = limit.left(rows)
+    far = bool(seen) and len(rows.made) >= KEEP and limit.cost(rows, rows.scaled(wanted)) > left
+    if limit.cost(rows, rows.costs.plan(cells)) <= left and not far:
+        return None
+    if not seen:
+        return Found("out of reach", f"{limit} allows no ladder: the row with {cells} cells is beyond it", seen)
+    plan, last = rows.scaled(max(cells, wanted)), rows.made[-1]
+    reach = last.cells * max(left / limit.cost(rows, rows.scaled(last.cells)), 0.0) ** (1.0 / (rows.scene.dim + 1))
+    name = worst(seen)
+    each = seen[name].estimate
+    reachable = each.error * min(last.cells / max(reach, 1.0), 1.0) ** each.order
+    why = (
+        f"{name} within {100.0 * seen[name].aim.tolerance:g} % needs about {max(cells, round(wanted))} cells, {plan.work:.2g} pair"
+        f" visits, {in_seconds(rows.rate.seconds(plan))}; within {limit} expect {100.0 * factor * reachable:.2g} %"
+    )
+    return Found("out of reach", why, seen)

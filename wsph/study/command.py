@@ -1,0 +1,116 @@
+"""`wsph study`: its options, and what it prints."""
+
+# pyright: strict
+
+import argparse
+import sys
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from wsph.study.plan import Planned
+    from wsph.study.rows import Made, Row
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the options to the command's parser."""
+    parser.add_argument("study", type=Path)
+    parser.add_argument(
+        "-o", "--out", type=Path, metavar="DIR", help="output folder (default: the study's name with -out)"
+    )
+    parser.add_argument(
+        "--workers", type=count, default=0, metavar="N", help="processes to spread the runs over (default: one a core)"
+    )
+    again = parser.add_mutually_exclusive_group()
+    again.add_argument("--resume", action="store_true", help="make only the rows that the folder does not have")
+    again.add_argument("--overwrite", action="store_true", help="replace an earlier study in the folder")
+    again.add_argument("--dry-run", action="store_true", help="print what every row will take, and run nothing")
+    parser.set_defaults(command=command)
+
+
+def count(text: str) -> int:
+    """A number of processes, 0 for one a core."""
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 on")
+    return int(text)
+
+
+def command(options: argparse.Namespace) -> int:
+    """Make a study; returns the exit code, 1 where rows are lost."""
+    from wsph.output.claim import Claim
+    from wsph.study import files
+    from wsph.study.judge import judged
+    from wsph.study.plan import facts, planned
+    from wsph.study.runs import run_study
+    from wsph.study.tables import load_study
+
+    study, scene = load_study(options.study)
+    beside, plan = options.study.parent, planned(study, scene)
+    warnings.simplefilter("ignore")  # of energy that some of the rows create or lose: the table says it
+    if options.dry_run:
+        return _forecast(plan)
+    folder = options.out if options.out is not None else Path(f"{options.study.stem}-out")
+    names = [row.name for row in plan]
+    with Claim(folder, options.overwrite, options.resume, files.is_a_study) as claim:
+        of = facts(study, scene, beside)
+        made = files.known_rows(folder, of, names) if options.resume else {}
+        anew = not made
+
+        def keep(place: int, one: "Made") -> None:
+            nonlocal anew
+            claim.make()
+            if anew:
+                files.clear(folder)
+            anew, made[place] = False, one
+            files.keep_row(folder, one, of[place])
+            files.keep_rows(folder, made, of, names, study.title)
+            if sys.stderr.isatty():
+                print(f"{len(made)} of {len(plan)}", file=sys.stderr)
+
+        try:
+            outcome = run_study(study, scene, beside, workers=options.workers, known=made, keep=keep)
+        except KeyboardInterrupt:
+            if not files.is_a_study(folder):
+                raise
+            print(f"error: interrupted; rows that are complete are in {folder}: go on with --resume", file=sys.stderr)
+            return 130
+        claim.make()
+        judged(plan, outcome.made)
+        files.keep_rows(folder, outcome.made, of, names, study.title)
+        files.write_table(outcome.rows, folder)
+        files.draw(outcome.rows, study.title, folder)
+    for place in sorted(outcome.made):
+        print(f"{names[place]}: {_in_words(outcome.made[place].row)}")
+    print(f"{len(outcome.made)} runs; study.csv, study.json in {folder}")
+    for place, why in sorted(outcome.lost.items()):
+        print(f"error: row {names[place]!r} is lost: {why}; --resume makes it", file=sys.stderr)
+    return 1 if outcome.lost else 0
+
+
+def _in_words(row: "Row") -> str:
+    """A row's figures."""
+    words = [str(row["status"]), f"{row.get('right_hand_sides', '-')} right-hand sides"]
+    if row.get("error") is not None:
+        over = row.get("compared", "whole run")
+        words.append(f"error {row['error']:.3g}" + (f" ({over})" if over != "whole run" else ""))
+    if row.get("bar") is not None:
+        words.append(f"estimate {row['estimate']:.3g}, bar {row['bar']:.3g}, order {row['order']:.2g}")
+    words += [str(row[key]) for key in ("convergence", "disagrees") if row.get(key)]
+    return ", ".join(words)
+
+
+def _forecast(plan: Sequence["Planned"]) -> int:
+    from wsph.study.forecast import Forecast, forecast
+
+    found = [(row.name, forecast(row)) for row in plan]
+    for name, each in found:
+        print(f"{name}: {each}")
+    known = [each for _, each in found if isinstance(each, Forecast)]
+    largest = max((each.device_bytes for each in known), default=0)
+    print(
+        f"{len(plan)} rows: {sum(each.right_hand_sides for each in known)} right-hand sides,"
+        f" {sum(each.work for each in known):.3g} pair visits, {1e-6 * largest:.3g} MB the largest; nothing was run"
+    )
+    return 0
