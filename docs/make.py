@@ -255,7 +255,7 @@ def fronts() -> None:
         with tempfile.TemporaryDirectory() as folder:
             path = ROOT / "examples" / "fronts" / f"{name}.toml"
             subprocess.run(
-                [sys.executable, "-m", "wsph.cli", "study", str(path), "-o", folder],
+                [sys.executable, "-m", "wsph", "study", str(path), "-o", folder],
                 check=True,
                 stdout=subprocess.DEVNULL,
             )

@@ -27,7 +27,7 @@ def wsph(
     """The command in a process of its own."""
     environment = {**os.environ, **({"WARP_CACHE_PATH": str(cache)} if cache else {})}
     return subprocess.run(
-        [sys.executable, "-m", "wsph.cli", *map(str, arguments)],
+        [sys.executable, "-m", "wsph", *map(str, arguments)],
         capture_output=True,
         text=True,
         check=False,
