@@ -15,6 +15,7 @@ from contextlib import suppress
 
 from wsph.cli.commands.check import CHECK
 from wsph.cli.commands.list import LIST
+from wsph.cli.commands.new import NEW
 from wsph.cli.commands.run import RUN
 from wsph.cli.commands.schema import SCHEMA
 from wsph.cli.commands.study import STUDY
@@ -22,7 +23,7 @@ from wsph.cli.commands.validate import VALIDATE
 from wsph.cli.commands.view import VIEW
 from wsph.errors import Unstable, WsphError, is_out_of_memory
 
-COMMANDS = (RUN, CHECK, LIST, SCHEMA, VALIDATE, STUDY, VIEW)
+COMMANDS = (RUN, CHECK, NEW, LIST, SCHEMA, VALIDATE, STUDY, VIEW)
 """In the order of the help."""
 
 LONGEST = 2000
