@@ -47,6 +47,27 @@ def pick_device(name: str) -> str:
     return name
 
 
+def devices() -> dict[str, str]:
+    """Every device that a scene can name, and what it is."""
+    start_warp()
+    found: dict[str, str] = {}
+    for device in wp.get_devices():
+        name, called = str(device), str(device.name)  # pyright: ignore[reportUnknownMemberType, reportUnknownArgumentType]
+        free, _ = free_memory(name)
+        memory = f", {free / 1e9:.3g} GB free" if free is not None else ""
+        found[name] = f"({called or 'the host'}{memory})"
+    return found
+
+
+def kernel_cache() -> tuple[Path, int, int]:
+    """The folder that compiled kernels are kept in, its size [bytes], and the modules in it."""
+    start_warp()
+    folder = Path(str(wp.config.kernel_cache_dir))
+    modules = [each for each in folder.iterdir() if each.is_dir()] if folder.is_dir() else []
+    size = sum(file.stat().st_size for module in modules for file in module.rglob("*") if file.is_file())
+    return folder, size, len(modules)
+
+
 def free_memory(device: str) -> tuple[float | None, float | None]:
     """Memory left to this process [bytes], on the device and on the host; None where the system does not say."""
     host = _free_on_host()

@@ -14,6 +14,9 @@ import warnings
 from contextlib import suppress
 
 from wsph.cli.commands.check import CHECK
+from wsph.cli.commands.cite import CITE
+from wsph.cli.commands.completion import COMPLETION
+from wsph.cli.commands.info import INFO
 from wsph.cli.commands.list import LIST
 from wsph.cli.commands.new import NEW
 from wsph.cli.commands.run import RUN
@@ -23,7 +26,7 @@ from wsph.cli.commands.validate import VALIDATE
 from wsph.cli.commands.view import VIEW
 from wsph.errors import Unstable, WsphError, is_out_of_memory
 
-COMMANDS = (RUN, CHECK, NEW, LIST, SCHEMA, VALIDATE, STUDY, VIEW)
+COMMANDS = (RUN, CHECK, NEW, LIST, SCHEMA, VALIDATE, STUDY, VIEW, CITE, INFO, COMPLETION)
 """In the order of the help."""
 
 LONGEST = 2000
@@ -80,13 +83,24 @@ def _say(message: Warning | str, *_: object) -> None:
     print(f"warning: {message}", file=sys.stderr)
 
 
+class _Version(argparse.Action):
+    """`--version`: read only where it is asked for."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        from importlib.metadata import version
+
+        print(f"wsph {version('wsph')}")
+        parser.exit()
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="wsph", description="Solid mechanics by smoothed particle hydrodynamics on NVIDIA Warp."
     )
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for command in COMMANDS:
         own = commands.add_parser(command.name, help=command.help)
         command.declare(own)
-        own.set_defaults(act=command.act)
+        own.set_defaults(act=command.act, commands=COMMANDS)
     return parser

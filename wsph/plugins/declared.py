@@ -41,6 +41,12 @@ def integrator_schema(plugin: type, name: str) -> JsonSchemaValue:
     return _table("name", name, keys, needed, inspect.getdoc(plugin))
 
 
+def references(plugin: type) -> tuple[str, ...]:
+    """The BibTeX entries that a plugin brings, in `references`: a text, or a tuple of texts."""
+    given: object = getattr(plugin, "references", ())
+    return (given,) if isinstance(given, str) else tuple(map(str, cast(Any, given)))
+
+
 def _table(
     key: str, name: str, keys: dict[str, JsonSchemaValue], needed: list[str], said: str | None
 ) -> JsonSchemaValue:

@@ -17,7 +17,7 @@ from wsph.parts.table import PARTS
 from wsph.protocols import Traits
 from wsph.scene.load import load
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 SCENE = ROOT / "examples" / "shock_bar.toml"
 
 
