@@ -37,14 +37,17 @@ def start_warp() -> None:
 
 
 def pick_device(name: str) -> str:
-    """The Warp device that a scene means; "auto" is the first GPU, or else the CPU. Raises Refused where there is none."""
+    """The Warp device that a scene means; "auto" is the first GPU, or else the CPU, "cuda" the first GPU. Raises Refused
+    where there is none."""
     start_warp()
     if name == "auto":
         return "cuda:0" if wp.is_cuda_available() else "cpu"
     known = [str(d) for d in wp.get_devices()]
-    if name not in known:
-        raise Refused(f"run.device: there is no {name!r} on this machine; there is {', '.join(known)}")
-    return name
+    chosen = "cuda:0" if name == "cuda" else name
+    if chosen not in known:
+        auto = '; "auto" takes a GPU where there is one' if name == "cuda" else ""
+        raise Refused(f"run.device: there is no {name!r} on this machine; there is {', '.join(known)}{auto}")
+    return chosen
 
 
 def devices() -> dict[str, str]:

@@ -1,7 +1,8 @@
 """The command line from its arguments to its exit code.
 
 Exit codes: 0 completed; 1 a published case that does not come out as it should, or a failure of the machine (memory,
-disk); 2 bad input (a faulty scene, a refused composition, an unusable folder); 3 unstable; 130 interrupted.
+disk); 2 bad input (a faulty scene, a refused composition, an unusable folder); 3 unstable; 130 interrupted; 141 whoever
+read the output has closed it.
 """
 
 # pyright: strict
@@ -40,6 +41,9 @@ def main(arguments: list[str] | None = None) -> int:
         number = getattr(signal, name, None)
         if number is not None and not (name == "SIGHUP" and signal.getsignal(number) is signal.SIG_IGN):  # as of nohup
             signal.signal(number, signal.default_int_handler)
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed before the program began
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
     warnings.showwarning = _say
     try:
         options = _parser().parse_args(arguments)
@@ -56,6 +60,9 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("error: interrupted; nothing was written", file=sys.stderr)
         return 130
+    except BrokenPipeError:  # as of `wsph list | head`: whoever reads has what it wanted
+        _silence()
+        return 141
     except (MemoryError, RuntimeError, ImportError, OSError) as error:
         if not is_out_of_memory(error) and isinstance(error, OSError):
             return _failed(f"the machine failed: {error}")
@@ -67,11 +74,15 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _failed(why: str) -> int:
     """A machine that failed, as where nobody reads what is printed or its disk is full: the exit code, after a sentence."""
-    # What Python has still to print at its end goes nowhere either.
-    with suppress(OSError, ValueError):  # where it is no file
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    _silence()
     print(f"error: {why}", file=sys.stderr)
     return 1
+
+
+def _silence() -> None:
+    """What Python has still to print at its end goes nowhere."""
+    with suppress(OSError, ValueError):  # where it is no file
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _shortened(line: str) -> str:
@@ -80,7 +91,8 @@ def _shortened(line: str) -> str:
 
 
 def _say(message: Warning | str, *_: object) -> None:
-    print(f"warning: {message}", file=sys.stderr)
+    with suppress(OSError):  # where nobody reads it the run goes on
+        print(f"warning: {message}", file=sys.stderr)
 
 
 class _Version(argparse.Action):

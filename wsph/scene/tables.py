@@ -2,6 +2,7 @@
 
 # pyright: strict
 
+import re
 from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 from pydantic import (
@@ -65,6 +66,15 @@ def _smoothing(name: str) -> str:
     return name
 
 
+DEVICE = r"^(auto|cpu|cuda(:\d+)?)$"
+
+
+def _device(name: str) -> str:
+    if not re.match(DEVICE, name):
+        raise ValueError(f'{name!r} is no device: write "auto", "cpu", "cuda" or "cuda:1" (a number of a GPU)')
+    return name
+
+
 def _formulation(name: str) -> str:
     if name not in (known := names()):
         raise ValueError(none_of(name, known))
@@ -106,7 +116,7 @@ class Run(Model):
     cfl: NumberOrAuto | None = None
     dt: Annotated[float, Unit("s", gt=0)] | None = None
     precision: Literal["f64", "f32"] = "f64"
-    device: Annotated[str, Field(pattern=r"^(auto|cpu|cuda:\d+)$")] = "auto"
+    device: Annotated[str, AfterValidator(_device), WithJsonSchema({"type": "string", "pattern": DEVICE})] = "auto"
     threads: Annotated[int, Field(ge=0, le=1024)] = 0
     formulation: Annotated[str, AfterValidator(_formulation), Choice(tuple(names()))] | None = None
     correction: Literal["symmetric", "paper"] = "symmetric"
