@@ -41,6 +41,15 @@ def integrator_schema(plugin: type, name: str) -> JsonSchemaValue:
     return _table("name", name, keys, needed, inspect.getdoc(plugin))
 
 
+def strengths(material: object) -> dict[str, float]:
+    """The fields of a material that are stresses and no moduli: by their units, and by their names."""
+    fields = (
+        dataclasses.fields(material) if dataclasses.is_dataclass(material) and not isinstance(material, type) else ()
+    )
+    named = [field.name for field in fields if field.metadata.get("unit") == "Pa" and "modul" not in field.name]
+    return {name: float(value) for name in named if isinstance(value := getattr(material, name), (int, float))}
+
+
 def references(plugin: type) -> tuple[str, ...]:
     """The BibTeX entries that a plugin brings, in `references`: a text, or a tuple of texts."""
     given: object = getattr(plugin, "references", ())
