@@ -126,11 +126,55 @@ def unit(text: str) -> tuple[Decimal, Dimension]:
     return factor, (dimension[0], dimension[1], dimension[2], dimension[3])
 
 
-_NAMES = {"sec": "s", "secs": "s", "second": "s", "seconds": "s", "msec": "ms", "usec": "us", "hr": "h", "meter": "m", "metre": "m", "meters": "m",
-          "inch": "in", "inches": "in", "feet": "ft", "micron": "um", "mic": "um", "kgf": "N (1 kgf = 9.80665 N)", "mpa": "MPa", "MPA": "MPa", "gpa": "GPa", "GPA": "GPa",
-          "kpa": "kPa", "KPa": "kPa", "pa": "Pa", "PA": "Pa", "PSI": "psi", "Mpsi": "ksi", "KG": "kg", "Kg": "kg", "gr": "g", "gram": "g", "grams": "g", "ton": "t",
-          "tonne": "t", "C": "degC", "F": "degF", "Kelvin": "K", "kelvin": "K", "Celsius": "degC", "celsius": "degC", "deg": "rad (1 degree = 0.017453 rad)", "newton": "N",
-          "MM": "mm", "Mm2": "mm2", "joule": "J", "watt": "W", "hz": "Hz", "MS": "ms", "S": "s"}  # fmt: skip
+_NAMES = dict(
+    pair.split("=")
+    for pair in [
+        "sec=s",
+        "secs=s",
+        "second=s",
+        "seconds=s",
+        "S=s",
+        "msec=ms",
+        "MS=ms",
+        "usec=us",
+        "hr=h",
+        "hz=Hz",
+        "meter=m",
+        "metre=m",
+        "meters=m",
+        "MM=mm",
+        "Mm2=mm2",
+        "inch=in",
+        "inches=in",
+        "feet=ft",
+        "micron=um",
+        "mpa=MPa",
+        "MPA=MPa",
+        "gpa=GPa",
+        "GPA=GPa",
+        "kpa=kPa",
+        "KPa=kPa",
+        "pa=Pa",
+        "PA=Pa",
+        "PSI=psi",
+        "KG=kg",
+        "Kg=kg",
+        "gr=g",
+        "gram=g",
+        "grams=g",
+        "ton=t",
+        "tonne=t",
+        "newton=N",
+        "joule=J",
+        "watt=W",
+        "C=degC",
+        "F=degF",
+        "Celsius=degC",
+        "celsius=degC",
+        "Kelvin=K",
+        "kelvin=K",
+    ]
+) | {"kgf": "N (1 kgf = 9.80665 N)", "deg": "rad (1 degree = 0.0174533 rad)"}
 """What is meant by other names."""
 
 

@@ -92,6 +92,39 @@ def kernels() -> list[Row]:
     ]
 
 
+def fields() -> list[Row]:
+    """Fields of frames and probes."""
+    from wsph.output import fields as declared
+
+    units = {
+        "velocity": "m/s",
+        "displacement": "m",
+        "stress": "Pa",
+        "density": "kg/m3",
+        "position": "m",
+        "dissipation": "Pa",
+    }
+    rows: list[Row] = []
+    for name in (*declared.known(("dissipation",), 3, ("damage",)),):
+        said = declared.said(name) or f"component of the {name.rpartition('_')[0]}"
+        unit = units.get(declared.primitive(name), declared.ON_SURFACES.get(name, "1"))
+        example = f'[output]\nfields = ["{name}"]\nevery = "1 ms"'
+        rows.append(
+            Row(name, f"{said} [{unit}]", (), {"unit": unit}, source="wsph, wsph.output.fields", example=example)
+        )
+    return [
+        *rows,
+        Row(
+            "internals",
+            "those of a material, as plastic_strain: wsph list MATERIAL names them",
+            (),
+            {},
+            None,
+            "a plugin",
+        ),
+    ]
+
+
 def tables() -> list[Row]:
     """Tables of a scene."""
     from wsph.catalogue.tables import places
@@ -118,7 +151,7 @@ def shapes() -> list[Row]:
 
 
 GROUPS: dict[str, Callable[[], list[Row]]] = {
-    each.__name__: each for each in (formulations, parts, formats, kernels, shapes, tables)
+    each.__name__: each for each in (formulations, parts, formats, fields, kernels, shapes, tables)
 }
 """The lists by the names that `wsph list` takes."""
 

@@ -41,6 +41,7 @@ from wsph.simulation.composing.together import joined_bodies, stiffen
 from wsph.simulation.probing.numbers import NumberRecorder
 from wsph.simulation.probing.points import PointRecorder
 from wsph.simulation.probing.recorder import Recorder
+from wsph.simulation.probing.reduced import ReducedRecorder, needs_places
 from wsph.simulation.starting.from_file import put_states
 from wsph.simulation.step_control import given_step, settle
 from wsph.simulation.timeline import TimeStep
@@ -194,7 +195,8 @@ def _probes(
     def made(probe: Probe, key: str) -> Recorder:
         often, clock = cadence(probe.every) < 2.0, time_step.clock
         if probe.of is None:
-            return PointRecorder(probe, key, bodies, space, clock, often)
+            kind = ReducedRecorder if needs_places(probe) else PointRecorder
+            return kind(probe, key, bodies, space, clock, often)
         return NumberRecorder(probe, key, numbers, setting.scales, clock, space.dim, often)
 
     return [made(probe, f"probes.{k}") for k, probe in enumerate(setting.scene.probes)]

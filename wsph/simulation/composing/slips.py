@@ -14,7 +14,7 @@ from wsph.boundary.programs.functions import Function
 from wsph.boundary.programs.motion import UNITS
 from wsph.expressions import Expression
 from wsph.plugins.declared import strengths
-from wsph.quantities import Value, is_table
+from wsph.quantities import Value
 from wsph.scene.scene import Scene
 from wsph.simulation.composing.composition import BodyRun
 
@@ -63,10 +63,12 @@ def slips(scene: Scene, bodies: Sequence[BodyRun], dt: float, steps: int) -> Ite
                 most = _largest(scene, run, value, "Pa")
                 yield from _too_much(run, most, f"boundary.{k}.{key}.{component}".removesuffix("."))
     for k, tool in enumerate(scene.tools):
-        prescribed = tool.velocity.values() if is_table(tool.velocity) else tool.velocity
+        given = tool.velocity
+        prescribed: list[Value] = list(given.values() if isinstance(given, dict) else given)
         touched = [by_name[name] for name in tool.against]
         for run in touched[:1]:
-            most = max((_largest(scene, run, each, "m/s") for each in prescribed if isinstance(each, float | int | str)), default=0.0)  # fmt: skip
+            sizes = [_largest(scene, run, each, "m/s") for each in prescribed]
+            most = max(sizes, default=0.0)
             yield from _too_fast(run, most, f"tools.{k}.velocity", "m/s")
     yield from _of_time(scene, bodies, dt, steps)
 
