@@ -10,6 +10,7 @@ kernel of its own, which would cost 0.35 s each to compile.
 import ast
 import difflib
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -121,7 +122,9 @@ def compile_expression(text: str) -> Expression:
     try:
         tree = ast.parse(text.strip().replace("^", "**"), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
-        raise ValueError(f"cannot read the expression {text!r}") from None
+        compares = re.search(r"[^<>=!]=[^=]", text) is not None
+        hint = "; write == to compare, and better <= or >=" if compares else ""
+        raise ValueError(f"cannot read the expression {text!r}{hint}") from None
     if sum(1 for _ in ast.walk(tree)) > MAX_NODES:
         raise ValueError(f"the expression {text!r} has more than {MAX_NODES} parts")
     program: list[tuple[int, float]] = []

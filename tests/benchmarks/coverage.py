@@ -15,7 +15,6 @@ import math
 import sys
 import time
 import warnings
-from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
@@ -109,7 +108,9 @@ def _searched(case: Case, known: dict[int, Row], tolerance: float) -> dict:
     seen = seen_of(rows, aims(case.scene, tolerance))
     misfit = rows.lattices.misfit(last.cells) if last is not None else 0.0
     bars = [
-        {"bar": each.estimate.bar + misfit, "true": truth[name]} for name, each in seen.items() if each.estimate.converges
+        {"bar": each.estimate.bar + misfit, "true": truth[name]}
+        for name, each in seen.items()
+        if each.estimate.converges
     ]
     return {
         "tolerance": tolerance,
@@ -161,7 +162,9 @@ def summary(cases: list[dict]) -> dict:
 def _figures(searches: list) -> dict:
     answers = [one for _, one in searches if one["status"] == "met"]
     bars = [bar for _, one in searches for bar in one["bars"]]
-    costs = [one["total"] / one["cheapest"] for one in answers if one["cheapest"] and one["cheapest"] > one["first_work"]]
+    costs = [
+        one["total"] / one["cheapest"] for one in answers if one["cheapest"] and one["cheapest"] > one["first_work"]
+    ]
     return {
         "searches": len(searches),
         "answers": len(answers),

@@ -42,7 +42,20 @@ def _elastic(ratio=0.0, **more):
     return {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": ratio, **more}
 
 
-def _scene(dim, shape, spacing, *, integrator="leapfrog", form=None, cfl="auto", end, material=None, probes, state="stress", **more):
+def _scene(
+    dim,
+    shape,
+    spacing,
+    *,
+    integrator="leapfrog",
+    form=None,
+    cfl="auto",
+    end,
+    material=None,
+    probes,
+    state="stress",
+    **more,
+):
     """A scene of one body."""
     body = {"name": "b", "shape": shape, "spacing": spacing, "material": material or _elastic()}
     if dim < 3:
@@ -109,7 +122,13 @@ def _vibrating(name, integrator, form=None):
 
 def _magnesium():
     data = wsph.load(EXAMPLES / "magnesium_bar.toml").data()
-    data["run"] = {"integrator": "leapfrog", "formulation": "total-lagrangian", "end": 1.2e-4, "cfl": "auto", "threads": 1}
+    data["run"] = {
+        "integrator": "leapfrog",
+        "formulation": "total-lagrangian",
+        "end": 1.2e-4,
+        "cfl": "auto",
+        "threads": 1,
+    }
     data["bodies"][0]["viscosity"] = {"alpha": 0.5, "beta": 0.5}
     data["bodies"][0]["material"]["poisson_ratio"] = 0.0
     c = oracles.MAGNESIUM_SPEED
@@ -239,7 +258,7 @@ def _push(name, integrator, form=None):
     """A smooth push on the free end of a held bar."""
     load = lambda t: SMALL * np.sin(np.pi * np.clip(t, 0.0, 0.5) / 0.5) ** 2  # noqa: E731
     sign, key = ("-", {"stress": "xx"}) if integrator == "tsph" else ("", {"traction": "x"})
-    (table, component), = key.items()
+    ((table, component),) = key.items()
     push = {"face": "-x", table: {component: f"{sign}{SMALL}*sin(2*pi*t)**2*(t<0.5)"}}
     # At Courant number 1 Taylor-SPH has no error.
     cfl = 0.9 if integrator == "tsph" else "auto"

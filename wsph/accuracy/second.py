@@ -26,7 +26,9 @@ ONE_SET, TWO_SETS = "leapfrog", "tsph"
 def others(scene: Scene) -> list[dict[str, object]]:
     """The changes by which a scene has another scheme, the first that it takes being the one to ask."""
     own = method_of(scene).formulation.name
-    leapfrog = [{"run.integrator": {"name": ONE_SET}, "run.formulation": form} for form in ("stress-points", "total-lagrangian")]
+    leapfrog = [
+        {"run.integrator": {"name": ONE_SET}, "run.formulation": form} for form in ("stress-points", "total-lagrangian")
+    ]
     taylor: dict[str, object] = {"run.integrator": {"name": TWO_SETS}, "run.formulation": "small-strain"}
     if sets(load("integrators", scene.run.integrator.name)) == 1:
         return [*(each for each in leapfrog if each["run.formulation"] != own), taylor]
@@ -49,7 +51,9 @@ def opinion(rows: Rows, wanted: Mapping[str, Aim], seen: Mapping[str, Seen]) -> 
             refusals.append(str(error).splitlines()[0])
             continue
         name = f"{scene.run.integrator.name} in the {method_of(scene).formulation.name} form"
-        rows.tell(f"{name}, to check: {', '.join(map(str, cells))} cells, {sum(plan.work for plan in plans):.3g} pair visits")
+        rows.tell(
+            f"{name}, to check: {', '.join(map(str, cells))} cells, {sum(plan.work for plan in plans):.3g} pair visits"
+        )
         made = [rows.run(each, n, plan.work) for each, n, plan in zip(scenes, cells, plans, strict=True)]
         records = [row.records for row in made]
         spacings = [row.spacing for row in made]
@@ -69,7 +73,9 @@ def _compared(
         aim, bars = seen[column].aim, (seen[column].estimate.bar, theirs[column].estimate.bar)
         apart = float(distances([finest[column], records[column]], aim.quantity, aim.scale)[0, 1])
         if disagree(*bars, apart):
-            said.append(f"{column} disagrees by {100.0 * apart:.2g} %, bars {100.0 * bars[0]:.2g} % and {100.0 * bars[1]:.2g} %")
+            said.append(
+                f"{column} disagrees by {100.0 * apart:.2g} %, bars {100.0 * bars[0]:.2g} % and {100.0 * bars[1]:.2g} %"
+            )
     if not said:
         return [f"{name} agrees within the bars"]
     return [f"{name} disagrees, so that one of them has a wrong limit: {'; '.join(said)}"]

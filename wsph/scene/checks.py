@@ -300,10 +300,13 @@ def _rate_fault(scene: SceneTables, value: Value, key: str) -> Iterator[Fault]:
 def _probe_faults(scene: SceneTables, probe: Probe, key: str) -> Iterator[Fault]:
     if probe.where is not None:
         yield from _where_faults(scene, probe.where, f"{key}.where")
-    for point in probe.at or ():
+    if probe.line is not None and len(probe.line.start) != len(probe.line.end):
+        yield Fault(0, f"{key}.line", f"from has {len(probe.line.start)} coordinates and to {len(probe.line.end)}")
+    for point in probe.points or ():
         if len(point) != scene.dim:
             text = f"{list(point)} has {len(point)} coordinates in a scene of dim = {scene.dim}"
-            yield Fault(0, f"{key}.at", text)
+            yield Fault(0, f"{key}.{'at' if probe.line is None else 'line'}", text)
+            break
 
 
 def _where_faults(scene: SceneTables, text: str, key: str) -> Iterator[Fault]:
@@ -370,13 +373,6 @@ def _field_faults(scene: SceneTables) -> Iterator[Fault]:
                 )
             elif name in listed[:k]:
                 yield Fault(0, key, f"{name!r} is named twice")
-    for k, probe in enumerate(scene.probes):
-        nonlinear = ("von_mises", "pressure", "density")
-        vectors = ("velocity", "displacement", "stress") if probe.reduce == "max" else ()
-        for name in probe.fields:
-            if probe.reduce and name in (*nonlinear, *vectors):
-                text = f"{name!r} cannot be reduced to its {probe.reduce}; name components, such as stress_xx"
-                yield Fault(0, f"probes.{k}.fields", text)
 
 
 def of_plugins(data: Mapping[str, object]) -> list[Fault]:

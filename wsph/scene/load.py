@@ -4,10 +4,10 @@
 
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
-from wsph.errors import Fault, SceneError, WsphError
+from wsph.errors import Fault, SceneError
 from wsph.scene.files import find_files
 from wsph.scene.lines import line_of, lines
 from wsph.scene.scene import Scene, apply_override
@@ -43,24 +43,3 @@ def load(path: str | Path, overrides: Mapping[str, object] | None = None) -> Sce
         raise SceneError(source, found) from None
     scene.read_from(source, where)
     return scene
-
-
-def overrides(pairs: Sequence[str]) -> dict[str, object]:
-    """Changes of keys as the command line has them, KEY=VALUE each, the value as TOML or, where it is none, a string. Raises
-    WsphError."""
-    result: dict[str, object] = {}
-    for pair in pairs:
-        key, separator, text = pair.partition("=")
-        if not separator or not key:
-            raise WsphError(f"--set {pair}: write it as KEY=VALUE")
-        try:
-            read = tomllib.loads(f"v = {text}")
-        except tomllib.TOMLDecodeError:
-            result[key] = text
-            continue
-        except RecursionError:
-            raise WsphError(f"--set {key}: its value is nested too deeply to be read") from None
-        if len(read) > 1:
-            raise WsphError(f"--set {key}: gives more than one value; write --set once for each")
-        result[key] = read["v"]
-    return result

@@ -34,11 +34,14 @@ from wsph.scene.scene import Scene
 from wsph.scene.tables import Probe
 from wsph.simulation.composing.bodies import Standing, alone, standing
 from wsph.simulation.composing.composition import BodyRun, Composition, Step, reported
+from wsph.simulation.composing.idle import idle
 from wsph.simulation.composing.setting import BareBody, Method, Setting, bare_bodies, materials_of, method_of, scales_of
+from wsph.simulation.composing.slips import slips
 from wsph.simulation.composing.together import joined_bodies, stiffen
 from wsph.simulation.probing.numbers import NumberRecorder
 from wsph.simulation.probing.points import PointRecorder
 from wsph.simulation.probing.recorder import Recorder
+from wsph.simulation.probing.reduced import ReducedRecorder, needs_places
 from wsph.simulation.starting.from_file import put_states
 from wsph.simulation.step_control import given_step, settle
 from wsph.simulation.timeline import TimeStep
@@ -84,6 +87,8 @@ def _compose(scene: Scene) -> Composition:
     _guard(setting, bare, bodies, space, time_step, set(together))
     probes = _probes(setting, bodies, reported(bodies, (*between, *forces)), space, time_step)
     step = Step(bodies, joint, between, time_step.clock, [probe for probe in probes if probe.every_step])
+    for said in (*slips(scene, bodies, time_step.dt, time_step.timeline.last), *idle(scene, bodies, time_step.dt)):
+        warnings.warn(f"unlikely: {said}", RuntimeWarning, stacklevel=4)
     pairs = sum(run.system.pairs for run in bodies)
     program = Program(step, time_step.clock, pairs, scene.run.threads, step.before)
     return Composition(scene, space, scales, time_step, bodies, joint, between, probes, program, method.who)
@@ -190,7 +195,8 @@ def _probes(
     def made(probe: Probe, key: str) -> Recorder:
         often, clock = cadence(probe.every) < 2.0, time_step.clock
         if probe.of is None:
-            return PointRecorder(probe, key, bodies, space, clock, often)
+            kind = ReducedRecorder if needs_places(probe) else PointRecorder
+            return kind(probe, key, bodies, space, clock, often)
         return NumberRecorder(probe, key, numbers, setting.scales, clock, space.dim, often)
 
     return [made(probe, f"probes.{k}") for k, probe in enumerate(setting.scene.probes)]

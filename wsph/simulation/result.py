@@ -96,6 +96,10 @@ class Result:
         """A final scalar field or component, (n,), SI: "density", "stress_xy", "velocity_x", ..."""
         if name in self.particles and (self.particles[name].ndim == 1 or self.particles[name].shape[1] == 1):
             return self.particles[name].reshape(-1)
+        if "strain" in self.particles and fields.primitive(name) == fields.DEFORMATION and name != "strain":
+            full = self.particles["strain"]
+            derived = fields.DERIVED.get(name)
+            return derived.of(full) if derived else full[..., fields.TENSOR.index(name.rpartition("_")[2])]
         base = fields.primitive(name)
         if base == name or base not in self.particles:
             hint = f"; name a component of {name}" if name in self.particles else ""

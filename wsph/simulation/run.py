@@ -21,9 +21,10 @@ from wsph.scene.load import load
 from wsph.scene.scene import Scene
 from wsph.simulation import checkpoint
 from wsph.simulation.checkpoint import Checkpoints, Found
-from wsph.simulation.checks import Checks
+from wsph.simulation.checks import Checks, warn
 from wsph.simulation.compose import compose
 from wsph.simulation.composing.composition import Composition
+from wsph.simulation.composing.idle import untouched
 from wsph.simulation.ledger import Account, Ledger
 from wsph.simulation.probing.recorder import RING
 from wsph.simulation.records import Records
@@ -232,6 +233,8 @@ class Simulation:
         if self._relaxations.asked:
             said["relaxation"] = self._relaxations.summary
         said["units"] = self._records.table_units()
+        for words in untouched(scene, history) if ending.first == 0 and failure is None else ():
+            warn(f"unlikely: {words}")
         if self._folder is not None:
             self._records.write_tables()
             self._folder.summary(said)

@@ -12,7 +12,6 @@ import math
 import warnings
 from dataclasses import dataclass
 
-
 import numpy as np
 
 from wsph.accuracy.planning.lattices import Lattices

@@ -11,8 +11,8 @@ from wsph.accuracy.planning import jumps
 from wsph.plugins import traits
 from wsph.protocols import Material
 from wsph.scene.scene import Scene
-from wsph.simulation.composing.setting import materials_of
 from wsph.simulation.compose import stairs as stairs_of
+from wsph.simulation.composing.setting import materials_of
 
 
 @dataclass(frozen=True)

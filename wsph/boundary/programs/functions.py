@@ -8,12 +8,14 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BeforeValidator, model_validator
 
+from wsph.declarations import example
 from wsph.quantities import Model, Unit, as_tuple
 
 
 class Function(Model):
     """A function of time: a table (t, value, interp) or an expression of x, y, z, t."""
 
+    model_config = example({"t": [0.0, "1 ms"], "value": [0.0, 1.0], "interp": "linear"})
     t: Annotated[tuple[Annotated[float, Unit("s")], ...], BeforeValidator(as_tuple)] | None = None
     value: Annotated[tuple[Annotated[float, Unit("")], ...], BeforeValidator(as_tuple)] | None = None
     interp: Literal["linear", "step"] = "linear"

@@ -26,7 +26,7 @@ from wsph.units import rounded
 
 
 @cache
-def _kernel(space: Space) -> wp.Kernel:
+def record_kernel(space: Space) -> wp.Kernel:
     real = space.scalar
 
     @wp.func
@@ -93,6 +93,17 @@ class Probed(Protocol):
 Places = Callable[[str], list[list[Averages]]]
 """Of a field, for each number that a probe records of it, how its components are read, a target of averages a place."""
 
+Sizes = Callable[[str], np.ndarray]
+"""Of a field, the volumes of the places that a probe selects [m^dim]."""
+
+
+def no_field(run: Probed, name: str, key: str) -> SceneError:
+    """The error of a primitive field that a body does not have."""
+    if name == fields.DEFORMATION:
+        text = f"the {run.system.formulation} form of body {run.body.name!r} follows no deformation: there is no strain"
+        return _fault(f"{key}.fields", text)
+    return _fault(f"{key}.fields", f"body {run.body.name!r} has no field {name!r}")
+
 
 def _fault(key: str, text: str) -> SceneError:
     return SceneError("scene", [Fault(0, key, text)])
@@ -139,7 +150,7 @@ def _at(points: np.ndarray, key: str, bodies: Sequence[Probed]) -> tuple[Probed,
     return inside[0], read
 
 
-def _selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tuple[Probed, Places]:
+def selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tuple[Probed, Places, Sizes]:
     """The body of which a probe selects places, and how those are read that a field stands at. Between the particles, where
     nothing stands, it selects the middles of the cells."""
 
@@ -147,9 +158,11 @@ def _selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tu
         # Where stresses have places of their own, those are selected.
         return np.flatnonzero(select(text, run.reading.where(name), run.system.spacing))
 
+    def within(run: Probed) -> np.ndarray:
+        return select(text, run.system.geometry.cells, run.system.spacing)
+
     def middles(run: Probed) -> np.ndarray:
-        cells = run.system.geometry.cells
-        return cells[select(text, cells, run.system.spacing)]
+        return run.system.geometry.cells[within(run)]
 
     wanted = {"velocity", *(fields.primitive(name) for name in probe.fields)}
     hit = [run for run in bodies if any(len(chosen(run, name)) for name in wanted.intersection(run.reading.fields))]
@@ -175,7 +188,11 @@ def _selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tu
             )
         return [run.reading.at_places(there, name)]
 
-    return run, read
+    def sizes(name: str) -> np.ndarray:
+        geometry = run.system.geometry
+        return geometry.cell_volume[within(run)] if between else run.reading.volumes(name)[chosen(run, name)]
+
+    return run, read, sizes
 
 
 class PointRecorder(Recorder):
@@ -196,14 +213,14 @@ class PointRecorder(Recorder):
         if DENSITY in probe.fields:
             text = f"the density cannot be probed in the {able[0].system.formulation} form; frames carry it"
             raise _fault(f"{key}.fields", text)
-        if probe.at is not None:
-            body, places = _at(np.array(probe.at), key, able)
+        if probe.points is not None:
+            body, places = _at(np.array(probe.points), key, able)
         else:
-            body, places = _selected(probe, probe.where or "", key, able)
+            body, places, _ = selected(probe, probe.where or "", key, able)
         self._reading = reading = body.reading
         self._primitives = sorted({fields.primitive(name) for name in probe.fields})
         for name in (name for name in self._primitives if name not in reading.fields):
-            raise _fault(f"{key}.fields", f"body {body.body.name!r} has no field {name!r}")
+            raise no_field(body, name, key)
         read = {name: places(name) for name in self._primitives}
         self.points = len(read[self._primitives[0]])
         made = [
@@ -238,7 +255,7 @@ class PointRecorder(Recorder):
         """Store the current values in the ring (a launch)."""
         inputs = [self._clock.step, self._columns, self._share, self._bounded, self._offsets, self._place, self._weight]
         inputs += [*self._reading.buffers, int(self.probe.reduce == "max")]
-        self._clock.launch(_kernel(self._space), self._ring.shape[1], inputs, [self._ring])
+        self._clock.launch(record_kernel(self._space), self._ring.shape[1], inputs, [self._ring])
 
     def columns(self) -> dict[str, np.ndarray]:
         """The record so far, SI: one array (records,) per field component, `FIELD[k]` for the k-th of several points."""

@@ -1,31 +1,21 @@
-"""`wsph calibrate`: its options, where its runs are made, and what it prints."""
+"""`wsph calibrate`: fit parameters of a scene to measured curves."""
 
 # pyright: strict
 
 import argparse
-import time
 import warnings
-from collections.abc import Sequence
-from concurrent.futures import Executor
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from wsph.study.command import count
+from wsph.cli.command import Command
+from wsph.cli.commands.study import count_of_processes
+from wsph.cli.overrides import declare_set, overrides
 
 if TYPE_CHECKING:
-    import numpy as np
-
-    from wsph.scene.scene import Scene
-    from wsph.study.fitting.curves import Sample
     from wsph.study.fitting.parameters import Parameter
 
-SPREAD_SECONDS = 0.5
-"""Time of a run [s] below which runs stay in this process."""
 
-
-def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options to the command's parser."""
+def _declare(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", type=Path)
     parser.add_argument(
         "data", type=Path, help="measured curves: time [s], then PROBE.COLUMN, ... in the units of probes"
@@ -37,26 +27,29 @@ def add(parser: argparse.ArgumentParser) -> None:
         metavar="KEY=LOW..HIGH",
         help='what is fitted, e.g. "bodies.0.material.youngs_modulus=100..300 GPa @200", where @ is the start',
     )
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a key")
+    declare_set(parser)
     parser.add_argument(
         "-o", "--out", type=Path, metavar="DIR", help="output folder (default: the scene's name with -fit)"
     )
     parser.add_argument(
-        "--workers", type=count, default=0, metavar="N", help="processes to spread the runs over (default: one a core)"
+        "--workers",
+        type=count_of_processes,
+        default=0,
+        metavar="N",
+        help="processes to spread the runs over (default: one a core)",
     )
     parser.add_argument("--overwrite", action="store_true", help="replace an earlier calibration in the folder")
-    parser.set_defaults(command=command)
 
 
-def command(options: argparse.Namespace) -> int:
-    """Fit; returns the exit code."""
+def _act(options: argparse.Namespace) -> int:
     from wsph.output.claim import Claim
-    from wsph.scene.load import load, overrides
+    from wsph.scene.load import load
     from wsph.study.fitting import report
     from wsph.study.fitting.curves import check_curves, read_curves
     from wsph.study.fitting.fit import fit
     from wsph.study.fitting.mesh import mesh_bar
     from wsph.study.fitting.parameters import check_parameters, read_parameter
+    from wsph.study.fitting.runs import Runs
 
     scene = load(options.scene, overrides(options.set))
     parameters = [read_parameter(text, scene) for text in options.free]
@@ -84,36 +77,4 @@ def _setting(parameter: "Parameter", value: float) -> str:
     return f"--set {parameter.key}={written}"
 
 
-class Runs:
-    """Makes the columns of several scenes: in this process until a run turns out to be long, then in others."""
-
-    def __init__(self, names: Sequence[str], times: "np.ndarray", workers: int, executor: Executor | None = None):
-        """`executor`: where runs are made, in place of processes."""
-        self._names, self._times, self._workers, self._executor = names, times, workers, executor
-        self._stack, self._seconds = ExitStack(), 0.0
-
-    def __enter__(self) -> "Runs":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._stack.close()
-
-    def __call__(self, scenes: "Sequence[Scene]") -> "list[Sample]":
-        from wsph.study.fitting.curves import computed
-
-        if self._executor is None and len(scenes) > 1 and self._workers != 1 and self._seconds > SPREAD_SECONDS:
-            self._executor = self._started()
-        if self._executor is None:
-            started = time.perf_counter()
-            made = [computed(self._names, self._times, scene) for scene in scenes]
-            self._seconds = (time.perf_counter() - started) / max(len(scenes), 1)
-            return made
-        single = [scene if scene.run.threads else scene.with_(threads=1) for scene in scenes]
-        futures = [self._executor.submit(computed, self._names, self._times, scene) for scene in single]
-        return [future.result() for future in futures]
-
-    def _started(self) -> Executor:
-        from wsph.backend.threads import cores
-        from wsph.study.workers import Workers
-
-        return self._stack.enter_context(Workers(self._workers or len(cores())))
+CALIBRATE = Command("calibrate", "fit parameters of a scene to measured curves", _declare, _act)

@@ -1,4 +1,4 @@
-"""`wsph study`: its options, and what it prints."""
+"""`wsph study`: run a grid of overrides over a scene: cost and error of each."""
 
 # pyright: strict
 
@@ -9,36 +9,40 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from wsph.cli.command import Command
+
 if TYPE_CHECKING:
     from wsph.study.plan import Planned
     from wsph.study.rows import Made, Row
 
 
-def add(parser: argparse.ArgumentParser) -> None:
-    """Add the options to the command's parser."""
+def _declare(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("study", type=Path)
     parser.add_argument(
         "-o", "--out", type=Path, metavar="DIR", help="output folder (default: the study's name with -out)"
     )
     parser.add_argument(
-        "--workers", type=count, default=0, metavar="N", help="processes to spread the runs over (default: one a core)"
+        "--workers",
+        type=count_of_processes,
+        default=0,
+        metavar="N",
+        help="processes to spread the runs over (default: one a core)",
     )
     again = parser.add_mutually_exclusive_group()
     again.add_argument("--resume", action="store_true", help="make only the rows that the folder does not have")
     again.add_argument("--overwrite", action="store_true", help="replace an earlier study in the folder")
     again.add_argument("--dry-run", action="store_true", help="print what every row will take, and run nothing")
-    parser.set_defaults(command=command)
 
 
-def count(text: str) -> int:
+def count_of_processes(text: str) -> int:
     """A number of processes, 0 for one a core."""
     if not text.isdecimal():
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 on")
     return int(text)
 
 
-def command(options: argparse.Namespace) -> int:
-    """Make a study; returns the exit code, 1 where rows are lost."""
+def _act(options: argparse.Namespace) -> int:
+    # 1 where rows are lost.
     from wsph.output.claim import Claim
     from wsph.study import files
     from wsph.study.judge import judged
@@ -114,3 +118,6 @@ def _forecast(plan: Sequence["Planned"]) -> int:
         f" {sum(each.work for each in known):.3g} pair visits, {1e-6 * largest:.3g} MB the largest; nothing was run"
     )
     return 0
+
+
+STUDY = Command("study", "run a grid of overrides over a scene: cost and error of each", _declare, _act)
