@@ -70,8 +70,8 @@ def error(row: Row) -> float:
 
 
 def cost(rows: list[Row], asked: float) -> tuple[float, bool]:
-    """Pair visits of a variant for an error, between its rows in logarithms, and whether that is but a bound, as its cheapest
-    row is nearer; infinite where none comes as near."""
+    """Pair visits of a variant for an error, between its rows in logarithms, and whether that is but a bound, as its
+    cheapest row is nearer; infinite where none comes as near."""
     ordered = sorted((row["pair_visits"], error(row)) for row in rows if np.isfinite(error(row)))
     if not ordered or min(each for _, each in ordered) > asked:
         return np.inf, False

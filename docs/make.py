@@ -1,4 +1,4 @@
-"""Everything in the README and in docs/validation.md that was measured: the tables between markers, and the pictures.
+"""Everything in the README and in docs/benchmarks that was measured: the tables between markers, and the pictures.
 
     python docs/make.py            the published cases and the pictures; the speed table from the last docs/speed.json
     python docs/make.py --speed    measure the speed first (some minutes; on a quiet machine)
@@ -22,6 +22,13 @@ import wsph
 from wsph.validation import measures, oracles, validate
 
 ROOT = Path(__file__).resolve().parents[1]
+PAGES = {
+    "validation": "docs/benchmarks/summary.md",
+    **dict.fromkeys(("growth", "trade", "speed", "peers", "methods", "accuracy"), "docs/benchmarks/measured.md"),
+    **dict.fromkeys(("glance", "answer", "alone"), "README.md"),
+}
+"""The page that a table stands in, between markers of its name."""
+
 _NAME, _ROW = (
     re.compile(r"^## ([\w-]+)$", re.MULTILINE),
     re.compile(r"^(\| `([\w-]+)` \| .* of \d+ \| [\d.]+ \|)$", re.MULTILINE),
@@ -29,13 +36,13 @@ _NAME, _ROW = (
 
 
 def validation(names: tuple[str, ...] = ()) -> list[str]:
-    """docs/validation.md from the full published cases; returns the README's summary of them. With `names` the others stay
+    """docs/benchmarks/validation.md from the full published cases; returns the summary of them. With `names` the others stay
     as they stand."""
-    known = ROOT / "docs" / "validation.md"
+    known = ROOT / "docs" / "benchmarks" / "validation.md"
     sections = (
         dict(zip(_NAME.findall(known.read_text()), _NAME.split(known.read_text())[2::2], strict=True)) if names else {}
     )
-    rows = {name: row for row, name in _ROW.findall((ROOT / "README.md").read_text())} if names else {}
+    rows = {name: row for row, name in _ROW.findall((ROOT / PAGES["validation"]).read_text())} if names else {}
     for outcome in validate(names, full=True):
         case = outcome.case
         asked = [row for row in outcome.rows if row.asked != "reported"]
@@ -46,7 +53,7 @@ def validation(names: tuple[str, ...] = ()) -> list[str]:
         picture = case.name.replace("-", "_")
         lines = ["", "", f"{case.source}; oracle: {case.oracle}; {outcome.seconds:.1f} s."]
         if (ROOT / "docs" / "pictures" / f"{picture}.png").is_file():
-            lines += ["", f"![{case.name}](pictures/{picture}.png)"]
+            lines += ["", f"![{case.name}](../pictures/{picture}.png)"]
         lines += ["", "| figure | published | asked | reached | verdict |", "| --- | --- | --- | --- | --- |"]
         for row in outcome.rows:
             verdict = "" if row.asked == "reported" else "meets" if row.meets else "**misses**"
@@ -248,11 +255,83 @@ def accuracy() -> list[str]:
     return rows
 
 
+def glance() -> list[str]:
+    """Rows of the README's table of speed: the largest 3D block that all ran, by docs/peers.json and speed.json."""
+    found, shell = (json.loads((ROOT / "docs" / f"{name}.json").read_text()) for name in ("peers", "speed"))
+    sizes = [s for s in found["sizes"] if s["dim"] == 3 and all(f"over {name}" in s for name in PEERS)]
+    size = next(s for s in sizes if s["rows"] == 21)
+    rows = [
+        f"| {size['particles']} particles in 3D, one core, double precision | particle-steps/s | over LAMMPS | over PySPH |",
+        "| --- | --- | --- | --- |",
+    ]
+    for form, said in (("stress points", "stress points, the default"), ("hourglass and viscosity", "the form of LAMMPS's `smd/tlsph`, hourglass control and viscosity")):  # fmt: skip
+        over = " | ".join(f"{size[f'over {name}'][form]:.1f}" for name in PEERS)
+        rows.append(f"| {said} | {size['rates'][form] / 1e6:.2f}M | {over} |")
+    for name in PEERS:
+        rows.append(f"| {WHO[name]} | {size['rates'][name] / 1e6:.3f}M | | |")
+    return [*rows, "", f"`wsph run examples/shock_bar.toml` takes {shell['shell_warm_seconds']:.1f} s from the shell, {shell['shell_cold_seconds']:.1f} s the first time, when its kernels are compiled."]  # fmt: skip
+
+
+def answer() -> list[str]:
+    """Rows of the README's table of accuracy: the finest rows of all, by docs/accuracy.json; and the published cases."""
+    found = json.loads((ROOT / "docs" / "accuracy.json").read_text())
+    rows = [
+        "| period of a soft cantilever | rows across | off by | CPU seconds |",
+        "| --- | --- | --- | --- |",
+    ]
+    for dim in ("2D", "3D"):
+        for side, name in (("ours", "wsph"), *WHO.items()):
+            told = found[dim].get(side, {"rows": []})["rows"]
+            for row in [told[0], told[-1]] if side == "ours" else told[-1:]:
+                rows.append(
+                    f"| {dim}, {name} | {row['rows']} | {100 * row['error']:.2f} % | {row['cpu_seconds']:.3g} |"
+                )
+    known = re.findall(r"\| (\d+) of (\d+) \| [\d.]+ \|$", (ROOT / PAGES["validation"]).read_text(), re.MULTILINE)
+    met, asked = (sum(int(pair[k]) for pair in known) for k in (0, 1))
+    return [*rows, "", f"Of {len(known)} published cases {met} of {asked} figures meet what is asked of them, beside closed forms, finite elements and", "published values."]  # fmt: skip
+
+
+def alone() -> list[str]:
+    """Rows of the README's table of what sets wsph apart, each with where it is held: counts are of what scripts wrote."""
+    studies = json.loads((ROOT / "docs" / "fronts.json").read_text())["studies"].values()
+    bars = [row for study in studies for row in study["rows"] if row.get("error") and row.get("bar")]
+    hold = sum(row["error"] <= row["bar"] for row in bars)
+    grid = (ROOT / "docs" / "benchmarks" / "extremes.md").read_text()
+    runs, silent = (re.search(words, grid)[1] for words in (r"(\d+) runs:", r"(\d+) silent failures"))
+    kept = (ROOT / "docs" / "benchmarks" / "conservation.md").read_text()
+    momentum = max(float(v) for v in re.findall(r"^\| leapfrog, stress-points \| \d \| (\S+)", kept, re.MULTILINE))
+    kinds = len(list((ROOT / "tests" / "extensions").glob("test_*.py")))
+    told = [
+        ("an answer within a tolerance, with an error bar: `wsph run S --accuracy 1%`", f"bars hold in {hold} of {len(bars)} rows of studies with exact answers", "docs/cost.md"),
+        ("the same bits for any number of threads, and after `--resume`", "equality of every bit", "tests/backend/test_graph.py"),
+        ("a step beyond the limit of the scene's own weights is refused, and so is whatever the composition cannot do, by name", f"{runs} runs of a grid of extremes, {silent} silent failures", "docs/benchmarks/extremes.md"),
+        ("all faults of a scene at once, each with line, key, value and the way out", "forty typical mistakes of a newcomer, each with its message", "tests/mistakes/test_mistakes.py"),
+        ("forces are the gradient of an energy: momentum is kept, and the ledger closes", f"momentum off by {momentum:.0e} of itself after 2000 steps", "docs/benchmarks/conservation.md"),
+        ("published figures beside an oracle of their own, by one command: `wsph validate`", "a verdict for each figure", "docs/benchmarks/validation.md"),
+        ("laws, methods, parts, loads and formats from outside, without a change of wsph", f"{kinds} kinds of extension", "tests/extensions/test_heat.py"),
+    ]  # fmt: skip
+    for _, _, held in told:
+        if not (ROOT / held).is_file():
+            raise SystemExit(f"{held}, which the README names, is not there")
+    rows = [f"| {what} | {figure} | [{Path(held).stem}]({held}) |" for what, figure, held in told]
+    return ["| what | by how much | where it is held |", "| --- | --- | --- |", *rows]
+
+
+def fill(name: str, rows: list[str]) -> None:
+    """Put a table between its markers."""
+    page = ROOT / PAGES[name]
+    before, rest = page.read_text().split(f"<!-- {name} -->\n", 1)
+    _, after = rest.split(f"<!-- /{name} -->", 1)
+    page.write_text(f"{before}<!-- {name} -->\n" + "\n".join(rows) + f"\n<!-- /{name} -->{after}")
+
+
 def main() -> None:
-    """Fill the README."""
+    """Fill the pages."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--speed", action="store_true")
-    tables = {f.__name__: f for f in (validation, growth, trade, speed, peers, methods, accuracy)}
+    tables = {
+        f.__name__: f for f in (validation, growth, trade, speed, peers, methods, accuracy, glance, answer, alone)
+    }
     parser.add_argument("--only", nargs="+", choices=list(tables), help="these tables, and no pictures")
     parser.add_argument("--cases", nargs="+", default=[], help="these published cases, and nothing else")
     options = parser.parse_args()
@@ -264,13 +343,8 @@ def main() -> None:
             text=True,
         )
         (ROOT / "docs" / "speed.json").write_text(done.stdout)
-    readme = (ROOT / "README.md").read_text()
     for name in ["validation"] if options.cases else options.only or tables:
-        rows = validation(tuple(options.cases)) if options.cases else tables[name]()
-        before, rest = readme.split(f"<!-- {name} -->\n", 1)
-        _, after = rest.split(f"<!-- /{name} -->", 1)
-        readme = f"{before}<!-- {name} -->\n" + "\n".join(rows) + f"\n<!-- /{name} -->{after}"
-    (ROOT / "README.md").write_text(readme)
+        fill(name, validation(tuple(options.cases)) if options.cases else tables[name]())
     if not options.only and not options.cases:
         for script in ("pictures.py", "fronts.py"):
             subprocess.run([sys.executable, str(ROOT / "docs" / script)], check=True)

@@ -1,4 +1,4 @@
-"""The examples of docs/states.md: what a run begins with."""
+"""The examples of docs/reference/states.md: what a run begins with."""
 
 from pathlib import Path
 

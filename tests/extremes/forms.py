@@ -1,4 +1,4 @@
-"""Every form with every law in every stress state: the error reached, or the words of the refusal: docs/forms.md.
+"""Every form with every law in every stress state: the error reached, or the words of the refusal: docs/benchmarks/forms.md.
 
     python tests/extremes/forms.py [--only TEXT] [--workers N] [--write]
 
@@ -97,7 +97,7 @@ bound has one, about that fault.
 
 
 def table(rows: list[tuple[Row, dict[str, Cell]]]) -> Iterator[str]:
-    """docs/forms.md."""
+    """docs/benchmarks/forms.md."""
     yield HEAD.format(cut=CUT, blocks=BLOCKS, **{name: each.tolerance for name, each in CHECKS.items()})
     notes: dict[str, int] = {}
     for form in dict.fromkeys(row.form for row, _ in rows):
@@ -137,7 +137,7 @@ def main() -> None:
     text = "\n".join(table(rows)) + "\n"
     print(text)
     if options.write:
-        (Path(__file__).resolve().parents[2] / "docs" / "forms.md").write_text(text)
+        (Path(__file__).resolve().parents[2] / "docs" / "benchmarks" / "forms.md").write_text(text)
     if faults := [line for row, found in rows for line in wrong(row, found)]:
         raise SystemExit("WRONG without a word:\n" + "\n".join(faults))
 

@@ -1,6 +1,6 @@
 """The extremes: a pairwise grid over methods, materials, dimensions and what makes scenes hard, and what became of each.
 
-    python tests/extremes/grid.py            run all of it and write docs/extremes.md
+    python tests/extremes/grid.py            run all of it and write docs/benchmarks/extremes.md
     python tests/extremes/grid.py 17         one case, in both precisions
 
 A case is 200 steps of a body that is held at one side and set in motion. It may complete, with its energy and its single
@@ -300,7 +300,7 @@ def reviewed(reason: str) -> str:
 
 
 def table(rows: list[tuple[Case, dict[str, Verdict]]]) -> Iterator[str]:
-    """docs/extremes.md."""
+    """docs/benchmarks/extremes.md."""
     total = 2 * len(rows)
     completed = sum(v.outcome == "completed" and not v.fault for _, found in rows for v in found.values())
     silent = sum(bool(v.fault) for _, found in rows for v in found.values())
@@ -342,7 +342,7 @@ def main() -> int:
             rows.append((case, outcomes(case)))
             print(case.number, case, {p: (v.outcome, v.reason, v.fault) for p, v in rows[-1][1].items()}, flush=True)
     if chosen is None:
-        path = Path(__file__).resolve().parents[2] / "docs" / "extremes.md"
+        path = Path(__file__).resolve().parents[2] / "docs" / "benchmarks" / "extremes.md"
         path.write_text("\n".join(table(rows)) + "\n")
     return int(any(v.fault for _, found in rows for v in found.values()))
 

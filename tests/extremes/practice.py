@@ -4,7 +4,7 @@
 
 Faces of one-set forms, thin bodies of rate laws, laws that turn, modes that no gradient sees, locking, orders, ledgers:
 what other programs' users reported, and what a run completed with in silence. --before runs another checkout of this program
-in a process of its own for the column of that name; --write makes docs/practice.md of what both gave.
+in a process of its own for the column of that name; --write makes docs/benchmarks/practice.md of what both gave.
 """
 
 import argparse
@@ -288,7 +288,7 @@ def main() -> None:
     if options.write:
         head = "# Beside the paved road\n\nMade by `python tests/extremes/practice.py --before CHECKOUT --write`; the column before is of an\nearlier state of this program.\n\n"
         table = "| what | right | before | now |\n| --- | --- | --- | --- |\n" + "\n".join(rows) + "\n"
-        (ROOT / "docs" / "practice.md").write_text(head + table)
+        (ROOT / "docs" / "benchmarks" / "practice.md").write_text(head + table)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,54 @@
+"""The site: `sphinx-build -W docs OUT`, offline, with the packages of the extra `docs`.
+
+Pages are MyST. Reference pages are made from declarations by `declared.py`, the gallery from the examples and the pictures
+of `pictures.py` by `scenes.py`, both beside this file and before anything is read.
+"""
+
+import re
+import sys
+from importlib import metadata
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+project = "wsph"
+author = "The wsph developers"
+copyright = author
+release = metadata.version("wsph")
+version = release
+
+extensions = ["myst_parser", "sphinx.ext.mathjax", "sphinx_gallery.gen_gallery", "declared", "scenes"]
+myst_enable_extensions = ["dollarmath"]
+myst_heading_anchors = 4
+exclude_patterns = ["_build", "scripts", "gallery/**/*.ipynb"]
+suppress_warnings = ["config.cache"]
+
+html_theme = "furo"
+html_title = f"wsph {release}"
+html_show_sourcelink = False
+pygments_style = "default"
+
+sphinx_gallery_conf = {
+    "examples_dirs": "scripts",  # written by `scenes` from examples/ and pictures.py
+    "gallery_dirs": "gallery",
+    "filename_pattern": r"^$",  # pictures are there: docs/pictures.py makes them
+    "image_scrapers": (),
+    "reset_modules": (),
+    "remove_config_comments": True,
+    "download_all_examples": False,
+    "show_memory": False,
+    "min_reported_time": 1e9,
+    "write_computation_times": False,
+}
+
+
+def _pictures_there(app, name: str, source: list[str]) -> None:
+    """Of the page of costs the pictures of those studies whose rows there are."""
+    if name == "cost":
+        there = lambda found: found[0] if (Path(app.srcdir) / found[1]).is_file() else ""  # noqa: E731
+        source[0] = re.sub(r"!\[[^\]]*\]\((pictures/front_\w+\.png)\)", there, source[0])
+
+
+def setup(app) -> None:
+    """Sphinx's hook."""
+    app.connect("source-read", _pictures_there)
