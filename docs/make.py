@@ -17,6 +17,7 @@ import warnings
 from pathlib import Path
 
 import numpy as np
+from choosing import choose, single
 
 import wsph
 from wsph.validation import measures, oracles, validate
@@ -26,6 +27,7 @@ PAGES = {
     "validation": "docs/benchmarks/summary.md",
     **dict.fromkeys(("growth", "trade", "speed", "peers", "methods", "accuracy"), "docs/benchmarks/measured.md"),
     **dict.fromkeys(("glance", "answer", "alone"), "README.md"),
+    **dict.fromkeys(("choose", "single"), "docs/howto/choose.md"),
 }
 """The page that a table stands in, between markers of its name."""
 
@@ -329,9 +331,8 @@ def main() -> None:
     """Fill the pages."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--speed", action="store_true")
-    tables = {
-        f.__name__: f for f in (validation, growth, trade, speed, peers, methods, accuracy, glance, answer, alone)
-    }
+    every = (validation, growth, trade, speed, peers, methods, accuracy, glance, answer, alone, choose, single)
+    tables = {f.__name__: f for f in every}
     parser.add_argument("--only", nargs="+", choices=list(tables), help="these tables, and no pictures")
     parser.add_argument("--cases", nargs="+", default=[], help="these published cases, and nothing else")
     options = parser.parse_args()

@@ -3,7 +3,7 @@
 A page is a sequence of fenced blocks. Before one may stand a comment that a reader of the page does not see:
 
     <!-- file: NAME -->      the block is a file of that name; <!-- append: NAME --> goes on with it
-    <!-- in: BASE -->        a part of a scene: it is read within tests/pages/bases/BASE.toml, at its line "# here" or its end
+    <!-- in: BASE -->        a part of a scene: read within tests/pages/bases/BASE.toml, at its line "# here" or its end
     <!-- hidden: COMMAND --> what is done before the next block
     <!-- fails: CODE -->     the commands end with this exit code
     <!-- check -->           `wsph run` of the block is `wsph check`: the run would be long

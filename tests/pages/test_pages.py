@@ -90,7 +90,7 @@ class Folder:
 
     def shell(self, text: str, code: int) -> str:
         """Commands, in bash, that go on from the folder of those before."""
-        kept = 'trap \'pwd > "$WSPH_SITE/folder"\' EXIT\n'
+        kept = "trap 'pwd > \"$WSPH_SITE/folder\"' EXIT\n"
         return self.run(["bash", "-eo", "pipefail", "-c", kept + text], code)
 
     def python(self, text: str) -> str:
@@ -107,14 +107,22 @@ class Folder:
                 return ""
         if "parse" in block.ways:
             return ""
-        text = merged((BASES / f"{block.ways['in']}.toml").read_text(), block.text) if "in" in block.ways else block.text
+        text = (
+            merged((BASES / f"{block.ways['in']}.toml").read_text(), block.text) if "in" in block.ways else block.text
+        )
         (self.folder / "examples.toml").write_text(text)
         return self.run([sys.executable, "-m", "wsph", "check", "examples.toml"], 0)
 
     def run(self, command: list[str], code: int) -> str:
         """A process."""
-        done = subprocess.run(command, cwd=self.folder, env=self.environment, capture_output=True, text=True, check=False)
-        return "" if done.returncode == code else f"exit code {done.returncode}\n{done.stdout[-1500:]}\n{done.stderr[-1500:]}"
+        done = subprocess.run(
+            command, cwd=self.folder, env=self.environment, capture_output=True, text=True, check=False
+        )
+        return (
+            ""
+            if done.returncode == code
+            else f"exit code {done.returncode}\n{done.stdout[-1500:]}\n{done.stderr[-1500:]}"
+        )
 
 
 @pytest.mark.parametrize("name", list(IDENTITY))
