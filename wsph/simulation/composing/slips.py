@@ -65,7 +65,7 @@ def slips(scene: Scene, bodies: Sequence[BodyRun], dt: float, steps: int) -> Ite
     for k, tool in enumerate(scene.tools):
         given = tool.velocity
         prescribed: list[Value] = list(given.values() if isinstance(given, dict) else given)
-        touched = [by_name[name] for name in tool.against]
+        touched = [by_name[name] for name in tool.against if name in by_name]
         for run in touched[:1]:
             sizes = [_largest(scene, run, each, "m/s") for each in prescribed]
             most = max(sizes, default=0.0)
