@@ -2,6 +2,7 @@
 
 # pyright: strict
 
+import math
 from typing import Protocol
 
 import numpy as np
@@ -12,6 +13,9 @@ from wsph.backend.state import State
 from wsph.stability.margins import DAMPED_VECTORS, STILL, VECTORS
 from wsph.stability.spectrum import Spectrum
 from wsph.units import Scales
+
+NOTHING = 1e-12
+"""A next vector of Lanczos' method below this part of the largest eigenvalue is rounding: those so far span all."""
 
 LARGE = 1_000_000
 """Numbers in a vector from which on vectors are kept in single precision: a limit needs two digits."""
@@ -121,13 +125,12 @@ class Products:
 class _Span:
     """Up to `most` orthonormal vectors and their products."""
 
-    def __init__(self, products: Products, most: int, damped: bool):
+    def __init__(self, products: Products, most: int):
         self._p, n = products, products.count
         kind = np.float32 if n > LARGE else np.float64
         self._least = 1e-5 if n > LARGE else 1e-8
         self.count, self.most = 0, most
-        self._w, self._k = np.empty((most, n), kind), np.empty((most, n), kind)
-        self._d = np.empty((most if damped else 0, n), kind)
+        self._w, self._k, self._d = (np.empty((most, n), kind) for _ in range(3))
 
     def add(self, x: np.ndarray) -> np.ndarray:
         """Take what is new of x; its coefficients on the vectors (count,), NaN where x is zero or not finite."""
@@ -146,8 +149,7 @@ class _Span:
         self._w[self.count] = left / new
         vector = self._w[self.count].astype(np.float64)
         self._k[self.count] = self._p.stiffness(vector)
-        if len(self._d):
-            self._d[self.count] = self._p.damping(vector)
+        self._d[self.count] = self._p.damping(vector)
         self.count += 1
         return size * coefficients
 
@@ -163,10 +165,41 @@ class _Span:
         """The spectrum that follows from the products."""
         m = self.count
         w, k, d = self._w[:m], self._k[:m], self._d[:m]
-        none = np.zeros((m, m))
-        damping, kd, dd = (w @ d.T, k @ d.T, d @ d.T) if len(self._d) else (none, none, none)
-        arrays = [np.asarray(a, np.float64) for a in (w @ k.T, damping, k @ k.T, kd, dd)]
+        arrays = [np.asarray(a, np.float64) for a in (w @ k.T, w @ d.T, k @ k.T, k @ d.T, d @ d.T)]
         return Spectrum(arrays[0], arrays[1], (arrays[2], arrays[3], arrays[4]), rate, still)
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> float:
+    """A scalar product without BLAS, whose threads take longer to start than these sums, and change their last bits."""
+    return float((a * b).sum())
+
+
+def _undamped(products: Products, start: np.ndarray, rate: float, still: float) -> Spectrum:
+    """The spectrum from Lanczos' three terms: w_(j+1) beta_(j+1) = K w_j - alpha_j w_j - beta_j w_(j-1), so that K projected
+    on the w is tridiagonal, K W = W T + beta_(m+1) w_(m+1) e_m^T, and of the vectors two are kept. They lose their
+    orthogonality where an eigenvalue is found to rounding, which changes no outermost one."""
+    size = math.sqrt(_dot(start, start))
+    last, before = start / (size or 1.0), np.zeros_like(start)
+    diagonal, beside = np.zeros(VECTORS), np.zeros(VECTORS)
+    m, beta = 0, 0.0
+    while m < VECTORS and size > 0.0:
+        new = products.stiffness(last) - beta * before
+        diagonal[m] = _dot(new, last)
+        new -= diagonal[m] * last
+        beta = math.sqrt(_dot(new, new))
+        beside[m] = beta
+        m += 1
+        if not np.isfinite(beta) or beta <= NOTHING * np.abs(diagonal[:m]).max():
+            break
+        before, last = last, new / beta
+    projected = (
+        np.diag(diagonal[:m]) + np.diag(beside[: m - 1], 1) + np.diag(beside[: m - 1], -1) if m else np.zeros((0, 0))
+    )
+    square = projected @ projected
+    if m:
+        square[-1, -1] += beside[m - 1] ** 2
+    none = np.zeros((m, m))
+    return Spectrum(projected, none, (square, none, none), rate, still)
 
 
 def spectrum(system: Moving) -> Spectrum:
@@ -182,9 +215,13 @@ def spectrum(system: Moving) -> Spectrum:
         none = np.zeros((0, 0))
         return Spectrum(none, none, (none, none, none), rate, still)
     products = Products(system)
-    lanczos, most = DAMPED_VECTORS if system.drags else (VECTORS, VECTORS)
-    span = _Span(products, most, system.drags)
     start = system.project_free(np.random.default_rng(0).standard_normal(products.count))
+    if not system.drags:
+        found = _undamped(products, start, rate, still)
+        products.restore()
+        return found
+    lanczos, most = DAMPED_VECTORS
+    span = _Span(products, most)
     span.add(start)
     while span.count < lanczos:
         known = span.count
@@ -192,7 +229,7 @@ def spectrum(system: Moving) -> Spectrum:
         if span.count == known:  # nothing new, or nothing finite
             break
     before, last = np.zeros(1), np.eye(1)[0]
-    for _ in range(3 * most if system.drags else 0):
+    for _ in range(3 * most):
         if span.count == most:
             break
         coefficients = span.add(span.next(last, before))
