@@ -29,14 +29,14 @@ SAFE, WITH_CONTACT = 0.95, 0.7
 """The Courant number of `cfl = "auto"`, as a part of the limit. A penalty's step as a part of its bound: contacts open and
 close inside of steps, and beyond this part of it they make energy."""
 
-MOST_APART, CHANGE = 64, 0.01
+MOST_APART, CHANGE = 64, 0.02
 """The most steps between two looks at the time step, and the change of the logarithm of a share of a limit that no look is
 made for."""
 
 BEYOND = 1.05
 """A step that began beyond the limit is shortened where its share of it has grown by this."""
 
-SLOPE = 1.0
+SLOPE = 0.5
 """Logarithm of a share of a limit per logarithm of distortion that looks are paced by, at least."""
 
 CLUMPED = float(np.log(100.0))

@@ -134,15 +134,15 @@ class _Span:
 
     def add(self, x: np.ndarray) -> np.ndarray:
         """Take what is new of x; its coefficients on the vectors (count,), NaN where x is zero or not finite."""
-        size, held = float(np.linalg.norm(x)), self._w[: self.count]
+        size, held = math.sqrt(_dot(x, x)), self._w[: self.count]
         if not np.isfinite(size) or size == 0.0:
             return np.full(self.count, np.nan)
         coefficients, left = np.zeros(self.count + 1), x / size
         for _ in range(2):
-            part = held @ left
+            part = np.einsum("in,n->i", held, left)
             coefficients[:-1] += part
-            left = left - part @ held
-        new = float(np.linalg.norm(left))
+            left = left - np.einsum("i,in->n", part, held)
+        new = math.sqrt(_dot(left, left))
         if new < self._least or self.count == self.most:
             return size * coefficients[:-1]
         coefficients[-1] = new
@@ -159,19 +159,25 @@ class _Span:
 
     def next(self, last: np.ndarray, before: np.ndarray) -> np.ndarray:
         """-(D r_j + K r_(j-1)) of two vectors given by their coefficients."""
-        return -(last @ self._d[: len(last)] + before @ self._k[: len(before)]).astype(np.float64)
+        drag = np.einsum("i,in->n", last, self._d[: len(last)])
+        return -(drag + np.einsum("i,in->n", before, self._k[: len(before)])).astype(np.float64)
 
     def spectrum(self, rate: float, still: float) -> Spectrum:
         """The spectrum that follows from the products."""
         m = self.count
         w, k, d = self._w[:m], self._k[:m], self._d[:m]
-        arrays = [np.asarray(a, np.float64) for a in (w @ k.T, w @ d.T, k @ k.T, k @ d.T, d @ d.T)]
+        arrays = [_products(a, b) for a, b in ((w, k), (w, d), (k, k), (k, d), (d, d))]
         return Spectrum(arrays[0], arrays[1], (arrays[2], arrays[3], arrays[4]), rate, still)
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> float:
     """A scalar product without BLAS, whose threads take longer to start than these sums, and change their last bits."""
     return float((a * b).sum())
+
+
+def _products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The scalar products of the rows of a and b, in double precision."""
+    return np.asarray(np.einsum("in,jn->ij", a, b), np.float64)
 
 
 def _undamped(products: Products, start: np.ndarray, rate: float, still: float) -> Spectrum:

@@ -32,8 +32,8 @@ STEEPEST = 4.0
 """Logarithm of frequency per logarithm of distortion that no law exceeds: a nearly incompressible one that is squeezed from
 all sides reaches 2.5."""
 
-UNSURE = 0.2
-"""Logarithm of the limit that an estimate may be off per logarithm of distortion since the last measurement:
+UNSURE, MOST_UNSURE = 0.2, 0.1
+"""Logarithm of the limit that an estimate may be off per logarithm of distortion since the last measurement, and at most:
 tests/stability/test_following.py."""
 
 SURELY = 1.25
@@ -127,8 +127,9 @@ class StepLimit:
             change = abs(float(np.log(distortion / self.distortion)))
             if self.value * np.exp(-STEEPEST * change) >= enough and step < self._looked + APART:
                 return
-        growth = self._stiffened()
-        self.value, self.distortion, self._looked = known / growth * float(np.exp(-UNSURE * away)), distortion, step
+        growth = self.estimate()
+        self.value = known / growth * float(np.exp(-min(UNSURE * away, MOST_UNSURE)))
+        self.distortion, self._looked = distortion, step
         doubt = self.value < enough
         self.measured, self.sure = False, self.value * SURELY < enough
         part = DOUBTED if doubt or self._clumps else OFTEN
@@ -139,6 +140,11 @@ class StepLimit:
             self.measure(growth)
             self._cost = self._system.evaluations - before
             self.spent += self._cost
+
+    def estimate(self) -> float:
+        """The growth of the largest frequency since the body was undeformed, as its points have it; one where it is not
+        known."""
+        return self._stiffened() if self._stiffened is not None else 1.0
 
     @property
     def growth(self) -> float:

@@ -29,88 +29,93 @@ from wsph.constitutive.stress_state import packing
 from wsph.parts.part import BROKEN
 
 SWEEPS = 2
-"""Steps of the power method for the largest eigenvalue of A, from F^-T and from the longest line."""
+"""Steps of the power method for the largest eigenvalue of A, from F^-T and from F."""
 
 STEP = {"f64": 1e-6, "f32": 1e-3}
 """The change of the deformation whose change of stress is the tangent's, by precision."""
 
 
 @cache
-def _outermost_line(space: Space) -> wp.Function:
-    """Warp function: a symmetric, positive matrix -> the direction of its largest eigenvalue: its sixteenth power times a
-    fixed start."""
-    real, mat, vec, dim = space.scalar, space.mat, space.vec, space.dim
-
-    @wp.func
-    def line(square: mat) -> vec:
-        power = square
-        for _ in range(wp.static(3 if dim > 1 else 0)):
-            power = power / wp.trace(power)
-            power = power * power
-        x = vec()
-        for a in range(wp.static(dim)):
-            x[a] = real(1.0) + real(0.1) * real(a)
-        return wp.normalize(power * wp.normalize(power * x))
-
-    return line
-
-
-@cache
 def _tangent(space: Space, laws: Laws, layout: Layout, total: bool) -> wp.Function:
-    """Warp function (p, fields, H, D, i) -> A : D, the change of the first Piola stress of point i with the deformation, H
-    being the latter less one: by a difference of a total law; of a rate law J times its stress rate for the velocity
-    gradient D F^-1, times F^-T."""
-    real, mat, dim = space.scalar, space.mat, space.dim
-    Params, Fields, internal = laws.Params, fields_struct(space, layout), laws.internal
+    """Warp function (p, fields, H, here, D, i) -> A : D, the change of the first Piola stress of point i with the
+    deformation, H being the latter less one: of a total law by a difference from the stress `here`; of a rate law J times
+    its stress rate for the velocity gradient D F^-1, less the rate `here` of a body that does not move, times F^-T."""
+    real, mat, dim, Params, Fields = space.scalar, space.mat, space.dim, laws.Params, fields_struct(space, layout)
     if total:
         law, step = total_of(space, laws, layout), STEP[space.precision]
 
         @wp.func
-        def of_total(p: Params, fields: Fields, H: mat, D: mat, i: int) -> mat:
-            _s, ahead = law(p, fields, H + real(step) * D, i)
-            _t, here = law(p, fields, H, i)
+        def of_total(p: Params, fields: Fields, H: mat, here: mat, D: mat, i: int) -> mat:
+            _stress, ahead = law(p, fields, H + real(step) * D, i)
             return (ahead - here) / real(step)
 
         return of_total
-    respond, unpack, kept = laws.respond, packing(space, laws.state)[0], "internals" in layout
-    determinant, inverse = determinant_and_inverse(space)
+    flow, (determinant, inverse) = _flow(space, laws, layout), determinant_and_inverse(space)
 
     @wp.func
-    def of_rate(p: Params, fields: Fields, H: mat, D: mat, i: int) -> mat:
+    def of_rate(p: Params, fields: Fields, H: mat, here: mat, D: mat, i: int) -> mat:
         F = wp.identity(n=dim, dtype=real) + H
         back = inverse(F)
-        q = internal()
-        if wp.static(kept):
-            q = fields.internals[i]
         L = D * back
-        strained, _dq = respond(p, fields.stress[i], real(0.5) * (L + wp.transpose(L)), q)
-        resting, _dq0 = respond(p, fields.stress[i], mat(), q)
-        whole = unpack(strained - resting)
-        change = mat()
-        for a in range(wp.static(dim)):
-            for b in range(wp.static(dim)):
-                change[a, b] = whole[a, b]
+        change = flow(p, fields, real(0.5) * (L + wp.transpose(L)), i) - here
         return determinant(F) * change * wp.transpose(back)
 
     return of_rate
 
 
 @cache
-def _kernel(space: Space, laws: Laws, layout: Layout, total: bool, breaks: bool) -> wp.Kernel:
-    real, dim, Fields, Params = space.scalar, space.dim, fields_struct(space, layout), laws.Params
-    inverse, line = determinant_and_inverse(space)[1], _outermost_line(space)
-    tangent, mat = _tangent(space, laws, layout, total), space.mat
+def _flow(space: Space, laws: Laws, layout: Layout) -> wp.Function:
+    """Warp function (p, fields, D, i) -> the rate of stress of point i by its rate law at a rate of strain D, dim x dim."""
+    mat, dim, Params, Fields, internal = (
+        space.mat,
+        space.dim,
+        laws.Params,
+        fields_struct(space, layout),
+        laws.internal,
+    )
+    respond, unpack, kept = laws.respond, packing(space, laws.state)[0], "internals" in layout
 
     @wp.func
-    def stiffness(p: Params, fields: Fields, H: mat, start: mat, i: int) -> real:
-        # The power method: the largest D : A : D over |D|^2.
+    def flow(p: Params, fields: Fields, D: mat, i: int) -> mat:
+        q = internal()
+        if wp.static(kept):
+            q = fields.internals[i]
+        packed, _dq = respond(p, fields.stress[i], D, q)
+        whole = unpack(packed)
+        rate = mat()
+        for a in range(wp.static(dim)):
+            for b in range(wp.static(dim)):
+                rate[a, b] = whole[a, b]
+        return rate
+
+    return flow
+
+
+@cache
+def _stiffness(space: Space, laws: Laws, layout: Layout, total: bool) -> wp.Function:
+    """Warp function (p, fields, H, here, start, i) -> the largest D : A : D over |D|^2 found from `start` on."""
+    real, mat, Params, Fields = space.scalar, space.mat, laws.Params, fields_struct(space, layout)
+    tangent = _tangent(space, laws, layout, total)
+
+    @wp.func
+    def stiffness(p: Params, fields: Fields, H: mat, here: mat, start: mat, i: int) -> real:
         D = start / wp.sqrt(wp.ddot(start, start))
         largest = real(0.0)
         for _ in range(wp.static(SWEEPS)):
-            Y = tangent(p, fields, H, D, i)
-            largest = wp.max(largest, wp.ddot(D, Y))
-            D = Y / wp.sqrt(wp.ddot(Y, Y))
+            change = tangent(p, fields, H, here, D, i)
+            largest = wp.max(largest, wp.ddot(D, change))
+            D = change / wp.sqrt(wp.ddot(change, change))
         return largest
+
+    return stiffness
+
+
+@cache
+def _kernel(space: Space, laws: Laws, layout: Layout, total: bool, breaks: bool) -> wp.Kernel:
+    real, mat, dim, Fields, Params = space.scalar, space.mat, space.dim, fields_struct(space, layout), laws.Params
+    inverse = determinant_and_inverse(space)[1]
+    law = total_of(space, laws, layout) if total else _flow(space, laws, layout)
+    stiffness = _stiffness(space, laws, layout, total)
 
     @kernel()
     def stiffest(p: Params, fields: Fields, at_rest: real, points: int, stiffest_out: wp.array(dtype=wp.float64)):
@@ -119,10 +124,14 @@ def _kernel(space: Space, laws: Laws, layout: Layout, total: bool, breaks: bool)
         for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, points)):
             H = fields.deformation[i]
             F = wp.identity(n=dim, dtype=real) + H
-            found = stiffness(p, fields, H, wp.transpose(inverse(F)), i)
+            here = mat()
+            if wp.static(total):
+                _stress, here = law(p, fields, H, i)
+            else:
+                here = law(p, fields, here, i)
+            found = stiffness(p, fields, H, here, wp.transpose(inverse(F)), i)
             if wp.static(total and dim > 1):
-                n = line(wp.transpose(F) * F)
-                found = wp.max(found, stiffness(p, fields, H, wp.outer(F * n, n), i))
+                found = wp.max(found, stiffness(p, fields, H, here, F, i))
             whole = bool(True)
             if wp.static(breaks):
                 # Across a crack the deformation is the opening's.
