@@ -64,8 +64,8 @@ def share(scene: wsph.Scene) -> Share:
         stack.enter_context(patch.object(StepLimit, "follow", _timed(StepLimit.follow, found, "following")))
         interrupts = stack.enter_context(Interrupts())
         simulation = Simulation(composition, None, time.perf_counter())
-        found.result = _timed(simulation.run, found, "all")(None, interrupts)
-    found.steps = found.result.summary["steps"] * _evaluations(composition)
+        result = found.result = _timed(simulation.run, found, "all")(None, interrupts)
+    found.steps = result.summary["steps"] * _evaluations(composition)
     return found
 
 

@@ -59,7 +59,9 @@ class Products:
 
     def __init__(self, system: Moving):
         self.system = system
-        self.mass = np.sqrt(np.repeat(system.volume, system.space.dim))
+        # In the run's own precision: a limit needs two digits, and of a large body a vector is as much as its state.
+        self.kind = system.space.numpy
+        self.mass = np.sqrt(np.repeat(system.volume, system.space.dim)).astype(self.kind)
         self._moved, self._change = system.temporary(), system.temporary()
         self._start = host(system.state.buffer).copy()
         self._velocity, self._place = system.state.span("velocity"), system.state.span("displacement")
@@ -80,7 +82,7 @@ class Products:
         self.system.refresh(self.system.state)
 
     def _assign(self, values: np.ndarray) -> None:
-        put(self._moved.buffer, values.astype(self.system.space.numpy))
+        put(self._moved.buffer, values.astype(self.kind, copy=False))
 
     def _changes(self, w: np.ndarray) -> np.ndarray:
         """The rates of stress or deformation under velocities eps w, and those at rest."""
@@ -93,7 +95,7 @@ class Products:
 
     def _accelerations(self, w: np.ndarray) -> np.ndarray:
         """a(u + eps w) with the velocities at rest."""
-        shifted, base = self._start.astype(np.float64), self.system.state
+        shifted, base = self._start.copy(), self.system.state
         if self._resting is not None:
             increment = self._changes(w) - self._resting
             for span in (base.span(name) for name in ("stress", "deformation", "deviation") if name in base.start):
@@ -102,11 +104,14 @@ class Products:
         shifted[self._place] += self._eps * w
         self._assign(shifted)
         self.system.rate(self._moved, self._change, "velocity")
-        return host(self._change.buffer)[self._velocity].astype(np.float64)
+        return host(self._change.buffer)[self._velocity].copy()
 
     def stiffness(self, x: np.ndarray) -> np.ndarray:
         """K x."""
-        change = -(self._accelerations(x / self.mass) - self._rest) / self._eps * self.mass
+        change = self._accelerations(x / self.mass)
+        change -= self._rest
+        change *= self.mass
+        change *= -1.0 / self._eps
         return self.system.project_free(change)
 
     def _drag(self, w: np.ndarray) -> np.ndarray:
@@ -172,12 +177,12 @@ class _Span:
 
 def _dot(a: np.ndarray, b: np.ndarray) -> float:
     """A scalar product without BLAS, whose threads take longer to start than these sums, and change their last bits."""
-    return float((a * b).sum())
+    return float(np.einsum("n,n->", a, b, dtype=np.float64))
 
 
 def _products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """The scalar products of the rows of a and b, in double precision."""
-    return np.asarray(np.einsum("in,jn->ij", a, b), np.float64)
+    return np.einsum("in,jn->ij", a, b, dtype=np.float64)
 
 
 def _undamped(products: Products, start: np.ndarray, rate: float, still: float) -> Spectrum:
@@ -185,19 +190,22 @@ def _undamped(products: Products, start: np.ndarray, rate: float, still: float) 
     on the w is tridiagonal, K W = W T + beta_(m+1) w_(m+1) e_m^T, and of the vectors two are kept. They lose their
     orthogonality where an eigenvalue is found to rounding, which changes no outermost one."""
     size = math.sqrt(_dot(start, start))
-    last, before = start / (size or 1.0), np.zeros_like(start)
+    last = (start / (size or 1.0)).astype(products.kind)
+    before = np.zeros_like(last)
     diagonal, beside = np.zeros(VECTORS), np.zeros(VECTORS)
     m, beta = 0, 0.0
     while m < VECTORS and size > 0.0:
-        new = products.stiffness(last) - beta * before
+        new = products.stiffness(last).astype(products.kind, copy=False)
+        new -= products.kind(beta) * before
         diagonal[m] = _dot(new, last)
-        new -= diagonal[m] * last
+        new -= products.kind(diagonal[m]) * last
         beta = math.sqrt(_dot(new, new))
         beside[m] = beta
         m += 1
         if not np.isfinite(beta) or beta <= NOTHING * np.abs(diagonal[:m]).max():
             break
-        before, last = last, new / beta
+        new /= products.kind(beta)
+        before, last = last, new
     projected = (
         np.diag(diagonal[:m]) + np.diag(beside[: m - 1], 1) + np.diag(beside[: m - 1], -1) if m else np.zeros((0, 0))
     )
