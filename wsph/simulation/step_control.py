@@ -36,7 +36,7 @@ made for."""
 BEYOND = 1.05
 """A step that began beyond the limit is shortened where its share of it has grown by this."""
 
-SLOPE = 0.5
+SLOPE = 1.0
 """Logarithm of a share of a limit per logarithm of distortion that looks are paced by, at least."""
 
 CLUMPED = float(np.log(100.0))
