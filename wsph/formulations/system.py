@@ -78,6 +78,7 @@ class System:
     response: Response | None = None
     """The answer of a point in place of its law, or None."""
     breaks = False
+    evaluations = 0
     """Whether the body can break."""
     total = False
     """Whether its stress is that which the total law gives of the deformation; otherwise it is integrated from rates."""
