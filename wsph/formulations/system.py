@@ -77,8 +77,9 @@ class System:
     force_work: ForceWork
     response: Response | None = None
     """The answer of a point in place of its law, or None."""
-    breaks = False
     evaluations = 0
+    """Rates of velocities asked for so far."""
+    breaks = False
     """Whether the body can break."""
     total = False
     """Whether its stress is that which the total law gives of the deformation; otherwise it is integrated from rates."""
