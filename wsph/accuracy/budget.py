@@ -1,7 +1,8 @@
 """The most accurate answer that a budget pays for, with its bar.
 
-A coarse row tells what work takes in seconds. Then the largest lattice n is sought that the budget pays for together with
-rows of n/2.83 and n/2 before it; after each of these n is found anew, by what rows were found to take. One row alone predicts
+A coarse row tells what work takes in seconds. Then the largest lattice n is sought that the budget pays for together
+with rows of n/2.83 and n/2 before it; after each of these n is found anew, by what rows were found to take. One
+row alone predicts
 three times too long, setting up in it, so that a search that knows little plans too small a lattice, never too large a one.
 """
 
@@ -30,7 +31,10 @@ def spend(rows: Rows, asked: Mapping[str, Aim], limit: Limit) -> Found:
     """Make the finest row that the budget pays for, and coarser ones for its bar."""
     try:
         if limit.cost(rows, rows.costs.plan(rows.first)) > limit.left(rows, SHARE):
-            return Found("out of reach", f"{limit} pays for no row: the coarsest has {rows.costs.plan(rows.first).work:.3g} pair visits")
+            return Found(
+                "out of reach",
+                f"{limit} pays for no row: the coarsest has {rows.costs.plan(rows.first).work:.3g} pair visits",
+            )
         rows.make(rows.first)
         for part in (*COARSER, 1.0):
             if (cells := _affordable(rows, limit, part)) >= WORTH * rows.made[-1].cells:
@@ -50,7 +54,9 @@ def spend(rows: Rows, asked: Mapping[str, Aim], limit: Limit) -> Found:
     seen = seen_of(rows, asked)
     lost = [name for name, each in seen.items() if not each.estimate.converges]
     if lost:
-        return Found("no convergence", f"the finest row that {limit} pays for; no convergence of {', '.join(lost)}", seen)
+        return Found(
+            "no convergence", f"the finest row that {limit} pays for; no convergence of {', '.join(lost)}", seen
+        )
     return Found("met", f"the finest row that {limit} pays for, with coarser ones for its bar", seen)
 
 
@@ -78,4 +84,3 @@ def _finest(rows: Rows, limit: Limit, part: float) -> float:
         else:
             high = cells
     return low
-

@@ -68,9 +68,10 @@ def distances(records: Sequence[Record], quantity: str = "history", scale: float
 
 def common_times(records: Sequence[Record]) -> np.ndarray:
     """Times that all records have, (n,) [s]: the first's own, and evenly spread ones."""
-    begin, end = max(each.times[0] for each in records), min(each.times[-1] for each in records)
-    own: np.ndarray = records[0].times
-    return np.unique(np.concatenate([own[(own >= begin) & (own <= end)], np.linspace(begin, end, SAMPLES)]))
+    begin, end = max(float(each.times[0]) for each in records), min(float(each.times[-1]) for each in records)
+    own = records[0].times
+    spread = np.linspace(begin, end, SAMPLES)
+    return np.sort(np.append(own[(own >= begin) & (own <= end)], spread))
 
 
 def size(record: Record) -> float:

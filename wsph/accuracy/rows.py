@@ -1,7 +1,7 @@
 """The rows of a search: runs of one scene on lattices of it, each with its cost planned before and measured after.
 
-With a folder, a row is written into a folder inside of it, and takes the place of the one before when it is complete: what is
-in the folder is at any time the ordinary output of the best row so far, also after an interrupt.
+With a folder, a row is written into a folder inside of it, and takes the place of the one before when it is complete:
+what is in the folder is at any time the ordinary output of the best row so far, also after an interrupt.
 """
 
 # pyright: strict
@@ -79,7 +79,9 @@ class Row:
 class Rows:
     """The rows of a scene so far, coarsest first (`made`), and what is needed to make more. `formal` is its order."""
 
-    def __init__(self, scene: Scene, folder: Path | None = None, tell: Tell | None = None, progress: Progress | None = None):
+    def __init__(
+        self, scene: Scene, folder: Path | None = None, tell: Tell | None = None, progress: Progress | None = None
+    ):
         self.scene, self._folder, self._progress = scene, folder, progress
         self.tell: Tell = tell or (lambda _: None)
         self.lattices = Lattices(scene)
@@ -112,10 +114,14 @@ class Rows:
         plan = self.costs.plan(cells)
         seconds = self.rate.seconds(plan)
         took = f", about {in_seconds(seconds)}" if seconds == seconds else ""
-        self.tell(f"{cells} cells: {plan.particles:.0f} particles, {plan.steps:.0f} steps, {plan.work:.3g} pair visits{took}")
+        self.tell(
+            f"{cells} cells: {plan.particles:.0f} particles, {plan.steps:.0f} steps, {plan.work:.3g} pair visits{took}"
+        )
         row = self.run(self.lattices.scene_at(cells), cells, plan.work, self._told(plan.work, to_come))
         self.made.append(row)
-        inside = min(row.particles * row.steps / (row.result.cost["particle_steps_per_second"] or np.inf), row.wall_seconds)
+        inside = min(
+            row.particles * row.steps / (row.result.cost["particle_steps_per_second"] or np.inf), row.wall_seconds
+        )
         self.rate.learn(Took(plan, row.work, inside, row.wall_seconds - inside))
         if self._folder is not None:
             _replace(self._folder, self._folder / INSIDE)
