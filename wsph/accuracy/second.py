@@ -38,7 +38,8 @@ def others(scene: Scene) -> list[Table]:
 
 def opinion(rows: Rows, wanted: Mapping[str, Aim], seen: Mapping[str, Seen]) -> list[str]:
     """What another scheme says of the finest row, in words. Raises what `Rows.run` raises."""
-    cells = [row.cells for row in rows.made[-2::-1]][:FEWEST]
+    made = rows.made[:-1] if len(rows.made) > FEWEST else rows.made
+    cells = [row.cells for row in reversed(made)][:FEWEST]
     if len(cells) < FEWEST:
         return ["no other scheme was asked: there are too few rows"]
     refusals: list[str] = []
@@ -55,9 +56,8 @@ def opinion(rows: Rows, wanted: Mapping[str, Aim], seen: Mapping[str, Seen]) -> 
         rows.tell(
             f"{name}, to check: {', '.join(map(str, cells))} cells, {sum(plan.work for plan in plans):.3g} pair visits"
         )
-        made = [rows.run(each, n, plan.work) for each, n, plan in zip(scenes, cells, plans, strict=True)]
-        records = [row.records for row in made]
-        spacings = [row.spacing for row in made]
+        asked = [rows.run(each, n, plan.work) for each, n, plan in zip(scenes, cells, plans, strict=True)]
+        records, spacings = [row.records for row in asked], [row.spacing for row in asked]
         formal = formal_order(scene)
         theirs = look(spacings, records, wanted, formal)
         return _compared(name, rows, seen, records[0], theirs)
