@@ -47,7 +47,9 @@ def made(name: str) -> dict:
 def read(path: Path) -> dict:
     """The title and the rows of a study, without what figures are not made of."""
     content = json.loads(path.read_text())
-    rows = [{"spacing": _spacing(row), **{key: _short(row[key]) for key in KEPT if key in row}} for row in content["rows"]]
+    rows = [
+        {"spacing": _spacing(row), **{key: _short(row[key]) for key in KEPT if key in row}} for row in content["rows"]
+    ]
     return {"title": content["title"], "rows": rows}
 
 
@@ -68,8 +70,8 @@ def error(row: Row) -> float:
 
 
 def cost(rows: list[Row], asked: float) -> tuple[float, bool]:
-    """Pair visits of a variant for an error, between its rows in logarithms, and whether that is but a bound, as its cheapest
-    row is nearer; infinite where none comes as near."""
+    """Pair visits of a variant for an error, between its rows in logarithms, and whether that is but a bound, as its
+    cheapest row is nearer; infinite where none comes as near."""
     ordered = sorted((row["pair_visits"], error(row)) for row in rows if np.isfinite(error(row)))
     if not ordered or min(each for _, each in ordered) > asked:
         return np.inf, False
@@ -81,7 +83,9 @@ def cost(rows: list[Row], asked: float) -> tuple[float, bool]:
 
 def variants(rows: list[Row]) -> dict[str, list[Row]]:
     """Rows by their variant."""
-    return {name: [row for row in rows if row["variant"] == name] for name in dict.fromkeys(row["variant"] for row in rows)}
+    return {
+        name: [row for row in rows if row["variant"] == name] for name in dict.fromkeys(row["variant"] for row in rows)
+    }
 
 
 def to_reach(rows: list[Row], asked: float) -> str:
@@ -90,7 +94,9 @@ def to_reach(rows: list[Row], asked: float) -> str:
     (least, bound, cheapest), *rest = found
     if not np.isfinite(least):
         near = min(rows, key=lambda row: np.nan_to_num(error(row), nan=np.inf))
-        return f"No row is within {100 * asked:g} %; the nearest, of `{near['variant']}`, is {_percent(error(near))} off."
+        return (
+            f"No row is within {100 * asked:g} %; the nearest, of `{near['variant']}`, is {_percent(error(near))} off."
+        )
     words = f"{100 * asked:g} % takes {'at most ' * bound}{_power(least)} pair visits with `{cheapest}`"
     after = [f"{_two(each / least)} times as many with `{name}`" for each, _, name in rest[:2] if np.isfinite(each)]
     never = sum(not np.isfinite(each) for each, _, _ in rest)
@@ -113,7 +119,10 @@ def table(rows: list[Row]) -> Iterator[str]:
             h, e = np.log([row["spacing"] for row in good]), np.log([error(row) for row in good])
             finest = min(good, key=lambda row: row["spacing"])
             bar = f" (bar {_percent(finest['bar'])})" if finest.get("bar") else ""
-            cells += [f"{np.polyfit(h, e, 1)[0]:.1f}", f"{_percent(error(finest))}{bar}, {finest['particles']} particles"]
+            cells += [
+                f"{np.polyfit(h, e, 1)[0]:.1f}",
+                f"{_percent(error(finest))}{bar}, {finest['particles']} particles",
+            ]
         else:
             cells += ["", "no convergence" if any("no conv" in (row.get("convergence") or "") for row in own) else ""]
         yield f"| {' | '.join(cells)} |"

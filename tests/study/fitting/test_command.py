@@ -9,11 +9,11 @@ import pytest
 from tests.study.fitting.test_fit import FREE, NAMES, TIMES, bar, noisy
 from wsph import Scene
 from wsph.cli import main
-from wsph.study.fitting.command import Runs
 from wsph.study.fitting.curves import computed
 from wsph.study.fitting.fit import fit
 from wsph.study.fitting.mesh import mesh_bar
 from wsph.study.fitting.parameters import read_parameter
+from wsph.study.fitting.runs import Runs
 
 pytest.importorskip("scipy", reason='needs the extra "calibrate"')
 tomli_w = pytest.importorskip("tomli_w")
@@ -99,8 +99,8 @@ def test_faults_come_before_any_run(tmp_path: Path, capsys: pytest.CaptureFixtur
 def test_long_runs_go_to_processes(monkeypatch: pytest.MonkeyPatch) -> None:
     from concurrent.futures import ThreadPoolExecutor
 
-    monkeypatch.setattr("wsph.study.fitting.command.SPREAD_SECONDS", 0.0)
-    monkeypatch.setattr("wsph.study.workers.Workers", ThreadPoolExecutor)
+    monkeypatch.setattr("wsph.study.fitting.runs.SPREAD_SECONDS", 0.0)
+    monkeypatch.setattr("wsph.study.fitting.runs.Workers", ThreadPoolExecutor)
     with Runs(NAMES, TIMES, 2) as runs:
         (alone,) = runs([bar(8)])
         spread = runs([bar(8), bar(16)])

@@ -137,7 +137,7 @@ def test_a_search_starts_where_the_scene_is() -> None:
     assert read_parameter(f"{key}=1e11..3e11", scene).written(2.5e11) == 2.5e11
     with pytest.raises(WsphError, match="nothing to fit"):
         check_parameters([], scene)
-    with pytest.raises(WsphError, match="is given twice"):
+    with pytest.raises(WsphError, match="one of them is given twice"):
         check_parameters([read_parameter(f"{key}=1e11..3e11", scene)] * 2, scene)
 
 

@@ -1,27 +1,16 @@
-"""`wsph calibrate`: its options, where its runs are made, and what it prints."""
+"""`wsph calibrate`: its options, and what it prints."""
 
 # pyright: strict
 
 import argparse
-import time
 import warnings
-from collections.abc import Sequence
-from concurrent.futures import Executor
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wsph.study.command import count
 
 if TYPE_CHECKING:
-    import numpy as np
-
-    from wsph.scene.scene import Scene
-    from wsph.study.fitting.curves import Sample
     from wsph.study.fitting.parameters import Parameter
-
-SPREAD_SECONDS = 0.5
-"""Time of a run [s] below which runs stay in this process."""
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -57,6 +46,7 @@ def command(options: argparse.Namespace) -> int:
     from wsph.study.fitting.fit import fit
     from wsph.study.fitting.mesh import mesh_bar
     from wsph.study.fitting.parameters import check_parameters, read_parameter
+    from wsph.study.fitting.runs import Runs
 
     scene = load(options.scene, overrides(options.set))
     parameters = [read_parameter(text, scene) for text in options.free]
@@ -82,38 +72,3 @@ def _setting(parameter: "Parameter", value: float) -> str:
     """What sets a scene to a value."""
     written = f'"{value:.6g} {parameter.unit}"' if parameter.unit else f"{value:.6g}"
     return f"--set {parameter.key}={written}"
-
-
-class Runs:
-    """Makes the columns of several scenes: in this process until a run turns out to be long, then in others."""
-
-    def __init__(self, names: Sequence[str], times: "np.ndarray", workers: int, executor: Executor | None = None):
-        """`executor`: where runs are made, in place of processes."""
-        self._names, self._times, self._workers, self._executor = names, times, workers, executor
-        self._stack, self._seconds = ExitStack(), 0.0
-
-    def __enter__(self) -> "Runs":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._stack.close()
-
-    def __call__(self, scenes: "Sequence[Scene]") -> "list[Sample]":
-        from wsph.study.fitting.curves import computed
-
-        if self._executor is None and len(scenes) > 1 and self._workers != 1 and self._seconds > SPREAD_SECONDS:
-            self._executor = self._started()
-        if self._executor is None:
-            started = time.perf_counter()
-            made = [computed(self._names, self._times, scene) for scene in scenes]
-            self._seconds = (time.perf_counter() - started) / max(len(scenes), 1)
-            return made
-        single = [scene if scene.run.threads else scene.with_(threads=1) for scene in scenes]
-        futures = [self._executor.submit(computed, self._names, self._times, scene) for scene in single]
-        return [future.result() for future in futures]
-
-    def _started(self) -> Executor:
-        from wsph.backend.threads import cores
-        from wsph.study.workers import Workers
-
-        return self._stack.enter_context(Workers(self._workers or len(cores())))

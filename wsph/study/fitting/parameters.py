@@ -71,9 +71,8 @@ def check_parameters(parameters: Sequence[Parameter], scene: Scene) -> None:
     """Raise SceneError where the scene does not take a bound of one, WsphError where there is none or one twice."""
     if not parameters:
         raise WsphError("nothing to fit: give --free KEY=LOW..HIGH UNIT at least once")
-    keys = [each.key for each in parameters]
-    if twice := next((key for key in keys if keys.count(key) > 1), None):
-        raise WsphError(f"--free {twice}: is given twice")
+    if len(keys := {each.key for each in parameters}) < len(parameters):
+        raise WsphError(f"--free {', '.join(sorted(keys))}: one of them is given twice")
     for end in (0.0, 1.0):
         with_values(scene, parameters, np.full(len(parameters), end))
     known = scene.data()
