@@ -15,7 +15,6 @@ import math
 import sys
 import time
 import warnings
-from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +29,8 @@ from wsph.accuracy.rows import Row, Rows
 from wsph.accuracy.search import search, seen_of
 
 ROOT = Path(__file__).resolve().parents[2]
+FINE = 20001
+"""Times at which an answer is compared."""
 TOO_SMALL = 1e-6
 """True errors below this are rounding: a bar of zero holds there."""
 
@@ -52,11 +53,15 @@ class Kept(Rows):
 def true_errors(case: Case, row: Row) -> dict[str, float]:
     """The error of a row by column."""
     if case.frequency is not None:
-        return {name: abs(frequency(record) / case.frequency - 1.0) for name, record in row.records.items()}
+        errors = {name: abs(frequency(record) / case.frequency - 1.0) for name, record in row.records.items()}
+        return {name: error if error > case.floor else 0.0 for name, error in errors.items()}
     found = {}
     for name, exact in case.exact.items():
         record = row.records[name]
-        found[name] = float(distances([Record(record.times, exact(record.times)), record])[0, 1])
+        # Of jumps between two records the answer has more than they.
+        times = np.union1d(record.times, np.linspace(record.times[0], record.times[-1], FINE))
+        error = float(distances([Record(times, exact(times)), record])[0, 1])
+        found[name] = error if error > case.floor else 0.0
     return found
 
 
@@ -109,7 +114,9 @@ def _searched(case: Case, known: dict[int, Row], tolerance: float) -> dict:
     seen = seen_of(rows, aims(case.scene, tolerance))
     misfit = rows.lattices.misfit(last.cells) if last is not None else 0.0
     bars = [
-        {"bar": each.estimate.bar + misfit, "true": truth[name]} for name, each in seen.items() if each.estimate.converges
+        {"bar": each.estimate.bar + misfit, "true": truth[name]}
+        for name, each in seen.items()
+        if each.estimate.converges
     ]
     return {
         "tolerance": tolerance,
@@ -118,6 +125,7 @@ def _searched(case: Case, known: dict[int, Row], tolerance: float) -> dict:
         "true": max(truth.values(), default=math.nan),
         "estimate": max((each.estimate.error for each in seen.values()), default=math.nan),
         "total": rows.spent,
+        "first_work": rows.made[min(2, len(rows.made) - 1)].work if rows.made else 0.0,
         "bars": bars,
     }
 
@@ -161,7 +169,9 @@ def summary(cases: list[dict]) -> dict:
 def _figures(searches: list) -> dict:
     answers = [one for _, one in searches if one["status"] == "met"]
     bars = [bar for _, one in searches for bar in one["bars"]]
-    costs = [one["total"] / one["cheapest"] for one in answers if one["cheapest"] and one["cheapest"] > one["first_work"]]
+    costs = [
+        one["total"] / one["cheapest"] for one in answers if one["cheapest"] and one["cheapest"] > one["first_work"]
+    ]
     return {
         "searches": len(searches),
         "answers": len(answers),
@@ -227,8 +237,6 @@ def main() -> None:
             if options.only not in case.name:
                 continue
             found = measured(case) | {"group": group}
-            for one in found["searches"]:
-                one["first_work"] = found["rows"][min(2, len(found["rows"]) - 1)][1]
             cases.append(found)
             print(told(found), flush=True)
     missed = [lost(case) for case in (make() for make in LOST) if options.only in case.name]

@@ -1,7 +1,7 @@
 """An answer within a tolerance, or the most accurate one that a budget pays for, of a scene.
 
-    answer = accurate(wsph.load("scene.toml"), tolerance=0.01)
-    answer.status, answer.data["bar"], answer.result.probes
+answer = accurate(wsph.load("scene.toml"), tolerance=0.01)
+answer.status, answer.data["bar"], answer.result.probes
 """
 
 # pyright: strict
@@ -50,7 +50,7 @@ def accurate(
     given = limit or _limit(asked)
     own = [probe.tolerance for probe in scene.probes if probe.tolerance]
     if tolerance is None and given is None and not own:
-        text = "neither a tolerance nor a budget is given: write tolerance = \"1%\", or budget = \"30 s\""
+        text = 'neither a tolerance nor a budget is given: write tolerance = "1%", or budget = "30 s"'
         raise scene.located(SceneError("scene", [Fault(0, "accuracy", text)]))
     wanted = aims(scene, tolerance or UNJUDGED)
     formats.check_installed(scene.output.formats)
@@ -66,7 +66,7 @@ def accurate(
             else:
                 found = search(rows, wanted, given or Limit(), asked.sure if sure is None else sure)
             made, found = _checked(rows, wanted, found, check, notes)
-            answer = report.answer(rows, found, tolerance, (given or Limit()).data(), [*notes, *made])
+            answer = report.answer(rows, wanted, found, tolerance, (given or Limit()).data(), [*notes, *made])
         finally:
             if out is not None:
                 clear(out)
@@ -82,15 +82,20 @@ def _limit(asked: Accuracy) -> Limit | None:
 
 
 def _rows(
-    scene: Scene, asked: Accuracy, tolerance: float | None, out: Path | None, tell: Tell | None, progress: Progress | None
+    scene: Scene,
+    asked: Accuracy,
+    tolerance: float | None,
+    out: Path | None,
+    tell: Tell | None,
+    progress: Progress | None,
 ) -> tuple[Rows, list[str]]:
     """The rows of a scene at the largest time step that its integrator, materials and contacts take: a smaller one costs
     more and is in no scene more accurate for its work. What was changed, in words."""
     notes: list[str] = []
-    if "precision" in asked.free and scene.run.precision == "f64" and scene.run.device.startswith("cuda"):
-        if tolerance is not None and tolerance >= SINGLE:
-            scene = scene.with_(precision="f32")
-            notes.append("precision f32")
+    on_gpu = scene.run.precision == "f64" and scene.run.device.startswith("cuda")
+    if on_gpu and "precision" in asked.free and tolerance is not None and tolerance >= SINGLE:
+        scene = scene.with_(precision="f32")
+        notes.append("precision f32")
     if scene.run.cfl == "auto":
         return Rows(scene, out, tell, progress), notes
     try:
@@ -100,7 +105,9 @@ def _rows(
         return rows, [*notes, f"the scene's own time step: {str(error).splitlines()[0]}"]
 
 
-def _checked(rows: Rows, wanted: dict[str, Aim], found: Found, check: bool, notes: list[str]) -> tuple[list[str], Found]:
+def _checked(
+    rows: Rows, wanted: dict[str, Aim], found: Found, check: bool, notes: list[str]
+) -> tuple[list[str], Found]:
     """What another scheme says of the answer, where it is asked."""
     if not check or not found.seen or found.status == "interrupted":
         return [], found

@@ -29,8 +29,12 @@ def add_options(run: argparse.ArgumentParser) -> None:
         metavar="TOLERANCE",
         help="search for a spacing with which the probes are within it, e.g. 1%% (default: that of [accuracy])",
     )
-    run.add_argument("--budget", metavar="LIMIT", help='what that may cost, or alone what to spend: "30 s", or pair visits')
-    run.add_argument("--sure", action="store_true", help="the whole error bar within the tolerance, not the estimate alone")
+    run.add_argument(
+        "--budget", metavar="LIMIT", help='what that may cost, or alone what to spend: "30 s", or pair visits'
+    )
+    run.add_argument(
+        "--sure", action="store_true", help="the whole error bar within the tolerance, not the estimate alone"
+    )
     run.add_argument("--check", action="store_true", help="ask another scheme whether it agrees")
 
 
@@ -46,9 +50,7 @@ def asked(options: argparse.Namespace) -> bool:
     return False
 
 
-def run_accurately(
-    options: argparse.Namespace, scene: "Scene", folder: Path, progress: "Progress | None"
-) -> int:
+def run_accurately(options: argparse.Namespace, scene: "Scene", folder: Path, progress: "Progress | None") -> int:
     """Search, print, and return the exit code."""
     from wsph.accuracy.accurate import accurate
     from wsph.accuracy.limits import Limit
@@ -59,9 +61,18 @@ def run_accurately(
         limit = Limit.read(options.budget) if options.budget is not None else None
     except ValueError as error:
         raise WsphError(f"--{'accuracy' if 'tolerance' in str(error) else 'budget'}: {error}") from None
-    tell = (lambda _: None) if options.quiet else _say
-    found = accurate(scene, folder, tolerance=tolerance, limit=limit, sure=options.sure or None, check=options.check,
-                     overwrite=options.overwrite, tell=tell, progress=progress)  # fmt: skip
+    tell = None if options.quiet else _say
+    found = accurate(
+        scene,
+        folder,
+        tolerance=tolerance,
+        limit=limit,
+        sure=options.sure or None,
+        check=options.check,
+        overwrite=options.overwrite,
+        tell=tell,
+        progress=progress,
+    )
     if not options.quiet:
         for line in told(found, folder):
             print(line)
@@ -75,10 +86,14 @@ def told(found: "Answer", folder: Path) -> list[str]:
     columns = data["columns"]
     for name, each in columns.items() if is_table(columns) else ():
         if is_table(each):
-            lines.append(f"{name:<28} {each['quantity']}: error about {_percent(each['estimate'])}, bar {_percent(each['bar'])}, order {_number(each['order'])}")
+            lines.append(
+                f"{name:<28} {each['quantity']}: error about {_percent(each['estimate'])}, bar {_percent(each['bar'])}, order {_number(each['order'])}"
+            )
     rows = data["rows"]
     count = len(rows) if is_list(rows) else 0
-    kept = f"; the row with {data['chosen']} cells is in {folder}" if found.result is not None else "; nothing was written"
+    kept = (
+        f"; the row with {data['chosen']} cells is in {folder}" if found.result is not None else "; nothing was written"
+    )
     lines.append(f"{found.status}: {found.why}")
     lines.append(f"{count} rows, {_number(data['total_work'])} pair visits{kept}")
     return lines

@@ -33,7 +33,7 @@ ROUNDS = 8
 
 @dataclass
 class Found:
-    """How a search ended: `status` and `why` in words; the answer is the last row, and `seen` what is said of it by column."""
+    """How a search ended: `status`, and `why` in words; the answer is the last row, of which `seen` says what by column."""
 
     status: str
     why: str
