@@ -70,8 +70,8 @@ def error(row: Row) -> float:
 
 
 def cost(rows: list[Row], asked: float) -> tuple[float, bool]:
-    """Pair visits of a variant for an error, between its rows in logarithms, and whether that is but a bound, as its cheapest
-    row is nearer; infinite where none comes as near."""
+    """Pair visits of a variant for an error, between its rows in logarithms, and whether that is but a bound, as its
+    cheapest row is nearer; infinite where none comes as near."""
     ordered = sorted((row["pair_visits"], error(row)) for row in rows if np.isfinite(error(row)))
     if not ordered or min(each for _, each in ordered) > asked:
         return np.inf, False
@@ -225,7 +225,8 @@ def main() -> None:
         found["machine"] = f"{platform.machine()}, {os.cpu_count()} cores"
         print(name, flush=True)
     found["studies"] = {name: found["studies"][name] for name in NAMES if name in found["studies"]}
-    ROWS.write_text(json.dumps(found, indent=0) + "\n")
+    # A row a line, for whoever compares two states of it.
+    ROWS.write_text(json.dumps(found).replace('{"spacing"', '\n{"spacing"') + "\n")
     write(found)
 
 

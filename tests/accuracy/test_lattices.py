@@ -3,11 +3,10 @@
 import pytest
 
 import wsph
+from tests.scenes import bar, block, body, box, held, scene
 from wsph.accuracy.planning.cost import Costs, plan
 from wsph.accuracy.planning.formal import formal_order
 from wsph.accuracy.planning.lattices import Lattices
-
-from tests.scenes import bar, block, body, box, held, scene
 
 
 def ladder(of: wsph.Scene, count: int = 5) -> list[int]:
@@ -87,7 +86,10 @@ def test_smooth_motions_have_order_two():
         ({"velocity": ["1e-3"], "boundary": [held("-x", 1)]}, "boundary.0 holds what moves at the start"),
         ({"velocity": ["1e-3*(x > 0.5)"]}, "bodies.0.velocity jumps inside"),
         ({"boundary": [{"body": "b", "face": "-x", "traction": {"x": 1e-3}}]}, "boundary.0.traction.x begins at once"),
-        ({"boundary": [{"body": "b", "face": "-x", "traction": {"x": "1e-3*t*(t < 0.1)"}}]}, "boundary.0.traction.x steps"),
+        (
+            {"boundary": [{"body": "b", "face": "-x", "traction": {"x": "1e-3*t*(t < 0.1)"}}]},
+            "boundary.0.traction.x steps",
+        ),
     ],
 )
 def test_jumps_have_order_one(changes, words):
