@@ -24,7 +24,8 @@ from wsph.plugins.traits import internal_units
 from wsph.quantities import Table, Value, is_sequence, is_table
 from wsph.scene.messages import nearest
 from wsph.scene.numbers import NUMBERS
-from wsph.scene.tables import Body, Boundary, Probe, SceneTables
+from wsph.scene.probes import Probe
+from wsph.scene.tables import Body, Boundary, SceneTables
 
 MOST_CELLS = 2**31 // 64
 """Cells of a body: with 64 neighbours each their pairs fill a 32-bit index."""

@@ -30,8 +30,8 @@ from wsph.plugins import integrators
 from wsph.plugins.blame import blame
 from wsph.reporting import Reported
 from wsph.scene.geometries import is_fitted, refuse_misfits, stairs_in_words
+from wsph.scene.probes import Probe
 from wsph.scene.scene import Scene
-from wsph.scene.tables import Probe
 from wsph.simulation.composing.bodies import Standing, alone, standing
 from wsph.simulation.composing.composition import BodyRun, Composition, Step, reported
 from wsph.simulation.composing.idle import idle

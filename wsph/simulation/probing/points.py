@@ -19,7 +19,8 @@ from wsph.formulations.reading import DENSITY, Reading
 from wsph.formulations.system import System
 from wsph.geometry.selection import select
 from wsph.output import fields
-from wsph.scene.tables import Body, Probe
+from wsph.scene.probes import Probe
+from wsph.scene.tables import Body
 from wsph.simulation.probing.recorder import Recorder
 from wsph.sph.averages import Averages
 from wsph.units import rounded

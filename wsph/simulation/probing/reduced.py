@@ -17,7 +17,7 @@ from wsph.backend.space import Space
 from wsph.errors import Fault, SceneError
 from wsph.formulations.reading import DENSITY
 from wsph.output import fields
-from wsph.scene.tables import Probe
+from wsph.scene.probes import Probe
 from wsph.simulation.probing.points import Probed, no_field, record_kernel, selected
 from wsph.simulation.probing.recorder import RING, Recorder
 from wsph.units import unit
