@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from wsph.simulation.compose import compose
     from wsph.simulation.result import Result
     from wsph.simulation.run import run
+    from wsph.simulation.stepping import Simulation
 
 __version__: str
 __all__ = [
@@ -21,6 +22,7 @@ __all__ = [
     "Result",
     "Scene",
     "SceneError",
+    "Simulation",
     "Unstable",
     "WsphError",
     "__version__",
@@ -32,6 +34,7 @@ __all__ = [
 _HOME = {
     "Result": "simulation.result",
     "Scene": "scene.scene",
+    "Simulation": "simulation.stepping",
     "compose": "simulation.compose",
     "load": "scene.load",
     "run": "simulation.run",
@@ -46,3 +49,7 @@ def __getattr__(name: str) -> object:
     if name in __all__:
         return getattr(import_module(f"wsph.{_HOME.get(name, 'errors')}"), name)
     raise AttributeError(f"module 'wsph' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -10,7 +10,7 @@ from pathlib import Path
 import wsph
 from wsph.simulation.compose import compose
 from wsph.simulation.probing.recorder import RING
-from wsph.simulation.run import CHECK_STEPS, Simulation
+from wsph.simulation.run import CHECK_STEPS, Running
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -30,7 +30,7 @@ def main() -> None:
     for name, scene, between in cases:
         composition = compose(scene)
         composition.compile()
-        simulation = Simulation(composition, None, time.perf_counter())
+        simulation = Running(composition, None, time.perf_counter())
         composition.program.prepare(between)
         composition.program.run(between)
         simulation.check(0)

@@ -8,6 +8,8 @@ scene names are the only plugins imported.
 # pyright: strict
 
 import copy
+import html
+import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -53,6 +55,20 @@ class Scene(SceneTables):
     def __eq__(self, other: object) -> bool:
         # The file that a scene was read from is no part of the scene.
         return isinstance(other, Scene) and self.model_dump() == other.model_dump()
+
+    def __repr__(self) -> str:
+        names = ", ".join(body.name for body in self.bodies)
+        acting = f", {len(self.boundary)} boundaries, {len(self.contact)} contacts, {len(self.probes)} probes"
+        return (
+            f"<scene {self.title or self._source!r}: {self.dim}D, {self.run.integrator.name}, bodies {names}{acting}>"
+        )
+
+    def __str__(self) -> str:
+        return repr(self)
+
+    def _repr_html_(self) -> str:
+        """The tables of the scene, for notebooks."""
+        return "<pre>" + html.escape(json.dumps(self.data(), indent=1, ensure_ascii=False)) + "</pre>"
 
     def located(self, error: SceneError) -> SceneError:
         """A fault found later, with this scene's file and the lines of its keys."""

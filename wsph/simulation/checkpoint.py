@@ -35,7 +35,7 @@ from wsph.scene.scene import Scene
 from wsph.simulation.checks import CheckFacts, Checks
 from wsph.simulation.composing.composition import BodyRun, Composition
 from wsph.simulation.ledger import Ledger
-from wsph.simulation.records import Recorded, Records
+from wsph.simulation.probing.records import Recorded, Records
 from wsph.simulation.starting.relaxations import Relaxations, RelaxationsFacts
 from wsph.simulation.step_control import StepControl, StepFacts
 from wsph.simulation.summary import plugins_of
