@@ -8,14 +8,16 @@ scene names are the only plugins imported.
 # pyright: strict
 
 import copy
+import dataclasses
 import html
 import json
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
-from pydantic import PrivateAttr, ValidationError
+from pydantic import BaseModel, PrivateAttr, ValidationError
 
 from wsph.errors import Fault, SceneError
+from wsph.plugins.options import keys_of
 from wsph.quantities import Table, is_list, is_table
 from wsph.scene.checks import between_tables, of_plugins
 from wsph.scene.lines import line_of
@@ -35,6 +37,7 @@ class Scene(SceneTables):
 
     def __init__(self, /, **data: object):
         faults: list[Fault] = []
+        data = {key: _plain(value) for key, value in data.items()}
         given: dict[str, Any] = data
         try:
             super().__init__(**given)
@@ -94,6 +97,19 @@ class Scene(SceneTables):
         changed = Scene(**data)
         changed.read_from(self._source, self._lines)
         return changed
+
+
+def _plain(value: object) -> object:
+    """Tables that Python gives as objects as plain data, as a file has them."""
+    if isinstance(value, BaseModel):
+        return value.model_dump(mode="json", by_alias=True, exclude_none=True, exclude_unset=True)
+    if is_table(value):
+        return {key: _plain(each) for key, each in value.items()}
+    if is_list(value):
+        return [_plain(each) for each in value]
+    if isinstance(value, tuple):
+        return tuple(_plain(each) for each in cast(tuple[object, ...], value))
+    return keys_of("materials", value) if dataclasses.is_dataclass(value) else value
 
 
 def apply_override(data: Table, path: str, value: object) -> None:

@@ -2,6 +2,7 @@
 
 # pyright: strict
 
+import dataclasses
 import re
 from typing import TYPE_CHECKING, Annotated, Literal, cast
 
@@ -24,10 +25,12 @@ from wsph.declarations import Also, Choice, Measured, example, number_schema
 from wsph.expressions import Expression, compile_expression, constant_program
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import BaseShape, Rotation
+from wsph.output.fields import Formula
 from wsph.parts.body_force import Damping
 from wsph.parts.part import Part
 from wsph.parts.table import PARTS
 from wsph.plugins.formulations import names
+from wsph.plugins.options import keys_of
 from wsph.quantities import (
     Model,
     NumberOrAuto,
@@ -42,7 +45,7 @@ from wsph.quantities import (
 )
 from wsph.scene.messages import none_of
 from wsph.scene.numbers import Section, boundary_names
-from wsph.scene.outputs import Checkpoint, Output, Stop
+from wsph.scene.outputs import Checkpoint, NamedFormula, Output, Stop
 from wsph.scene.probes import Probe
 from wsph.scene.states import Initial, Relax, Stage, begins_of, windows_of
 from wsph.scene.touch.contact import Contact
@@ -99,6 +102,11 @@ class MaterialSpec(Model):
     def options(self) -> dict[str, object]:
         """The material's own keys."""
         return dict(self.model_extra or {})
+
+
+def _material(value: object) -> object:
+    """A material as an object of a plugin, by its keys."""
+    return keys_of("materials", value) if dataclasses.is_dataclass(value) else value
 
 
 def _named(value: object) -> object:
@@ -281,7 +289,7 @@ class Body(_WithParts):
     placement: Literal["cells", "nodes"] | None = None
     velocity: Annotated[tuple[Annotated[Value, Measured("m/s")], ...], BeforeValidator(as_tuple)] | None = None
     initial: Initial | None = None
-    material: MaterialSpec
+    material: Annotated[MaterialSpec, BeforeValidator(_material)]
 
     @model_validator(mode="before")
     @classmethod
@@ -330,6 +338,7 @@ class SceneTables(Model):
     tools: Annotated[tuple[Tool, ...], BeforeValidator(as_tuple)] = ()
     probes: Annotated[tuple[Probe, ...], BeforeValidator(as_tuple)] = ()
     gravity: dict[Literal["x", "y", "z"], Annotated[Value, Measured(GRAVITY)]] = {}
+    fields: dict[str, NamedFormula] = {}
     output: Output = Output()
     checkpoint: Checkpoint | None = None
     stop: Stop = Stop()
@@ -345,6 +354,11 @@ class SceneTables(Model):
     def begins(self) -> tuple[float, ...]:
         """When each step of [[steps]] begins, and when the last ends [s]."""
         return begins_of(self.steps)
+
+    @property
+    def formulas(self) -> dict[str, Formula]:
+        """The fields that the scene makes of others, by name."""
+        return {name: each.formula for name, each in self.fields.items()}
 
     @property
     def relaxes(self) -> bool:

@@ -195,8 +195,9 @@ def _probes(
     def made(probe: Probe, key: str) -> Recorder:
         often, clock = cadence(probe.every) < 2.0, time_step.clock
         if probe.of is None:
-            kind = ReducedRecorder if needs_places(probe) else PointRecorder
-            return kind(probe, key, bodies, space, clock, often)
+            formulas = setting.scene.formulas
+            kind = ReducedRecorder if needs_places(probe, formulas) else PointRecorder
+            return kind(probe, key, bodies, space, clock, often, formulas)
         return NumberRecorder(probe, key, numbers, setting.scales, clock, space.dim, often)
 
     return [made(probe, f"probes.{k}") for k, probe in enumerate(setting.scene.probes)]
