@@ -15,7 +15,7 @@ import wsph
 from tests.stability.shares import share
 from wsph.simulation.compose import compose
 from wsph.simulation.probing.recorder import RING
-from wsph.simulation.run import CHECK_STEPS, Simulation
+from wsph.simulation.run import CHECK_STEPS, Running
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -68,7 +68,7 @@ def checks() -> None:
     for name, scene, between in cases:
         composition = compose(scene)
         composition.compile()
-        simulation = Simulation(composition, None, time.perf_counter())
+        simulation = Running(composition, None, time.perf_counter())
         composition.program.prepare(between)
         composition.program.run(between)
         simulation.check(0)

@@ -44,7 +44,7 @@ def wants_displacement(scene: Scene) -> bool:
     return (
         len(scene.bodies) > 1
         or bool(scene.tools)
-        or any(fields.primitive(name) in ("displacement", DENSITY) for name in wanted)
+        or any(base in ("displacement", DENSITY) for name in wanted for base in fields.primitives(name, scene.formulas))
     )
 
 
