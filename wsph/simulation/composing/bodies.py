@@ -136,9 +136,12 @@ def alone(setting: Setting, made: Standing, time_step: TimeStep, *, bounded: boo
 def give_velocity(scene: Scene, body: Body, system: System) -> None:
     """Give a system its initial velocity."""
     if body.velocity is not None:
-        values = [scene.value(v, "m/s") for v in body.velocity]
-        columns = [value(system.position) for value in values if isinstance(value, Expression)]
-        system.state.write("velocity", np.stack(columns, 1) / system.scales.velocity)
+        velocity = np.zeros((system.count, scene.dim), system.space.numpy)
+        for k, given in enumerate(body.velocity):
+            value = scene.value(given, "m/s")
+            if isinstance(value, Expression):
+                velocity[:, k] = value(system.position) / system.scales.velocity
+        system.state.write("velocity", velocity)
     system.begin()
 
 

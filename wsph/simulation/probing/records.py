@@ -106,8 +106,8 @@ class Records:
         self._rows.append([*times, *energies, *momentum, *self._numbers.values()])
 
     def frame(self, step: int) -> None:
-        """Write a frame of the state, which is that after `step`."""
-        if self._folder is None:
+        """Write a frame of the state, which is that after `step`, where there is a format for it."""
+        if self._folder is None or not self._folder.formats:
             return
         everything = self.particles(self._wanted)
         moved = everything["position"]
