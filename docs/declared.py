@@ -114,7 +114,7 @@ def commands() -> str:
 def python() -> str:
     """The page of the public names."""
     lines = [
-        "# From Python",
+        "# Public names",
         "",
         "The public names of `wsph`, as their docstrings have them. Everything else is reached by its",
     ]

@@ -225,7 +225,8 @@ def main() -> None:
         found["machine"] = f"{platform.machine()}, {os.cpu_count()} cores"
         print(name, flush=True)
     found["studies"] = {name: found["studies"][name] for name in NAMES if name in found["studies"]}
-    ROWS.write_text(json.dumps(found, indent=0) + "\n")
+    # A row a line, for whoever compares two states of it.
+    ROWS.write_text(json.dumps(found).replace('{"spacing"', '\n{"spacing"') + "\n")
     write(found)
 
 

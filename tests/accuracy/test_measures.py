@@ -37,6 +37,12 @@ def test_a_scale_takes_the_place_of_the_own_size(quantity):
     assert wanted is None or found[0, 1] == pytest.approx(wanted, rel=1e-3)
 
 
+def test_the_end_is_one_that_all_records_have():
+    ramp = [Record(np.array([0.0, end]), np.array([0.0, end])) for end in (1.0, 1.1, 1.3)]
+    assert distances(ramp, "final").max() == pytest.approx(0.0, abs=1e-12)
+    assert distances(ramp, "mean").max() == pytest.approx(0.0, abs=1e-12)
+
+
 def test_what_has_no_size_is_infinitely_far():
     nothing = Record(TIMES, np.zeros(len(TIMES)))
     assert distances([nothing, WAVE])[0, 1] == np.inf

@@ -29,6 +29,8 @@ from wsph.accuracy.rows import Row, Rows
 from wsph.accuracy.search import search, seen_of
 
 ROOT = Path(__file__).resolve().parents[2]
+FINE = 20001
+"""Times at which an answer is compared."""
 TOO_SMALL = 1e-6
 """True errors below this are rounding: a bar of zero holds there."""
 
@@ -51,11 +53,15 @@ class Kept(Rows):
 def true_errors(case: Case, row: Row) -> dict[str, float]:
     """The error of a row by column."""
     if case.frequency is not None:
-        return {name: abs(frequency(record) / case.frequency - 1.0) for name, record in row.records.items()}
+        errors = {name: abs(frequency(record) / case.frequency - 1.0) for name, record in row.records.items()}
+        return {name: error if error > case.floor else 0.0 for name, error in errors.items()}
     found = {}
     for name, exact in case.exact.items():
         record = row.records[name]
-        found[name] = float(distances([Record(record.times, exact(record.times)), record])[0, 1])
+        # Of jumps between two records the answer has more than they.
+        times = np.union1d(record.times, np.linspace(record.times[0], record.times[-1], FINE))
+        error = float(distances([Record(times, exact(times)), record])[0, 1])
+        found[name] = error if error > case.floor else 0.0
     return found
 
 
@@ -119,6 +125,7 @@ def _searched(case: Case, known: dict[int, Row], tolerance: float) -> dict:
         "true": max(truth.values(), default=math.nan),
         "estimate": max((each.estimate.error for each in seen.values()), default=math.nan),
         "total": rows.spent,
+        "first_work": rows.made[min(2, len(rows.made) - 1)].work if rows.made else 0.0,
         "bars": bars,
     }
 
@@ -230,21 +237,24 @@ def main() -> None:
             if options.only not in case.name:
                 continue
             found = measured(case) | {"group": group}
-            for one in found["searches"]:
-                one["first_work"] = found["rows"][min(2, len(found["rows"]) - 1)][1]
             cases.append(found)
             print(told(found), flush=True)
+            if options.write:
+                keep(cases, [])
     missed = [lost(case) for case in (make() for make in LOST) if options.only in case.name]
-    whole = {"cases": cases, "lost": missed, "summary": summary(cases)}
+    print(json.dumps(summary(cases), indent=1))
+    if options.write:
+        keep(cases, missed)
+
+
+def keep(cases: list[dict], missed: list[dict]) -> None:
+    """Write docs/coverage.json; anew after every scene."""
+    path = ROOT / "docs" / "coverage.json"
+    whole: dict = {"lost": missed, "summary": summary(cases)}
     for group in ("known", "fresh"):
         whole[f"summary_{group}"] = summary([case for case in cases if case["group"] == group])
-    print(json.dumps(whole["summary"], indent=1))
-    print(json.dumps(whole["summary_fresh"]["all"]))
-    if options.write:
-        path = ROOT / "docs" / "coverage.json"
-        kept = {key: value for key, value in whole.items() if key != "cases"}
-        kept["scenes"] = [{k: v for k, v in case.items() if k != "windows"} | _of_windows([case]) for case in cases]
-        path.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+    whole["scenes"] = [{k: v for k, v in case.items() if k != "windows"} | _of_windows([case]) for case in cases]
+    path.write_text(json.dumps(whole, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ A page is a sequence of fenced blocks. Before one may stand a comment that a rea
     <!-- hidden: COMMAND --> what is done before the next block
     <!-- fails: CODE -->     the commands end with this exit code
     <!-- check -->           `wsph run` of the block is `wsph check`: the run would be long
+    <!-- after -->           a Python block that goes on from that before it
     <!-- parse -->           a TOML file that is no scene
     <!-- show: REASON -->    not run, and why
 """
@@ -23,7 +24,7 @@ LANGUAGES = ("sh", "python", "toml")
 
 TEXTS = ("", "text", "bibtex", "{toctree}", "{include}")
 
-WAYS = ("file", "append", "in", "hidden", "fails", "check", "parse", "show")
+WAYS = ("after", "file", "append", "in", "hidden", "fails", "check", "parse", "show")
 
 _FENCE = re.compile(r"^```(\S*)(.*)$")
 _COMMENT = re.compile(r"^<!-- (\w+)(?:: (.*))? -->$")

@@ -54,6 +54,7 @@ class Folder:
         for name, text in SHIMS.items():
             (shims / name).write_text(f"#!/bin/sh\n{text}\n")
             (shims / name).chmod(0o755)
+        self.script = ""
         (shims / "installed.py").write_text(INSTALLED)
         path = [str(site), *(each for each in sys.path if each)]
         self.environment = {
@@ -85,17 +86,14 @@ class Folder:
             text = re.sub(r"wsph run (\S+)[^&\n]*", r"wsph check \1 ", block.text) if "check" in ways else block.text
             return self.shell(text, int(ways.get("fails", "0")))
         if block.language == "python":
-            return self.python(block.text)
+            self.script = f"{self.script}\n{block.text}" if "after" in ways else block.text
+            return self.run([sys.executable, "-c", self.script], 0)
         return self.toml(block)
 
     def shell(self, text: str, code: int) -> str:
         """Commands, in bash, that go on from the folder of those before."""
         kept = "trap 'pwd > \"$WSPH_SITE/folder\"' EXIT\n"
         return self.run(["bash", "-eo", "pipefail", "-c", kept + text], code)
-
-    def python(self, text: str) -> str:
-        """A script."""
-        return self.run([sys.executable, "-c", text], 0)
 
     def toml(self, block: Block) -> str:
         """A scene, a part of one, or another file."""

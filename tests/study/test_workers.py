@@ -50,11 +50,18 @@ def test_a_process_that_is_killed_takes_its_own_task_along() -> None:
         assert [futures[k].result() for k in (0, 2, 3, 4)] == [0, 2, 3, 4]
 
 
+def unlike(number: int) -> object:
+    """A result that no process can hand on."""
+    return lambda: number
+
+
 def test_what_a_task_raises_is_its_result_and_its_process_lives() -> None:
     with Workers(1) as pool:
         before = pool.submit(pid, 0).result()
         with pytest.raises(ValueError, match="not 3"):
             pool.submit(refuse, 3).result()
+        with pytest.raises(RuntimeError, match="cannot be carried between processes"):
+            pool.submit(unlike, 3).result()
         assert pool.submit(pid, 0).result() == before != os.getpid()
     with pytest.raises(RuntimeError, match="sent home"):
         pool.submit(pid, 0)

@@ -66,7 +66,7 @@ def accurate(
             else:
                 found = search(rows, wanted, given or Limit(), asked.sure if sure is None else sure)
             made, found = _checked(rows, wanted, found, check, notes)
-            answer = report.answer(rows, found, tolerance, (given or Limit()).data(), [*notes, *made])
+            answer = report.answer(rows, wanted, found, tolerance, (given or Limit()).data(), [*notes, *made])
         finally:
             if out is not None:
                 clear(out)
@@ -92,10 +92,10 @@ def _rows(
     """The rows of a scene at the largest time step that its integrator, materials and contacts take: a smaller one costs
     more and is in no scene more accurate for its work. What was changed, in words."""
     notes: list[str] = []
-    if "precision" in asked.free and scene.run.precision == "f64" and scene.run.device.startswith("cuda"):
-        if tolerance is not None and tolerance >= SINGLE:
-            scene = scene.with_(precision="f32")
-            notes.append("precision f32")
+    on_gpu = scene.run.precision == "f64" and scene.run.device.startswith("cuda")
+    if on_gpu and "precision" in asked.free and tolerance is not None and tolerance >= SINGLE:
+        scene = scene.with_(precision="f32")
+        notes.append("precision f32")
     if scene.run.cfl == "auto":
         return Rows(scene, out, tell, progress), notes
     try:

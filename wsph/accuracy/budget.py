@@ -1,8 +1,8 @@
 """The most accurate answer that a budget pays for, with its bar.
 
-A coarse row tells what work takes in seconds. Then the largest lattice n is sought that the budget pays for together with
-rows of n/2.83 and n/2 before it; after each of these n is found anew, by what rows were found to take. One row alone predicts
-three times too long, setting up in it, so that a search that knows little plans too small a lattice, never too large a one.
+A coarse row tells what work takes in seconds. Then the largest lattice n is sought that the budget pays for together
+with rows of n/2.83 and n/2 before it; after each of these n is found anew, by what rows were found to take. One coarse row
+alone predicts too long, so that a search that knows little plans too small a lattice, never too large a one.
 """
 
 # pyright: strict

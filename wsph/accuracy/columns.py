@@ -93,17 +93,13 @@ def look(
     return found
 
 
-def widened(seen: Mapping[str, Seen], more: Mapping[str, float] | float) -> dict[str, Seen]:
-    """The same with bars that are wider by so much, of each or of all."""
-    return {
-        name: replace(
-            each,
-            estimate=replace(
-                each.estimate, bar=each.estimate.bar + (more if isinstance(more, float) else more.get(name, 0.0))
-            ),
-        )
-        for name, each in seen.items()
-    }
+def widened(seen: Mapping[str, Seen], more: Mapping[str, float]) -> dict[str, Seen]:
+    """The same with bars that are wider by so much."""
+    found: dict[str, Seen] = {}
+    for name, each in seen.items():
+        bar = each.estimate.bar + more.get(name, 0.0)
+        found[name] = replace(each, estimate=replace(each.estimate, bar=bar))
+    return found
 
 
 def worst(seen: Mapping[str, Seen]) -> str:

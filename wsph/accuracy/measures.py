@@ -41,6 +41,12 @@ class Record:
         """Its values at other times, linear between its own."""
         return np.interp(times, self.times, self.values)
 
+    def between(self, begin: float, end: float) -> "Record":
+        """The part of it from one time to another, both in it [s]."""
+        inside = self.times[(self.times > begin) & (self.times < end)]
+        times = np.array([begin, *inside, end])
+        return Record(times, self.at(times))
+
 
 def integral(values: np.ndarray, times: np.ndarray) -> float:
     """By trapezia."""
@@ -51,15 +57,16 @@ def distances(records: Sequence[Record], quantity: str = "history", scale: float
     """Relative differences of k records of one column, (k, k), symmetric: all relative to the first, which is the finest's.
 
     Infinite where the first has no size to be relative to, or a record no crossings to have a frequency of."""
-    first = records[0]
     if quantity == "history":
         times = common_times(records)
         values = np.array([each.at(times) for each in records])
         size = scale * float(times[-1] - times[0]) if scale is not None else integral(np.abs(values[0]), times)
         apart = np.array([[integral(np.abs(one - other), times) for other in values] for one in values])
     else:
-        numbers = np.array([NUMBERS[quantity](each) for each in records])
-        size = scale if scale is not None else abs(float(NUMBERS[quantity](first)))
+        # Runs end with the first step that reaches the end: each at another time.
+        begin, end = _shared(records)
+        numbers = np.array([NUMBERS[quantity](each.between(begin, end)) for each in records])
+        size = scale if scale is not None else abs(float(numbers[0]))
         apart = np.abs(numbers[:, None] - numbers[None, :])
     with np.errstate(divide="ignore", invalid="ignore"):
         found = apart / size
@@ -68,9 +75,15 @@ def distances(records: Sequence[Record], quantity: str = "history", scale: float
 
 def common_times(records: Sequence[Record]) -> np.ndarray:
     """Times that all records have, (n,) [s]: the first's own, and evenly spread ones."""
-    begin, end = max(each.times[0] for each in records), min(each.times[-1] for each in records)
-    own: np.ndarray = records[0].times
-    return np.unique(np.concatenate([own[(own >= begin) & (own <= end)], np.linspace(begin, end, SAMPLES)]))
+    begin, end = _shared(records)
+    own = records[0].times
+    spread = np.linspace(begin, end, SAMPLES)
+    return np.sort(np.append(own[(own >= begin) & (own <= end)], spread))
+
+
+def _shared(records: Sequence[Record]) -> tuple[float, float]:
+    """The first and the last time that all records have [s]."""
+    return max(float(each.times[0]) for each in records), min(float(each.times[-1]) for each in records)
 
 
 def size(record: Record) -> float:

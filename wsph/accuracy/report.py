@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from wsph.accuracy.columns import Seen, judged, widened, worst
+from wsph.accuracy.columns import Aim, Seen, judged, widened, worst
 from wsph.accuracy.envelope import FLOOR, KEEP
 from wsph.accuracy.measures import distances, mean
-from wsph.accuracy.rows import Row, Rows
+from wsph.accuracy.rows import Halted, Row, Rows
 from wsph.accuracy.search import Found
 from wsph.output.files import write_text
 from wsph.quantities import Table
@@ -43,18 +43,18 @@ class Answer:
         return str(self.data["why"])
 
 
-def answer(rows: Rows, found: Found, tolerance: float | None, limit: Table, notes: list[str]) -> Answer:
+def answer(
+    rows: Rows, asked: Mapping[str, Aim], found: Found, tolerance: float | None, limit: Table, notes: list[str]
+) -> Answer:
     """The answer of a search that ended with `found`. `notes` join the reasons."""
     seen = found.seen
     made = rows.made
-    if seen and found.status != "interrupted":
-        seen = widened(seen, _time_term(rows, seen))
     if seen:
-        seen = widened(seen, rows.lattices.misfit(made[-1].cells))
-        seen = widened(seen, FLOOR["f32"] if rows.scene.run.precision == "f32" else 0.0)
-    zero = (
-        judged(made[-1].records, {name.rpartition(".")[0]: each.aim for name, each in seen.items()})[1] if made else []
-    )
+        terms = _time_term(rows, seen) if found.status != "interrupted" else {}
+        single = FLOOR["f32"] if rows.scene.run.precision == "f32" else 0.0
+        others = rows.lattices.misfit(made[-1].cells) + single
+        seen = widened(seen, {name: terms.get(name, 0.0) + others for name in seen})
+    zero = judged(made[-1].records, asked)[1] if made else []
     why = [found.why, *notes, *([f"zero by symmetry, not judged: {', '.join(zero)}"] if zero else [])]
     data: Table = {
         "status": found.status,
@@ -77,18 +77,19 @@ def write(data: Table, folder: Path) -> None:
 
 
 def _time_term(rows: Rows, seen: Mapping[str, Seen]) -> dict[str, float]:
-    """The error of a time step that does not follow the spacing, which rows do not show: by one coarse row with half of it."""
+    """The error of a time step that does not follow the spacing, which rows do not show: by a coarse row with half of it,
+    infinite where that is not made."""
     last = rows.made[-KEEP:]
     ratios = [row.result.scene.end / row.steps / row.spacing for row in last]
     if max(ratios) <= FOLLOWS * min(ratios):
         return {}
     coarse = last[0]
     rows.tell("the time step does not follow the spacing: a coarse row again with half of it")
-    again = rows.run(
-        rows.lattices.scene_at(coarse.cells).with_(dt=0.5 * coarse.result.summary["dt"]),
-        coarse.cells,
-        2.0 * coarse.work,
-    )
+    half = rows.lattices.scene_at(coarse.cells).with_(dt=0.5 * coarse.result.summary["dt"])
+    try:
+        again = rows.run(half, coarse.cells, 2.0 * coarse.work)
+    except (Halted, KeyboardInterrupt):
+        return dict.fromkeys(seen, math.inf)
     found: dict[str, float] = {}
     for name, each in seen.items():
         pair = [coarse.records[name], again.records[name]]

@@ -1,7 +1,7 @@
 """The rows of a search: runs of one scene on lattices of it, each with its cost planned before and measured after.
 
-With a folder, a row is written into a folder inside of it, and takes the place of the one before when it is complete: what is
-in the folder is at any time the ordinary output of the best row so far, also after an interrupt.
+With a folder, a row is written into a folder inside of it, and takes the place of the one before when it is complete:
+what is in the folder is at any time the ordinary output of the best row so far, also after an interrupt.
 """
 
 # pyright: strict

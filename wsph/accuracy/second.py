@@ -1,7 +1,7 @@
 """Another scheme on the same lattices: what no bar sees is a wrong limit, and two schemes seldom have the same.
 
-The other scheme makes the last but one of the rows, and the two coarser ones beside it, by which it has a bar of its own. Two
-answers that differ by more than both bars disagree: of 301 pairs with a wrong bar this told 94, of 1385 right ones none.
+The other scheme makes the last but one of the rows, and the two coarser ones beside it, by which it has a bar of its own.
+Two answers that differ by more than both bars disagree: of 301 pairs with a wrong bar this told 94, of 1385 right ones none.
 """
 
 # pyright: strict
@@ -16,6 +16,7 @@ from wsph.accuracy.rows import Rows
 from wsph.errors import PluginError, Refused, SceneError
 from wsph.plugins.integrators import sets
 from wsph.plugins.registry import load
+from wsph.quantities import Table
 from wsph.scene.scene import Scene
 from wsph.simulation.composing.setting import method_of
 
@@ -23,21 +24,22 @@ ONE_SET, TWO_SETS = "leapfrog", "tsph"
 """The integrators that answers are checked by: of the other number of sets than the scene's own, or of another form."""
 
 
-def others(scene: Scene) -> list[dict[str, object]]:
+def others(scene: Scene) -> list[Table]:
     """The changes by which a scene has another scheme, the first that it takes being the one to ask."""
-    own = method_of(scene).formulation.name
-    leapfrog = [
-        {"run.integrator": {"name": ONE_SET}, "run.formulation": form} for form in ("stress-points", "total-lagrangian")
-    ]
-    taylor: dict[str, object] = {"run.integrator": {"name": TWO_SETS}, "run.formulation": "small-strain"}
-    if sets(load("integrators", scene.run.integrator.name)) == 1:
-        return [*(each for each in leapfrog if each["run.formulation"] != own), taylor]
-    return [*leapfrog]
+    own, two_sets = method_of(scene).formulation.name, sets(load("integrators", scene.run.integrator.name)) == 2
+    found: list[Table] = []
+    for form in ("stress-points", "total-lagrangian"):
+        if two_sets or form != own:
+            found.append({"run.integrator": {"name": ONE_SET}, "run.formulation": form})
+    if not two_sets:
+        found.append({"run.integrator": {"name": TWO_SETS}, "run.formulation": "small-strain"})
+    return found
 
 
 def opinion(rows: Rows, wanted: Mapping[str, Aim], seen: Mapping[str, Seen]) -> list[str]:
     """What another scheme says of the finest row, in words. Raises what `Rows.run` raises."""
-    cells = [row.cells for row in rows.made[-2::-1]][:FEWEST]
+    made = rows.made[:-1] if len(rows.made) > FEWEST else rows.made
+    cells = [row.cells for row in reversed(made)][:FEWEST]
     if len(cells) < FEWEST:
         return ["no other scheme was asked: there are too few rows"]
     refusals: list[str] = []
@@ -54,9 +56,8 @@ def opinion(rows: Rows, wanted: Mapping[str, Aim], seen: Mapping[str, Seen]) -> 
         rows.tell(
             f"{name}, to check: {', '.join(map(str, cells))} cells, {sum(plan.work for plan in plans):.3g} pair visits"
         )
-        made = [rows.run(each, n, plan.work) for each, n, plan in zip(scenes, cells, plans, strict=True)]
-        records = [row.records for row in made]
-        spacings = [row.spacing for row in made]
+        asked = [rows.run(each, n, plan.work) for each, n, plan in zip(scenes, cells, plans, strict=True)]
+        records, spacings = [row.records for row in asked], [row.spacing for row in asked]
         formal = formal_order(scene)
         theirs = look(spacings, records, wanted, formal)
         return _compared(name, rows, seen, records[0], theirs)

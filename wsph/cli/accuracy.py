@@ -61,9 +61,18 @@ def run_accurately(options: argparse.Namespace, scene: "Scene", folder: Path, pr
         limit = Limit.read(options.budget) if options.budget is not None else None
     except ValueError as error:
         raise WsphError(f"--{'accuracy' if 'tolerance' in str(error) else 'budget'}: {error}") from None
-    tell = (lambda _: None) if options.quiet else _say
-    found = accurate(scene, folder, tolerance=tolerance, limit=limit, sure=options.sure or None, check=options.check,
-                     overwrite=options.overwrite, tell=tell, progress=progress)  # fmt: skip
+    tell = None if options.quiet else _say
+    found = accurate(
+        scene,
+        folder,
+        tolerance=tolerance,
+        limit=limit,
+        sure=options.sure or None,
+        check=options.check,
+        overwrite=options.overwrite,
+        tell=tell,
+        progress=progress,
+    )
     if not options.quiet:
         for line in told(found, folder):
             print(line)

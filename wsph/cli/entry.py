@@ -1,8 +1,8 @@
 """The command line from its arguments to its exit code.
 
 Exit codes: 0 completed; 1 a published case that does not come out as it should, or a failure of the machine (memory,
-disk); 2 bad input (a faulty scene, a refused composition, an unusable folder); 3 unstable; 4 an accuracy that is not met; 130 interrupted; 141 whoever
-read the output has closed it.
+disk); 2 bad input (a faulty scene, a refused composition, an unusable folder); 3 unstable; 4 an accuracy that is not met;
+130 interrupted; 141 whoever read the output has closed it.
 """
 
 # pyright: strict

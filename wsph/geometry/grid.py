@@ -18,6 +18,9 @@ from wsph.geometry.shapes.shape import Rotation, rotation_matrix
 FIT = 1e-6
 """An edge lies on a line of the grid if it is this near, in cells."""
 
+CHUNK = 2**16
+"""Cells that are looked at at once."""
+
 LOST = 1e-12
 """Spacing over the largest coordinate below which positions have too few digits for it."""
 
@@ -42,13 +45,27 @@ class Grid:
     def points(self, index: np.ndarray) -> np.ndarray:
         """Positions [m] of grid coordinates (n, dim)."""
         # The last line is the shape's edge to the last bit: an edge divided by its count, not the spacing added up.
-        local = np.where(index == self.count, self.high, self.low + index * self.step)
+        local = np.empty(index.shape)
+        for k, last in enumerate(self.count):  # a column at a time, which takes little more memory than they do
+            of = index[:, k]
+            local[:, k] = np.where(of == last, self.high[k], self.low[k] + of * self.step[k])
         return local if self.upright else self.middle + (local - self.middle) @ self.axes.T
 
     def coordinates(self, points: np.ndarray) -> np.ndarray:
         """Grid coordinates of positions (n, dim) [m]."""
         local = points if self.upright else self.middle + (points - self.middle) @ self.axes
         return (local - self.low) / self.step
+
+
+def cells_in(shape: Shape, grid: Grid) -> np.ndarray:
+    """Which cells of a grid have their middles in a shape, of the grid's shape, bool."""
+    count = tuple(grid.count.tolist())
+    cells = np.zeros(int(np.prod(grid.count)), bool)
+    for first in range(0, len(cells), CHUNK):
+        number = np.arange(first, min(first + CHUNK, len(cells)))
+        index = np.stack(np.unravel_index(number, count), 1)
+        cells[number] = shape.contains(grid.points(index + 0.5))
+    return cells.reshape(count)
 
 
 def plan(

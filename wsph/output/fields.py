@@ -7,10 +7,12 @@ those on the host. Arrays are SI, with any leading shape: (..., width) for primi
 # pyright: strict
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+
+from wsph.expressions import Expression
 
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
 """Order of a symmetric tensor's components, VTK's."""
@@ -80,6 +82,35 @@ alone, those across are taken as zero."""
 
 _STRAINS = {1: ("xx",), 2: ("xx", "yy", "xy"), 3: TENSOR}
 """Components of a strain by dimension."""
+
+
+@dataclass(frozen=True)
+class Formula:
+    """A scalar field that a scene makes of others, by an expression of their names and of the reference position."""
+
+    expression: Expression
+    unit: str = ""
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """The scalar fields that it is made of."""
+        return self.expression.names
+
+    def of(self, values: Mapping[str, np.ndarray], labels: tuple[str, ...], position: np.ndarray) -> np.ndarray:
+        """Its values (...) from those of primitives (..., width), at places (n, dim) along the last axis of these."""
+        parts = [component(name, values[primitive(name)], labels) for name in self.needs]
+        shape = np.broadcast_shapes(*(part.shape for part in parts), position.shape[:1])
+        places = np.broadcast_to(position, (*shape, position.shape[1])).reshape(-1, position.shape[1])
+        given = [np.broadcast_to(part, shape).reshape(-1) for part in parts]
+        return self.expression(places, values=given).reshape(shape)
+
+
+Formulas = Mapping[str, Formula]
+
+
+def primitives(name: str, formulas: Formulas) -> tuple[str, ...]:
+    """The primitive fields that a field is computed from, a formula's too."""
+    return tuple(dict.fromkeys(map(primitive, formulas[name].needs))) if name in formulas else (primitive(name),)
 
 
 def known(internals: Iterable[str], dim: int, offered: Iterable[str] = ()) -> list[str]:

@@ -6,10 +6,13 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
-from wsph.declarations import QUANTITY, Choice, example
+from wsph.declarations import QUANTITY, Also, Choice, example
+from wsph.expressions import compile_expression, names_in
 from wsph.output import formats
+from wsph.output.fields import Formula
 from wsph.quantities import Cadence, Model, Strings, Unit, as_tuple, quantity, read_cadence
 from wsph.scene.messages import none_of
+from wsph.units import unit as unit_named
 
 
 def _format(name: object) -> object:
@@ -20,6 +23,35 @@ def _format(name: object) -> object:
 
 
 _Format = Annotated[str, BeforeValidator(_format), Choice(tuple(formats.names()))]
+
+
+def _as_formula(value: object) -> object:
+    return {"expression": value} if isinstance(value, str) else value
+
+
+class FieldFormula(Model):
+    """A scalar field made of others by an `expression` of their names, as von_mises and velocity_x, and of x, y, z (the
+    reference position), with its `unit` in words."""
+
+    model_config = example({"expression": "0.5*7850*(velocity_x^2 + velocity_y^2)", "unit": "J/m3"})
+    expression: Annotated[str, Field(min_length=1)]
+    unit: str = ""
+
+    @model_validator(mode="after")
+    def _readable(self) -> "FieldFormula":
+        if compile_expression(self.expression, names_in(self.expression)).uses("t"):
+            raise ValueError(f"{self.expression!r} uses t: a field is of the state alone")
+        _ = unit_named(self.unit)
+        return self
+
+    @property
+    def formula(self) -> Formula:
+        """As frames and probes compute it."""
+        return Formula(compile_expression(self.expression, names_in(self.expression)), self.unit)
+
+
+NamedFormula = Annotated[FieldFormula, BeforeValidator(_as_formula), Also({"type": "string"})]
+"""A formula, or its expression alone."""
 
 
 class Output(Model):

@@ -2,6 +2,7 @@
 
 # pyright: strict
 
+import dataclasses
 import re
 from typing import TYPE_CHECKING, Annotated, Literal, cast
 
@@ -24,28 +25,28 @@ from wsph.declarations import Also, Choice, Measured, example, number_schema
 from wsph.expressions import Expression, compile_expression, constant_program
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import BaseShape, Rotation
+from wsph.output.fields import Formula
 from wsph.parts.body_force import Damping
 from wsph.parts.part import Part
 from wsph.parts.table import PARTS
 from wsph.plugins.formulations import names
+from wsph.plugins.options import keys_of
 from wsph.quantities import (
-    Cadence,
     Model,
     NumberOrAuto,
-    Strings,
     Table,
     Unit,
     Value,
     as_tuple,
-    file_name,
     is_sequence,
     is_table,
     printable,
     read_switch,
 )
 from wsph.scene.messages import none_of
-from wsph.scene.numbers import NUMBERS, Section, boundary_names
-from wsph.scene.outputs import Accuracy, Checkpoint, Judged, Output, Quantity, Stop
+from wsph.scene.numbers import Section, boundary_names
+from wsph.scene.outputs import Accuracy, Checkpoint, NamedFormula, Output, Stop
+from wsph.scene.probes import Probe
 from wsph.scene.states import Initial, Relax, Stage, begins_of, windows_of
 from wsph.scene.touch.contact import Contact
 from wsph.scene.touch.tools import Tool
@@ -101,6 +102,11 @@ class MaterialSpec(Model):
     def options(self) -> dict[str, object]:
         """The material's own keys."""
         return dict(self.model_extra or {})
+
+
+def _material(value: object) -> object:
+    """A material as an object of a plugin, by its keys."""
+    return keys_of("materials", value) if dataclasses.is_dataclass(value) else value
 
 
 def _named(value: object) -> object:
@@ -283,7 +289,7 @@ class Body(_WithParts):
     placement: Literal["cells", "nodes"] | None = None
     velocity: Annotated[tuple[Annotated[Value, Measured("m/s")], ...], BeforeValidator(as_tuple)] | None = None
     initial: Initial | None = None
-    material: MaterialSpec
+    material: Annotated[MaterialSpec, BeforeValidator(_material)]
 
     @model_validator(mode="before")
     @classmethod
@@ -315,64 +321,6 @@ class Body(_WithParts):
         return {key: part for key, part in given.items() if part is not None}
 
 
-class Line(Model):
-    """Material points evenly along a line, its ends included."""
-
-    model_config = example({"from": [0.0, "5 mm"], "to": ["100 mm", "5 mm"], "points": 51})
-    start: _Point = Field(alias="from")
-    end: _Point = Field(alias="to")
-    points: Annotated[int, Field(ge=2, le=10_000)] = 51
-
-    @property
-    def places(self) -> tuple[tuple[float, ...], ...]:
-        """The points [m]."""
-        return tuple(
-            tuple(a + (b - a) * k / (self.points - 1) for a, b in zip(self.start, self.end, strict=False))
-            for k in range(self.points)
-        )
-
-
-class Probe(Model):
-    """A record of fields `at` material points or along a `line`, or of the particles that `where` selects, reduced to one
-    number ("integral": over their volume at the start, per depth in 2D); or of the numbers `of` a boundary, contact, tool or
-    section. `tolerance` and `quantity`: those of its columns, where they are not the scene's; `scale`: a size in their unit
-    [SI] that errors are relative to, in place of their own."""
-
-    model_config = example({"name": "tip", "at": [["100 mm", "10 mm"]], "fields": ["displacement", "stress_xx"]})
-    name: Annotated[str, AfterValidator(file_name)]
-    body: str | None = None
-    at: Annotated[tuple[_Point, ...], BeforeValidator(as_tuple)] | None = None
-    where: str | None = None
-    of: str | None = None
-    line: Line | None = None
-    reduce: Literal["min", "max", "mean", "sum", "integral"] | None = None
-    fields: Annotated[Strings, Field(min_length=1)]
-    every: Cadence = 1
-    tolerance: Judged = None
-    quantity: Quantity | None = None
-    scale: Annotated[float, Unit("", gt=0)] | None = None
-
-    @model_validator(mode="after")
-    def _complete(self) -> "Probe":
-        if [self.at, self.line, self.where, self.of].count(None) != 3:
-            raise ValueError("exactly one of at, line, where and of is needed")
-        if self.of is not None and self.body is not None:
-            raise ValueError("body goes with at, line and where: what `of` names is one thing in the scene")
-        unknown = [name for name in self.fields if name not in NUMBERS]
-        if self.of is not None and unknown:
-            raise ValueError(f"of {self.of!r} fields are {', '.join(NUMBERS)}: {none_of(unknown[0], NUMBERS)}")
-        if self.at is not None and not self.at:
-            raise ValueError("at names no point")
-        if (self.where is None) != (self.reduce is None):
-            raise ValueError('reduce = "min", "max", "mean", "sum" or "integral" goes with where')
-        return self
-
-    @property
-    def points(self) -> tuple[tuple[float, ...], ...] | None:
-        """The material points that it names, None where it names none."""
-        return self.line.places if self.line is not None else self.at
-
-
 class SceneTables(Model):
     """The keys of a whole scene."""
 
@@ -391,6 +339,7 @@ class SceneTables(Model):
     probes: Annotated[tuple[Probe, ...], BeforeValidator(as_tuple)] = ()
     gravity: dict[Literal["x", "y", "z"], Annotated[Value, Measured(GRAVITY)]] = {}
     accuracy: Accuracy | None = None
+    fields: dict[str, NamedFormula] = {}
     output: Output = Output()
     checkpoint: Checkpoint | None = None
     stop: Stop = Stop()
@@ -406,6 +355,11 @@ class SceneTables(Model):
     def begins(self) -> tuple[float, ...]:
         """When each step of [[steps]] begins, and when the last ends [s]."""
         return begins_of(self.steps)
+
+    @property
+    def formulas(self) -> dict[str, Formula]:
+        """The fields that the scene makes of others, by name."""
+        return {name: each.formula for name, each in self.fields.items()}
 
     @property
     def relaxes(self) -> bool:

@@ -30,8 +30,8 @@ from wsph.plugins import integrators
 from wsph.plugins.blame import blame
 from wsph.reporting import Reported
 from wsph.scene.geometries import is_fitted, refuse_misfits, stairs_in_words
+from wsph.scene.probes import Probe
 from wsph.scene.scene import Scene
-from wsph.scene.tables import Probe
 from wsph.simulation.composing.bodies import Standing, alone, standing
 from wsph.simulation.composing.composition import BodyRun, Composition, Step, reported
 from wsph.simulation.composing.idle import idle
@@ -195,8 +195,9 @@ def _probes(
     def made(probe: Probe, key: str) -> Recorder:
         often, clock = cadence(probe.every) < 2.0, time_step.clock
         if probe.of is None:
-            kind = ReducedRecorder if needs_places(probe) else PointRecorder
-            return kind(probe, key, bodies, space, clock, often)
+            formulas = setting.scene.formulas
+            kind = ReducedRecorder if needs_places(probe, formulas) else PointRecorder
+            return kind(probe, key, bodies, space, clock, often, formulas)
         return NumberRecorder(probe, key, numbers, setting.scales, clock, space.dim, often)
 
     return [made(probe, f"probes.{k}") for k, probe in enumerate(setting.scene.probes)]

@@ -5,7 +5,7 @@
 import signal
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -27,7 +27,7 @@ from wsph.simulation.composing.composition import Composition
 from wsph.simulation.composing.idle import untouched
 from wsph.simulation.ledger import Account, Ledger
 from wsph.simulation.probing.recorder import RING
-from wsph.simulation.records import Records
+from wsph.simulation.probing.records import Records
 from wsph.simulation.result import Result
 from wsph.simulation.starting.relaxation import NO_REST
 from wsph.simulation.starting.relaxations import Relaxations
@@ -41,7 +41,8 @@ half a step (tests/benchmarks/guards.py)."""
 Progress = Callable[[int, int, float], None]
 """Called between blocks of steps with the step, the last step and the time [s]."""
 
-_ONE_RUN = threading.RLock()
+ONE_RUN = threading.RLock()
+"""Capturing a graph takes in what any thread launches: runs of one process follow one another."""
 
 
 def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: bool = False, resume: bool = False, throw: bool = True,
@@ -67,14 +68,13 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
             formats.check_installed(scene.output.formats)
         started = time.perf_counter()
         found = checkpoint.last(scene, folder, overwrite) if resume else None
-        # Capturing a graph takes in what any thread launches: runs of one process follow one another.
-        with _ONE_RUN, np.errstate(over="ignore", invalid="ignore"):  # the finite check speaks, numpy need not
+        with ONE_RUN, np.errstate(over="ignore", invalid="ignore"):  # the finite check speaks, numpy need not
             composition = compose(scene)
             composition.compile()
             with Interrupts() as interrupts:
                 if claim is not None:
                     claim.make()
-                result = Simulation(composition, folder, started, found).run(progress, interrupts)
+                result = Running(composition, folder, started, found).run(progress, interrupts)
     asked = interrupts.asked
     if throw and result.failure is not None:
         raise result.failure
@@ -83,7 +83,7 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
     return result
 
 
-class Simulation:
+class Running:
     """One run in progress: a composition, and what looks at it between blocks of its steps."""
 
     def __init__(self, composition: Composition, folder: Path | None, started: float, found: Found | None = None):
@@ -103,24 +103,35 @@ class Simulation:
         self._checkpoints = Checkpoints(
             composition, self._folder, self._ledger, self._checks, self._control, self._records, self._relaxations
         )
-        self._first = 0
+        self._first = self._step = 0
+        self._failure: Unstable | None = None
         self._inside = 0.0
 
     def run(self, progress: Progress | None, interrupts: Interrupts) -> Result:
         """Run to the end, to a failure or to an interrupt."""
-        status, reason, failure = "completed", "", None
+        for step in self.blocks(interrupts, progress):
+            if progress is not None and step > self._first:
+                progress(step, self._timeline.last, self._timeline.time(step))
+        return self.end(interrupts)
+
+    def blocks(
+        self, interrupts: Interrupts, progress: Progress | None = None, due: Callable[[], Sequence[int]] = tuple
+    ) -> Iterator[int]:
+        """Run block after block of steps, to the end, to a failure or to an interrupt: the step that each has come to, the
+        first of them before any. `due` are steps, from outside, that blocks end at."""
         found, relaxations = self._found, self._relaxations
         step = self._first = self._checkpoints.resume(found) if found is not None else 0
         try:
             if step == 0 and self._relax(step, progress, interrupts):
                 self._begin()
+            yield step
             while step < self._timeline.last and not interrupts.asked and self._relax(step, progress, interrupts):
-                step += self._steps(self._block(step), interrupts)
+                step += self._steps(self._block(step, due()), interrupts)
                 self._records.collect(step)
                 self._records.take(step, self.check(step))
                 self._checkpoints.keep(step)
-                if progress is not None:
-                    progress(step, self._timeline.last, self._timeline.time(step))
+                self._step = step
+                yield step
             if relaxations.current is not None:
                 self._checkpoints.keep_relaxing(step, asked=True)
             elif interrupts.asked and step < self._timeline.last:
@@ -128,18 +139,37 @@ class Simulation:
                 self._checkpoints.keep(step, asked=True)
                 self._records.take(step, self.check(step), final=True)
         except Unstable as error:
+            self._failure = error
+        self._step = step
+
+    def end(self, interrupts: Interrupts) -> Result:
+        """The result of the run as far as it has come."""
+        status, reason, step, failure = "completed", "", self._step, self._failure
+        if failure is not None:
             # Energy that grew is a stop that the scene asks for, and so is no rest; a state that is not finite is not.
-            stopped = error.field in ("energy", NO_REST)
-            status, reason, failure = "stopped" if stopped else "unstable", str(error), error
-        if interrupts.asked and failure is None and step < self._timeline.last:
+            status, reason = "stopped" if failure.field in ("energy", NO_REST) else "unstable", str(failure)
+        elif step < self._timeline.last:
             status, reason = "interrupted", f"interrupted at step {step}"
-            if relaxations.current is not None:
-                reason = (
-                    f"interrupted in a relaxation before step {step}, after {relaxations.current.steps} steps of it"
-                )
+            if (current := self._relaxations.current) is not None:
+                reason = f"interrupted in a relaxation before step {step}, after {current.steps} steps of it"
         wall = time.perf_counter() - self._started
         ending = Ending(status, reason, step, self._first, wall, self._inside)
         return self._result(ending, failure)
+
+    @property
+    def composition(self) -> Composition:
+        """What runs."""
+        return self._composition
+
+    @property
+    def failure(self) -> Unstable | None:
+        """What ended it before its time."""
+        return self._failure
+
+    @property
+    def ledger(self) -> Ledger:
+        """Its energies and works."""
+        return self._ledger
 
     def _relax(self, step: int, progress: Progress | None, interrupts: Interrupts) -> bool:
         """Bring the bodies to rest, where that is due before a step; False where it was asked to end before they were.
@@ -183,9 +213,9 @@ class Simulation:
         self._records.collect(0)
         self._records.take(0, account)
 
-    def _block(self, step: int) -> int:
+    def _block(self, step: int, outside: Sequence[int] = ()) -> int:
         """Steps until something is due, or the rings are full, or the state has to be checked."""
-        due = [self._timeline.last, *self._records.due(), *self._checkpoints.due()]
+        due = [self._timeline.last, *self._records.due(), *self._checkpoints.due(), *outside]
         due += [self._relaxations.due] if self._relaxations.due is not None else []
         if self._control.adapts:
             due.append(self._control.look)

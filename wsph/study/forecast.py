@@ -2,6 +2,7 @@
 
 # pyright: strict
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from wsph.errors import Refused
@@ -38,3 +39,17 @@ def forecast(row: Planned) -> Forecast | str:
     evaluations = composition.steps * integrators.evaluations(composition.bodies[0].integrator)
     taken = sum(run.system.nbytes for run in composition.bodies)
     return Forecast(composition.particles, composition.steps, evaluations, composition.pairs * evaluations, taken)
+
+
+def in_words(plan: Sequence[Planned]) -> Iterator[str]:
+    """What the rows of a study will take, line by line, and all of them together."""
+    known: list[Forecast] = []
+    for row in plan:
+        found = forecast(row)
+        known += [found] if isinstance(found, Forecast) else []
+        yield f"{row.name}: {found}"
+    largest = max((each.device_bytes for each in known), default=0)
+    yield (
+        f"{len(plan)} rows: {sum(each.right_hand_sides for each in known)} right-hand sides,"
+        f" {sum(each.work for each in known):.3g} pair visits, {1e-6 * largest:.3g} MB the largest; nothing was run"
+    )

@@ -1,7 +1,7 @@
 """The runs of a study, over any executor of `concurrent.futures`: each row is kept when it ends.
 
-Left to itself a study makes the first row where it is, which fills the cache of kernels once and tells how long a row takes;
-the others go to processes where that is worth their start. A process that is lost takes along its row alone.
+Left to itself a study makes the coarsest row where it is, which fills the cache of kernels once and tells how long a row
+takes; the others go to processes where that is worth their start. A process that is lost takes along its row alone.
 """
 
 # pyright: strict
@@ -92,15 +92,23 @@ def _here_or_spread(todo: dict[int, Planned], row: Callable[..., Made], workers:
     if any(_on_cuda(scene) for scene in scenes):
         workers = 1
     threads = 1 if workers > 1 else None
-    (first, begin), *rest = todo.items()
+    # The coarsest, which no lack of memory ends.
+    first = max(todo, key=lambda place: todo[place].spacing or 0.0)
+    begin, rest = todo[first], {place: each for place, each in todo.items() if place != first}
     started = time.perf_counter()
     note(first, row(begin, threads=threads))
-    if workers < 2 or (time.perf_counter() - started) * len(rest) < SPREAD_SECONDS:
-        for place, each in rest:
+    taken = time.perf_counter() - started
+    if workers < 2 or sum(taken * _dearer(each, begin) for each in rest.values()) < SPREAD_SECONDS:
+        for place, each in rest.items():
             note(place, row(each, threads=threads))
         return {}
     with Workers(workers, each_takes) as pool:
-        return _spread(pool, dict(rest), partial(row, threads=1, alone=False), note)
+        return _spread(pool, rest, partial(row, threads=1, alone=False), note)
+
+
+def _dearer(row: Planned, other: Planned) -> float:
+    """How many times the work of another a row has, by their spacings."""
+    return ((other.spacing or 1.0) / (row.spacing or other.spacing or 1.0)) ** (row.scene.dim + 1)
 
 
 def _spread(executor: Executor, todo: dict[int, Planned], row: Callable[[Planned], Made], note: Keep) -> dict[int, str]:

@@ -7,7 +7,6 @@ Python's own pool of processes is broken as a whole where one of them ends, and 
 
 import multiprocessing
 import os
-import pickle
 import threading
 import warnings
 from collections.abc import Callable, Sequence
@@ -134,5 +133,7 @@ def _work(line: Connection, own: Sequence[int]) -> None:
             answer = False, error
         try:
             line.send(answer)
-        except (pickle.PicklingError, TypeError, AttributeError) as error:
+        except OSError:  # nobody waits any more
+            return
+        except Exception as error:
             line.send((False, RuntimeError(f"cannot be carried between processes: {error}; it was {answer[1]!r}")))

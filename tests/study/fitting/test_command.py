@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.study.fitting.test_fit import FREE, NAMES, TIMES, bar, noisy
+from tests.study.fitting.test_fit import FREE, NAMES, TIMES, bar, needs_scipy, noisy
 from wsph import Scene
 from wsph.cli import main
 from wsph.study.fitting.curves import computed
@@ -15,7 +15,6 @@ from wsph.study.fitting.mesh import mesh_bar
 from wsph.study.fitting.parameters import read_parameter
 from wsph.study.fitting.runs import Runs
 
-pytest.importorskip("scipy", reason='needs the extra "calibrate"')
 tomli_w = pytest.importorskip("tomli_w")
 
 
@@ -27,6 +26,7 @@ def files(folder: Path, scene: Scene, values: np.ndarray) -> tuple[Path, Path]:
     return folder / "bar.toml", folder / "data.csv"
 
 
+@needs_scipy
 def test_calibrate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene, data = files(tmp_path, bar(16), noisy(computed(NAMES[:1], TIMES, bar(64)).values, 0.004, 1).values)
     key, free = "bodies.0.material.youngs_modulus", ["--free", f"{FREE[0].partition(' @')[0]}"]
@@ -51,6 +51,7 @@ def test_calibrate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "holds files already; choose another folder with -o, or give --overwrite" in capsys.readouterr().err
 
 
+@needs_scipy
 def test_the_mesh_moves_parameters_less_than_its_bar_says() -> None:
     """Fitted to a fine run without noise, what is off is the mesh's."""
     fine = computed(NAMES, TIMES, bar(80)).values
@@ -67,6 +68,7 @@ def test_the_mesh_moves_parameters_less_than_its_bar_says() -> None:
     assert all(each.converges for each in mesh.estimates.values())
 
 
+@needs_scipy
 def test_a_body_from_a_file_has_no_ladder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from wsph.errors import Refused
 
@@ -100,7 +102,7 @@ def test_long_runs_go_to_processes(monkeypatch: pytest.MonkeyPatch) -> None:
     from concurrent.futures import ThreadPoolExecutor
 
     monkeypatch.setattr("wsph.study.fitting.runs.SPREAD_SECONDS", 0.0)
-    monkeypatch.setattr("wsph.study.workers.Workers", ThreadPoolExecutor)
+    monkeypatch.setattr("wsph.study.fitting.runs.Workers", ThreadPoolExecutor)
     with Runs(NAMES, TIMES, 2) as runs:
         (alone,) = runs([bar(8)])
         spread = runs([bar(8), bar(16)])

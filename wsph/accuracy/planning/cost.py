@@ -88,8 +88,8 @@ class Rate:
         self._rows.append(row)
 
     def seconds(self, asked: Plan) -> float:
-        """What a run will take [s], not a number before the first. From one row all seconds of steps are taken to go with the
-        work, three times too long perhaps."""
+        """What a run will take [s], not a number before the first. From one row all seconds of steps are taken to go with
+        the work, three times too long perhaps."""
         if not self._rows:
             return math.nan
         a, b = self._rates()

@@ -1,5 +1,5 @@
-"""The order in the spacing that errors of a scene can fall with, and why: 2 for smooth motions of bodies whose surface is met,
-1 for all else. An order seen is never taken to be above it."""
+"""The order in the spacing that errors of a scene can fall with, and why: 2 for smooth motions of bodies whose surface is
+met, on a grid or by fitted cells, 1 for all else. An order seen is never taken to be above it."""
 
 # pyright: strict
 

@@ -1,5 +1,5 @@
-"""The lattices of a scene that rows of a ladder may have: those that divide every edge of every body, and that put probes and
-cracks where the scene's own lattice has them, on its lines or in the middle between two.
+"""The lattices of a scene that rows of a ladder may have: those that divide every edge of every body, and that put probes
+and cracks where the scene's own lattice has them, on its lines or in the middle between two.
 
 A lattice is named by a whole number, its `cells`: those across the longest edge of the first body. All bodies are refined
 alike. Of staircases, whose error goes with the volume that they miss, those are taken that miss less of it than their
@@ -107,7 +107,10 @@ class Lattices:
     def _next(self, number: int) -> int:
         found = next((n for n in range(number, number + 2 * self._divisor + FARTHEST) if self._fits(n)), None)
         if found is None:
-            raise Refused("no coarser or finer spacing puts probes and edges where this one has them: move the probes to particles, or choose a spacing that divides the edges into more cells")  # fmt: skip
+            raise Refused(
+                "no other spacing puts probes and edges where this one has them: move the probes onto particles, or choose a"
+                " spacing that divides the edges into more cells"
+            )
         return round(found * self._unit)
 
     def _fits(self, number: int) -> bool:
@@ -146,9 +149,9 @@ class Lattices:
             return
         points = [end for crack in body.cracks for end in (crack.start, crack.end)]
         for probe in self.scene.probes:
-            if probe.at is not None and (probe.body == body.name or probe.body is None):
+            if probe.points is not None and (probe.body == body.name or probe.body is None):
                 points += [
-                    place for place in probe.at if len(place) == shape.dim and shape.contains(np.array([place]))[0]
+                    place for place in probe.points if len(place) == shape.dim and shape.contains(np.array([place]))[0]
                 ]
         for edges, step, axis in zip(shape.edges(), _steps(body), range(shape.dim), strict=True):
             if len(edges):

@@ -5,14 +5,12 @@
 import argparse
 import sys
 import warnings
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wsph.cli.command import Command
 
 if TYPE_CHECKING:
-    from wsph.study.plan import Planned
     from wsph.study.rows import Made, Row
 
 
@@ -45,6 +43,7 @@ def _act(options: argparse.Namespace) -> int:
     # 1 where rows are lost.
     from wsph.output.claim import Claim
     from wsph.study import files
+    from wsph.study.forecast import in_words
     from wsph.study.judge import judged
     from wsph.study.plan import facts, planned
     from wsph.study.runs import run_study
@@ -54,7 +53,8 @@ def _act(options: argparse.Namespace) -> int:
     beside, plan = options.study.parent, planned(study, scene)
     warnings.simplefilter("ignore")  # of energy that some of the rows create or lose: the table says it
     if options.dry_run:
-        return _forecast(plan)
+        print("\n".join(in_words(plan)))
+        return 0
     folder = options.out if options.out is not None else Path(f"{options.study.stem}-out")
     names = [row.name for row in plan]
     with Claim(folder, options.overwrite, options.resume, files.is_a_study) as claim:
@@ -103,21 +103,6 @@ def _in_words(row: "Row") -> str:
         words.append(f"estimate {row['estimate']:.3g}, bar {row['bar']:.3g}, order {row['order']:.2g}")
     words += [str(row[key]) for key in ("convergence", "disagrees") if row.get(key)]
     return ", ".join(words)
-
-
-def _forecast(plan: Sequence["Planned"]) -> int:
-    from wsph.study.forecast import Forecast, forecast
-
-    found = [(row.name, forecast(row)) for row in plan]
-    for name, each in found:
-        print(f"{name}: {each}")
-    known = [each for _, each in found if isinstance(each, Forecast)]
-    largest = max((each.device_bytes for each in known), default=0)
-    print(
-        f"{len(plan)} rows: {sum(each.right_hand_sides for each in known)} right-hand sides,"
-        f" {sum(each.work for each in known):.3g} pair visits, {1e-6 * largest:.3g} MB the largest; nothing was run"
-    )
-    return 0
 
 
 STUDY = Command("study", "run a grid of overrides over a scene: cost and error of each", _declare, _act)

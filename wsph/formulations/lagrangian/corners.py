@@ -61,7 +61,7 @@ def corner_reference(host: Host, device: str, first: int = 0) -> Reference:
 
 def _of_boxes(body: Lattice, length: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Places (n, dim), centres, moments and spreads of the cells of a grid."""
-    steps, axes, m = body.steps(length), body.frame.axes, len(body.cells)
+    steps, axes, m = body.steps(length), body.frame.axes, len(body.cell_volume)
     nodes, cells = body.centred
     moment = axes @ np.diag(4.0 / steps**2) @ axes.T
     whole = np.broadcast_to(0.5 * (moment + moment.T), (m, *moment.shape))

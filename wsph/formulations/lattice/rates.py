@@ -143,11 +143,11 @@ class Rows:
     def of(cls, host: Host, boxes: Boxes, device: str) -> "Rows":
         """The rows of a body, for kernels on a device."""
         body, dim, width = host.geometry, host.space.dim, width_of(device, host.space.precision)
-        across, mixed = ACROSS if width == 1 else width, len(boxes.corners) < len(body.cells)
+        across, mixed = ACROSS if width == 1 else width, len(boxes.corners) < len(body.cell_volume)
         numbers = quantities(dim, is_stabilised(host))
         # Other points write their derived fields in every evaluation.
         shares = host.constitutive.laws.total is not None and not mixed
-        derived = len(body.cells) * (dim**2 + host.constitutive.width) if shares else 0
+        derived = len(body.cell_volume) * (dim**2 + host.constitutive.width) if shares else 0
         runs = runs_of(boxes, len(body.nodes), across, numbers, derived)
         made = cls(boxes, mixed, runs, width, across // width, numbers, 0)
         return replace(made, shared=made.size) if shares else made
@@ -330,10 +330,10 @@ class LatticeRates(ReferenceRates):
 def build(setup: Setup) -> OneSetSystem:
     """A body whose points have places of their own: by its lattice where all of its cells are alike, else by its pairs."""
     boxes = boxes_of(setup.host)
-    if boxes is None or len(boxes.corners) < LEAST * len(setup.geometry.cells):
+    if boxes is None or len(boxes.corners) < LEAST * len(setup.geometry.cell_volume):
         return OneSetSystem(setup, LagrangianRates)
     rows = Rows.of(setup.host, boxes, setup.device)
     system = OneSetSystem(setup, partial(LatticeRates, rows), rows.shared)
-    system.regular = len(boxes.corners) / len(setup.geometry.cells)
+    system.regular = len(boxes.corners) / len(setup.geometry.cell_volume)
     system.segmented = rows.segmented(setup.host, drags=system.form.rate_term is not None)
     return system

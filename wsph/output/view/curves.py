@@ -51,9 +51,11 @@ def over_time(
     units: Mapping[str, str],
     title: str,
     across: tuple[str, str] = ("time", "s"),
+    bars: Mapping[str, float] | None = None,
 ) -> "Figure":
     """The figure of columns over `times` [s], a panel for each unit; units of the columns by name, SI. `across`: the name
-    and the unit of what they are drawn over, where that is another."""
+    and the unit of what they are drawn over, where that is another; `bars`: the half width of a band about a column, in its
+    unit."""
     panels: dict[str, list[str]] = {}
     for name in columns:
         panels.setdefault(units.get(name, ""), []).append(name)
@@ -70,6 +72,9 @@ def over_time(
         factor, written = shown_in(unit, largest)
         for k, name in enumerate(names):
             axes.plot(times * shown, columns[name] * factor, label=name, **_stroke(k))
+            if (bar := (bars or {}).get(name, 0.0)) > 0.0:
+                low, high = (columns[name] - bar) * factor, (columns[name] + bar) * factor
+                axes.fill_between(times * shown, low, high, color=_stroke(k)["color"], alpha=0.25, linewidth=0.0)
         last = number == len(panels) - 1
         _dress(axes, titled(across[0], of_time) if last else "", titled(_shared(names) or title, written))
         if len(names) > 1:

@@ -5,7 +5,7 @@
 import csv
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +20,14 @@ HISTORY = "history"
 
 @dataclass(frozen=True)
 class Series:
-    """A column over time: its `name` on a picture, `times` [s], `values` and their SI unit."""
+    """A column over time: its `name` on a picture, `times` [s], `values` and their SI unit; `bar`: the half width of the
+    error bar about them, where an accuracy was asked for."""
 
     name: str
     times: np.ndarray
     values: np.ndarray
     unit: str
+    bar: float = 0.0
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """Its values at other times, linear between its own. Raises OutputError beyond them."""
@@ -44,6 +46,7 @@ class Tables:
             self._units: dict[str, Any] = said.get("units", {})
         except (OSError, ValueError):
             self._units = {}  # a run that was cut off has its numbers without units
+        self._bars = _bars(folder)
 
     def series(self, asked: str) -> list[Series]:
         """The columns that a name stands for: one of history.csv, PROBE.COLUMN, or all of a PROBE. With a minus sign in
@@ -59,11 +62,15 @@ class Tables:
             said = self._units.get("probes", {}).get(probe, {})
             column = name[len(probe) + 1 :]
             if column in found:
-                return [_series(name, found, column, sign, said)]
+                return [self._with_bar(_series(name, found, column, sign, said), f"{probe}.{column}")]
             if name == probe:
-                return [_series(each, found, each, sign, said) for each in found if each != "time"]
+                columns = [each for each in found if each != "time"]
+                return [self._with_bar(_series(each, found, each, sign, said), f"{probe}.{each}") for each in columns]
         there = [*columns, *(f"{probe}.{key}" for probe in probes for key in self._keys(probe))]
         raise OutputError(f"{self._folder}: no column {name!r}; there is {', '.join(there)}")
+
+    def _with_bar(self, series: Series, column: str) -> Series:
+        return replace(series, bar=self._bars.get(column, 0.0))
 
     def _keys(self, probe: str) -> list[str]:
         return [key for key in self._read(self._folder / "probes" / f"{probe}.csv") if key != "time"]
@@ -82,6 +89,15 @@ def _series(name: str, columns: Mapping[str, np.ndarray], key: str, sign: float,
     return Series("−" * (sign < 0.0) + name, columns["time"], sign * columns[key], units.get(key, ""))
 
 
+def _bars(folder: Path) -> dict[str, float]:
+    """Half widths of error bars by "PROBE.COLUMN", where the run is the answer of a search that has them."""
+    try:
+        said: Any = json.loads((folder / "accuracy.json").read_text(encoding="utf-8"))
+        return {name: float(each.get("half_width") or 0.0) for name, each in said["columns"].items()}
+    except (OSError, ValueError, KeyError, AttributeError):
+        return {}
+
+
 def view_curves(folder: Path, columns: str, against: str | None, save: Path | None) -> None:
     """Save columns of a run's history and probes, "NAME,NAME,...", over time or `against` another. Raises OutputError."""
     if save is None:
@@ -98,4 +114,6 @@ def view_curves(folder: Path, columns: str, against: str | None, save: Path | No
     units = {each.name: each.unit for each in series}
     title = ", ".join(values) if len(values) < 4 else "columns"
     title += f" against {across[0]}" if against is not None else ""
-    save_figure(over_time(along, values, units, title, across), save)
+    bars = {each.name: each.bar for each in series} if against is None else {}
+    title += ", with error bars" if any(bars.values()) else ""
+    save_figure(over_time(along, values, units, title, across, bars), save)

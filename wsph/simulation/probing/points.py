@@ -19,7 +19,9 @@ from wsph.formulations.reading import DENSITY, Reading
 from wsph.formulations.system import System
 from wsph.geometry.selection import select
 from wsph.output import fields
-from wsph.scene.tables import Body, Probe
+from wsph.output.fields import Formulas
+from wsph.scene.probes import Probe
+from wsph.scene.tables import Body
 from wsph.simulation.probing.recorder import Recorder
 from wsph.sph.averages import Averages
 from wsph.units import rounded
@@ -150,7 +152,9 @@ def _at(points: np.ndarray, key: str, bodies: Sequence[Probed]) -> tuple[Probed,
     return inside[0], read
 
 
-def selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tuple[Probed, Places, Sizes]:
+def selected(
+    probe: Probe, text: str, key: str, bodies: Sequence[Probed], formulas: Formulas
+) -> tuple[Probed, Places, Sizes, Sizes]:
     """The body of which a probe selects places, and how those are read that a field stands at. Between the particles, where
     nothing stands, it selects the middles of the cells."""
 
@@ -164,7 +168,7 @@ def selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tup
     def middles(run: Probed) -> np.ndarray:
         return run.system.geometry.cells[within(run)]
 
-    wanted = {"velocity", *(fields.primitive(name) for name in probe.fields)}
+    wanted = {"velocity", *(base for name in probe.fields for base in fields.primitives(name, formulas))}
     hit = [run for run in bodies if any(len(chosen(run, name)) for name in wanted.intersection(run.reading.fields))]
     between = not hit
     hit = hit or [run for run in bodies if len(middles(run))]
@@ -192,7 +196,10 @@ def selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tup
         geometry = run.system.geometry
         return geometry.cell_volume[within(run)] if between else run.reading.volumes(name)[chosen(run, name)]
 
-    return run, read, sizes
+    def stand(name: str) -> np.ndarray:
+        return middles(run) if between else run.reading.where(name)[chosen(run, name)]
+
+    return run, read, sizes, stand
 
 
 class PointRecorder(Recorder):
@@ -207,8 +214,17 @@ class PointRecorder(Recorder):
     _weight   # (terms,) scalar
     """
 
-    def __init__(self, probe: Probe, key: str, bodies: Sequence[Probed], space: Space, clock: Clock, every_step: bool):
-        self._space = space
+    def __init__(
+        self,
+        probe: Probe,
+        key: str,
+        bodies: Sequence[Probed],
+        space: Space,
+        clock: Clock,
+        every_step: bool,
+        formulas: Formulas,
+    ):
+        self._space, self._formulas = space, formulas
         able = [b for b in bodies if probe.body in (None, b.body.name)]
         if DENSITY in probe.fields:
             text = f"the density cannot be probed in the {able[0].system.formulation} form; frames carry it"
@@ -216,9 +232,9 @@ class PointRecorder(Recorder):
         if probe.points is not None:
             body, places = _at(np.array(probe.points), key, able)
         else:
-            body, places, _ = selected(probe, probe.where or "", key, able)
+            body, places, *_ = selected(probe, probe.where or "", key, able, formulas)
         self._reading = reading = body.reading
-        self._primitives = sorted({fields.primitive(name) for name in probe.fields})
+        self._primitives = sorted({base for name in probe.fields for base in fields.primitives(name, formulas)})
         for name in (name for name in self._primitives if name not in reading.fields):
             raise no_field(body, name, key)
         read = {name: places(name) for name in self._primitives}
@@ -270,6 +286,11 @@ class PointRecorder(Recorder):
             start += field.width
         result: dict[str, np.ndarray] = {}
         for name in self.probe.fields:
+            if name in self._formulas:
+                places = np.array(self.probe.points)
+                series = self._formulas[name].of(values, reading.labels, places)
+                result |= {name if self.points == 1 else f"{name}[{k}]": series[:, k] for k in range(self.points)}
+                continue
             for column in fields.columns(name, reading.labels, self._space.dim):
                 series = fields.component(column, values[fields.primitive(column)], reading.labels)
                 for k in range(self.points):
@@ -278,5 +299,9 @@ class PointRecorder(Recorder):
 
     @property
     def units(self) -> dict[str, str]:
-        of = {key: fields.primitive(key.partition("[")[0]) for key in self.columns()}
-        return {key: self._reading.unit(name) for key, name in of.items()}
+        of = {key: key.partition("[")[0] for key in self.columns()}
+        own = self._formulas
+        return {
+            key: own[name].unit if name in own else self._reading.unit(fields.primitive(name))
+            for key, name in of.items()
+        }

@@ -12,7 +12,7 @@ import warp as wp
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array
 from wsph.errors import CheckpointError
-from wsph.scene.tables import Probe
+from wsph.scene.probes import Probe
 
 RING = 1024
 """Steps between two reads of a probe that records every step."""

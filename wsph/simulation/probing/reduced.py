@@ -17,7 +17,8 @@ from wsph.backend.space import Space
 from wsph.errors import Fault, SceneError
 from wsph.formulations.reading import DENSITY
 from wsph.output import fields
-from wsph.scene.tables import Probe
+from wsph.output.fields import Formulas
+from wsph.scene.probes import Probe
 from wsph.simulation.probing.points import Probed, no_field, record_kernel, selected
 from wsph.simulation.probing.recorder import RING, Recorder
 from wsph.units import unit
@@ -35,10 +36,12 @@ REDUCE: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
 """Of values (steps, places) and the volumes of the places, (steps,)."""
 
 
-def needs_places(probe: Probe) -> bool:
+def needs_places(probe: Probe, formulas: Formulas) -> bool:
     """Whether a probe reduces what is read at every place: not what the device sums up, or whose largest it finds."""
     if probe.reduce is None:
         return False
+    if any(name in formulas for name in probe.fields):
+        return True
     columns = [name for name in probe.fields if name in (*fields.DERIVED, "velocity", "displacement", "stress")]
     curved = any(name in fields.DERIVED or fields.primitive(name) == fields.DEFORMATION for name in probe.fields)
     return probe.reduce in ("min", "integral") or curved or (probe.reduce == "max" and bool(columns))
@@ -48,16 +51,31 @@ class ReducedRecorder(Recorder):
     """A probe of the places that `where` selects. A row on the device has, for each primitive field and each of its
     components, a number a place; of each row one number a column is kept, in SI units."""
 
-    def __init__(self, probe: Probe, key: str, bodies: Sequence[Probed], space: Space, clock: Clock, every_step: bool):
+    def __init__(
+        self,
+        probe: Probe,
+        key: str,
+        bodies: Sequence[Probed],
+        space: Space,
+        clock: Clock,
+        every_step: bool,
+        formulas: Formulas,
+    ):
         able = [each for each in bodies if probe.body in (None, each.body.name)]
-        self._body, read, sizes = selected(probe, probe.where or "", key, able)
-        self._reading, self._space = self._body.reading, space
-        primitives = sorted({fields.primitive(name) for name in probe.fields})
+        self._body, read, sizes, stand = selected(probe, probe.where or "", key, able, formulas)
+        self._reading, self._space, self._formulas = self._body.reading, space, formulas
+        primitives = sorted({base for name in probe.fields for base in fields.primitives(name, formulas)})
         for name in primitives:
             if name == DENSITY or name not in self._reading.fields:
                 raise no_field(self._body, name, key)
         made = {name: read(name)[0] for name in primitives}
         self._volumes = {name: sizes(name) for name in primitives}
+        for name in (name for name in probe.fields if name in formulas):
+            bases = fields.primitives(name, formulas)
+            if len({self._reading.apart(base) for base in bases}) > 1:
+                text = f"{name!r} is made of fields that stand at particles and inside of cells: name points with `at`"
+                raise SceneError("scene", [Fault(0, f"{key}.fields", text)])
+        self._places = {name: stand(name) for name in primitives}
         self._names = [c for name in probe.fields for c in fields.columns(name, self._reading.labels, space.dim)]
         width = sum(len(components) * components[0].count for components in made.values())
         rows = RING if every_step else 1
@@ -96,11 +114,14 @@ class ReducedRecorder(Recorder):
             start = end
         reduce = REDUCE[self.probe.reduce or "mean"]
         labels = self._reading.labels
-        found = [
-            reduce(fields.component(column, values[base], labels), self._volumes[base])
-            for column in self._names
-            for base in (fields.primitive(column),)
-        ]
+        found: list[np.ndarray] = []
+        for column in self._names:
+            base = fields.primitives(column, self._formulas)[0]
+            if column in self._formulas:
+                series = self._formulas[column].of(values, labels, self._places[base])
+            else:
+                series = fields.component(column, values[base], labels)
+            found.append(reduce(series, self._volumes[base]))
         return np.stack(found, 1)
 
     def columns(self) -> dict[str, np.ndarray]:
@@ -109,7 +130,8 @@ class ReducedRecorder(Recorder):
 
     @property
     def units(self) -> dict[str, str]:
-        of = {name: self._reading.unit(fields.primitive(name)) for name in self._names}
+        own = self._formulas
+        of = {n: own[n].unit if n in own else self._reading.unit(fields.primitive(n)) for n in self._names}
         if self.probe.reduce != "integral":
             return of
         return {name: _times_volume(each, self._space.dim) for name, each in of.items()}
@@ -118,7 +140,7 @@ class ReducedRecorder(Recorder):
 def _times_volume(text: str, dim: int) -> str:
     """The unit of an integral over a volume, an area in 2D or a length in 1D."""
     volume = ("m", "m2", "m3")[dim - 1]
-    if text == "1":
-        return volume
+    if text in ("1", ""):
+        return volume if text else ""
     known = {dimension: name for name, dimension in ((n, unit(n)[1]) for n in ("J", "N", "kg", "N/m", "J/m"))}
     return known.get(unit(f"{text} {volume}")[1], f"{text} {volume}")

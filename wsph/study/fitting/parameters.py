@@ -4,6 +4,7 @@
 
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from wsph.errors import Fault, SceneError, WsphError
 from wsph.quantities import is_list, is_table
 from wsph.scene.scene import Scene
-from wsph.units import unit
+from wsph.units import quantity, unit
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _RANGE = re.compile(rf"\s*({_NUMBER})\s*\.\.\s*({_NUMBER})\s*([^@]*?)\s*(?:@\s*({_NUMBER})\s*)?")
@@ -48,9 +49,7 @@ def read_parameter(text: str, scene: Scene) -> Parameter:
     key, separator, given = text.partition("=")
     key, match = key.strip(), _RANGE.fullmatch(given)
     if not separator or not key or not match:
-        raise WsphError(
-            f"--free {text}: write it as KEY=LOW..HIGH UNIT, e.g. bodies.0.material.youngs_modulus=100..300 GPa"
-        )
+        raise WsphError(f"--free {text}: write it as KEY=LOW..HIGH UNIT, e.g. bodies.0.material.density=1..2 g/cm3")
     low, high, within = float(match[1]), float(match[2]), match[3]
     if not low < high:
         raise WsphError(f"--free {key}: {low:g} is not below {high:g}")
@@ -59,7 +58,7 @@ def read_parameter(text: str, scene: Scene) -> Parameter:
     except ValueError as error:
         raise WsphError(f"--free {key}: {error}") from None
     if not match[4]:
-        own = _own(scene, key, factor)
+        own = _own(scene, key, within, factor)
         return Parameter(key, low, high, within, own if own is not None and low <= own <= high else 0.5 * (low + high))
     start = float(match[4])
     if not low <= start <= high:
@@ -71,9 +70,8 @@ def check_parameters(parameters: Sequence[Parameter], scene: Scene) -> None:
     """Raise SceneError where the scene does not take a bound of one, WsphError where there is none or one twice."""
     if not parameters:
         raise WsphError("nothing to fit: give --free KEY=LOW..HIGH UNIT at least once")
-    keys = [each.key for each in parameters]
-    if twice := next((key for key in keys if keys.count(key) > 1), None):
-        raise WsphError(f"--free {twice}: is given twice")
+    if len(keys := {each.key for each in parameters}) < len(parameters):
+        raise WsphError(f"--free {', '.join(sorted(keys))}: one of them is given twice")
     for end in (0.0, 1.0):
         with_values(scene, parameters, np.full(len(parameters), end))
     known = scene.data()
@@ -95,9 +93,9 @@ def starts(parameters: Sequence[Parameter]) -> np.ndarray:
     return np.array([(each.start - each.low) / (each.high - each.low) for each in parameters])
 
 
-def _own(scene: Scene, key: str, factor: float) -> float | None:
-    value = _found(scene.data(), key)
-    return float(value) / factor if isinstance(value, (int, float)) else None
+def _own(scene: Scene, key: str, within: str, factor: float) -> float | None:
+    with suppress(ValueError):
+        return quantity(_found(scene.data(), key), within) / factor
 
 
 def _found(data: object, key: str) -> object:

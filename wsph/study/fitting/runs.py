@@ -1,4 +1,4 @@
-"""Where the runs of a calibration are made."""
+"""Where the runs of a fit are made."""
 
 # pyright: strict
 
@@ -6,13 +6,13 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    import numpy as np
+import numpy as np
 
-    from wsph.scene.scene import Scene
-    from wsph.study.fitting.curves import Sample
+from wsph.backend.threads import cores
+from wsph.scene.scene import Scene
+from wsph.study.fitting.curves import Sample, computed
+from wsph.study.workers import Workers
 
 SPREAD_SECONDS = 0.5
 """Time of a run [s] below which runs stay in this process."""
@@ -21,7 +21,7 @@ SPREAD_SECONDS = 0.5
 class Runs:
     """Makes the columns of several scenes: in this process until a run turns out to be long, then in others."""
 
-    def __init__(self, names: Sequence[str], times: "np.ndarray", workers: int, executor: Executor | None = None):
+    def __init__(self, names: Sequence[str], times: np.ndarray, workers: int, executor: Executor | None = None):
         """`executor`: where runs are made, in place of processes."""
         self._names, self._times, self._workers, self._executor = names, times, workers, executor
         self._stack, self._seconds = ExitStack(), 0.0
@@ -32,9 +32,7 @@ class Runs:
     def __exit__(self, *_: object) -> None:
         self._stack.close()
 
-    def __call__(self, scenes: "Sequence[Scene]") -> "list[Sample]":
-        from wsph.study.fitting.curves import computed
-
+    def __call__(self, scenes: Sequence[Scene]) -> list[Sample]:
         if self._executor is None and len(scenes) > 1 and self._workers != 1 and self._seconds > SPREAD_SECONDS:
             self._executor = self._started()
         if self._executor is None:
@@ -47,7 +45,4 @@ class Runs:
         return [future.result() for future in futures]
 
     def _started(self) -> Executor:
-        from wsph.backend.threads import cores
-        from wsph.study.workers import Workers
-
         return self._stack.enter_context(Workers(self._workers or len(cores())))
