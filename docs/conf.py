@@ -20,7 +20,7 @@ version = release
 extensions = ["myst_parser", "sphinx.ext.mathjax", "sphinx_gallery.gen_gallery", "declared", "scenes"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
-exclude_patterns = ["_build", "scripts", "gallery/**/*.ipynb"]
+exclude_patterns = ["_build", "paper", "scripts", "gallery/**/*.ipynb"]
 suppress_warnings = ["config.cache"]
 
 html_theme = "furo"

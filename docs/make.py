@@ -31,6 +31,9 @@ PAGES = {
 }
 """The page that a table stands in, between markers of its name."""
 
+ALSO = dict.fromkeys(("glance", "answer"), "docs/paper/paper.md")
+"""A second page with the same table."""
+
 _NAME, _ROW = (
     re.compile(r"^## ([\w-]+)$", re.MULTILINE),
     re.compile(r"^(\| `([\w-]+)` \| .* of \d+ \| [\d.]+ \|)$", re.MULTILINE),
@@ -321,10 +324,11 @@ def alone() -> list[str]:
 
 def fill(name: str, rows: list[str]) -> None:
     """Put a table between its markers."""
-    page = ROOT / PAGES[name]
-    before, rest = page.read_text().split(f"<!-- {name} -->\n", 1)
-    _, after = rest.split(f"<!-- /{name} -->", 1)
-    page.write_text(f"{before}<!-- {name} -->\n" + "\n".join(rows) + f"\n<!-- /{name} -->{after}")
+    for path in (PAGES[name], *([ALSO[name]] if name in ALSO else [])):
+        page = ROOT / path
+        before, rest = page.read_text().split(f"<!-- {name} -->\n", 1)
+        _, after = rest.split(f"<!-- /{name} -->", 1)
+        page.write_text(f"{before}<!-- {name} -->\n" + "\n".join(rows) + f"\n<!-- /{name} -->{after}")
 
 
 def main() -> None:
