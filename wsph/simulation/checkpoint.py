@@ -43,7 +43,16 @@ from wsph.simulation.timeline import Events
 
 FIRST = b"wsph checkpoint 3\n"
 
-FREE = (("title",), ("run", "end"), ("run", "threads"), ("output",), ("fields",), ("probes",), ("checkpoint",), ("stop",))
+FREE = (
+    ("title",),
+    ("run", "end"),
+    ("run", "threads"),
+    ("output",),
+    ("fields",),
+    ("probes",),
+    ("checkpoint",),
+    ("stop",),
+)
 """Keys of a scene that a checkpoint leaves open."""
 
 
