@@ -50,13 +50,13 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
         progress: Progress | bool | None = None, **overrides: object) -> Result:  # fmt: skip
     """Run a scene (or a scene file) and return its result; with `out`, write the output folder too.
 
-    With `resume` it goes on from the last checkpoint in `out`, which must fit the scene: the bits of never having stopped.
-    `overrides` are those of `Scene.with_`. `progress(step, steps, time)` is called between blocks of steps; True shows a
-    bar. Raises SceneError, Refused, PluginError or OutputError before anything is written, and Unstable where the run left
-    what it can vouch for, unless `throw` is False: then the result says so. SIGINT and SIGTERM end the run after a whole step,
-    the folder is written, and the signal takes its course (a KeyboardInterrupt); with `throw` False the result says
-    "interrupted". Runs of one process, from any thread, follow one another; two never write into one folder at a time, of
-    whatever processes: the later is refused (OutputError).
+    With `resume` it goes on from the last checkpoint in `out`, which must fit the scene: the bits of never having
+    stopped. `overrides` are those of `Scene.with_`. `progress(step, steps, time)` is called between blocks of steps;
+    True shows a bar. Raises SceneError, Refused, PluginError or OutputError before anything is written, and Unstable
+    where the run left what it can vouch for, unless `throw` is False: then the result says so. SIGINT and SIGTERM end
+    the run after a whole step, the folder is written, and the signal takes its course (a KeyboardInterrupt); with
+    `throw` False the result says "interrupted". Runs of one process, from any thread, follow one another; two never
+    write into one folder at a time, of whatever processes: the later is refused (OutputError).
     """
     if progress is True:
         with Bar() as bar:
