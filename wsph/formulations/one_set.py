@@ -143,6 +143,7 @@ class OneSetSystem(System):
         """
         self.rates.rate(state, out, part, ahead)
         if part != "rest":
+            self.evaluations += 1
             self._seam.join(out, self.clock)
         if part != "velocity":
             for attached in self.attached.values():

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wsph.geometry.cells import Boxes
 from wsph.geometry.cracks import Crack
 from wsph.geometry.faces import Faces
 from wsph.geometry.gradients import PointRows
@@ -64,6 +65,11 @@ class Geometry:
     def cracks(self) -> tuple[Crack, ...]:
         """Cuts from the start."""
         return ()
+
+    @property
+    def boxes(self) -> Boxes | None:
+        """Those of its cells that are alike, if any."""
+        return None
 
     @property
     def rows(self) -> PointRows:

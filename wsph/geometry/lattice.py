@@ -16,7 +16,7 @@ from itertools import product
 
 import numpy as np
 
-from wsph.geometry.cells import cell_volumes, edge_ends, mapped_cells
+from wsph.geometry.cells import Boxes, cell_volumes, edge_ends, mapped_cells
 from wsph.geometry.cracks import OFF_CENTRE, Crack, cut_faces, part_nodes, parts_cells
 from wsph.geometry.faces import Faces, face_names, face_nodes, find_faces, outermost
 from wsph.geometry.geometry import Geometry
@@ -76,6 +76,12 @@ class Lattice(Geometry):
         return replace(self.faces, axis=none, share=share, vector=vector, name=name, last=last)
 
     @property
+    def boxes(self) -> Boxes | None:
+        if self.irregular:
+            return None
+        return Boxes(self.corners, self.index, self.frame.step, self.frame.axes)
+
+    @property
     def rows(self) -> PointRows:
         if not self.irregular:
             return PointRows.of_corners(self.corners)
@@ -111,8 +117,7 @@ class Lattice(Geometry):
 
     def steps(self, length: float) -> np.ndarray:
         """The grid's steps (dim,) in units of `length` [m], exactly one where they are that."""
-        steps = self.frame.step / length
-        return np.where(np.abs(steps - 1.0) < 1e-6, 1.0, steps)
+        return Boxes(self.corners, self.index, self.frame.step, self.frame.axes).steps(length)
 
     @property
     def neighbours(self) -> np.ndarray:

@@ -17,6 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wsph.geometry.cells import Boxes
+
 FIRST, OWN, COMPUTED, PLACE, COPY, BEFORE, BEHIND, HEAD = range(8)
 """Columns of a block: its first row; how many rows are its own, and over how many it may be computed: whole vectors are
 faster than what is left of one, and rows that are not its own are read, never written. Of cells the place of the first,
@@ -56,10 +58,10 @@ def pieces_of(runs: Runs, corners: np.ndarray, nodes: int, most: int) -> list[tu
     return list(zip(*(each.tolist() for each in (starts[0], ends, starts[1], ready)), strict=True))
 
 
-def runs_of(corners: np.ndarray, index: np.ndarray, width: int, quantities: int, reserved: int = 0) -> Runs:
-    """The runs of a lattice of cells with `corners` (c, 2^dim), nodes at `index` (n, dim) of its grid. Places are in
-    numbers of an array of chunks, each `quantities` times as long as it has places; the first `reserved` numbers may be
-    used for something else between two evaluations."""
+def runs_of(boxes: Boxes, nodes: int, width: int, quantities: int, reserved: int = 0) -> Runs:
+    """The runs of boxes, and of all `nodes` of their body. Places are in numbers of an array of chunks, each `quantities`
+    times as long as it has places; the first `reserved` numbers may be used for something else between two evaluations."""
+    corners, index = boxes.corners, boxes.index
     places, sides = width + 2, corners.shape[1]
     lattice = np.rint(index).astype(np.int64)
     lattice -= lattice.min(0)
@@ -90,7 +92,7 @@ def runs_of(corners: np.ndarray, index: np.ndarray, width: int, quantities: int,
     onward = ((along + 1) % width == 0) & np.isin(own + 1, keys)
     copy = np.full(len(corners), -1)
     copy[onward] = start(own[onward] + 1)
-    cells = _cell_blocks(corners, place, copy, own, (width, long, written), len(index))
+    cells = _cell_blocks(corners, place, copy, own, (width, long, written), nodes)
     occupied = np.zeros(chunks * long, bool)
     occupied[place], occupied[copy[onward]] = True, True
     near = np.full((len(index), sides), -1)
@@ -108,8 +110,12 @@ def runs_of(corners: np.ndarray, index: np.ndarray, width: int, quantities: int,
         near[none, k] = np.where(occupied[at], -1, at)
     follows = (np.diff(near, axis=0) == 1) | ((near[1:] < 0) & (near[:-1] < 0))
     joined = follows.all(1) & (np.diff(segment) == 0) & (np.diff(line_of) == 0) & (np.diff(lattice[:, -1]) == 1)
-    nodes = _blocks(np.where(near < 0, (chunks - 1) * long, near), joined, len(index) - np.arange(len(index)))
-    return Runs(cells, nodes, chunks, places)
+    # Nodes beyond the grid see none of the boxes.
+    beyond_grid = nodes - len(index)
+    near = np.concatenate([near, np.full((beyond_grid, sides), -1)])
+    joined = np.concatenate([joined, np.arange(beyond_grid) % width > 0])
+    of_nodes = _blocks(np.where(near < 0, (chunks - 1) * long, near), joined, nodes - np.arange(nodes))
+    return Runs(cells, of_nodes, chunks, places)
 
 
 def _cell_blocks(

@@ -13,7 +13,7 @@ from itertools import combinations
 
 import numpy as np
 
-from wsph.geometry.cells import edge_lengths
+from wsph.geometry.cells import Boxes, edge_lengths
 from wsph.geometry.faces import Faces
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.gradients import PointRows, corner_volumes, face_shares, mean_gradients, node_shares
@@ -39,6 +39,10 @@ class Meshed(Geometry):
     def axes(self) -> np.ndarray:
         """Directions of the body's own axes, columns (dim, dim)."""
         return self.frame
+
+    @property
+    def boxes(self) -> Boxes | None:
+        return self.mesh.boxes
 
     @property
     def rows(self) -> PointRows:

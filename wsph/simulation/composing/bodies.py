@@ -34,6 +34,7 @@ from wsph.simulation.diagnostics import Diagnostics
 from wsph.simulation.starting.initial import put_stress, refuse_initial
 from wsph.simulation.timeline import TimeStep
 from wsph.stability.limit import Ask, StepLimit
+from wsph.stability.stiffening import Stiffening
 
 
 def wants_displacement(scene: Scene) -> bool:
@@ -68,7 +69,11 @@ class Standing:
     def by(self, integrator: Integrator, ask: Ask, time_step: TimeStep) -> BodyRun:
         """The body in a run, stepped by an integrator; `ask` gives the limit of its Courant number."""
         system, traits, bare = self.system, self.system.traits, self.bare
-        limit = StepLimit(ask, system, traits.measures, traits.courant_follows)
+        stiffened = None
+        if traits.measures:
+            kind = system.total, system.breaks
+            stiffened = Stiffening(self.constitutive, system.state, len(system.point_volume), *kind).found
+        limit = StepLimit(ask, system, traits.courant_follows, stiffened, traits.clumps)
         # A law that gives no numbers leaves no frequency, and so no time step that its integrator could take.
         lost = limit.value == 0.0 and traits.measures and not np.isfinite(system.frequency)
         if lost and (fault := fault_of_law(bare.material, bare.who)):
