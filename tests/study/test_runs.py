@@ -204,7 +204,10 @@ def test_a_study_is_never_written_over_and_goes_on(tmp_path: Path, capsys: pytes
     assert f"interrupted; rows that are complete are in {out}: go on with --resume" in capsys.readouterr().err
     assert len(json.loads((out / "study.json").read_text())["rows"]) == 3
     assert main(again) == 2
-    assert "holds files already; go on from what it holds with --resume, choose another folder with -o, or give --overwrite" in capsys.readouterr().err
+    assert (
+        "holds files already; go on from what it holds with --resume, choose another folder with -o, or give --overwrite"
+        in capsys.readouterr().err
+    )
     made[:] = [0.0] * 4
     assert main([*again, "--resume"]) == 0
     assert made[4:] == [0.5, 1.0, 1.5]
