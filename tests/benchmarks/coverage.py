@@ -239,17 +239,22 @@ def main() -> None:
             found = measured(case) | {"group": group}
             cases.append(found)
             print(told(found), flush=True)
+            if options.write:
+                keep(cases, [])
     missed = [lost(case) for case in (make() for make in LOST) if options.only in case.name]
-    whole = {"cases": cases, "lost": missed, "summary": summary(cases)}
+    print(json.dumps(summary(cases), indent=1))
+    if options.write:
+        keep(cases, missed)
+
+
+def keep(cases: list[dict], missed: list[dict]) -> None:
+    """Write docs/coverage.json; anew after every scene."""
+    path = ROOT / "docs" / "coverage.json"
+    whole: dict = {"lost": missed, "summary": summary(cases)}
     for group in ("known", "fresh"):
         whole[f"summary_{group}"] = summary([case for case in cases if case["group"] == group])
-    print(json.dumps(whole["summary"], indent=1))
-    print(json.dumps(whole["summary_fresh"]["all"]))
-    if options.write:
-        path = ROOT / "docs" / "coverage.json"
-        kept = {key: value for key, value in whole.items() if key != "cases"}
-        kept["scenes"] = [{k: v for k, v in case.items() if k != "windows"} | _of_windows([case]) for case in cases]
-        path.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+    whole["scenes"] = [{k: v for k, v in case.items() if k != "windows"} | _of_windows([case]) for case in cases]
+    path.write_text(json.dumps(whole, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -34,14 +34,14 @@ class Case:
     kind: str
     scene: Scene
     exact: dict[str, Exact]
-    work: float = 6e7
+    work: float = 1.5e7
     frequency: float | None = None
     tolerances: tuple[float, ...] = (0.05, 0.02, 0.01)
     floor: float = 1e-5
 
 
 def _elastic(ratio=0.0, **more):
-    return {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": ratio, **more}
+    return {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": ratio} | more
 
 
 def _scene(
@@ -158,7 +158,7 @@ def _beam():
     data = wsph.load(EXAMPLES / "oscillating_beam.toml").with_(cfl="auto", end="8 ms", threads=1).data()
     data["probes"][0] |= {"fields": ["displacement_y"], "quantity": "frequency"}
     found = oracles.BEAM_FREQUENCY[0.1] / (2.0 * math.pi)
-    return Case("beam in bending", "smooth", Scene(**data), {}, 4e7, found, floor=4e-4)
+    return Case("beam in bending", "smooth", Scene(**data), {}, 8e6, found, floor=4e-4)
 
 
 def _pulse_3d():
@@ -170,7 +170,7 @@ def _pulse_3d():
                    probes=_probe([0.75, 0.125, 0.125], "velocity_x"))  # fmt: skip
     shape = lambda x: SMALL * np.exp(-(((x - 0.5) / 0.12) ** 2))  # noqa: E731
     exact = {"p.velocity_x": lambda t: 0.5 * (shape(0.75 - wave * t) + shape(0.75 + wave * t))}
-    return Case("pulse in 3D", "smooth", scene, exact, 4e7)
+    return Case("pulse in 3D", "smooth", scene, exact, 1e7)
 
 
 def _rods():
@@ -181,7 +181,7 @@ def _rods():
     data["probes"] = [{"name": "p", "body": "long", "at": [[0.15, 0.01]], "fields": ["velocity_x"]}]
     c = math.sqrt(200e9 / 7850.0)
     exact = {"p.velocity_x": lambda t: 0.5 * ((t > 0.05 / c) & (t < 0.25 / c))}
-    return Case("two rods", "jumps", Scene(**data), exact, 4e7, tolerances=(0.1, 0.05, 0.02, 0.01))
+    return Case("two rods", "jumps", Scene(**data), exact, 2e7, tolerances=(0.1, 0.05, 0.02, 0.01))
 
 
 def _series(k, terms, first, step, dim=3):
@@ -231,7 +231,7 @@ def _sphere():
                    material=_elastic(oracles.RATIO), body={"surface": "fitted", "velocity": [f"{SMALL}*{axis}*{text}" for axis in "xyz"]},
                    probes=_probe([0.5, 0.0, 0.0], "velocity_x"))  # fmt: skip
     exact = {"p.velocity_x": lambda t: SMALL * 0.5 * at(0.5) * np.cos(omega * t)}
-    return Case("breathing sphere, fitted", "fitted", scene, exact, 6e7)
+    return Case("breathing sphere, fitted", "fitted", scene, exact, 2e7)
 
 
 def _torsion():
@@ -242,7 +242,7 @@ def _torsion():
                    form="stress-points", end=6.0, material=_elastic(ratio),
                    body={"surface": "fitted", "velocity": [f"-y*{wave}", f"x*{wave}", "0"]}, probes=_probe([0.25, 0.0, 0.5], "velocity_y"))  # fmt: skip
     exact = {"p.velocity_y": lambda t: SMALL * 0.25 * math.cos(0.25 * math.pi) * np.cos(omega * t)}
-    return Case("round bar in torsion, fitted", "fitted", scene, exact, 6e7)
+    return Case("round bar in torsion, fitted", "fitted", scene, exact, 2e7)
 
 
 # --- written after the constants were frozen ---------------------------------------------------------------------------
@@ -309,7 +309,7 @@ def _cavity():
     data = scene.data()
     data["probes"][0]["fields"] = ["velocity_x"]
     del exact["p.stress_xx"]
-    return Case("square between walls", "smooth", Scene(**data), exact, 4e7)
+    return Case("square between walls", "smooth", Scene(**data), exact, 1e7)
 
 
 def _annulus():
@@ -338,7 +338,7 @@ def _annulus():
                    probes=_probe([0.75, 0.0], "velocity_x"))  # fmt: skip
     at = float(np.interp(0.75, r, mode))
     exact = {"p.velocity_x": lambda t: SMALL * at * np.cos(omega * t)}
-    return Case("breathing ring, fitted", "fitted", scene, exact, 4e7)
+    return Case("breathing ring, fitted", "fitted", scene, exact, 1e7)
 
 
 def _pulled():
@@ -347,7 +347,7 @@ def _pulled():
                    boundary=[{"face": "-x", "fixed": ["x"]}, {"face": "+x", "traction": {"x": SMALL}}],
                    probes=_probe([1.0, 0.125], "displacement_x"))  # fmt: skip
     exact = {"p.displacement_x": lambda t: SMALL * t}
-    return Case("strip pulled at once", "jumps", scene, exact, 4e7)
+    return Case("strip pulled at once", "jumps", scene, exact, 1e7)
 
 
 KNOWN: list[Callable[[], Case]] = [
@@ -362,8 +362,8 @@ KNOWN: list[Callable[[], Case]] = [
     _beam,
     _pulse_3d,
     _rods,
-    lambda: _disc("breathing disc, fitted", "fitted", "fitted", 2.0 / 12, 4e7),
-    lambda: _disc("breathing disc, in stairs", "stairs", "stairs", 2.0 / 12, 4e7),
+    lambda: _disc("breathing disc, fitted", "fitted", "fitted", 2.0 / 12, 8e6),
+    lambda: _disc("breathing disc, in stairs", "stairs", "stairs", 2.0 / 12, 8e6),
     _sphere,
     _torsion,
 ]
@@ -373,10 +373,21 @@ FRESH: list[Callable[[], Case]] = [
     lambda: _push("smooth push, Taylor-SPH", "tsph"),
     lambda: _push("smooth push, leapfrog", "leapfrog", "stress-points"),
     _struck,
-    lambda: _lame(2, 1.0 / 12, 4e7),
-    lambda: _lame(3, 1.0 / 8, 6e7),
+    lambda: _lame(2, 1.0 / 12, 8e6),
+    lambda: _lame(3, 1.0 / 8, 1e7),
     _cavity,
     _annulus,
     _pulled,
 ]
-LOST: list[Callable[[], Case]] = []
+
+
+def _softening():
+    """A bar that softens, pulled at both ends: where the waves meet it breaks within one cell (Bazant & Belytschko 1985)."""
+    material = {"model": "mises", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.0, "yield_stress": 1e-3,
+                "hardening_modulus": -0.1}  # fmt: skip
+    pull = [{"face": sign + "x", "velocity": {"x": f"{sign}0.6e-3"}} for sign in "-+"]
+    scene = _bar(1.0 / 40, form="total-lagrangian", end=0.9, material=material, boundary=pull, probes=_probe([0.5], "plastic_strain"))
+    return Case("softening without a length", "lost", scene, {}, 2e7, tolerances=(0.01,))
+
+
+LOST: list[Callable[[], Case]] = [_softening]

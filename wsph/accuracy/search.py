@@ -114,7 +114,9 @@ def _refusal(
 ) -> Found | None:
     """The end of a search whose next row, or the one that is wanted, is beyond the limit."""
     left = limit.left(rows)
-    far = bool(seen) and len(rows.made) >= KEEP and limit.cost(rows, rows.scaled(wanted)) > left
+    # Where no convergence is seen yet what is wanted says nothing: one row more will tell.
+    sees = bool(seen) and len(rows.made) >= KEEP and all(each.estimate.converges for each in seen.values())
+    far = sees and limit.cost(rows, rows.scaled(wanted)) > left
     if limit.cost(rows, rows.costs.plan(cells)) <= left and not far:
         return None
     if not seen:
