@@ -1,4 +1,4 @@
-"""The command line: run, check, list, study, calibrate, validate, view.
+"""The command line: run, check, advise, list, study, calibrate, validate, view.
 
 Exit codes: 0 completed; 1 a published case that does not come out as it should, or a failure of the machine (memory,
 disk); 2 bad input (a faulty scene, a refused composition, an unusable folder); 3 unstable; 4 an accuracy that is not met;
@@ -106,6 +106,10 @@ def _parser() -> argparse.ArgumentParser:
     check.add_argument("scene", type=Path)
     check.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a key")
     check.set_defaults(command=_check)
+    advice = commands.add_parser("advise", help="say which scheme suits a scene, with the error and cost of each")
+    advice.add_argument("scene", type=Path)
+    advice.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="change a key")
+    advice.set_defaults(command=_advise)
     listing = commands.add_parser(
         "list", help="list what a scene can name (default: installed integrators and materials)"
     )
@@ -227,6 +231,15 @@ def _check(options: argparse.Namespace) -> int:
 
     for key, value in described(load(options.scene, _overrides(options.set)), str(options.scene)):
         print(f"{key:<14} {value}")
+    return 0
+
+
+def _advise(options: argparse.Namespace) -> int:
+    from wsph.accuracy.schemes import advice
+    from wsph.scene.load import load
+
+    for line in advice.told(load(options.scene, _overrides(options.set))):
+        print(line)
     return 0
 
 

@@ -3,11 +3,10 @@
 import pytest
 
 import wsph
+from tests.scenes import bar, block, body, box, held, scene
 from wsph.accuracy.planning.cost import Costs, plan
 from wsph.accuracy.planning.formal import formal_order
 from wsph.accuracy.planning.lattices import Lattices
-
-from tests.scenes import bar, block, body, box, held, scene
 
 
 def ladder(of: wsph.Scene, count: int = 5) -> list[int]:
@@ -45,11 +44,12 @@ def test_a_fixed_step_follows_the_spacing():
 
 def test_bodies_from_files_have_one_spacing(tmp_path):
     (tmp_path / "points.csv").write_text("x,y,volume\n0,0,1\n1,0,1\n")
+    data = bar(8).data()
+    of = {"name": "b", "points": {"file": str(tmp_path / "points.csv")}, "material": data["bodies"][0]["material"]}
+    run = {"integrator": "leapfrog", "formulation": "total-lagrangian", "end": 1.0, "cfl": 0.1}
+    made = wsph.Scene(schema=1, dim=2, run=run, bodies=[of | {"state": "stress"}])
     with pytest.raises(wsph.WsphError, match="give it a shape and a spacing"):
-        data = bar(8).data()
-        of = {"name": "b", "points": {"file": str(tmp_path / "points.csv")}, "material": data["bodies"][0]["material"]}
-        run = {"integrator": "leapfrog", "formulation": "total-lagrangian", "end": 1.0, "cfl": 0.1}
-        Lattices(wsph.Scene(schema=1, dim=2, run=run, bodies=[of | {"state": "stress"}]))
+        Lattices(made)
 
 
 def test_staircases_choose_lattices_that_miss_less_of_their_volume():
@@ -87,7 +87,10 @@ def test_smooth_motions_have_order_two():
         ({"velocity": ["1e-3"], "boundary": [held("-x", 1)]}, "boundary.0 holds what moves at the start"),
         ({"velocity": ["1e-3*(x > 0.5)"]}, "bodies.0.velocity jumps inside"),
         ({"boundary": [{"body": "b", "face": "-x", "traction": {"x": 1e-3}}]}, "boundary.0.traction.x begins at once"),
-        ({"boundary": [{"body": "b", "face": "-x", "traction": {"x": "1e-3*t*(t < 0.1)"}}]}, "boundary.0.traction.x steps"),
+        (
+            {"boundary": [{"body": "b", "face": "-x", "traction": {"x": "1e-3*t*(t < 0.1)"}}]},
+            "boundary.0.traction.x steps",
+        ),
     ],
 )
 def test_jumps_have_order_one(changes, words):

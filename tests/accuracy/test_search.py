@@ -143,7 +143,9 @@ def test_the_command_line(scene_file, tmp_path, capsys):
     assert "p.velocity_x" in said.out
     assert "pair visits" in said.err
     assert main(["run", str(scene_file), "--accuracy", "0.0001%", "--budget", "1e5", "-o", str(out)]) == 2
-    assert main(["run", str(scene_file), "--accuracy", "0.0001%", "--budget", "1e5", "-o", str(out), "--overwrite"]) == 4
+    assert (
+        main(["run", str(scene_file), "--accuracy", "0.0001%", "--budget", "1e5", "-o", str(out), "--overwrite"]) == 4
+    )
     assert (out / "summary.json").is_file()
 
 
