@@ -13,7 +13,8 @@ import numpy as np
 from wsph.accuracy.columns import Aim, Seen, judged, widened, worst
 from wsph.accuracy.envelope import FLOOR, KEEP
 from wsph.accuracy.measures import distances, mean
-from wsph.accuracy.rows import Halted, Row, Rows
+from wsph.accuracy.row import Halted, Row
+from wsph.accuracy.rows import Rows
 from wsph.accuracy.search import Found
 from wsph.output.files import write_text
 from wsph.quantities import Table

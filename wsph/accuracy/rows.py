@@ -8,21 +8,21 @@ what is in the folder is at any time the ordinary output of the best row so far,
 
 import shutil
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from wsph.accuracy.measures import Record
-from wsph.accuracy.planning.cost import Costs, Plan, Rate, Took
+from wsph.accuracy.planning.cost import Costs, Plan
 from wsph.accuracy.planning.formal import Formal, formal_order
 from wsph.accuracy.planning.lattices import Lattices
+from wsph.accuracy.planning.rate import Rate, Took
+from wsph.accuracy.row import Halted, Row, in_seconds
 from wsph.errors import Refused, SceneError
 from wsph.output.files import own_files
 from wsph.output.formats import FORMATS
 from wsph.scene.scene import Scene
-from wsph.simulation.result import Result
 from wsph.simulation.run import Progress, run
 
 INSIDE = ".row"
@@ -30,50 +30,6 @@ INSIDE = ".row"
 
 Tell = Callable[[str], None]
 """Called with a sentence of what is going on."""
-
-
-class Halted(Exception):
-    """A search that cannot go on: `status` "interrupted", or "refused" where a run did not come to its end."""
-
-    def __init__(self, status: str, why: str):
-        super().__init__(why)
-        self.status = status
-
-
-@dataclass(frozen=True)
-class Row:
-    """A run: its lattice by `cells` and `spacing` [m], the work that was `planned`, and what it took; `records` of all
-    probes, "PROBE.COLUMN"."""
-
-    cells: int
-    spacing: float
-    planned: float
-    work: float
-    right_hand_sides: int
-    steps: int
-    particles: int
-    wall_seconds: float
-    cpu_seconds: float
-    records: Mapping[str, Record]
-    result: Result
-
-    def data(self) -> dict[str, object]:
-        """As accuracy.json has it."""
-        run = self.result.scene.run
-        return {
-            "spacing": self.spacing,
-            "cells": self.cells,
-            "particles": self.particles,
-            "steps": self.steps,
-            "planned_work": self.planned,
-            "work": self.work,
-            "rhs": self.right_hand_sides,
-            "wall_seconds": self.wall_seconds,
-            "cpu_seconds": self.cpu_seconds,
-            "precision": run.precision,
-            "integrator": run.integrator.name,
-            "formulation": run.formulation or "default",
-        }
 
 
 class Rows:
@@ -165,13 +121,6 @@ class Rows:
             tell(round(1000.0 * (before + work * step / steps) / total), 1000, now)
 
         return told
-
-
-def in_seconds(seconds: float) -> str:
-    """A time in words."""
-    if seconds < 120.0:
-        return f"{seconds:.2g} s"
-    return f"{seconds / 60.0:.2g} min" if seconds < 7200.0 else f"{seconds / 3600.0:.2g} h"
 
 
 def clear(folder: Path) -> None:

@@ -20,8 +20,8 @@ HISTORY = "history"
 
 @dataclass(frozen=True)
 class Series:
-    """A column over time: its `name` on a picture, `times` [s], `values` and their SI unit; `bar`: the half width of the
-    error bar about them, where an accuracy was asked for."""
+    """A column over time: its `name` on a picture, `times` [s], `values` and their SI unit; `bar`: half the width of its
+    error bar, where it has one."""
 
     name: str
     times: np.ndarray
