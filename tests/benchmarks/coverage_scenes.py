@@ -386,7 +386,14 @@ def _softening():
     material = {"model": "mises", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.0, "yield_stress": 1e-3,
                 "hardening_modulus": -0.1}  # fmt: skip
     pull = [{"face": sign + "x", "velocity": {"x": f"{sign}0.6e-3"}} for sign in "-+"]
-    scene = _bar(1.0 / 40, form="total-lagrangian", end=0.9, material=material, boundary=pull, probes=_probe([0.5], "plastic_strain"))
+    scene = _bar(
+        1.0 / 40,
+        form="total-lagrangian",
+        end=0.9,
+        material=material,
+        boundary=pull,
+        probes=_probe([0.5], "plastic_strain"),
+    )
     return Case("softening without a length", "lost", scene, {}, 2e7, tolerances=(0.01,))
 
 
