@@ -44,7 +44,11 @@ def test_work_is_that_of_the_scene_itself():
 
 def test_the_best_scheme_is_taken_where_it_is_free():
     jump = {"boundary": [held("-x", 1)], "probes": [{"name": "p", "at": [[0.5]], "fields": ["velocity"]}]}
-    made = bar(20, velocity=["1e-3"], tables=jump | {"accuracy": {"tolerance": 0.1, "free": ["spacing", "integrator", "formulation"]}})
+    made = bar(
+        20,
+        velocity=["1e-3"],
+        tables=jump | {"accuracy": {"tolerance": 0.1, "free": ["spacing", "integrator", "formulation"]}},
+    )
     assert best(made)["run.integrator"] == {"name": "tsph"}
     found = accurate(made)
     assert found.result.scene.run.integrator.name == "tsph"

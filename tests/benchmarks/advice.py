@@ -119,9 +119,7 @@ def main() -> None:
             print(f"    {one['integrator']} {one['formulation']} {one['precision']}: error {one['error']:.3g} at {work:.1g}, order {one['order']:.2f}", flush=True)  # fmt: skip
         kept[kind] = {"words": words, "work": work, "alternatives": found}
         if options.write:
-            path.write_text(
-                json.dumps(kept, indent=1) + "\n", encoding="utf-8"
-            )
+            path.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ answer.status, answer.data["bar"], answer.result.probes
 
 # pyright: strict
 
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from pathlib import Path
 
 from wsph.accuracy import report
@@ -75,6 +75,9 @@ def accurate(
                 clear(out)
         if out is not None and answer.result is not None:
             report.write(answer.data, out)
+    if out is not None and answer.result is None:
+        with suppress(OSError):  # where others have put something there
+            out.rmdir()
     return answer
 
 

@@ -20,13 +20,10 @@ from wsph.accuracy.planning.lattices import Lattices
 from wsph.accuracy.planning.rate import Rate, Took
 from wsph.accuracy.row import Halted, Row, in_seconds
 from wsph.errors import Refused, SceneError
-from wsph.output.files import own_files
+from wsph.output.files import ROW, own_files
 from wsph.output.formats import FORMATS
 from wsph.scene.scene import Scene
 from wsph.simulation.run import Progress, run
-
-INSIDE = ".row"
-"""The folder of a row that is being made."""
 
 Tell = Callable[[str], None]
 """Called with a sentence of what is going on."""
@@ -80,7 +77,7 @@ class Rows:
         )
         self.rate.learn(Took(plan, row.work, inside, row.wall_seconds - inside))
         if self._folder is not None:
-            _replace(self._folder, self._folder / INSIDE)
+            _replace(self._folder, self._folder / ROW)
         return row
 
     def scaled(self, cells: float) -> Plan:
@@ -90,7 +87,7 @@ class Rows:
 
     def run(self, scene: Scene, cells: int, planned: float, progress: Progress | None = None) -> Row:
         """Run a scene as a row that is not kept among those of the ladder. Raises as `make` does."""
-        out = self._folder / INSIDE if self._folder is not None else None
+        out = self._folder / ROW if self._folder is not None else None
         wall, cpu = time.perf_counter(), time.process_time()
         result = run(scene, out, overwrite=True, throw=False, progress=progress)
         wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
@@ -125,7 +122,7 @@ class Rows:
 
 def clear(folder: Path) -> None:
     """Take away what a search that was cut off left of a row."""
-    shutil.rmtree(folder / INSIDE, ignore_errors=True)
+    shutil.rmtree(folder / ROW, ignore_errors=True)
 
 
 def _replace(folder: Path, inside: Path) -> None:

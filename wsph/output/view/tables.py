@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from wsph.errors import OutputError
+from wsph.output.files import ACCURACY
 from wsph.output.view.curves import over_time
 from wsph.output.view.pictures import save_figure
 
@@ -92,7 +93,7 @@ def _series(name: str, columns: Mapping[str, np.ndarray], key: str, sign: float,
 def _bars(folder: Path) -> dict[str, float]:
     """Half widths of error bars by "PROBE.COLUMN", where the run is the answer of a search that has them."""
     try:
-        said: Any = json.loads((folder / "accuracy.json").read_text(encoding="utf-8"))
+        said: Any = json.loads((folder / ACCURACY).read_text(encoding="utf-8"))
         return {name: float(each.get("half_width") or 0.0) for name, each in said["columns"].items()}
     except (OSError, ValueError, KeyError, AttributeError):
         return {}
