@@ -4,7 +4,6 @@ Pages are MyST. Reference pages are made from declarations by `declared.py`, the
 of `pictures.py` by `scenes.py`, both beside this file and before anything is read.
 """
 
-import re
 import sys
 from importlib import metadata
 from pathlib import Path
@@ -40,15 +39,3 @@ sphinx_gallery_conf = {
     "min_reported_time": 1e9,
     "write_computation_times": False,
 }
-
-
-def _pictures_there(app, name: str, source: list[str]) -> None:
-    """Of the page of costs the pictures of those studies whose rows there are."""
-    if name == "cost":
-        there = lambda found: found[0] if (Path(app.srcdir) / found[1]).is_file() else ""  # noqa: E731
-        source[0] = re.sub(r"!\[[^\]]*\]\((pictures/front_\w+\.png)\)", there, source[0])
-
-
-def setup(app) -> None:
-    """Sphinx's hook."""
-    app.connect("source-read", _pictures_there)

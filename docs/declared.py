@@ -2,7 +2,7 @@
 
 They are written to docs/reference/made before Sphinx reads anything; nothing in them is typed by hand.
 
-    python docs/declared.py        writes them without Sphinx
+    python docs/declared.py [FOLDER]        writes them without Sphinx
 """
 
 # pyright: strict
@@ -11,6 +11,7 @@ import argparse
 import inspect
 import os
 import re
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -149,12 +150,12 @@ def _documented(name: str, thing: object) -> list[str]:
     return [*shown, *"\n\n".join(paragraphs).split("\n")]
 
 
-def write() -> None:
-    """All pages; a page that would be the same is left, so that Sphinx does not read it again."""
-    MADE.mkdir(parents=True, exist_ok=True)
+def write(folder: Path = MADE) -> None:
+    """All pages, in a folder; a page that would be the same is left, so that Sphinx does not read it again."""
+    folder.mkdir(parents=True, exist_ok=True)
     pages = {name: page(name) for name in INTRODUCTIONS} | {"commands": commands(), "python": python()}
     for name, text in pages.items():
-        path = MADE / f"{name}.md"
+        path = folder / f"{name}.md"
         if not path.is_file() or path.read_text(encoding="utf-8") != text:
             path.write_text(text, encoding="utf-8")
 
@@ -170,4 +171,4 @@ def setup(app: "Sphinx") -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    write()
+    write(Path(sys.argv[1]) if sys.argv[1:] else MADE)

@@ -25,7 +25,9 @@ from wsph.validation import measures, oracles, validate
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = {
     "validation": "docs/benchmarks/summary.md",
-    **dict.fromkeys(("growth", "trade", "speed", "peers", "methods", "accuracy"), "docs/benchmarks/measured.md"),
+    **dict.fromkeys(
+        ("growth", "trade", "speed", "peers", "methods", "accuracy", "coverage"), "docs/benchmarks/measured.md"
+    ),
     **dict.fromkeys(("glance", "answer", "alone"), "README.md"),
     **dict.fromkeys(("choose", "single"), "docs/howto/choose.md"),
 }
@@ -331,11 +333,66 @@ def fill(name: str, rows: list[str]) -> None:
         page.write_text(f"{before}<!-- {name} -->\n" + "\n".join(rows) + f"\n<!-- /{name} -->{after}")
 
 
+def coverage() -> list[str]:
+    """Rows of how often error bars hold and tolerances are met, from docs/coverage.json; fills docs/accuracy.md too."""
+    found = json.loads((ROOT / "docs" / "coverage.json").read_text())
+    heads = "| searches | answered | of these met | bars that hold | bar over true error | total work over the cheapest row |"
+    rows = [f"| {heads}", "| --- |" + " --- |" * 6]
+    summary = found["summary"]
+    named = {f"tolerance {name}": each for name, each in summary["tolerances"].items()}
+    named |= {f"{name}, all tolerances": each for name, each in summary["kinds"].items()}
+    named |= {"all": summary["all"], "scenes written after the constants": found["summary_fresh"]["all"]}
+    for name, each in named.items():
+        met, hold = _part(each["met"], each["answers"]), _part(each["bars_hold"], each["bars"])
+        middle = [f"{each[key]:.1f}" if each[key] else "-" for key in ("width", "cost")]
+        rows.append(f"| {name} | {each['searches']} | {each['answers']} | {met} | {hold} | {' | '.join(middle)} |")
+    windows = summary["all"]
+    rows += ["", f"{len(found['scenes'])} scenes, {sum(s['group'] == 'fresh' for s in found['scenes'])} of them written after the constants were"
+             f" frozen. Of {windows['windows_given']} windows of four rows of their ladders, bars hold in"
+             f" {_part(windows['windows_hold'], windows['windows_given'])}; {windows['flagged']} windows of {windows['windows']} are said not to"
+             " converge. The last two columns are medians; cost is counted where the cheapest row is finer than the third of the",
+             "ladder. (`python tests/benchmarks/coverage.py --write`.)"]  # fmt: skip
+    page = ROOT / "docs" / "accuracy.md"
+    before, rest = page.read_text(encoding="utf-8").split("<!-- coverage -->\n", 1)
+    _, after = rest.split("<!-- /coverage -->", 1)
+    table = ["| scene | kind | rows | errors | searches | answered | met | bars hold |", "| --- |" + " --- |" * 7]
+    for scene in found["scenes"]:
+        searches, errors = scene["searches"], [row[2] for row in scene["rows"]]
+        answers = [one for one in searches if one["status"] == "met"]
+        met = sum(one["true"] <= one["tolerance"] for one in answers)
+        mark = " (fresh)" if scene["group"] == "fresh" else ""
+        hold = f"{scene['windows_hold']} of {scene['windows_given']}"
+        cells = [scene["name"] + mark, scene["kind"], len(errors), f"{max(errors):.2g} to {min(errors):.2g}", len(searches), len(answers), met, hold]  # fmt: skip
+        table.append("| " + " | ".join(map(str, cells)) + " |")
+    page.write_text(
+        f"{before}<!-- coverage -->\n" + "\n".join(table) + f"\n<!-- /coverage -->{after}", encoding="utf-8"
+    )
+    return rows
+
+
+def _part(of: int, whole: int) -> str:
+    return f"{100.0 * of / whole:.0f} %" if whole else "-"
+
+
 def main() -> None:
     """Fill the pages."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--speed", action="store_true")
-    every = (validation, growth, trade, speed, peers, methods, accuracy, glance, answer, alone, choose, single)
+    every = (
+        validation,
+        growth,
+        trade,
+        speed,
+        peers,
+        methods,
+        accuracy,
+        coverage,
+        glance,
+        answer,
+        alone,
+        choose,
+        single,
+    )
     tables = {f.__name__: f for f in every}
     parser.add_argument("--only", nargs="+", choices=list(tables), help="these tables, and no pictures")
     parser.add_argument("--cases", nargs="+", default=[], help="these published cases, and nothing else")

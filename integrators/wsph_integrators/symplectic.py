@@ -134,8 +134,8 @@ REACH = 3.464
 
 class ProcessedLeapfrog:
     """Leapfrog with the modified force a(u + dt^2/12 a(u)) between a start and an output transformation (lf4; Rowlands
-    1991): fourth order in the processed variables, two evaluations, omega dt <= 3.46, 1.73 per evaluation. Loads may
-    depend on time: a is that of the instant, and the transformations take its change with the load's.
+    1991): fourth order in the processed variables, two evaluations, omega dt <= 3.46, 1.73 per evaluation. Loads may depend
+    on time: a is that of the instant, and the transformations take its change with the load's.
 
     For smooth, undamped, long runs of total laws; at finite amplitude use at most 0.6 of the limit. `state` is made from the
     inner variables when it is to be read, by `publish`: feeding it back would make the energy drift.

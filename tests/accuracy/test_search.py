@@ -175,6 +175,17 @@ def test_pictures_have_its_bars(scene_file, tmp_path):
     assert main(["view", str(out), "--curve", "p", "--save", str(tmp_path / "a.png")]) == 0
 
 
+def test_what_it_leaves_can_be_written_over(scene_file, tmp_path):
+    out = tmp_path / "out"
+    (out / ".row" / "frames").mkdir(parents=True)  # as a search that was killed leaves it
+    assert main(["run", str(scene_file), "--accuracy", "5%", "-o", str(out)]) == 0
+    assert main(["run", str(scene_file), "-o", str(out), "--overwrite"]) == 0
+    assert not (out / "accuracy.json").exists()
+    none = tmp_path / "none"
+    assert main(["run", str(scene_file), "--accuracy", "5%", "--budget", "10", "-o", str(none)]) == 4
+    assert not none.exists()
+
+
 def test_without_probes_it_is_refused(tmp_path, capsys):
     path = tmp_path / "bar.toml"
     path.write_text(TOML)

@@ -25,7 +25,8 @@ from coverage_scenes import FRESH, KNOWN, LOST, Case
 from wsph.accuracy.columns import aims, look
 from wsph.accuracy.limits import Limit
 from wsph.accuracy.measures import Record, distances, frequency
-from wsph.accuracy.rows import Row, Rows
+from wsph.accuracy.row import Row
+from wsph.accuracy.rows import Rows
 from wsph.accuracy.search import search, seen_of
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -164,3 +164,26 @@ def test_without_pandas_the_way_to_it_is_said(scene: wsph.Scene, monkeypatch: py
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(wsph.OutputError, match=r'pandas is not installed: pip install "wsph\[notebook\]"'):
         wsph.run(scene).to_pandas()
+
+
+def test_a_bar_follows_the_run(scene: wsph.Scene) -> None:
+    from wsph.output.view.bar import Bar
+
+    with Bar() as bar:
+        wsph.run(scene, progress=bar)
+    assert bar.done == 1.0
+    assert wsph.run(scene, progress=True).status == "completed"
+
+
+def test_a_result_can_be_turned(scene: wsph.Scene) -> None:
+    """A plotter that holds the field by its name and unit; nothing is rendered."""
+    pytest.importorskip("pyvista")
+    beam = wsph.load(SCENE.with_name("oscillating_beam.toml")).with_(end="10 us")
+    result = wsph.run(beam)
+    made = result.interactive("velocity_y")
+    grids = [each.mapper.dataset for each in made.actors.values() if getattr(each, "mapper", None)]
+    (grid,) = [each for each in grids if "velocity_y [m/s]" in each.array_names]
+    assert np.allclose(np.asarray(grid["velocity_y [m/s]"]), result.field("velocity_y"))
+    made.close()
+    with pytest.raises(wsph.OutputError, match="no field 'nothing' in the frame"):
+        result.interactive("nothing")

@@ -12,7 +12,7 @@ from wsph.output.interrupts import Interrupts
 from wsph.simulation.compose import compose
 from wsph.simulation.composing.composition import Composition
 from wsph.simulation.result import Result
-from wsph.simulation.run import Simulation
+from wsph.simulation.run import Running
 from wsph.stability import small_motions
 from wsph.stability.limit import StepLimit
 
@@ -63,7 +63,7 @@ def share(scene: wsph.Scene) -> Share:
         stack.enter_context(patch.object(small_motions, "spectrum", counting(small_motions.spectrum)))
         stack.enter_context(patch.object(StepLimit, "follow", _timed(StepLimit.follow, found, "following")))
         interrupts = stack.enter_context(Interrupts())
-        simulation = Simulation(composition, None, time.perf_counter())
+        simulation = Running(composition, None, time.perf_counter())
         result = found.result = _timed(simulation.run, found, "all")(None, interrupts)
     found.steps = result.summary["steps"] * _evaluations(composition)
     return found

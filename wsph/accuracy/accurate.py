@@ -6,15 +6,18 @@ answer.status, answer.data["bar"], answer.result.probes
 
 # pyright: strict
 
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from pathlib import Path
 
-from wsph.accuracy import report, second
+from wsph.accuracy import report
 from wsph.accuracy.budget import spend
 from wsph.accuracy.columns import Aim, aims
 from wsph.accuracy.limits import Limit
 from wsph.accuracy.report import Answer
-from wsph.accuracy.rows import Halted, Rows, Tell, clear
+from wsph.accuracy.row import Halted
+from wsph.accuracy.rows import Rows, Tell, clear
+from wsph.accuracy.schemes import second
+from wsph.accuracy.schemes.advice import best
 from wsph.accuracy.search import Found, search
 from wsph.errors import Fault, Refused, SceneError
 from wsph.output import formats
@@ -72,6 +75,9 @@ def accurate(
                 clear(out)
         if out is not None and answer.result is not None:
             report.write(answer.data, out)
+    if out is not None and answer.result is None:
+        with suppress(OSError):  # where others have put something there
+            out.rmdir()
     return answer
 
 
@@ -92,6 +98,10 @@ def _rows(
     """The rows of a scene at the largest time step that its integrator, materials and contacts take: a smaller one costs
     more and is in no scene more accurate for its work. What was changed, in words."""
     notes: list[str] = []
+    chosen = tuple(key for key in asked.free if key in ("integrator", "formulation"))
+    if chosen and (changes := best(scene, chosen)):
+        scene = scene.with_(**changes)
+        notes.append(f"{scene.run.integrator.name} in the {scene.run.formulation} form, by the table of wsph advise")
     on_gpu = scene.run.precision == "f64" and scene.run.device.startswith("cuda")
     if on_gpu and "precision" in asked.free and tolerance is not None and tolerance >= SINGLE:
         scene = scene.with_(precision="f32")

@@ -12,7 +12,8 @@ from collections.abc import Mapping
 from wsph.accuracy.columns import Aim
 from wsph.accuracy.envelope import FEWEST
 from wsph.accuracy.limits import SHARE, Limit
-from wsph.accuracy.rows import Halted, Rows
+from wsph.accuracy.row import Halted
+from wsph.accuracy.rows import Rows
 from wsph.accuracy.search import Found, seen_of
 from wsph.errors import Refused, SceneError
 

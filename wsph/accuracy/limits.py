@@ -5,7 +5,8 @@
 from dataclasses import dataclass
 
 from wsph.accuracy.planning.cost import Plan
-from wsph.accuracy.rows import Rows, in_seconds
+from wsph.accuracy.row import in_seconds
+from wsph.accuracy.rows import Rows
 from wsph.quantities import Table
 from wsph.units import quantity
 

@@ -13,13 +13,12 @@ import numpy as np
 from wsph.accuracy.columns import Aim, Seen, judged, widened, worst
 from wsph.accuracy.envelope import FLOOR, KEEP
 from wsph.accuracy.measures import distances, mean
-from wsph.accuracy.rows import Halted, Row, Rows
+from wsph.accuracy.row import Halted, Row
+from wsph.accuracy.rows import Rows
 from wsph.accuracy.search import Found
-from wsph.output.files import write_text
+from wsph.output.files import ACCURACY, write_text
 from wsph.quantities import Table
 from wsph.simulation.result import Result
-
-NAME = "accuracy.json"
 
 FOLLOWS = 1.2
 """Time step over spacing, of the last rows, that differ by more than this: the time step is not of the ladder."""
@@ -73,7 +72,7 @@ def answer(
 
 def write(data: Table, folder: Path) -> None:
     """Write accuracy.json."""
-    write_text(folder / NAME, json.dumps(data, indent=2, ensure_ascii=False) + "\n")
+    write_text(folder / ACCURACY, json.dumps(data, indent=2, ensure_ascii=False) + "\n")
 
 
 def _time_term(rows: Rows, seen: Mapping[str, Seen]) -> dict[str, float]:

@@ -8,72 +8,25 @@ what is in the folder is at any time the ordinary output of the best row so far,
 
 import shutil
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 from wsph.accuracy.measures import Record
-from wsph.accuracy.planning.cost import Costs, Plan, Rate, Took
+from wsph.accuracy.planning.cost import Costs, Plan
 from wsph.accuracy.planning.formal import Formal, formal_order
 from wsph.accuracy.planning.lattices import Lattices
+from wsph.accuracy.planning.rate import Rate, Took
+from wsph.accuracy.row import Halted, Row, in_seconds
 from wsph.errors import Refused, SceneError
-from wsph.output.files import own_files
+from wsph.output.files import ROW, own_files
 from wsph.output.formats import FORMATS
 from wsph.scene.scene import Scene
-from wsph.simulation.result import Result
 from wsph.simulation.run import Progress, run
-
-INSIDE = ".row"
-"""The folder of a row that is being made."""
 
 Tell = Callable[[str], None]
 """Called with a sentence of what is going on."""
-
-
-class Halted(Exception):
-    """A search that cannot go on: `status` "interrupted", or "refused" where a run did not come to its end."""
-
-    def __init__(self, status: str, why: str):
-        super().__init__(why)
-        self.status = status
-
-
-@dataclass(frozen=True)
-class Row:
-    """A run: its lattice by `cells` and `spacing` [m], the work that was `planned`, and what it took; `records` of all
-    probes, "PROBE.COLUMN"."""
-
-    cells: int
-    spacing: float
-    planned: float
-    work: float
-    right_hand_sides: int
-    steps: int
-    particles: int
-    wall_seconds: float
-    cpu_seconds: float
-    records: Mapping[str, Record]
-    result: Result
-
-    def data(self) -> dict[str, object]:
-        """As accuracy.json has it."""
-        run = self.result.scene.run
-        return {
-            "spacing": self.spacing,
-            "cells": self.cells,
-            "particles": self.particles,
-            "steps": self.steps,
-            "planned_work": self.planned,
-            "work": self.work,
-            "rhs": self.right_hand_sides,
-            "wall_seconds": self.wall_seconds,
-            "cpu_seconds": self.cpu_seconds,
-            "precision": run.precision,
-            "integrator": run.integrator.name,
-            "formulation": run.formulation or "default",
-        }
 
 
 class Rows:
@@ -124,7 +77,7 @@ class Rows:
         )
         self.rate.learn(Took(plan, row.work, inside, row.wall_seconds - inside))
         if self._folder is not None:
-            _replace(self._folder, self._folder / INSIDE)
+            _replace(self._folder, self._folder / ROW)
         return row
 
     def scaled(self, cells: float) -> Plan:
@@ -134,7 +87,7 @@ class Rows:
 
     def run(self, scene: Scene, cells: int, planned: float, progress: Progress | None = None) -> Row:
         """Run a scene as a row that is not kept among those of the ladder. Raises as `make` does."""
-        out = self._folder / INSIDE if self._folder is not None else None
+        out = self._folder / ROW if self._folder is not None else None
         wall, cpu = time.perf_counter(), time.process_time()
         result = run(scene, out, overwrite=True, throw=False, progress=progress)
         wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
@@ -167,16 +120,9 @@ class Rows:
         return told
 
 
-def in_seconds(seconds: float) -> str:
-    """A time in words."""
-    if seconds < 120.0:
-        return f"{seconds:.2g} s"
-    return f"{seconds / 60.0:.2g} min" if seconds < 7200.0 else f"{seconds / 3600.0:.2g} h"
-
-
 def clear(folder: Path) -> None:
     """Take away what a search that was cut off left of a row."""
-    shutil.rmtree(folder / INSIDE, ignore_errors=True)
+    shutil.rmtree(folder / ROW, ignore_errors=True)
 
 
 def _replace(folder: Path, inside: Path) -> None:

@@ -15,7 +15,8 @@ import numpy as np
 from wsph.accuracy.columns import Aim, Seen, look, worst
 from wsph.accuracy.envelope import BAR, FEWEST, KEEP
 from wsph.accuracy.limits import Limit
-from wsph.accuracy.rows import Halted, Rows, in_seconds
+from wsph.accuracy.row import Halted, in_seconds
+from wsph.accuracy.rows import Rows
 from wsph.errors import Refused, SceneError
 
 SAFE = 1.1

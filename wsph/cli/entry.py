@@ -14,6 +14,7 @@ import sys
 import warnings
 from contextlib import suppress
 
+from wsph.cli.commands.advise import ADVISE
 from wsph.cli.commands.calibrate import CALIBRATE
 from wsph.cli.commands.check import CHECK
 from wsph.cli.commands.cite import CITE
@@ -28,7 +29,7 @@ from wsph.cli.commands.validate import VALIDATE
 from wsph.cli.commands.view import VIEW
 from wsph.errors import Unstable, WsphError, is_out_of_memory
 
-COMMANDS = (RUN, CHECK, NEW, LIST, SCHEMA, VALIDATE, STUDY, CALIBRATE, VIEW, CITE, INFO, COMPLETION)
+COMMANDS = (RUN, CHECK, ADVISE, NEW, LIST, SCHEMA, VALIDATE, STUDY, CALIBRATE, VIEW, CITE, INFO, COMPLETION)
 """In the order of the help."""
 
 LONGEST = 2000

@@ -5,7 +5,7 @@
 import sys
 import time
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 
 EVERY = 30.0
 """Seconds between two lines where there is no terminal."""
@@ -18,33 +18,19 @@ class Progress:
     """A progress bar on a terminal, a heartbeat elsewhere; silence where nothing is to be printed."""
 
     def __init__(self, quiet: bool):
-        self._quiet, self._shown = quiet, not quiet and sys.stderr.isatty()
+        self._quiet, self._around = quiet, ExitStack()
 
     def __enter__(self) -> Told | None:
-        if not self._shown:
-            return None if self._quiet else Heartbeat()
-        from rich.console import Console
-        from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
-        from rich.progress import Progress as Bar
+        if self._quiet:
+            return None
+        if not sys.stderr.isatty():
+            return Heartbeat()
+        from wsph.output.view.bar import Bar
 
-        self._bar = Bar(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            TimeRemainingColumn(),
-            console=Console(stderr=True),
-            transient=True,
-        )
-        self._bar.start()
-        self._task = self._bar.add_task("", total=None)
-
-        def update(step: int, steps: int, time: float) -> None:
-            self._bar.update(self._task, completed=step, total=steps, description=f"t = {time:.4g} s")
-
-        return update
+        return self._around.enter_context(Bar())
 
     def __exit__(self, *_: object) -> None:
-        if self._shown:
-            self._bar.stop()
+        self._around.close()
 
 
 class Heartbeat:

@@ -16,6 +16,12 @@ from wsph.errors import OutputError
 LOCK = ".lock"
 """The file of a folder that whoever writes there holds a lock on (`wsph.output.claim`)."""
 
+ROW = ".row"
+"""A folder inside of a search's, where the run is that may become its answer."""
+
+ACCURACY = "accuracy.json"
+"""What a search says of its answer, beside the output of that."""
+
 
 def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
     """Let `write` fill a temporary file beside `path`, then rename it. Raises OutputError; never leaves debris."""
@@ -76,7 +82,7 @@ def check_content(
         return
     if not folder.is_dir():
         raise OutputError(f"{folder}: is a file, not a folder")
-    if all(each.name == LOCK for each in folder.iterdir()):
+    if all(each.name in (LOCK, ROW) for each in folder.iterdir()):
         return
     if not overwrite and not resume:
         can = is_own(folder) if is_own is not None else any((folder / "checkpoints").glob("*.npz"))
@@ -106,7 +112,7 @@ def own_files(folder: Path, listings: Sequence[str], suffixes: Sequence[str]) ->
     are the files that list frames."""
     frame = re.compile(rf"\.?frame_\d{{6}}(\.partial)?\.({'|'.join(map(re.escape, suffixes))})")
     frames = [path for path in (folder / "frames").glob("*") if frame.fullmatch(path.name)]
-    own = [folder / name for name in ("summary.json", "history.csv", "relax.csv", *filter(None, listings))]
+    own = [folder / name for name in ("summary.json", "history.csv", "relax.csv", ACCURACY, *filter(None, listings))]
     own += [_partial(path) for path in own]
     own += list((folder / "checkpoints").glob("*checkpoint_*.npz"))
     return [*frames, *(folder / "probes").glob("*.csv"), *own]

@@ -390,7 +390,9 @@ class SceneTables(Model):
         """The meaning of a value in the scene: a table of `functions`, or an expression (a number is a constant one)."""
         if isinstance(value, str) and value in self.functions:
             function = self.functions[value]
-            return compile_expression(function.expression) if function.expression is not None else function
+            if function.expression is not None:
+                return compile_expression(function.expression)
+            return function.program or function
         if isinstance(value, str):
             # What begins as a number with a unit is one: "1 MPa" where a velocity belongs is a wrong unit, no expression.
             return constant_program(quantity(value, unit)) if looks_like_quantity(value) else compile_expression(value)

@@ -84,11 +84,12 @@ def _compose(scene: Scene) -> Composition:
         settle(time_step, bodies, scales.time, method.who)
         if joint is not None:
             stiffen(setting, joint, list(together.values()))
+    # Before a step is refused: what has the wrong unit may be why.
+    for said in (*slips(scene, bodies, time_step.dt, time_step.timeline.last), *idle(scene, bodies, time_step.dt)):
+        warnings.warn(f"unlikely: {said}", RuntimeWarning, stacklevel=4)
     _guard(setting, bare, bodies, space, time_step, set(together))
     probes = _probes(setting, bodies, reported(bodies, (*between, *forces)), space, time_step)
     step = Step(bodies, joint, between, time_step.clock, [probe for probe in probes if probe.every_step])
-    for said in (*slips(scene, bodies, time_step.dt, time_step.timeline.last), *idle(scene, bodies, time_step.dt)):
-        warnings.warn(f"unlikely: {said}", RuntimeWarning, stacklevel=4)
     pairs = sum(run.system.pairs for run in bodies)
     program = Program(step, time_step.clock, pairs, scene.run.threads, step.before)
     return Composition(scene, space, scales, time_step, bodies, joint, between, probes, program, method.who)

@@ -17,8 +17,10 @@ from wsph.simulation.summary import Summary, TableUnits
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from pyvista import Plotter
 
     from wsph.output.presenting import DataFrame, Dataset
+    from wsph.output.view.recorded import Shot
 
 ENERGIES = (
     "kinetic",
@@ -156,17 +158,29 @@ class Result:
         """A picture of a final field or component, of a probe over time by its name, of a column of the history, or of the
         ledger, "energy" (needs the extra "view"). Returns matplotlib's figure; with `save` it is written too. Raises
         OutputError for another name."""
-        from wsph.output.view import pictures, recorded
+        from wsph.output.view import pictures
         from wsph.output.view.look import Look
 
         made = self._curves(name)
         if made is None:
-            names = tuple(body.name for body in self.scene.bodies)
-            shot = recorded.shot(self.particles, self.time, self.cells, self.units, names)
-            made = pictures.picture(shot, Look(name))
+            made = pictures.picture(self._shot(), Look(name))
         if save is not None:
             pictures.save_figure(made, save)
         return made
+
+    def interactive(self, name: str = "velocity") -> "Plotter":
+        """A final field as a pyvista plotter, whose `show()` turns it with the mouse, in a window or, with the extra
+        "notebook", in a notebook. Raises OutputError for another name."""
+        from wsph.output.view import pictures
+        from wsph.output.view.look import Look
+
+        return pictures.plotter(self._shot(), Look(name))
+
+    def _shot(self) -> "Shot":
+        from wsph.output.view import recorded
+
+        names = tuple(body.name for body in self.scene.bodies)
+        return recorded.shot(self.particles, self.time, self.cells, self.units, names)
 
     def _curves(self, name: str) -> "Figure | None":
         """The figure of a probe or of the energies; None for a field."""

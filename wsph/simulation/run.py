@@ -17,6 +17,7 @@ from wsph.output import fields, formats
 from wsph.output.claim import Claim
 from wsph.output.folder import OutputFolder
 from wsph.output.interrupts import Interrupts
+from wsph.output.view.bar import Bar
 from wsph.scene.load import load
 from wsph.scene.scene import Scene
 from wsph.simulation import checkpoint
@@ -46,17 +47,20 @@ ONE_RUN = threading.RLock()
 
 
 def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: bool = False, resume: bool = False, throw: bool = True,
-        progress: Progress | None = None, **overrides: object) -> Result:  # fmt: skip
+        progress: Progress | bool | None = None, **overrides: object) -> Result:  # fmt: skip
     """Run a scene (or a scene file) and return its result; with `out`, write the output folder too.
 
-    With `resume` it goes on from the last checkpoint in `out`, which must fit the scene: the bits of never having stopped.
-    `overrides` are those of `Scene.with_`. `progress(step, steps, time)` is called between blocks of steps. Raises
-    SceneError, Refused, PluginError or OutputError before anything is written, and Unstable where the run left what it
-    can vouch for, unless `throw` is False: then the result says so. SIGINT and SIGTERM end the run after a whole step,
-    the folder is written, and the signal takes its course (a KeyboardInterrupt); with `throw` False the result says
-    "interrupted". Runs of one process, from any thread, follow one another; two never write into one folder at a time, of
-    whatever processes: the later is refused (OutputError).
+    With `resume` it goes on from the last checkpoint in `out`, which must fit the scene: the bits of never having
+    stopped. `overrides` are those of `Scene.with_`. `progress(step, steps, time)` is called between blocks of steps;
+    True shows a bar. Raises SceneError, Refused, PluginError or OutputError before anything is written, and Unstable
+    where the run left what it can vouch for, unless `throw` is False: then the result says so. SIGINT and SIGTERM end
+    the run after a whole step, the folder is written, and the signal takes its course (a KeyboardInterrupt); with
+    `throw` False the result says "interrupted". Runs of one process, from any thread, follow one another; two never
+    write into one folder at a time, of whatever processes: the later is refused (OutputError).
     """
+    if progress is True:
+        with Bar() as bar:
+            return run(scene, out, overwrite=overwrite, resume=resume, throw=throw, progress=bar, **overrides)
     if isinstance(scene, (str, Path)):
         scene = load(scene)
     if overrides:
@@ -74,7 +78,7 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
             with Interrupts() as interrupts:
                 if claim is not None:
                     claim.make()
-                result = Running(composition, folder, started, found).run(progress, interrupts)
+                result = Running(composition, folder, started, found).run(progress or None, interrupts)
     asked = interrupts.asked
     if throw and result.failure is not None:
         raise result.failure

@@ -14,10 +14,8 @@ from fractions import Fraction
 
 import numpy as np
 
+from wsph.accuracy.planning.staircases import Staircase, across, extent, met, shape_of, steps_of
 from wsph.errors import Refused
-from wsph.geometry.counts import lattice_counts
-from wsph.geometry.fitted.planning import on_grid_lines
-from wsph.geometry.shapes.combined import Shape
 from wsph.scene.geometries import is_fitted
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body
@@ -31,12 +29,6 @@ ACROSS_PAIRS = 4
 
 FARTHEST = 64
 """Lattices beyond the last one that are looked at for one that fits, beside those that all fit as the scene's own does."""
-
-FINE = {2: 400, 3: 100}
-"""Cells across a body of the lattice by which its volume is known, by the dimension."""
-
-BESIDE = 2
-"""Neighbours to each side that a staircase is compared with."""
 
 ON = 1e-6
 """A point is on a line of a lattice if it is this near, in cells."""
@@ -57,18 +49,17 @@ class Lattices:
             )
         self._fitted = {body.name for body in scene.bodies if is_fitted(scene, body, formulation)}
         counts = [count for body in scene.bodies for count in self._intervals(body)]
-        self._own_across = _across(scene.bodies[0])
+        self._own_across = across(scene.bodies[0])
         divisor = math.gcd(*counts) if counts else round(self._own_across)
         # `cells` = a multiple of `_unit` where edges ask for it; without edges any number.
         self._unit = self._own_across / divisor
         self._divisor = divisor
         self._lines = [line for body in scene.bodies for line in self._places(body)]
-        self._stairs = self._stepped()
-        self._volumes: dict[str, float] = {}
-        self._misfits: dict[tuple[str, int], float] = {}
+        curved = [body for body in scene.bodies if body.name not in self._fitted and not body.map and not met(body)]
+        self._stairs = [Staircase(body, divisor) for body in curved if scene.dim > 1]
         self.own = round(self._own_across)
         pairs = formulation.traits.one_set and formulation.traits.pairwise and scene.dim > 1
-        thinnest = min(float((_extent(body) / _steps(body)).min()) for body in scene.bodies)
+        thinnest = min(float((extent(body) / steps_of(body)).min()) for body in scene.bodies)
         least = (ACROSS_PAIRS if pairs else ACROSS[scene.dim]) / thinnest * divisor
         self.first = self._next(max(math.ceil(least - ON), 1))
 
@@ -86,7 +77,7 @@ class Lattices:
 
     def spacing(self, cells: int) -> float:
         """The smallest spacing of a lattice [m]."""
-        own = min(float(_steps(body).min()) for body in self.scene.bodies)
+        own = min(float(steps_of(body).min()) for body in self.scene.bodies)
         return own * self._own_across / cells
 
     def next(self, cells: float) -> int:
@@ -102,7 +93,7 @@ class Lattices:
 
     def misfit(self, cells: int) -> float:
         """The part of its volume that the worst staircase of a lattice misses or has too much."""
-        return max((self._missed(body, round(cells / self._unit)) for body in self._stairs), default=0.0)
+        return max((each.missed(round(cells / self._unit)) for each in self._stairs), default=0.0)
 
     def _next(self, number: int) -> int:
         found = next((n for n in range(number, number + 2 * self._divisor + FARTHEST) if self._fits(n)), None)
@@ -116,35 +107,18 @@ class Lattices:
     def _fits(self, number: int) -> bool:
         if not all(_alike(line, line * number / self._divisor) for line in self._lines):
             return False
-        return all(self._better(body, number) for body in self._stairs)
-
-    def _better(self, body: Body, number: int) -> bool:
-        """Whether a staircase misses no more of its volume than the median of its neighbours, for its cells."""
-        around = [n for n in range(number - BESIDE, number + BESIDE + 1) if n >= 1]
-        missed = {n: self._missed(body, n) * n for n in around}
-        return missed[number] <= float(np.median(list(missed.values())))
-
-    def _missed(self, body: Body, number: int) -> float:
-        shape = _shape(body)
-        steps = _steps(body) * self._divisor / number
-        if body.name not in self._volumes:
-            fine = _extent(body).max() / FINE[self.scene.dim] * np.ones(self.scene.dim)
-            self._volumes[body.name] = _volume(body, shape, fine)
-        if (body.name, number) not in self._misfits:
-            part = _volume(body, shape, steps) / self._volumes[body.name]
-            self._misfits[body.name, number] = abs(part - 1.0)
-        return self._misfits[body.name, number]
+        return all(each.better(number) for each in self._stairs)
 
     def _intervals(self, body: Body) -> Iterator[int]:
         """Cells between the edges of a body that a lattice has to meet, at its own spacing."""
         if body.name in self._fitted or body.lattice_rotate != 0.0:
             return
-        for edges, step in zip(_shape(body).edges(), _steps(body), strict=True):
+        for edges, step in zip(shape_of(body).edges(), steps_of(body), strict=True):
             yield from (round(float(edge - edges[0]) / float(step)) for edge in edges[1:])
 
     def _places(self, body: Body) -> Iterator[float]:
         """Coordinates of probes and cracks in cells of a body's own lattice, of those on a line of it or in the middle."""
-        shape = _shape(body)
+        shape = shape_of(body)
         if body.name in self._fitted or body.lattice_rotate != 0.0 or shape.rotate != 0.0:
             return
         points = [end for crack in body.cracks for end in (crack.start, crack.end)]
@@ -153,50 +127,10 @@ class Lattices:
                 points += [
                     place for place in probe.points if len(place) == shape.dim and shape.contains(np.array([place]))[0]
                 ]
-        for edges, step, axis in zip(shape.edges(), _steps(body), range(shape.dim), strict=True):
+        for edges, step, axis in zip(shape.edges(), steps_of(body), range(shape.dim), strict=True):
             if len(edges):
                 places = ((point[axis] - edges[0]) / step for point in points)
                 yield from (float(place) for place in places if _alike(place, place) is not None)
-
-    def _stepped(self) -> list[Body]:
-        """Bodies whose surface is in steps of a cell."""
-        curved = [body for body in self.scene.bodies if body.name not in self._fitted and not body.map]
-        return [body for body in curved if self.scene.dim > 1 and not _met(body)]
-
-
-def _met(body: Body) -> bool:
-    """Whether cells of a grid fill a shape to its surface."""
-    shape = _shape(body)
-    return body.lattice_rotate == 0.0 and (shape.type == "box" or (shape.rotate == 0.0 and on_grid_lines(shape)))
-
-
-def _shape(body: Body) -> Shape:
-    if body.shape is None:
-        raise TypeError("a body without a shape")
-    return body.shape
-
-
-def _steps(body: Body) -> np.ndarray:
-    """Spacings along the axes, (dim,) [m]."""
-    return np.broadcast_to(np.asarray(body.spacing, float), (_shape(body).dim,))
-
-
-def _extent(body: Body) -> np.ndarray:
-    low, high = _shape(body).bounds()
-    return high - low
-
-
-def _across(body: Body) -> float:
-    """Cells of a body's own lattice along its longest edge."""
-    return float((_extent(body) / _steps(body)).max())
-
-
-def _volume(body: Body, shape: Shape, steps: np.ndarray) -> float:
-    """Of all cells of a lattice [m^dim]; not a number where there is no such lattice."""
-    try:
-        return float(lattice_counts(shape, tuple(steps.tolist()), body.lattice_rotate)[1] * np.prod(steps))
-    except ValueError:
-        return math.nan
 
 
 def _class(place: float) -> Fraction | None:

@@ -3,6 +3,7 @@
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -68,8 +69,11 @@ def front(rows: Sequence[Row], title: str, save: str | Path) -> None:
     made = figure(7.6, page)
     axes = made.add_axes((0.105, below / page, 0.875, 3.1 / page))
     exact = any(row.get("error") for row in rows)
-    for k, (name, points) in enumerate((name, points) for name, points in variants.items() if len(points.work)):
-        _draw(axes, name, points, k, exact)
+    for k, (name, points) in enumerate(variants.items()):
+        if len(points.work):
+            _draw(axes, name, points, k, exact)
+        else:
+            axes.plot([], [], linestyle="", label=f"{name}: no error known")
     _dress(axes, title, exact)
     # The names have a place of their own under the points.
     place: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.46, -0.44 / 3.1)}
@@ -113,15 +117,19 @@ def _dress(axes: Any, title: str, exact: bool) -> None:
     axes.grid(color="#dddddd", linewidth=0.6)
     axes.set_axisbelow(True)
     locate = matplotlib().ticker
-    axes.xaxis.set_major_locator(locate.LogLocator())
-    low, high = axes.get_ylim()
-    # Two decades or less have few powers of ten.
-    axes.yaxis.set_major_locator(locate.LogLocator(subs=(1.0, 2.0, 5.0) if high < 300.0 * low else (1.0,)))
-    axes.yaxis.set_major_formatter(_percent)
-    for axis in (axes.xaxis, axes.yaxis):
+    for axis, (low, high), written in ((axes.xaxis, axes.get_xlim(), _power), (axes.yaxis, axes.get_ylim(), _percent)):
+        # Two decades or less have few powers of ten.
+        axis.set_major_locator(locate.LogLocator(subs=(1.0, 2.0, 5.0) if high < 300.0 * low else (1.0,)))
+        axis.set_major_formatter(written)
         axis.set_minor_formatter("")
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
+
+
+def _power(value: float, _: object) -> str:
+    power = math.floor(math.log10(value) + 1e-9)
+    first = round(value / 10.0**power)
+    return f"$10^{{{power}}}$" if first == 1 else rf"${first}\cdot 10^{{{power}}}$"
 
 
 def _percent(value: float, _: object) -> str:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from wsph.errors import OutputError
+from wsph.output.files import ACCURACY
 from wsph.output.view.curves import over_time
 from wsph.output.view.pictures import save_figure
 
@@ -20,8 +21,8 @@ HISTORY = "history"
 
 @dataclass(frozen=True)
 class Series:
-    """A column over time: its `name` on a picture, `times` [s], `values` and their SI unit; `bar`: the half width of the
-    error bar about them, where an accuracy was asked for."""
+    """A column over time: its `name` on a picture, `times` [s], `values` and their SI unit; `bar`: half the width of its
+    error bar, where it has one."""
 
     name: str
     times: np.ndarray
@@ -92,7 +93,7 @@ def _series(name: str, columns: Mapping[str, np.ndarray], key: str, sign: float,
 def _bars(folder: Path) -> dict[str, float]:
     """Half widths of error bars by "PROBE.COLUMN", where the run is the answer of a search that has them."""
     try:
-        said: Any = json.loads((folder / "accuracy.json").read_text(encoding="utf-8"))
+        said: Any = json.loads((folder / ACCURACY).read_text(encoding="utf-8"))
         return {name: float(each.get("half_width") or 0.0) for name, each in said["columns"].items()}
     except (OSError, ValueError, KeyError, AttributeError):
         return {}

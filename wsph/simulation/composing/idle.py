@@ -92,10 +92,10 @@ def _tables(scene: Scene) -> Iterator[str]:
         if name not in named:
             yield f'functions.{name}: nothing names it: write it where its value belongs, as in traction = {{ y = "{name}" }}'
             continue
-        if function.t is None or function.value is None or len(set(function.value)) < 2:
+        if function.t is None or function.axis or len(set(function.column)) < 2:
             continue
         if function.t[-1] > scene.end and function.at(scene.end) == function.at(0.0):
-            begins = next(t for t, value in zip(function.t, function.value, strict=True) if value != function.at(0.0))
+            begins = next(t for t, value in zip(function.t, function.column, strict=True) if value != function.at(0.0))
             yield (
                 f"functions.{name}: is {function.at(0.0):g} to the end of the run at {scene.end:g} s: its table changes towards"
                 f' {begins:g} s alone; is t in ms (write "{begins:g} ms"), or run.end too short?'

@@ -149,7 +149,7 @@ def _largest(scene: Scene, run: BodyRun, value: Value, unit: str) -> float:
     """The largest size of a prescribed value in the run, at some places of a body."""
     made = scene.value(value, unit)
     if isinstance(made, Function):
-        return max(map(abs, made.value or (0.0,)))
+        return max(map(abs, made.column))
     place = run.system.position
     chosen = place[:: max(len(place) // PLACES, 1)]
     times: list[float] = np.linspace(0.0, scene.end, TIMES).tolist() if made.uses("t") else [0.0]
