@@ -3,8 +3,6 @@
 `python docs/make.py --only choose single` fills them; a study whose rows are not there has no row.
 """
 
-# pyright: strict
-
 import json
 from pathlib import Path
 from typing import Any

@@ -31,6 +31,7 @@ sphinx_gallery_conf = {
     "examples_dirs": "scripts",  # written by `scenes` from examples/ and pictures.py
     "gallery_dirs": "gallery",
     "filename_pattern": r"^$",  # pictures are there: docs/pictures.py makes them
+    "within_subsection_order": "scenes.Ordered",
     "image_scrapers": (),
     "reset_modules": (),
     "remove_config_comments": True,

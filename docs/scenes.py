@@ -47,6 +47,17 @@ Scenes of ``examples/`` with their pictures. `wsph run` runs each as it stands; 
 """
 
 
+class Ordered:
+    """The order of pages within a part of the gallery, as sphinx-gallery asks for it."""
+
+    def __init__(self, src_dir: str):
+        self.names = [name for names in ORDER.values() for name in names]
+
+    def __call__(self, filename: str) -> int:
+        """The place of a script."""
+        return self.names.index(Path(filename).stem)
+
+
 def script(name: str) -> str:
     """The page of a scene."""
     scene = EXAMPLES / RUNS[name].split()[0]
@@ -72,7 +83,7 @@ def _said(text: str) -> list[str]:
 def _plain(line: str) -> str:
     """A line whose signs mean themselves; what stands between backticks is code."""
     parts = re.split(r"(`[^`]*`)", line)
-    return "".join(f"`{p}`" if p.startswith("`") else re.sub(r"([*|_])", r"\\\1", p) for p in parts)
+    return "".join(f"`{p}`" if p.startswith("`") else re.sub(r"([*|]|_(?!\w))", r"\\\1", p) for p in parts)
 
 
 def _shown(name: str) -> str:
