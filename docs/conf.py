@@ -24,6 +24,7 @@ suppress_warnings = ["config.cache"]
 
 html_theme = "furo"
 html_title = f"wsph {release}"
+html_extra_path = ["reference/made/schema"]
 html_show_sourcelink = False
 pygments_style = "default"
 

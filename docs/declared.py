@@ -9,6 +9,7 @@ They are written to docs/reference/made before Sphinx reads anything; nothing in
 
 import argparse
 import inspect
+import json
 import os
 import re
 import sys
@@ -20,6 +21,7 @@ import wsph
 from wsph.catalogue import groups
 from wsph.catalogue.entries import Described, find
 from wsph.catalogue.keys import Key
+from wsph.catalogue.schema import scene_schema
 from wsph.plugins import registry
 
 if TYPE_CHECKING:
@@ -154,8 +156,11 @@ def write(folder: Path = MADE) -> None:
     """All pages, in a folder; a page that would be the same is left, so that Sphinx does not read it again."""
     folder.mkdir(parents=True, exist_ok=True)
     pages = {name: page(name) for name in INTRODUCTIONS} | {"commands": commands(), "python": python()}
-    for name, text in pages.items():
-        path = folder / f"{name}.md"
+    texts = {f"{name}.md": text for name, text in pages.items()}
+    texts["schema/wsph.schema.json"] = json.dumps(scene_schema(), indent=1) + "\n"
+    for name, text in texts.items():
+        path = folder / name
+        path.parent.mkdir(exist_ok=True)
         if not path.is_file() or path.read_text(encoding="utf-8") != text:
             path.write_text(text, encoding="utf-8")
 
