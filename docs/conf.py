@@ -16,12 +16,13 @@ copyright = author
 release = metadata.version("wsph")
 version = release
 
-extensions = ["myst_parser", "sphinx.ext.mathjax", "sphinx_gallery.gen_gallery", "declared", "scenes"]
+extensions = ["myst_parser", "equations", "sphinx_gallery.gen_gallery", "declared", "scenes"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
 exclude_patterns = ["_build", "paper", "scripts", "gallery/**/*.ipynb"]
 suppress_warnings = ["config.cache"]
 
+html_math_renderer = "mathml"
 html_theme = "furo"
 html_title = f"wsph {release}"
 html_extra_path = ["reference/made/schema"]

@@ -37,6 +37,6 @@ def test_the_reference_has_all_that_a_scene_can_name(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_site_is_built_without_a_warning(tmp_path: Path) -> None:
-    for package in ("sphinx", "myst_parser", "sphinx_gallery", "furo"):
+    for package in ("sphinx", "myst_parser", "sphinx_gallery", "furo", "latex2mathml"):
         pytest.importorskip(package)
     subprocess.run([sys.executable, "-m", "sphinx", "-W", "-q", "-b", "html", str(DOCS), str(tmp_path)], check=True)
