@@ -193,8 +193,7 @@ def _overrides(pairs: list[str]) -> dict[str, Any]:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from wsph.scene.load import load
-    from wsph.simulation.run import run
+    from wsph import load, run
 
     scene = load(options.scene, _overrides(options.set))
     folder = options.out if options.out is not None else Path(f"{options.scene.stem}-out")
