@@ -7,6 +7,7 @@ result.probes["end"]["stress_xx"], result.plot("von_mises")
 
 # pyright: strict
 
+import gc
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -104,7 +105,14 @@ def __getattr__(name: str) -> object:
     if name == "__version__":
         return import_module("importlib.metadata").version("wsph")
     if name in __all__:
-        return getattr(import_module(f"wsph.{_HOME.get(name, 'errors')}"), name)
+        looks = gc.isenabled()
+        gc.disable()  # nothing of an import is garbage, and looking for it again and again takes a fifth of a start
+        try:
+            return getattr(import_module(f"wsph.{_HOME.get(name, 'errors')}"), name)
+        finally:
+            if looks:
+                gc.freeze()
+                gc.enable()
     raise AttributeError(f"module 'wsph' has no attribute {name!r}")
 
 

@@ -23,6 +23,8 @@ import warp as wp
 sys.path.insert(0, str(Path(__file__).parent))
 from scenes import example_scenes, kernels_of, part_scenes
 
+from wsph.formulations.lattice import rates
+
 PROCESSES = 2
 LEFT_OUT = {
     "meet": "threads of the CPU wait for each other in it, by the CPU compiler's atomics; a GPU never launches it"
@@ -44,6 +46,7 @@ def _said(file: Path) -> Iterator[None]:
 
 
 def _begin(cache: str) -> None:
+    rates.WIDTH.update(dict.fromkeys(rates.WIDTH, 1))  # a row a thread, as a GPU has them
     wp.config.kernel_cache_dir = cache
     wp.config.log_level = wp.LOG_WARNING
     wp.init()

@@ -24,8 +24,7 @@ def _declare(parser: argparse.ArgumentParser) -> None:
 
 
 def _act(options: argparse.Namespace) -> int:
-    from wsph.scene.load import load
-    from wsph.simulation.run import run
+    from wsph import load, run
 
     scene = load(options.scene, overrides(options.set))
     folder = options.out if options.out is not None else Path(f"{options.scene.stem}-out")

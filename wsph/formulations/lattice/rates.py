@@ -22,6 +22,7 @@ from wsph.backend.arrays import Arrays
 from wsph.backend.reduce import total
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State
+from wsph.backend.threads import cores
 from wsph.constitutive.laws import Laws
 from wsph.formulations.lagrangian.corners import corner_reference
 from wsph.formulations.lagrangian.flow import drift_kernel
@@ -175,6 +176,7 @@ class LatticeRates(ReferenceRates):
             self._rest: Rest | None = None
             if rows.mixed:
                 self._rest = Rest(made, len(rows.boxes.corners), self.form, made.stabilisation, state)
+        self._cores = made.setup.scene.run.threads or len(cores())
         self._allocate(rows, made.stabilisation, state)
 
     def _allocate(self, rows: Rows, stabilisation: float, state: State) -> None:
@@ -187,7 +189,8 @@ class LatticeRates(ReferenceRates):
         """
         space, arrays, real, runs, boxes = self._space, self._arrays, self._space.scalar, rows.runs, rows.boxes
         self._count, self._boxes = (len(runs.cells), len(runs.nodes)), len(boxes.corners)
-        self._pieces = pieces_of(runs, boxes.corners, self._placement.count, rows.piece)
+        # Every thread has its part of a piece in the cache of its own core, and threads meet after whole pieces.
+        self._pieces = pieces_of(runs, boxes.corners, self._placement.count, self._cores * rows.piece)
         self._cells = arrays.of("cells", runs.cells.ravel(), wp.int32)
         self._nodes = arrays.of("nodes", runs.nodes.ravel(), wp.int32)
         self._cell = cell_of(space, boxes.steps(self._host.scales.length), boxes.axes, stabilisation)

@@ -1,0 +1,49 @@
+"""The share of rows that follow from the lattice, as `wsph check` tells it, and the steps of what it tells of."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import wsph
+from tests import scenes
+from tests.formulations.lattice.test_rows import CELL, FITTED
+from wsph.checking import described
+from wsph.simulation.compose import compose
+
+BODIES: dict[str, tuple[dict[str, Any], float, dict[str, Any], tuple[float, float]]] = {
+    # Beside a fitted surface up to six layers of cells are no boxes: of a sphere of 16 cells at least (10/16)^3 are, of a
+    # plate of 40 by 80 cells with a hole and a notch about half.
+    "box": (scenes.box(1.0, 0.5, 0.5), 0.1, {}, (100.0, 100.0)),
+    "turned box": (scenes.box(1.0, 0.5, 0.5) | {"rotate": [[1.0, 2.0, 3.0], 40.0]}, 0.1, {}, (100.0, 100.0)),
+    "turned lattice": (scenes.box(1.0, 2.0), CELL, {"lattice_rotate": 30.0}, (100.0, 100.0)),
+    "sphere": (*FITTED["sphere"], {}, (24.0, 80.0)),
+    "plate with a hole and a notch": (*FITTED["turned plate with a hole and a notch"], {}, (40.0, 98.0)),
+    "jittered": (scenes.box(1.0, 1.0), CELL, {"jitter": 0.2}, (0.0, 0.0)),
+}
+"""Shapes, spacings, further keys, and between what [%] the share lies."""
+
+
+def scene_of(name: str) -> wsph.Scene:
+    shape, spacing, keys, _ = BODIES[name]
+    dim = len(shape["min"]) if shape["type"] == "box" else 3 if "sphere" in name else 2
+    keys = keys | {"velocity": ["1e-3*sin(3*y)", "1e-3*x*y", "1e-3*z"][:dim]}
+    run = {"formulation": "stress-points", "guard": "off", "cfl": 0.2, "end": 3 * 0.2 * spacing}
+    return scenes.scene(scenes.body(shape, spacing, **keys), run=run)
+
+
+@pytest.mark.parametrize("name", list(BODIES))
+def test_the_share_is_told_and_what_is_told_of_is_what_runs(name: str) -> None:
+    scene = scene_of(name)
+    said = dict(described(scene, "a scene"))["  rows"]
+    share = float(said.split()[0])
+    print(f"{name}: {said}")
+    low, high = BODIES[name][3]
+    assert low <= share <= high
+    composition = compose(scene)
+    system = composition.bodies[0].system
+    assert share == round(100.0 * system.regular)
+    composition.compile()
+    composition.program.run(composition.steps)
+    found = wsph.run(scene).particles
+    assert np.array_equal(system.filtered("velocity") * system.scales.velocity, found["velocity"])
