@@ -57,7 +57,7 @@ class Segmented:
 
     def bytes(self, cells: float, segments: tuple[int, int]) -> float:
         """That memory, of so many cells, and segments of cells and of nodes."""
-        chunks = 1 + max(segments[0], -(-int(self.fields * cells) // self.chunk))
+        chunks = 1 + max(segments[0], -(-int(self.fields * cells) // max(self.chunk, 1)))
         return self.chunk * chunks + self.spare + self.cells * segments[0] + self.nodes * segments[1]
 
 
