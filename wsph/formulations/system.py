@@ -83,6 +83,8 @@ class System:
     """Whether its stress is that which the total law gives of the deformation; otherwise it is integrated from rates."""
     regular = 0.0
     """The share of its rows that follow from its lattice, and need no list of pairs."""
+    listed = ""
+    """What it has lists of pairs for, in words, where a body of its form may do without."""
     segmented: Segmented | None = None
     """Memory that goes by the segments of its lines, or None."""
     joined = False

@@ -7,6 +7,7 @@ import pytest
 
 from tests import scenes
 from tests.formulations.lattice.bodies import CELL, answers, random_body
+from wsph.checking import described
 from wsph.formulations.lattice import edge_rates
 from wsph.formulations.lattice.edge_rates import EdgeRates
 from wsph.formulations.lattice.runs import CLOSES, FIRST, HEAD, OPENS, OWN, edge_runs
@@ -122,19 +123,26 @@ def test_pieces_take_what_was_found_before() -> None:
     assert done == [len(runs.blocks)] * 4
 
 
-@pytest.mark.parametrize(
-    "keys",
-    [
-        {"material": scenes.material("elastic", poisson_ratio=0.47), "state": "strain"},
-        {"material": scenes.material("mises", yield_stress=1e-3)},
-        {"initial": {"stress": {"xx": 1e-3}}},
-        {"jitter": 0.1},
-        {"viscosity": {"alpha": 0.5, "kind": "pair"}},
-        {"artificial_stress": {"epsilon": 0.1}},
-    ],
-    ids=lambda keys: next(iter(keys)),
-)
-def test_other_bodies_keep_their_pairs(keys: dict[str, Any]) -> None:
-    system = composed(scenes.box(0.5, 0.5), **keys).bodies[0].system
-    assert not isinstance(system.rates, EdgeRates)
-    assert system.regular == 0.0
+LISTED: dict[str, dict[str, Any]] = {
+    "volumes are those of blocks of particles": {"material": scenes.material("elastic", poisson_ratio=0.47), "state": "strain"},
+    "its law gives rates": {"material": scenes.material("jaumann")},
+    "it begins with a stress": {"initial": {"stress": {"xx": 1e-3}}},
+    "its cells differ": {"jitter": 0.1},
+    "its pairs are a kernel's": {"viscosity": {"alpha": 0.5, "kind": "pair"}},
+}  # fmt: skip
+
+
+def told(composition: Composition) -> str:
+    """What `wsph check` says of the rows of a body."""
+    return dict(described(composition.scene, "scene"))["  rows"]
+
+
+@pytest.mark.parametrize("why", list(LISTED))
+def test_other_bodies_keep_their_pairs_and_say_why(why: str) -> None:
+    composition = composed(scenes.box(0.5, 0.5), **LISTED[why])
+    assert not isinstance(composition.bodies[0].system.rates, EdgeRates)
+    assert told(composition) == f"0 % follow from the lattice, without lists of pairs: {why}"
+
+
+def test_a_body_that_needs_no_list_says_so() -> None:
+    assert told(composed(scenes.box(0.5, 0.5))) == "100 % follow from the lattice, without lists of pairs"

@@ -4,7 +4,7 @@
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, cached_property, partial
 from typing import Protocol, cast
 
@@ -81,15 +81,28 @@ _kernels = cache(EdgeKernels)
 
 
 def boxes_of(host: Host) -> Boxes | None:
-    """The cells of a body that are alike, where its nodes see each other along their edges, its law gives the stress of a
-    deformation, and no more acts between them than forces along the line of two: no volumes of blocks, no initial stress,
-    and nothing that a part has of its own at every node."""
-    simple = host.constitutive.laws.total is not None and not (host.stressed or host.locks or host.flows)
-    simple &= all(_along(part, host) for part in host.parts.values() if part.acts)
-    sums = [term.sum for part in host.parts.values() if part.acts and (term := part.pair_term(host)) is not None]
-    if not host.edges or host.geometry.irregular or not simple or len(sums) > len(set(sums)):
-        return None
-    return host.geometry.boxes
+    """The cells of a body that are alike, where its nodes see each other along their edges, and rows of a lattice are all
+    that its right-hand sides take (`listed_for`)."""
+    return None if listed_for(host) else host.geometry.boxes
+
+
+def listed_for(host: Host) -> str:
+    """What a body has lists of pairs for, in words; empty where it needs none. Laws of rates, volumes of blocks and an
+    initial stress have kernels over lists alone; so have parts but those that act along the line of two particles, one of a
+    kind."""
+    acting = {key: part for key, part in host.parts.items() if part.acts}
+    terms = [term.sum for part in acting.values() if (term := part.pair_term(host)) is not None]
+    apart = [key for key, part in acting.items() if not _along(part, host)]
+    reasons = {
+        "its pairs are a kernel's": not host.edges,
+        "its cells differ": host.geometry.irregular,
+        "volumes are those of blocks of particles": host.locks or host.flows,
+        "its law gives rates": host.constitutive.laws.total is None,
+        "it begins with a stress": host.stressed,
+        " and ".join(apart): bool(apart),
+        "parts act at the same place": len(terms) > len(set(terms)),
+    }
+    return next((reason for reason, holds in reasons.items() if holds), "")
 
 
 def _along(part: Part, host: Host) -> bool:
@@ -101,8 +114,9 @@ def _along(part: Part, host: Host) -> bool:
 
 @dataclass(frozen=True)
 class Rows:
-    """The rows of a body of `boxes`: their `runs`, rows a thread computes, threads a block, and the `stride` of flat
-    arrays: gradients stand behind the derived fields, or what else is passed on."""
+    """The rows of a body of `boxes`: their `runs`, rows a thread computes, threads a block, the `stride` of flat arrays, and
+    where `columns`, the gradients, begin: behind the derived fields, or what else is passed on. What forces take stands
+    over them, unless terms between two take gradients too, `paired`."""
 
     boxes: Boxes
     runs: EdgeRuns
@@ -110,6 +124,7 @@ class Rows:
     threads: int
     stride: int
     columns: int
+    paired: bool
 
     @property
     def size(self) -> int:
@@ -136,9 +151,10 @@ class Rows:
         across = ACROSS if width == 1 else width
         # Caches have few places for what is a power of two apart.
         stride = len(boxes.index) + VECTOR * (len(boxes.index) % 64 == 0)
-        made = cls(boxes, edge_runs(boxes, across), width, across // width, stride, 2 * dim**2 * stride)
+        paired = any(part.acts and part.pair_term(host) is not None for part in host.parts.values())
         derived = len(boxes.index) * (dim**2 + host.constitutive.width)
-        return replace(made, columns=max(made.columns, derived))
+        columns = max((1 + paired) * dim**2 * stride, derived)
+        return cls(boxes, edge_runs(boxes, across), width, across // width, stride, columns, paired)
 
 
 class EdgeRates(BlockRates):
@@ -165,9 +181,9 @@ class EdgeRates(BlockRates):
             raise TypeError("the stress of a total law is a derived field")
         # No step reads the derived fields, and what loops pass on stands in their place.
         state.derived.tell = self.refresh
-        passed, long = state.derived.buffer, dim**2 * rows.stride
+        long, starts = dim**2 * rows.stride, (0, dim**2 * rows.stride if rows.paired else rows.columns, rows.columns)
         self._nominal, self._passed, self._columns = (
-            cast(Array, passed[start : start + long]) for start in (0, long, rows.columns)
+            _view(state.derived.buffer, space, start, long) for start in starts
         )
         self.holding: Array = arrays.zeros("holding", made.placement.count if self.form.holds else 1, space.vec)
 
@@ -234,12 +250,20 @@ class EdgeRates(BlockRates):
         return total(sums)
 
 
+def _view(buffer: Array, space: Space, start: int, size: int) -> Array:
+    """So many numbers of a buffer, as an array of its own."""
+    address = (buffer.ptr or 0) + start * np.dtype(space.numpy).itemsize
+    return wp.array(ptr=address, dtype=space.scalar, shape=size, device=buffer.device, copy=False)
+
+
 def build(setup: Setup) -> OneSetSystem:
     """A body whose particles are their own points: by its lattice where that has edges, and all cells are alike; else by
     its pairs."""
     boxes = boxes_of(setup.host)
     if boxes is None:
-        return OneSetSystem(setup, LagrangianRates)
+        listed = OneSetSystem(setup, LagrangianRates)
+        listed.listed = listed_for(setup.host)
+        return listed
     rows = Rows.of(setup.host, boxes, setup.device)
     system = OneSetSystem(setup, partial(EdgeRates, rows), rows.size)
     system.regular, system.segmented = 1.0, rows.segmented(setup.space)

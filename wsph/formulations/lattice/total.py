@@ -28,10 +28,8 @@ def answer_kernel(space: Space, laws: Laws, layout: Layout, width: int, *, stabi
     real, Fields, Cell, Params = space.scalar, fields_struct(space, layout), cell_struct(space), laws.Params
     size = (space.dim**2 + space.dim + 1) * capacity_of(width)
     block, gather = block_of(space.dim, width), corner_sums(space, width, stabilised)
-    hand, put_share = (
-        hand_over(space, width, quantities(space.dim, stabilised)),
-        set_lane(space, width, space.dim**2 + space.dim),
-    )
+    hand = hand_over(space, width, quantities(space.dim, stabilised))
+    put_share = set_lane(space, width, space.dim**2 + space.dim)
     law, (get, put), seen = lane_law(space, laws, width)
 
     @kernel(ranged=True, lanes=True)
