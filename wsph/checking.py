@@ -93,6 +93,12 @@ def _stages(scene: Scene) -> list[Row]:
     return rows
 
 
+def _lists(run: BodyRun) -> str:
+    """How many of the rows of a body do without lists of pairs and, where none does, why."""
+    why = f": {run.system.listed}" if run.system.listed else ""
+    return f"{100.0 * run.system.regular:.0f} % follow from the lattice, without lists of pairs{why}"
+
+
 def _of_body(scene: Scene, run: BodyRun, steps: str) -> list[Row]:
     """The rows of one body; `steps`: why its surface is in steps of a cell."""
     material = f"{run.body.material.model} ({registry.origin('materials', run.body.material.model)})"
@@ -109,7 +115,7 @@ def _of_body(scene: Scene, run: BodyRun, steps: str) -> list[Row]:
             "  particles",
             f"{run.system.count}, {run.system.pairs} pairs, {device:.0f} bytes per particle on the device, {host:.0f} on the host",
         ),
-        ("  rows", f"{100.0 * run.system.regular:.0f} % follow from the lattice, without lists of pairs"),
+        ("  rows", _lists(run)),
         ("  stability", f"Courant number {run.courant:.6g}, {limit}"),
         (
             "  material",

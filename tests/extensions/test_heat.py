@@ -78,7 +78,11 @@ def test_its_energy_is_on_the_ledger_and_nothing_else_changes() -> None:
     assert energy["external_work"] == pytest.approx(6.0 + without.summary["energy"]["external_work"], rel=1e-14)
     assert np.abs(with_heat.history["residual"] - without.history["residual"]).max() < 1e-14 * 6.0
     for column in ("kinetic", "strain", "momentum_x"):
-        assert np.array_equal(with_heat.history[column], without.history[column])
+        # With a part at its nodes a body has lists of pairs, and else none: the same but for roundings.
+        expected = without.history[column]
+        assert (
+            np.abs(with_heat.history[column] - expected).max() < 1e-12 * np.abs(without.history["kinetic"]).max() ** 0.5
+        )
     assert "thermal" not in without.history
 
 

@@ -57,7 +57,7 @@ class Segmented:
 
     def bytes(self, cells: float, segments: tuple[int, int]) -> float:
         """That memory, of so many cells, and segments of cells and of nodes."""
-        chunks = 1 + max(segments[0], -(-int(self.fields * cells) // self.chunk))
+        chunks = 1 + max(segments[0], -(-int(self.fields * cells) // max(self.chunk, 1)))
         return self.chunk * chunks + self.spare + self.cells * segments[0] + self.nodes * segments[1]
 
 
@@ -85,6 +85,8 @@ class System:
     """Whether its stress is that which the total law gives of the deformation; otherwise it is integrated from rates."""
     regular = 0.0
     """The share of its rows that follow from its lattice, and need no list of pairs."""
+    listed = ""
+    """What it has lists of pairs for, in words, where a body of its form may do without."""
     segmented: Segmented | None = None
     """Memory that goes by the segments of its lines, or None."""
     joined = False

@@ -5,6 +5,7 @@ The weights |W'|/r, which sum with r^2 to one, stand for his V_j W_ij/X^2, which
 ledger.
 """
 
+from functools import cache
 from typing import Annotated, ClassVar
 
 import warp as wp
@@ -40,13 +41,27 @@ class Hourglass(Part):
         return {"spring": 0.25 * self.coefficient * host.youngs_modulus / host.scales.stress}
 
     def pair_term(self, host: Host) -> PairTerm | None:
-        return PairTerm("hold", _spring, ("spring",), shares=True)
+        return PairTerm("hold", _spring, ("spring",), shares=True, along=_stiffness)
+
+
+@cache
+def _stiffness(space: Space, Coefficients: type) -> wp.Function:
+    """Its factor of the share and the line of two particles, as `PairTerm.along` has it."""
+    real, vec = space.scalar, space.vec
+
+    @wp.func
+    def stiffness(c: Coefficients, density: real, dv: vec, seen: vec, r: vec, apart: vec, square: real) -> real:
+        # Twice the distance less what both deformations say of it, along the line between.
+        return c.spring * (real(2.0) - wp.dot(real(2.0) * r + seen, apart) / square)
+
+    return stiffness
 
 
 def _spring(space: Space, layout: Layout, smoothing: str, Coefficients: type) -> wp.Function:
     """The factory of its pair term."""
-    real, vec, dim, Fields = space.scalar, space.vec, space.dim, fields_struct(space, layout)
+    real, vec, Fields = space.scalar, space.vec, fields_struct(space, layout)
     Points, Answers, at = points_struct(space), answers_struct(space), element(space.mat)
+    stiffness = _stiffness(space, Coefficients)
 
     @wp.func
     def hold(
@@ -64,9 +79,7 @@ def _spring(space: Space, layout: Layout, smoothing: str, Coefficients: type) ->
         square: real,
         both: real,
     ) -> vec:
-        # Twice the distance less what both deformations say of it, along the line between.
-        H = real(2.0) * wp.identity(n=dim, dtype=real) + at(answers.gradient, i)
-        gap = real(2.0) - wp.dot((H + at(answers.gradient, j)) * r, apart) / square
-        return (c.spring * both * gap) * apart
+        seen = (at(answers.gradient, i) + at(answers.gradient, j)) * r
+        return (both * stiffness(c, density, vec(), seen, r, apart, square)) * apart
 
     return hold

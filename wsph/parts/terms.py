@@ -130,7 +130,9 @@ class PairTerm:
     fields, others, i, j, wr, r, apart, square, both) -> the force on i, vec: r from i to j where the weights were found
     and wr that times the weight of the pair, `apart` from i to j now and `square` its own, `both` the weight times the
     sum of the two shares. Its sum is a "drag", which depends on velocities and is dissipated, or a "hold", which holds
-    spurious modes. `shares`: it takes `both`; `one_sided`: it acts on approach alone.
+    spurious modes. `shares`: it takes `both`; `one_sided`: it acts on approach alone. `along(space, coefficients)`, of a
+    force along the line of the two that is in proportion to `both`: the Warp function (c, density, closing velocity v_j -
+    v_i, (H_i + H_j) r of their gradients as pairs see them, r, apart, square) -> the factor of `both` times `apart`.
     """
 
     sum: Literal["drag", "hold"]
@@ -138,6 +140,7 @@ class PairTerm:
     coefficients: tuple[str, ...]
     shares: bool = False
     one_sided: bool = False
+    along: Callable[[Space, type], wp.Function] | None = None
 
 
 @dataclass(frozen=True)

@@ -63,7 +63,8 @@ class Viscosity(Part):
 
     def pair_term(self, host: Host) -> PairTerm | None:
         own, approach = self._own_gradient(host), self.kind == "approach"
-        return PairTerm("drag", _drag(approach, own), NUMBERS, shares=not own, one_sided=approach)
+        along = None if own else _along(approach)
+        return PairTerm("drag", _drag(approach, own), NUMBERS, shares=not own, one_sided=approach, along=along)
 
     def rate_term(self, host: Host) -> RateTerm | None:
         return RateTerm(_stress(self.kind == "approach"), NUMBERS, one_sided=self.kind == "approach")
@@ -86,13 +87,13 @@ def _pressure(space: Space, approach: bool, Coefficients: type) -> wp.Function:
 
 
 @cache
-def _closing(space: Space, layout: Layout, approach: bool) -> wp.Function:
-    """Warp function (fields, others, i, j, x) -> dv.x, or what of it is approach."""
-    real, vec, Fields, at = space.scalar, space.vec, fields_struct(space, layout), element(space.vec)
+def _closing(space: Space, approach: bool) -> wp.Function:
+    """Warp function (dv, x) -> dv.x, or what of it is approach."""
+    real, vec = space.scalar, space.vec
 
     @wp.func
-    def closing(fields: Fields, others: Fields, i: int, j: int, apart: vec) -> real:
-        speed = wp.dot(at(others.velocity, j) - at(fields.velocity, i), apart)
+    def closing(dv: vec, apart: vec) -> real:
+        speed = wp.dot(dv, apart)
         if wp.static(approach):
             speed = wp.min(speed, real(0.0))
         return speed
@@ -101,13 +102,32 @@ def _closing(space: Space, layout: Layout, approach: bool) -> wp.Function:
 
 
 @cache
+def _along(approach: bool):
+    """The factory of its factor of the share and the line of two particles, as `PairTerm.along` has it."""
+
+    @cache
+    def make(space: Space, Coefficients: type) -> wp.Function:
+        real, vec, dim = space.scalar, space.vec, space.dim
+        pressure_of, closing_of = _pressure(space, approach, Coefficients), _closing(space, approach)
+
+        @wp.func
+        def factor(c: Coefficients, density: real, dv: vec, seen: vec, r: vec, apart: vec, square: real) -> real:
+            return real(wp.static(0.5 * dim)) * pressure_of(c, density, closing_of(dv, apart), square)
+
+        return factor
+
+    return make
+
+
+@cache
 def _drag(approach: bool, own: bool):
     """The factory of its pair term: along the current line of two particles or, the paper's, each one's `own` gradient."""
 
     def make(space: Space, layout: Layout, smoothing: str, Coefficients: type) -> wp.Function:
-        real, vec, dim, Fields = space.scalar, space.vec, space.dim, fields_struct(space, layout)
+        real, vec, Fields, at = space.scalar, space.vec, fields_struct(space, layout), element(space.vec)
         Points, Answers = points_struct(space), answers_struct(space)
-        pressure_of, closing_of = _pressure(space, approach, Coefficients), _closing(space, layout, approach)
+        pressure_of, closing_of = _pressure(space, approach, Coefficients), _closing(space, approach)
+        factor = _along(approach)(space, Coefficients)
 
         @wp.func
         def drag(
@@ -125,10 +145,11 @@ def _drag(approach: bool, own: bool):
             square: real,
             both: real,
         ) -> vec:
-            pressure = pressure_of(c, density, closing_of(fields, others, i, j, apart), square)
+            dv = at(others.velocity, j) - at(fields.velocity, i)
             if wp.static(own):
+                pressure = pressure_of(c, density, closing_of(dv, apart), square)
                 return (pressure * points.volume[i]) * (points.moment[i] * wr)
-            return (real(wp.static(0.5 * dim)) * pressure * both) * apart
+            return (factor(c, density, dv, vec(), r, apart, square) * both) * apart
 
         return drag
 

@@ -7,13 +7,13 @@ import pytest
 
 import wsph
 from tests import scenes
+from tests.formulations.lattice.bodies import CELL, answers, random_body
 from wsph.formulations.lattice import rates
 from wsph.formulations.lattice.rates import LatticeRates
 from wsph.formulations.lattice.runs import FIRST, OWN, runs_of
 from wsph.simulation.compose import compose
 from wsph.simulation.composing.composition import Composition
 
-CELL = 0.05
 PARTS: dict[str, dict[str, Any]] = {
     "elastic": {},
     "without a residual": {"residual": False},
@@ -24,61 +24,10 @@ PARTS: dict[str, dict[str, Any]] = {
 }
 
 
-def random_body(seed: int, dim: int) -> tuple[dict[str, Any], dict[str, Any]]:
-    """A box with some boxes cut out of it, so long that its lines are cut into segments, and in 2D a crack."""
-    random = np.random.default_rng(seed)
-    # Segments are of 16 or 32 nodes: ends just before, at and behind one.
-    counts = [*random.integers(3, 7, dim - 1).tolist(), int(random.choice([15, 16, 17, 33, 47, 48, 49, 70]))]
-    cut = []
-    for _ in range(int(random.integers(0, 4)) if dim > 1 else 0):
-        low = [int(random.integers(0, n)) for n in counts]
-        high = [min(a + int(random.integers(1, 4)), n) for a, n in zip(low, counts, strict=True)]
-        if low != [0] * dim:
-            cut.append(scenes.box(*((a * CELL, b * CELL) for a, b in zip(low, high, strict=True))))
-    shape: dict[str, Any] = scenes.box(*(n * CELL for n in counts))
-    if cut:
-        shape = {"type": "difference", "shapes": [shape, *cut]}
-    keys: dict[str, Any] = {}
-    if dim == 2 and not cut:
-        y, x = CELL * (counts[1] // 2), CELL * (counts[0] // 2)
-        keys["cracks"] = [{"from": [0.0, y], "to": [2 * CELL, y]}] if seed % 2 else [
-            {"from": [x, 0.0], "to": [x, 18 * CELL if counts[1] > 20 else 3 * CELL]}
-        ]  # fmt: skip
-    if dim > 1 and seed % 3 == 0 and not cut and not keys:
-        keys["lattice_rotate"] = 30.0 if dim == 2 else [[1.0, 2.0, 3.0], 40.0]
-    return shape, keys
-
-
 def composed(shape: dict[str, Any], keys: dict[str, Any], precision: str = "f64", spacing: float = CELL) -> Composition:
     body = scenes.body(shape, spacing, **keys)
     run = {"formulation": "stress-points", "precision": precision, "guard": "off", "cfl": 0.2, "end": 1.0}
     return compose(scenes.scene(body, run=run))
-
-
-def answers(composition: Composition, seed: int) -> dict[str, np.ndarray]:
-    """What a state that deforms and moves gives."""
-    system, random = composition.bodies[0].system, np.random.default_rng(seed)
-    state, out, change = system.state, system.new(), system.new()
-    shape = (system.count, system.space.dim)
-    # A large translation: what is the same everywhere strains nothing.
-    state.write("displacement", 5.0 + 0.1 * CELL * random.standard_normal(shape))
-    state.write("velocity", 0.1 * random.standard_normal(shape))
-    if "stress" in state.start:
-        state.write("stress", 1e-3 * random.standard_normal((state.counts["stress"], state.widths["stress"])))
-    if "internals" in state.start and system.form.fades >= 0:
-        state.write("internals", 1e-2 * random.random((state.counts["internals"], state.widths["internals"])))
-    system.rate(state, out, "velocity")
-    found = {"forces": out.read("velocity"), "held": np.array([system.held_energy()])}
-    if "drag" in out.layout:
-        found["drag"] = out.read("drag")
-    if not system.form.total:
-        system.rate(state, change, "rest", 0.5)
-        found |= {"stress rate": change.read("stress"), "internals": change.read("internals")}
-    found |= {"deformation": state.read("deformation"), "stress": state.read("stress")}
-    # What is read stands where steps have what cells hand to nodes.
-    system.rate(state, out, "velocity")
-    assert np.array_equal(out.read("velocity"), found["forces"])
-    return found
 
 
 def ball(dim: int, radius: float) -> dict[str, Any]:

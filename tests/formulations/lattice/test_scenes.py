@@ -8,8 +8,8 @@ import pytest
 
 import wsph
 from tests import scenes
-from wsph.formulations.lattice import rates
-from wsph.formulations.lattice.rates import LatticeRates
+from wsph.formulations.lattice import edge_rates, rates
+from wsph.formulations.lattice.block_rates import BlockRates
 from wsph.simulation.compose import compose
 
 MISES = {"material": scenes.material("mises", yield_stress=2e-3, hardening_modulus=0.1)}
@@ -53,7 +53,7 @@ def made(keys: dict[str, Any], tables: dict[str, Any], **run: Any) -> wsph.Scene
 
 def by_lattice(scene: wsph.Scene) -> list[bool]:
     """Whether each of the bodies steps by its lattice."""
-    return [isinstance(run.system.rates, LatticeRates) for run in compose(scene).bodies]
+    return [isinstance(run.system.rates, BlockRates) for run in compose(scene).bodies]
 
 
 def compare(scene: wsph.Scene, monkeypatch: pytest.MonkeyPatch, within: float = 1e-8) -> None:
@@ -61,7 +61,8 @@ def compare(scene: wsph.Scene, monkeypatch: pytest.MonkeyPatch, within: float = 
     assert all(by_lattice(scene))
     ours = wsph.run(scene)
     with monkeypatch.context() as patched:
-        patched.setattr(rates, "boxes_of", lambda host: None)
+        for each in (rates, edge_rates):
+            patched.setattr(each, "boxes_of", lambda host: None)
         assert not any(by_lattice(scene))
         theirs = wsph.run(scene)
     assert ours.summary["steps"] == theirs.summary["steps"]
@@ -80,6 +81,28 @@ def compare(scene: wsph.Scene, monkeypatch: pytest.MonkeyPatch, within: float = 
 @pytest.mark.parametrize("name", list(CASES))
 def test_what_acts_on_a_body_and_reads_it_is_that_of_pairs(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(made(*CASES[name]), monkeypatch)
+
+
+ONE_SET = {"formulation": "total-lagrangian"}
+HELD = {"hourglass": {"coefficient": 0.1}, "viscosity": {"alpha": 0.1, "beta": 0.1}}
+EDGES = {
+    **{name: case for name, case in CASES.items() if case[0].get("viscosity", {}).get("kind") is None and "rates" not in name},
+    "hourglass and viscosity": (MOVES | HELD, {"boundary": PULLED, **SEEN}),
+    "hourglass, viscosity and dashpots": (MOVES | HELD | {"residual": False}, {"boundary": RESISTED, **SEEN}),
+}  # fmt: skip
+"""Those of a body whose nodes see each other along edges."""
+
+
+@pytest.mark.parametrize("name", list(EDGES))
+def test_so_it_is_along_edges(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    compare(made(*EDGES[name], **ONE_SET), monkeypatch)
+
+
+@pytest.mark.parametrize("name", ["sections, probes and reactions", "hourglass, viscosity and dashpots"])
+def test_so_it_is_along_edges_where_a_thread_has_a_row(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The kernels of a GPU, on the CPU."""
+    monkeypatch.setattr(edge_rates, "width_of", lambda device, precision: 1)
+    compare(made(*EDGES[name], **ONE_SET), monkeypatch)
 
 
 @pytest.mark.parametrize("name", ["sections, probes and reactions", "the same beside viscosity"])
@@ -142,6 +165,24 @@ def test_a_total_law_about_an_initial_stress_takes_pairs() -> None:
     keys = {"initial": {"stress": {"xx": "1e-3*y"}}}
     assert by_lattice(made({**keys, **MISES}, {})) == [True]
     assert by_lattice(made(keys, {})) == [False]
+
+
+@pytest.mark.parametrize("keys", [{}, HELD], ids=["residual", "hourglass and viscosity"])
+@pytest.mark.parametrize("precision", ["f32", "f64"])
+def test_along_edges_it_has_the_same_bits_resumed_and_on_two_threads(
+    keys: dict[str, Any], precision: str, tmp_path: Path
+) -> None:
+    scene = made({**MOVES, **keys}, {"boundary": [PULLED[1], RESISTED[0]], **SEEN}, precision=precision, **ONE_SET)
+    assert by_lattice(scene) == [True]
+    straight = wsph.run(scene)
+    two = wsph.run(scene.with_(run={**scene.data()["run"], "threads": 2}))
+    wsph.run(scene.with_(end=0.5, checkpoint={"every": 5}), tmp_path / "out")
+    resumed = wsph.run(scene, tmp_path / "out", resume=True)
+    for name, values in straight.particles.items():
+        assert np.array_equal(values, two.particles[name]), name
+        assert np.array_equal(values, resumed.particles[name]), name
+    for name in straight.history:
+        assert straight.history[name][-1] == resumed.history[name][-1], name
 
 
 @pytest.mark.parametrize("keys", [{}, MISES, {"viscosity": {"alpha": 0.5}}], ids=["elastic", "mises", "viscous"])

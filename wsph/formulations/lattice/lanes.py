@@ -54,14 +54,15 @@ def block_of(dim: int, width: int) -> wp.Function:
     return single if width == 1 else whole
 
 
-def _real(space: Space) -> str:
+def ctype_of_real(space: Space) -> str:
+    """The scalar type in C++."""
     return "double" if space.precision == "f64" else "float"
 
 
 def _corners(space: Space, row: str) -> str:
     """Native code that opens a function of a `block`: its entry `at` in the `blocks`, and where the corners of the cell in a
     `row` have their numbers in the `field`, p0, p1 and on."""
-    dim, S = space.dim, _real(space)
+    dim, S = space.dim, ctype_of_real(space)
     starts = "\n".join(
         f"const S* p{c} = (const S*)field.data + {dim}*((int64_t)at[{HEAD + c}] + {row});" for c in range(2**dim)
     )
@@ -131,7 +132,7 @@ def places_of(width: int) -> int:
 def hand_over(space: Space, width: int, numbers: int) -> wp.Function:
     """Warp function (blocks, block, lane, rows, values, chunks_out): `numbers` of every cell of a block go to its place, and
     places without a cell get zeros."""
-    S, capacity, places = _real(space), capacity_of(width), places_of(width)
+    S, capacity, places = ctype_of_real(space), capacity_of(width), places_of(width)
 
     @wp.func_native(f"""
         typedef {S} S;
@@ -164,7 +165,7 @@ def pull_of_cells(space: Space, width: int, held: bool) -> wp.Function:
     """Warp function (blocks, block, lane, rows, chunks, displacement, pull_out): the forces on every node of a block of what
     its cells have in their places: the tensors' columns by the side that the node is on, and where `held` less their share
     of what the node is off their mean. Differences come first: of a stress that is the same everywhere none is left."""
-    dim, S, capacity, L = space.dim, _real(space), capacity_of(width), places_of(width)
+    dim, S, capacity, L = space.dim, ctype_of_real(space), capacity_of(width), places_of(width)
     lines, edges = [], corner_edges(dim)
     for a in range(dim):
         steps = [f"(q{c}[{(a * dim + k) * L}+e] - q{high}[{(a * dim + k) * L}+e])" for k, c, high in edges]
@@ -201,12 +202,13 @@ def pull_of_cells(space: Space, width: int, held: bool) -> wp.Function:
 
 
 @cache
-def lane(space: Space, width: int, dtype: type) -> tuple[wp.Function, wp.Function]:
-    """Warp functions (values, row) -> the numbers of a row as a vector or a matrix, and (values_out, row, that) that sets
-    them."""
-    capacity, count = capacity_of(width), dtype._length_
-    stores = " ".join(f"a_out.data[{k * capacity}+e] = ((const {_real(space)}*)&v)[{k}];" for k in range(count))
-    loads = " ".join(f"(({_real(space)}*)&v)[{k}] = a.data[{k * capacity}+e];" for k in range(count))
+def lane(space: Space, width: int, dtype: type, first: int = 0) -> tuple[wp.Function, wp.Function]:
+    """Warp functions (values, row) -> the numbers of a row, from the `first` quantity on, as a vector or a matrix, and
+    (values_out, row, that) that sets them."""
+    capacity, places = capacity_of(width), range(dtype._length_)
+    S = ctype_of_real(space)
+    stores = " ".join(f"a_out.data[{(first + k) * capacity}+e] = ((const {S}*)&v)[{k}];" for k in places)
+    loads = " ".join(f"(({S}*)&v)[{k}] = a.data[{(first + k) * capacity}+e];" for k in places)
 
     @wp.func_native(f"{_ctype(space, dtype)} v; {loads} return v;")
     def get(a: wp.array(dtype=space.scalar), e: int) -> dtype: ...
@@ -220,7 +222,7 @@ def lane(space: Space, width: int, dtype: type) -> tuple[wp.Function, wp.Functio
 @cache
 def plane_lane(space: Space, width: int) -> tuple[wp.Function, wp.Function]:
     """Warp functions as those of `lane`, of tensors with a plane block that is the row's matrix and nothing else."""
-    capacity, dim, S = capacity_of(width), space.dim, _real(space)
+    capacity, dim, S = capacity_of(width), space.dim, ctype_of_real(space)
     places = [(a, b, (a * dim + b) * capacity) for a in range(dim) for b in range(dim)]
     loads = " ".join(f"v.data[{a}][{b}] = a.data[{at}+e];" for a, b, at in places)
     stores = " ".join(f"a_out.data[{at}+e] = ((const {S}*)&v)[{3 * a + b}];" for a, b, at in places)
@@ -244,7 +246,7 @@ def _ctype(space: Space, dtype: type) -> str:
 def field_lanes(space: Space, width: int, dtype: type) -> tuple[wp.Function, wp.Function]:
     """Warp functions (field, first, rows, values_out): neighbouring elements of a field side by side; and (values, first,
     rows, field_out), back."""
-    S, capacity, count = _real(space), capacity_of(width), dtype._length_
+    S, capacity, count = ctype_of_real(space), capacity_of(width), dtype._length_
     loads = " ".join(f"values_out.data[{k * capacity}+e] = x[{count}*e+{k}];" for k in range(count))
     stores = " ".join(f"x[{count}*e+{k}] = values.data[{k * capacity}+e];" for k in range(count))
     loop = f"{VECTORS} for (int e = 0; e < rows; ++e)"

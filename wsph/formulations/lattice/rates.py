@@ -10,10 +10,8 @@ gradient. No row has indices, weights or places of its own (`wsph.formulations.l
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
-from typing import cast
 
 import numpy as np
 import warp as wp
@@ -28,6 +26,7 @@ from wsph.formulations.lagrangian.corners import corner_reference
 from wsph.formulations.lagrangian.flow import drift_kernel
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.lagrangian.rates import LagrangianRates, joined
+from wsph.formulations.lattice.block_rates import WIDTH, BlockRates, width_of
 from wsph.formulations.lattice.cell import cell_of
 from wsph.formulations.lattice.flow import flow_kernel
 from wsph.formulations.lattice.forces import force_kernel
@@ -38,19 +37,15 @@ from wsph.formulations.lattice.runs import HEAD, VECTOR, Runs, pieces_of, runs_o
 from wsph.formulations.lattice.strain import drag_kernel, strain_kernel
 from wsph.formulations.lattice.total import answer_kernel, telling_kernel
 from wsph.formulations.one_set import OneSetSystem
-from wsph.formulations.one_set_rates import ReferenceRates, refuse_other
+from wsph.formulations.one_set_rates import refuse_other
 from wsph.formulations.one_set_setup import RateSetup, is_stabilised
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import Segmented
 from wsph.geometry.cells import Boxes
-from wsph.parts.body_force import BodyForceKinds, weightless
-from wsph.parts.part import Attached, Host, Neighbourhood, Part
+from wsph.parts.body_force import BodyForceKinds
+from wsph.parts.part import Attached, Host, Part
 from wsph.plugins.blame import blame
 from wsph.sph.pairs import Pairs
-
-WIDTH = {"f64": 16, "f32": 32}
-"""Rows of a block on a CPU, by precision."""
-
 
 PIECE_BYTES = 2**18
 """What the cells of a piece of a body hand to their nodes, at once: a part of the cache of a core."""
@@ -58,11 +53,6 @@ PIECE_BYTES = 2**18
 
 LEAST = 0.25
 """Part of the cells of a body that are boxes from which they pay: with fewer it steps by its pairs alone, as fast."""
-
-
-def width_of(device: str, precision: str) -> int:
-    """Rows that a thread computes on a device."""
-    return 1 if wp.get_device(device).is_cuda else WIDTH[precision]
 
 
 class LatticeKernels:
@@ -154,22 +144,12 @@ class Rows:
         return replace(made, shared=made.size) if shares else made
 
 
-class LatticeRates(ReferenceRates):
+class LatticeRates(BlockRates):
     """The right-hand sides of one body of equal cells, but for a rest; `rate` and `refresh` are launches."""
 
-    seen: Neighbourhood | None = None
-    """It has no list of pairs."""
-
-    _unloaded: tuple[object, Array] | None = None
-    """Inertia and loads for the forces of the body alone, once they are asked for."""
-
     def __init__(self, rows: Rows, made: RateSetup, state: State):
-        host = self._host = made.host
-        self._space, self._clock, self._density = host.space, made.setup.clock, host.space.scalar(made.density)
-        self._placement, self._constitutive, self._loads = made.placement, host.constitutive, made.loads
-        self._force, self._arrays, self._layout = made.force, made.arrays.part("rates"), made.layout
-        self.form = made.form(loaded=made.loads.count > 0)
-        self._coefficients, self._width, self._threads = made.coefficients(self.form), rows.width, rows.threads
+        super().__init__(made, rows.threads)
+        host, self._width = made.host, rows.width
         with blame(host.constitutive.who):
             laws, kinds = host.constitutive.laws, made.force.parts
             self.kernels = _kernels(self._space, laws, made.layout, kinds, self.form, rows.width, mixed=rows.mixed)
@@ -205,9 +185,6 @@ class LatticeRates(ReferenceRates):
         self._volume = arrays.of("volume", self._placement.volume, real)
         self.holding: Array = arrays.zeros("holding", 1, space.vec)
         self._pushed = self.holding if self._rest is None else self._rest.pushed
-
-    def attach(self, parts: Iterable[Attached]) -> None:
-        """No part changes what cells have in common."""
 
     def own_parts(self, state: State, arrays: Arrays) -> dict[str, Attached]:
         """What the stabilisation has of its own on the device."""
@@ -281,20 +258,6 @@ class LatticeRates(ReferenceRates):
             inputs = [self._coefficients, self._density, self._cell, cells, state.struct]
             self._launch(self.kernels.drag, blocks, inputs, [self._drags])
 
-    def _find_forces(self, state: State, out: State) -> None:
-        self._loads.follow(state)
-        self._sum_forces(self._force.struct, [self._loads.vectors, self._loads.following], state, out)
-
-    def internal(self, state: State, side: Array, out: State) -> None:
-        """`wsph.formulations.lagrangian.rates.LagrangianRates.internal`; the derived fields of the state are then told."""
-        if self._unloaded is None:
-            none = self._arrays.zeros("unloaded", 2 * self._placement.count, self._space.vec)
-            self._unloaded = weightless(self._force.struct, self._space), none
-        body, none = self._unloaded
-        self._sum_forces(body, [none, none], state, out)
-        if self.form.total:
-            self.refresh(state)
-
     def _sum_forces(self, body: object, loads: list[Array], state: State, out: State) -> None:
         """Accelerations from what cells hand to nodes, under loads (launches)."""
         if self._rest is not None:
@@ -306,18 +269,6 @@ class LatticeRates(ReferenceRates):
             inputs = [body, self._part(self._nodes, blocks), self._chunks, self._drags]
             inputs += [*loads, self._volume, self._pushed, state.struct]
             self._launch(self.kernels.force, blocks, inputs, [out.struct])
-
-    def _part(self, table: Array, blocks: tuple[int, int]) -> Array:
-        """The rows of some blocks in a table."""
-        columns = HEAD + 2**self._space.dim
-        return cast(Array, table[blocks[0] * columns : blocks[1] * columns])
-
-    def _launch(
-        self, kernel: wp.Kernel, blocks: tuple[int, int], inputs: Sequence[object], outputs: Sequence[object]
-    ) -> None:
-        """Launch a kernel over some blocks."""
-        if blocks[1] > blocks[0]:
-            self._clock.launch(kernel, (blocks[1] - blocks[0]) * self._threads, inputs, outputs)
 
     def held_energy(self, state: State) -> float:
         """Energy of the residual, of a state that is up to date, nondimensional (a launch and a copy)."""

@@ -14,10 +14,11 @@ neighbours of all its rows are. Runs end at holes, notches and cracks; a node be
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
-from wsph.geometry.cells import Boxes
+from wsph.geometry.cells import Boxes, edge_ends
 
 FIRST, OWN, COMPUTED, PLACE, COPY, BEFORE, BEHIND, HEAD = range(8)
 """Columns of a block: its first row; how many rows are its own, and over how many it may be computed: whole vectors are
@@ -25,6 +26,10 @@ faster than what is left of one, and rows that are not its own are read, never w
 in the chunks' numbers of the first quantity; the place where the last stands once more, -1 for none; how many places
 before the first and behind the last it keeps zero. From HEAD on where the neighbours of the first row are: of cells
 nodes, of nodes places."""
+
+SHARES, OPENS, CLOSES = PLACE, BEFORE, BEHIND
+"""Columns of a block of nodes that see each other along edges (`edge_runs`): what shares of their cells lie on which side,
+four bits a number; whether the first has no edge before it in its line, and whether the last has none behind it."""
 
 VECTOR = 8
 """Rows that are computed together."""
@@ -117,6 +122,63 @@ def _last(boxes: Boxes) -> np.ndarray:
     """Where nodes are along the last axis of the grid, from the first on, (n,) int32."""
     last = boxes.index[:, -1]
     return np.rint(last - last.min()).astype(np.int32)
+
+
+@dataclass(frozen=True)
+class EdgeRuns:
+    """`blocks` of the nodes of a lattice that see each other along the edges of its cells, int32, a row each, how many
+    ends of `edges` they see, and for each block the last that has a row that one of its own takes, `reach`."""
+
+    blocks: np.ndarray
+    edges: int
+    reach: np.ndarray
+
+    def pieces(self, most: int, stages: int) -> list[list[tuple[int, int]]]:
+        """The blocks in pieces of at most `most`: from which to which block each of so many stages goes, of which each
+        takes what the neighbours have from the one before."""
+        ends = np.append(np.arange(most, len(self.blocks), most), len(self.blocks))
+        found: list[list[tuple[int, int]]] = []
+        for _ in range(stages):
+            found.append(list(zip([0, *ends[:-1].tolist()], ends.tolist(), strict=True)))
+            ends = np.searchsorted(self.reach, ends, side="left")
+        return [list(piece) for piece in zip(*found, strict=True)]
+
+
+def edge_runs(boxes: Boxes, width: int) -> EdgeRuns:
+    """The runs of nodes whose cells are `boxes`, all of the body, for pairs along the edges of these.
+
+    At every node each of its cells has one edge along each axis, so that the shares of the cells before and behind it add
+    up to one on every axis, and what a node takes of its neighbours are these shares alone. Along a line they are the same
+    while those of the other axes are; at its ends one is all and the other none, of rows that stand beside in memory.
+    From HEAD on: where the neighbours before and behind are, axis by axis; a row itself where there is none."""
+    corners, n, dim = boxes.corners, len(boxes.index), boxes.index.shape[1]
+    offsets, own = np.array(list(product((0, 1), repeat=dim))), np.arange(n)
+    near, cells = np.repeat(own[:, None], 2**dim, 1), np.zeros((n, 2 * dim), np.int64)
+    for axis in range(dim):
+        for low, high in zip(*edge_ends(offsets, axis), strict=True):
+            near[corners[:, low], 2 * axis + 1], near[corners[:, high], 2 * axis] = corners[:, high], corners[:, low]
+            cells[:, 2 * axis + 1] += np.bincount(corners[:, low], minlength=n)
+            cells[:, 2 * axis] += np.bincount(corners[:, high], minlength=n)
+    last = 2 * dim - 2
+    near[1:, last], near[:-1, last + 1] = own[:-1], own[1:]
+    behind, whole = cells[:, 1::2], cells[:, 0] + cells[:, 1]
+    share = behind / whole[:, None]
+    inner = (share[:, -1] > 0.0) & (share[:, -1] < 1.0)
+    alike = (np.diff(share[:, :-1], axis=0) == 0.0).all(1) & (np.diff(near, axis=0) == 1).all(1)
+    alike &= ~(inner[1:] & inner[:-1]) | (np.diff(share[:, -1]) == 0.0)
+    along = np.rint(boxes.index[:, -1]).astype(np.int64)
+    segment = (along - along.min() - (share[:, -1] == 0.0)) // width
+    # What is before the first and behind the last row of all is not theirs to read.
+    alike &= (share[:-1, -1] > 0.0) & (np.diff(segment) == 0) & (own[:-1] > 0) & (own[1:] < n - 1)
+    blocks = _blocks(near, alike, n - near.max(1))
+    first, many = blocks[:, FIRST], blocks[:, OWN]
+    middle = first + ((share[first, -1] == 1.0) & (many > 1))
+    numbers = [whole[first], *behind[first, :-1].T]
+    packed = sum(number << 4 * k for k, number in enumerate(numbers))
+    blocks[:, SHARES] = packed | (whole[middle] << 16) | (behind[middle, -1] << 20)
+    blocks[:, OPENS], blocks[:, CLOSES] = share[first, -1] == 1.0, share[first + many - 1, -1] == 0.0
+    reach = np.searchsorted(first, np.maximum.reduceat(near.max(1), first), side="right") - 1
+    return EdgeRuns(blocks, int(np.count_nonzero(cells)), np.maximum.accumulate(reach))
 
 
 def _cell_blocks(

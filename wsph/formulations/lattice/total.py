@@ -28,14 +28,9 @@ def answer_kernel(space: Space, laws: Laws, layout: Layout, width: int, *, stabi
     real, Fields, Cell, Params = space.scalar, fields_struct(space, layout), cell_struct(space), laws.Params
     size = (space.dim**2 + space.dim + 1) * capacity_of(width)
     block, gather = block_of(space.dim, width), corner_sums(space, width, stabilised)
-    hand, put_share = (
-        hand_over(space, width, quantities(space.dim, stabilised)),
-        set_lane(space, width, space.dim**2 + space.dim),
-    )
-    law, (get, put), seen = laws.total, lane(space, width, space.mat), _itself(space.mat)
-    if (space.dim, space.precision) == (2, "f32") and laws.answer is not None:
-        # Compilers hold a 2x2 matrix of single precision in two vectors of two, which keeps rows from being taken together.
-        law, (get, put), seen = laws.answer, plane_lane(space, width), embedded(space)
+    hand = hand_over(space, width, quantities(space.dim, stabilised))
+    put_share = set_lane(space, width, space.dim**2 + space.dim)
+    law, (get, put), seen = lane_law(space, laws, width)
 
     @kernel(ranged=True, lanes=True)
     def answer(
@@ -66,6 +61,14 @@ def answer_kernel(space: Space, laws: Laws, layout: Layout, width: int, *, stabi
         hand(blocks, b, at, own, values, chunks_out)
 
     return answer
+
+
+def lane_law(space: Space, laws: Laws, width: int) -> tuple[wp.Function, tuple[wp.Function, wp.Function], wp.Function]:
+    """A total law, how rows get and put the matrices that it takes and gives, and how a matrix is made one of these."""
+    if (space.dim, space.precision) == (2, "f32") and laws.answer is not None:
+        # Compilers hold a 2x2 matrix of single precision in two vectors of two, which keeps rows from being taken together.
+        return laws.answer, plane_lane(space, width), embedded(space)
+    return laws.total, lane(space, width, space.mat), _itself(space.mat)
 
 
 @cache

@@ -1,0 +1,80 @@
+"""What right-hand sides by blocks of rows have in common: one body, whose kernels take their rows from a table of blocks."""
+
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
+from collections.abc import Iterable, Sequence
+from typing import cast
+
+import warp as wp
+
+from wsph.backend.space import Array
+from wsph.backend.state import State
+from wsph.formulations.lattice.runs import HEAD
+from wsph.formulations.one_set_rates import ReferenceRates
+from wsph.formulations.one_set_setup import RateSetup
+from wsph.parts.body_force import weightless
+from wsph.parts.part import Attached, Neighbourhood
+
+WIDTH = {"f64": 16, "f32": 32}
+"""Rows of a block on a CPU, by precision."""
+
+
+def width_of(device: str, precision: str) -> int:
+    """Rows that a thread computes on a device."""
+    return 1 if wp.get_device(device).is_cuda else WIDTH[precision]
+
+
+class BlockRates(ReferenceRates):
+    """The right-hand sides of one body by `threads` a block."""
+
+    seen: Neighbourhood | None = None
+    """It has no list of pairs."""
+
+    _unloaded: tuple[object, Array] | None = None
+    """Inertia and loads for the forces of the body alone, once they are asked for."""
+
+    def __init__(self, made: RateSetup, threads: int):
+        host = self._host = made.host
+        self._space, self._clock, self._density = host.space, made.setup.clock, host.space.scalar(made.density)
+        self._placement, self._constitutive, self._loads = made.placement, host.constitutive, made.loads
+        self._force, self._arrays, self._layout = made.force, made.arrays.part("rates"), made.layout
+        self.form = made.form(loaded=made.loads.count > 0)
+        self._coefficients, self._threads = made.coefficients(self.form), threads
+
+    def attach(self, parts: Iterable[Attached]) -> None:
+        """No part changes what rows have in common."""
+
+    def refresh(self, state: State) -> None:
+        """Deformation and, of a total law, stress of a state from its displacement (launches)."""
+        raise NotImplementedError
+
+    def _sum_forces(self, body: object, loads: list[Array], state: State, out: State) -> None:
+        """Accelerations from the answers of the points, under loads (launches)."""
+        raise NotImplementedError
+
+    def _find_forces(self, state: State, out: State) -> None:
+        self._loads.follow(state)
+        self._sum_forces(self._force.struct, [self._loads.vectors, self._loads.following], state, out)
+
+    def internal(self, state: State, side: Array, out: State) -> None:
+        """`wsph.formulations.lagrangian.rates.LagrangianRates.internal`; the derived fields of the state are then told."""
+        if self._unloaded is None:
+            none = self._arrays.zeros("unloaded", 2 * self._placement.count, self._space.vec)
+            self._unloaded = weightless(self._force.struct, self._space), none
+        body, none = self._unloaded
+        self._sum_forces(body, [none, none], state, out)
+        if self.form.total:
+            self.refresh(state)
+
+    def _part(self, table: Array, blocks: tuple[int, int]) -> Array:
+        """The rows of some blocks in a table."""
+        columns = HEAD + 2**self._space.dim
+        return cast(Array, table[blocks[0] * columns : blocks[1] * columns])
+
+    def _launch(
+        self, kernel: wp.Kernel, blocks: tuple[int, int], inputs: Sequence[object], outputs: Sequence[object]
+    ) -> None:
+        """Launch a kernel over some blocks."""
+        if blocks[1] > blocks[0]:
+            self._clock.launch(kernel, (blocks[1] - blocks[0]) * self._threads, inputs, outputs)
