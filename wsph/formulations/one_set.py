@@ -288,6 +288,11 @@ class OneSetSystem(System):
         return self._seam.project(self._prescribed.slides.project(velocity * free))
 
     @property
+    def symmetric(self) -> bool:
+        """Whether its stiffness is that of an energy."""
+        return self.total and not self.loads.acting
+
+    @property
     def drags(self) -> bool:
         """Whether there are forces that depend on velocities, beside damping in proportion to mass."""
         return self.form.drags

@@ -223,9 +223,10 @@ class StepControl:
         """Steps to the next look, by how fast shares of limits and, where an estimate of those is older, distortions change:
         no share is to come half of the way to where the step is shortened, or CHANGE, before."""
         pace, seen = float(MOST_APART), list[tuple[float, float]]()
-        for run, each, (share, distortion) in zip(self._bodies, sums, self._seen, strict=True):
-            now = float(np.log(_local(run, each) / run.limit)) if run.limit else 0.0, float(np.log(each.distortion))
-            change = max(abs(now[0] - share), SLOPE * abs(now[1] - distortion))
+        for run, each, (before, distortion) in zip(self._bodies, sums, self._seen, strict=True):
+            share = _local(run, each) / run.limit if run.limit else 0.0  # without a limit, or with none that is finite: zero
+            now = float(np.log(share)) if share > 0.0 else 0.0, float(np.log(each.distortion))
+            change = max(abs(now[0] - before), SLOPE * abs(now[1] - distortion))
             if run.stability.adapts and change > 0.0:
                 room = max(0.5 * (float(np.log(_most(run))) - now[0]), CHANGE)
                 pace = min(pace, self._pace * room / change)

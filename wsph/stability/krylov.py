@@ -39,6 +39,8 @@ class Moving(Protocol):
     """Whether some of those are of loads, which act whatever the motion is."""
     evolves: bool
     """Whether stress or deformation is integrated, and does not follow from the displacements."""
+    symmetric: bool
+    """Whether its stiffness is that of an energy: no load follows it, and its stress is a function of its deformation."""
     damping_rate: float
     """Rate of the damping in proportion to mass, nondimensional."""
 
@@ -130,12 +132,13 @@ class Products:
 class _Span:
     """Up to `most` orthonormal vectors and their products."""
 
-    def __init__(self, products: Products, most: int):
+    def __init__(self, products: Products, most: int, damped: bool):
         self._p, n = products, products.count
         kind = np.float32 if n > LARGE else np.float64
         self._least = 1e-5 if n > LARGE else 1e-8
         self.count, self.most = 0, most
-        self._w, self._k, self._d = (np.empty((most, n), kind) for _ in range(3))
+        self._w, self._k = np.empty((most, n), kind), np.empty((most, n), kind)
+        self._d = np.empty((most if damped else 0, n), kind)
 
     def add(self, x: np.ndarray) -> np.ndarray:
         """Take what is new of x; its coefficients on the vectors (count,), NaN where x is zero or not finite."""
@@ -154,7 +157,8 @@ class _Span:
         self._w[self.count] = left / new
         vector = self._w[self.count].astype(np.float64)
         self._k[self.count] = self._p.stiffness(vector)
-        self._d[self.count] = self._p.damping(vector)
+        if len(self._d):
+            self._d[self.count] = self._p.damping(vector)
         self.count += 1
         return size * coefficients
 
@@ -171,8 +175,9 @@ class _Span:
         """The spectrum that follows from the products."""
         m = self.count
         w, k, d = self._w[:m], self._k[:m], self._d[:m]
-        arrays = [_products(a, b) for a, b in ((w, k), (w, d), (k, k), (k, d), (d, d))]
-        return Spectrum(arrays[0], arrays[1], (arrays[2], arrays[3], arrays[4]), rate, still)
+        none = np.zeros((m, m))
+        damping, kd, dd = (_products(a, d) for a in (w, k, d)) if len(self._d) else (none, none, none)
+        return Spectrum(_products(w, k), damping, (_products(k, k), kd, dd), rate, still)
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> float:
@@ -185,8 +190,8 @@ def _products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.einsum("in,jn->ij", a, b, dtype=np.float64)
 
 
-def _undamped(products: Products, start: np.ndarray, rate: float, still: float) -> Spectrum:
-    """The spectrum from Lanczos' three terms: w_(j+1) beta_(j+1) = K w_j - alpha_j w_j - beta_j w_(j-1), so that K projected
+def _symmetric(products: Products, start: np.ndarray, rate: float, still: float) -> Spectrum:
+    """The spectrum of an undamped body of symmetric stiffness from Lanczos' three terms: w_(j+1) beta_(j+1) = K w_j - alpha_j w_j - beta_j w_(j-1), so that K projected
     on the w is tridiagonal, K W = W T + beta_(m+1) w_(m+1) e_m^T, and of the vectors two are kept. They lose their
     orthogonality where an eigenvalue is found to rounding, which changes no outermost one."""
     size = math.sqrt(_dot(start, start))
@@ -230,12 +235,12 @@ def spectrum(system: Moving) -> Spectrum:
         return Spectrum(none, none, (none, none, none), rate, still)
     products = Products(system)
     start = system.project_free(np.random.default_rng(0).standard_normal(products.count))
-    if not system.drags:
-        found = _undamped(products, start, rate, still)
+    if system.symmetric and not system.drags:
+        found = _symmetric(products, start, rate, still)
         products.restore()
         return found
-    lanczos, most = DAMPED_VECTORS
-    span = _Span(products, most)
+    lanczos, most = DAMPED_VECTORS if system.drags else (VECTORS, VECTORS)
+    span = _Span(products, most, system.drags)
     span.add(start)
     while span.count < lanczos:
         known = span.count
@@ -243,7 +248,7 @@ def spectrum(system: Moving) -> Spectrum:
         if span.count == known:  # nothing new, or nothing finite
             break
     before, last = np.zeros(1), np.eye(1)[0]
-    for _ in range(3 * most):
+    for _ in range(3 * most if system.drags else 0):
         if span.count == most:
             break
         coefficients = span.add(span.next(last, before))
