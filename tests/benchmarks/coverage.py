@@ -1,6 +1,6 @@
 """How often the error bars of `--accuracy` hold, its tolerances are met, and what it costs: on scenes with closed forms.
 
-    python tests/benchmarks/coverage.py [--only NAME] [--write]
+    python tests/benchmarks/coverage.py [--only NAME] [--group GROUP] [--write]
 
 Of every scene a dense ladder is run first, of which the true error of each row is known. Then the search runs at each
 tolerance on those rows, with a limit on its work; it sees no answer. Counted are searches (met: the true error of what it
@@ -186,7 +186,13 @@ def _figures(searches: list) -> dict:
 
 
 def _of_windows(cases: list[dict]) -> dict:
-    windows = [one for case in cases for one in case["windows"]]
+    """Of the windows of scenes; the width is the median over scenes of their own medians."""
+    each = [case if "windows" not in case or isinstance(case["windows"], int) else _of_scene(case["windows"]) for case in cases]
+    sums = {key: sum(one[key] for one in each) for key in ("windows", "flagged", "windows_given", "windows_hold")}
+    return sums | {"windows_width": _median([one["windows_width"] for one in each if one["windows_width"]])}
+
+
+def _of_scene(windows: list[dict]) -> dict:
     given = [one for one in windows if one["converges"]]
     return {
         "windows": len(windows),
@@ -227,16 +233,20 @@ def told(case: dict) -> str:
 def main() -> None:
     """Run, print, and with --write keep."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", default="", metavar="NAME", help="scenes whose name has this in it")
+    parser.add_argument("--only", default="", metavar="NAME", help="scenes whose name has this in it, the others as they were")
+    parser.add_argument("--group", default="", choices=["", "known", "fresh"], help="these alone, the others as they were")
     parser.add_argument("--write", action="store_true")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
-    cases = []
+    path = ROOT / "docs" / "coverage.json"
+    alone = options.only or options.group
+    cases = json.loads(path.read_text(encoding="utf-8"))["scenes"] if alone and path.exists() else []
     for group, makers in (("known", KNOWN), ("fresh", FRESH)):
         for make in makers:
             case = make()
-            if options.only not in case.name:
+            if options.only not in case.name or options.group not in ("", group):
                 continue
+            cases = [one for one in cases if one["name"] != case.name]
             found = measured(case) | {"group": group}
             cases.append(found)
             print(told(found), flush=True)
