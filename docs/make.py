@@ -262,12 +262,16 @@ def coverage() -> list[str]:
         met, hold = _part(each["met"], each["answers"]), _part(each["bars_hold"], each["bars"])
         middle = [f"{each[key]:.1f}" if each[key] else "-" for key in ("width", "cost")]
         rows.append(f"| {name} | {each['searches']} | {each['answers']} | {met} | {hold} | {' | '.join(middle)} |")
-    windows = summary["all"]
-    rows += ["", f"{len(found['scenes'])} scenes, {sum(s['group'] == 'fresh' for s in found['scenes'])} of them written after the constants were"
-             f" frozen. Of {windows['windows_given']} windows of four rows of their ladders, bars hold in"
-             f" {_part(windows['windows_hold'], windows['windows_given'])}; {windows['flagged']} windows of {windows['windows']} are said not to"
-             " converge. The last two columns are medians; cost is counted where the cheapest row is finer than the third of the",
-             "ladder. (`python tests/benchmarks/coverage.py --write`.)"]  # fmt: skip
+    fresh = sum(scene["group"] == "fresh" for scene in found["scenes"])
+    every = summary["all"]
+    rows += [
+        "",
+        f"{len(found['scenes'])} scenes, {fresh} of them written after the constants were frozen. Of windows of four rows of their",
+        f"ladders bars hold in {_part(every['windows_hold'], every['windows_given'])}; {every['flagged']} of"
+        f" {every['windows']} windows are said not to converge. The last two",
+        "columns are medians; cost is counted where the cheapest row is finer than the third of the ladder.",
+        "(`python tests/benchmarks/coverage.py --write`.)",
+    ]
     page = ROOT / "docs" / "accuracy.md"
     before, rest = page.read_text(encoding="utf-8").split("<!-- coverage -->\n", 1)
     _, after = rest.split("<!-- /coverage -->", 1)
@@ -287,7 +291,7 @@ def coverage() -> list[str]:
 
 
 def _part(of: int, whole: int) -> str:
-    return f"{100.0 * of / whole:.0f} %" if whole else "-"
+    return f"{of} of {whole}" if whole else "-"
 
 
 def fronts() -> None:

@@ -187,7 +187,10 @@ def _figures(searches: list) -> dict:
 
 def _of_windows(cases: list[dict]) -> dict:
     """Of the windows of scenes; the width is the median over scenes of their own medians."""
-    each = [case if "windows" not in case or isinstance(case["windows"], int) else _of_scene(case["windows"]) for case in cases]
+    each = [
+        case if "windows" not in case or isinstance(case["windows"], int) else _of_scene(case["windows"])
+        for case in cases
+    ]
     sums = {key: sum(one[key] for one in each) for key in ("windows", "flagged", "windows_given", "windows_hold")}
     return sums | {"windows_width": _median([one["windows_width"] for one in each if one["windows_width"]])}
 
@@ -233,8 +236,12 @@ def told(case: dict) -> str:
 def main() -> None:
     """Run, print, and with --write keep."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", default="", metavar="NAME", help="scenes whose name has this in it, the others as they were")
-    parser.add_argument("--group", default="", choices=["", "known", "fresh"], help="these alone, the others as they were")
+    parser.add_argument(
+        "--only", default="", metavar="NAME", help="scenes whose name has this in it, the others as they were"
+    )
+    parser.add_argument(
+        "--group", default="", choices=["", "known", "fresh"], help="these alone, the others as they were"
+    )
     parser.add_argument("--write", action="store_true")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
