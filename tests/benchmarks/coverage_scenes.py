@@ -1,8 +1,8 @@
 """Scenes whose answer is known in closed form, for coverage.py: bars and bodies with E = rho = 1 whose motion is so small
 that it is linear, where nothing else is said.
 
-KNOWN are of the kinds on which the search's constants were chosen; FRESH were written after these were frozen. LOST are
-scenes that do not converge: there is no answer, and the search is to say so.
+KNOWN are of the kinds on which the search's constants were chosen; FRESH were written after these were frozen, but the rule
+that gravity is no jump was made by the two bars hung up. LOST are scenes that do not converge: there is no answer, and the search is to say so.
 """
 
 import math
