@@ -2,7 +2,8 @@
 that it is linear, where nothing else is said.
 
 KNOWN are of the kinds on which the search's constants were chosen; FRESH were written after these were frozen, but the rule
-that gravity is no jump was made by the two bars hung up. LOST are scenes that do not converge: there is no answer, and the search is to say so.
+that gravity is no jump was made by the two bars hung up. LOST are scenes that do not converge: there is no answer, and the
+search is to say so.
 """
 
 import math
