@@ -13,7 +13,6 @@ import json
 import re
 import subprocess
 import sys
-import tempfile
 import warnings
 from pathlib import Path
 
@@ -294,19 +293,6 @@ def _part(of: int, whole: int) -> str:
     return f"{of} of {whole}" if whole else "-"
 
 
-def fronts() -> None:
-    """docs/front_*.png from the shipped studies."""
-    for name in ("shock_bar", "beam"):
-        with tempfile.TemporaryDirectory() as folder:
-            path = ROOT / "examples" / "fronts" / f"{name}.toml"
-            subprocess.run(
-                [sys.executable, "-m", "wsph.cli", "study", str(path), "-o", folder],
-                check=True,
-                stdout=subprocess.DEVNULL,
-            )
-            (ROOT / "docs" / f"front_{name}.png").write_bytes((Path(folder) / "front.png").read_bytes())
-
-
 def main() -> None:
     """Fill the README."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -331,8 +317,8 @@ def main() -> None:
         readme = f"{before}<!-- {name} -->\n" + "\n".join(rows) + f"\n<!-- /{name} -->{after}"
     (ROOT / "README.md").write_text(readme)
     if not options.only and not options.cases:
-        subprocess.run([sys.executable, str(ROOT / "docs" / "pictures.py")], check=True)
-        fronts()
+        for script in ("pictures.py", "fronts.py"):
+            subprocess.run([sys.executable, str(ROOT / "docs" / script)], check=True)
 
 
 if __name__ == "__main__":

@@ -115,7 +115,7 @@ def commands(names: list[str]) -> list[tuple[str, str, str]]:
 def _run(command: str, folder: str) -> str:
     """Run a command of wsph, with folders of runs in `folder`; returns the file that it saves."""
     words = [f"{folder}/{word}" if word.endswith("-out") else word for word in shlex.split(command)]
-    subprocess.run([sys.executable, "-m", "wsph.cli", *words[1:]], check=True, cwd=ROOT)
+    subprocess.run([sys.executable, "-m", "wsph", *words[1:]], check=True, cwd=ROOT)
     return words[-1]
 
 

@@ -10,7 +10,7 @@ def test_the_tree_evaluates_no_text_and_unpickles_nothing() -> None:
     """Scenes, checkpoints and frames are data: no eval, exec, pickle, or array of objects anywhere in the packages."""
     files = [p for name in ("wsph", "integrators", "materials") for p in (ROOT / name).rglob("*.py")]
     assert {
-        ROOT / "wsph" / "cli.py",
+        ROOT / "wsph" / "cli" / "entry.py",
         ROOT / "integrators" / "wsph_integrators" / "taylor.py",
         ROOT / "materials" / "wsph_materials" / "mises.py",
     } <= set(files)

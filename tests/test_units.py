@@ -44,3 +44,29 @@ def test_scales_are_consistent(length: float, time: float, density: float) -> No
 
 def test_unit_dimensions() -> None:
     assert unit("kg m^-1 s^-2")[1] == unit("Pa")[1]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected", "value"),
+    [("20 degC", "K", 293.15), ("20 °C", "K", 293.15), ("68 degF", "K", 293.15), ("300 K", "K", 300.0), ("450 J/kg/degC", "J/kg/K", 450.0),
+     ("1e-5 1/degC", "1/K", 1e-5), ("7.85 g/cc", "kg/m3", 7850.0), ("0.5 in", "m", 0.0127), ("1 psi", "Pa", 4.4482216152605 / 0.0254**2),
+     ("30 ksi", "Pa", 3e4 * 4.4482216152605 / 0.0254**2), ("1 atm", "Pa", 101325.0), ("3000 rpm", "1/s", 100.0 * math.pi), ("2 rad/s", "1/s", 2.0),
+     ("0.5 %", "", 0.005), ("2 mm/m", "", 0.002), ("5 ms", "s", 5e-3), ("1 mL", "m3", 1e-6), ("1 lb", "kg", 0.45359237)],
+)  # fmt: skip
+def test_units_of_other_habits_are_read(text: str, expected: str, value: float) -> None:
+    assert quantity(text, expected) == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("value", "expected", "message"),
+    [("5 sec", "s", "did you mean 's'"), ("20 C", "K", "did you mean 'degC'"), ("2 kN", "Pa", "a force is spread over an area"), ("7.8 g", "kg/m3", "as in g/cm3"),
+     ("5 ms", "m/s", "ms are milliseconds"), ("1 min", "m", "not in units of m"), ("10 mpa", "Pa", "did you mean 'MPa'"), ("1 m", "", "this is a plain number")],
+)  # fmt: skip
+def test_what_was_meant_is_said(value: object, expected: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        quantity(value, expected)
+
+
+def test_a_milli_inch_is_no_minute() -> None:
+    assert quantity("1 min", "s") == 60.0
+    assert unit("min")[1] == (0, 0, 1, 0)

@@ -10,6 +10,7 @@ kernel of its own, which would cost 0.35 s each to compile.
 import ast
 import difflib
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -48,10 +49,11 @@ _COMPARISONS: dict[type[ast.cmpop], str] = {
 
 @dataclass(frozen=True)
 class Expression:
-    """A compiled expression: its text and its postfix program."""
+    """A compiled expression: its text, its postfix program, and the names beside x, y, z, t that occur in it."""
 
     text: str
     program: tuple[tuple[int, float], ...]
+    names: tuple[str, ...] = ()
 
     @property
     def logical(self) -> bool:
@@ -63,8 +65,10 @@ class Expression:
         """Whether x, y, z or t occurs."""
         return any(code == OPERATIONS[variable] for code, _ in self.program)
 
-    def __call__(self, position: np.ndarray, time: float = 0.0, tolerance: float = 0.0) -> np.ndarray:
-        """Values at `position` (n, dim) [m] and `time` [s], shape (n,).
+    def __call__(
+        self, position: np.ndarray, time: float = 0.0, tolerance: float = 0.0, values: Sequence[np.ndarray] = ()
+    ) -> np.ndarray:
+        """Values at `position` (n, dim) [m] and `time` [s], shape (n,). `values` (n,) are those of the `names`.
 
         `tolerance` widens the comparisons: points that close to equality count as equal.
         """
@@ -74,8 +78,10 @@ class Expression:
         stack: list[np.ndarray] = []
         with np.errstate(all="ignore"):
             for code, number in self.program:
-                name = names[code]
-                if name == "constant":
+                name = names[code] if code < len(names) else ""
+                if not name:
+                    stack.append(np.asarray(values[code - len(names)], float))
+                elif name == "constant":
                     stack.append(np.full(n, number))
                 elif name in "xyz":
                     stack.append(axes["xyz".index(name)])
@@ -114,21 +120,36 @@ def _binary(name: str, a: np.ndarray, b: np.ndarray, tolerance: float) -> np.nda
     }[name].astype(float)
 
 
-def compile_expression(text: str) -> Expression:
-    """Compile arithmetic over x, y, z (reference position) and t. `^` and `**` are the power. Raises ValueError."""
+def compile_expression(text: str, names: Sequence[str] = ()) -> Expression:
+    """Compile arithmetic over x, y, z (reference position), t, and other `names`. `^` and `**` are the power. Raises
+    ValueError."""
     if len(text) > MAX_CHARACTERS:
         raise ValueError(f"an expression has at most {MAX_CHARACTERS} characters, not {len(text)}")
     try:
         tree = ast.parse(text.strip().replace("^", "**"), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
-        raise ValueError(f"cannot read the expression {text!r}") from None
+        compares = re.search(r"[^<>=!]=[^=]", text) is not None
+        hint = "; write == to compare, and better <= or >=" if compares else ""
+        raise ValueError(f"cannot read the expression {text!r}{hint}") from None
     if sum(1 for _ in ast.walk(tree)) > MAX_NODES:
         raise ValueError(f"the expression {text!r} has more than {MAX_NODES} parts")
     program: list[tuple[int, float]] = []
-    _emit(tree, program, text)
+    _emit(tree, program, text, names)
     if stack_depth(program) > MAX_STACK:
         raise ValueError(f"the expression {text!r} is nested more than {MAX_STACK} deep")
-    return Expression(text, tuple(program))
+    return Expression(text, tuple(program), tuple(names))
+
+
+def names_in(text: str) -> tuple[str, ...]:
+    """The names in an expression that are no variable, constant or function, sorted. Raises ValueError as
+    `compile_expression` does."""
+    try:
+        nodes = list(ast.walk(ast.parse(text.strip().replace("^", "**"), mode="eval")))
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        raise ValueError(f"cannot read the expression {text!r}") from None
+    called = {id(node.func) for node in nodes if isinstance(node, ast.Call)}
+    found = {node.id for node in nodes if isinstance(node, ast.Name) and id(node) not in called}
+    return tuple(sorted(found - {*VARIABLES, "pi"}))
 
 
 def constant_program(value: float) -> Expression:
@@ -140,7 +161,7 @@ def stack_depth(program: Sequence[tuple[int, float]]) -> int:
     """The most numbers that a program has on its stack."""
     height = highest = 0
     for code, _ in program:
-        if code <= OPERATIONS["t"]:
+        if code <= OPERATIONS["t"] or code >= len(OPERATIONS):
             height += 1
         elif OPERATIONS["add"] <= code <= OPERATIONS["or"]:
             height -= 1
@@ -148,7 +169,7 @@ def stack_depth(program: Sequence[tuple[int, float]]) -> int:
     return highest
 
 
-def _emit(node: ast.AST, program: list[tuple[int, float]], text: str) -> None:
+def _emit(node: ast.AST, program: list[tuple[int, float]], text: str, names: Sequence[str] = ()) -> None:
     """Append the postfix code of `node`."""
 
     def put(name: str, number: float = 0.0) -> None:
@@ -161,19 +182,21 @@ def _emit(node: ast.AST, program: list[tuple[int, float]], text: str) -> None:
             put("constant", float(value))
         case ast.Name(id=name) if name in VARIABLES:
             put(name)
+        case ast.Name(id=name) if name in names:
+            program.append((len(OPERATIONS) + list(names).index(name), 0.0))
         case ast.Name(id="pi"):
             put("constant", math.pi)
         case ast.Name(id=name):
-            close = difflib.get_close_matches(name, (*VARIABLES, "pi", *FUNCTIONS), 1)
+            close = difflib.get_close_matches(name, (*VARIABLES, "pi", *FUNCTIONS, *names), 1)
             hint = f"; did you mean {close[0]!r}?" if close else f"; known: {', '.join(VARIABLES)}, pi"
             raise ValueError(f"unknown name {name!r} in {text!r}{hint}")
         case ast.UnaryOp(op=ast.USub(), operand=operand):
-            _emit(operand, program, text)
+            _emit(operand, program, text, names)
             put("negate")
         case ast.UnaryOp(op=ast.UAdd(), operand=operand):
-            _emit(operand, program, text)
+            _emit(operand, program, text, names)
         case ast.UnaryOp(op=ast.Not(), operand=operand):
-            _emit(operand, program, text)
+            _emit(operand, program, text, names)
             put("not")
         case ast.BinOp(left=left, op=operator, right=right) if type(operator) in _OPERATORS:
             if (
@@ -183,20 +206,20 @@ def _emit(node: ast.AST, program: list[tuple[int, float]], text: str) -> None:
                 and abs(right.value) > MAX_EXPONENT
             ):
                 raise ValueError(f"an exponent is at most {MAX_EXPONENT}, not {right.value} in {text!r}")
-            _emit(left, program, text)
-            _emit(right, program, text)
+            _emit(left, program, text, names)
+            _emit(right, program, text, names)
             put(_OPERATORS[type(operator)])
         case ast.BoolOp(op=operator, values=values):
             _emit(values[0], program, text)
             for value in values[1:]:
-                _emit(value, program, text)
+                _emit(value, program, text, names)
                 put("and" if isinstance(operator, ast.And) else "or")
         case ast.Compare(left=left, ops=operators, comparators=comparators):
             for k, (operator, right) in enumerate(zip(operators, comparators, strict=True)):
                 if type(operator) not in _COMPARISONS:
                     raise ValueError(f"the comparison in {text!r} is none of <, <=, >, >=, ==, !=")
-                _emit(left, program, text)
-                _emit(right, program, text)
+                _emit(left, program, text, names)
+                _emit(right, program, text, names)
                 put(_COMPARISONS[type(operator)])
                 if k:
                     put("and")
@@ -208,7 +231,7 @@ def _emit(node: ast.AST, program: list[tuple[int, float]], text: str) -> None:
                     f"{name} in {text!r} takes {wanted} argument{'s' * (wanted > 1)}, not {len(arguments)}"
                 )
             for argument in arguments:
-                _emit(argument, program, text)
+                _emit(argument, program, text, names)
             put(name)
         case ast.Call(func=ast.Name(id=name)):
             close = difflib.get_close_matches(name, FUNCTIONS, 1)

@@ -185,11 +185,18 @@ class Integrator(Protocol):
 
 
 class Limited(Protocol):
-    """A system, as the limit of its time step sees it."""
+    """A system, as the limit of its time step sees it: its `evaluations` are the rates of velocities asked for so far."""
+
+    evaluations: int
 
     @property
     def frequency(self) -> float:
         """The largest frequency of its small motions, nondimensional."""
+        ...
+
+    @property
+    def growth(self) -> float:
+        """The largest growth rate of a small motion that does not oscillate, nondimensional."""
         ...
 
     def forget_motions(self) -> None:

@@ -14,11 +14,15 @@ from pydantic import (
     ConfigDict,
     Field,
     GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
     PlainSerializer,
+    WithJsonSchema,
     WrapValidator,
 )
+from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
+from wsph.declarations import number_schema
 from wsph.units import quantity
 
 Table = dict[str, object]
@@ -38,10 +42,6 @@ def is_list(value: object) -> TypeGuard[list[object]]:
 def is_sequence(value: object) -> TypeGuard[Sequence[object]]:
     """Whether a value is a list, or the tuple that Python may give for one."""
     return isinstance(value, (list, tuple))
-
-
-def _length(value: object) -> float:
-    return quantity(value, "m")
 
 
 def as_tuple(value: object) -> object:
@@ -67,11 +67,6 @@ def file_name(name: str) -> str:
     return name
 
 
-Length = Annotated[float, BeforeValidator(_length)]
-Positive = Annotated[float, BeforeValidator(_length), Field(gt=0)]
-Point = Annotated[tuple[Length, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=3)]
-
-
 class Model(BaseModel):
     """Base of the scene's tables: unknown keys, wrong types, NaN and infinities are faults."""
 
@@ -92,6 +87,14 @@ class Unit:
         number = BeforeValidator(partial(quantity, expected=self.unit))
         return handler.generate_schema(Annotated[float, number, Field(gt=self.gt, ge=self.ge, lt=self.lt, le=self.le)])
 
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        return number_schema(self.unit, self.gt, self.ge, self.lt, self.le)
+
+
+Length = Annotated[float, Unit("m")]
+Positive = Annotated[float, Unit("m", gt=0)]
+Point = Annotated[tuple[Length, ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=3)]
+
 
 def _unless_auto(value: object, number: Callable[[object], float]) -> object:
     return value if value == "auto" else number(value)
@@ -105,7 +108,8 @@ def as_it_is(value: object) -> object:
 if TYPE_CHECKING:
     NumberOrAuto = float | Literal["auto"]
 else:
-    NumberOrAuto = Annotated[float, Unit("", gt=0), WrapValidator(_unless_auto), PlainSerializer(as_it_is)]
+    _auto = WithJsonSchema({"anyOf": [number_schema("", 0.0), {"const": "auto"}]})
+    NumberOrAuto = Annotated[float, Unit("", gt=0), WrapValidator(_unless_auto), PlainSerializer(as_it_is), _auto]
 
 
 def read_cadence(value: object) -> int | float:
@@ -123,10 +127,12 @@ def _plain(value: object) -> object:
     return value if isinstance(value, str) else quantity(value, "")
 
 
-Cadence = Annotated[int | float, BeforeValidator(read_cadence)]
+_CADENCE = {"anyOf": [{"type": "integer", "minimum": 1}, number_schema("s", 0.0)], "unit": "steps, or s"}
+
+Cadence = Annotated[int | float, BeforeValidator(read_cadence), WithJsonSchema(_CADENCE)]
 """An integer counts steps, a float or a unit string is seconds."""
 
-Value = Annotated[float | str, BeforeValidator(_plain)]
+Value = Annotated[float | str, BeforeValidator(_plain), WithJsonSchema({"type": ["number", "string"]})]
 """A number, a quantity with its unit, an expression of x, y, z, t, or the name of a function."""
 
 Strings = Annotated[tuple[str, ...], BeforeValidator(as_tuple)]

@@ -20,24 +20,40 @@ import numpy as np
 
 MAX_POWER = 9
 
-Dimension = tuple[int, int, int]
-"""Exponents of kilogram, metre and second."""
+Dimension = tuple[int, int, int, int]
+"""Exponents of kilogram, metre, second and kelvin."""
 
 _BASE: dict[str, tuple[str, Dimension]] = {
-    "m": ("1", (0, 1, 0)),
-    "s": ("1", (0, 0, 1)),
-    "min": ("60", (0, 0, 1)),
-    "h": ("3600", (0, 0, 1)),
-    "day": ("86400", (0, 0, 1)),
-    "year": ("31557600", (0, 0, 1)),
-    "g": ("1e-3", (1, 0, 0)),
-    "t": ("1e3", (1, 0, 0)),
-    "N": ("1", (1, 1, -2)),
-    "Pa": ("1", (1, -1, -2)),
-    "bar": ("1e5", (1, -1, -2)),
-    "J": ("1", (1, 2, -2)),
-    "W": ("1", (1, 2, -3)),
-    "Hz": ("1", (0, 0, -1)),
+    "m": ("1", (0, 1, 0, 0)),
+    "in": ("0.0254", (0, 1, 0, 0)),
+    "ft": ("0.3048", (0, 1, 0, 0)),
+    "cc": ("1e-6", (0, 3, 0, 0)),
+    "l": ("1e-3", (0, 3, 0, 0)),
+    "L": ("1e-3", (0, 3, 0, 0)),
+    "s": ("1", (0, 0, 1, 0)),
+    "min": ("60", (0, 0, 1, 0)),
+    "h": ("3600", (0, 0, 1, 0)),
+    "day": ("86400", (0, 0, 1, 0)),
+    "year": ("31557600", (0, 0, 1, 0)),
+    "Hz": ("1", (0, 0, -1, 0)),
+    "rpm": ("0.10471975511965977461542144610932", (0, 0, -1, 0)),
+    "g": ("1e-3", (1, 0, 0, 0)),
+    "t": ("1e3", (1, 0, 0, 0)),
+    "lb": ("0.45359237", (1, 0, 0, 0)),
+    "N": ("1", (1, 1, -2, 0)),
+    "lbf": ("4.4482216152605", (1, 1, -2, 0)),
+    "Pa": ("1", (1, -1, -2, 0)),
+    "bar": ("1e5", (1, -1, -2, 0)),
+    "atm": ("101325", (1, -1, -2, 0)),
+    "psi": ("6894.757293168361336722673445346890694", (1, -1, -2, 0)),
+    "ksi": ("6894757.293168361336722673445346890694", (1, -1, -2, 0)),
+    "J": ("1", (1, 2, -2, 0)),
+    "W": ("1", (1, 2, -3, 0)),
+    "K": ("1", (0, 0, 0, 1)),
+    "degC": ("1", (0, 0, 0, 1)),
+    "degF": ("0.5555555555555555555555555555555556", (0, 0, 0, 1)),
+    "rad": ("1", (0, 0, 0, 0)),
+    "%": ("0.01", (0, 0, 0, 0)),
 }
 _PREFIX = {
     "": "1",
@@ -51,7 +67,29 @@ _PREFIX = {
     "G": "1e9",
     "T": "1e12",
 }
-_UNPREFIXED = {"min", "h", "day", "year", "t", "bar"}
+_UNPREFIXED = {
+    "in",
+    "ft",
+    "cc",
+    "min",
+    "h",
+    "day",
+    "year",
+    "rpm",
+    "t",
+    "lb",
+    "lbf",
+    "bar",
+    "atm",
+    "psi",
+    "ksi",
+    "degC",
+    "degF",
+    "rad",
+    "%",
+}
+_ZERO = {"degC": Decimal("273.15"), "degF": Decimal("255.3722222222222222222222222222222")}
+"""Kelvins at the zero of a scale, of a temperature by itself; in "J/degC" it is a difference."""
 _UNITS: dict[str, tuple[Decimal, Dimension]] = {
     prefix + name: (Decimal(factor) * Decimal(scale), dimension)
     for name, (factor, dimension) in _BASE.items()
@@ -59,13 +97,13 @@ _UNITS: dict[str, tuple[Decimal, Dimension]] = {
     if not (prefix and name in _UNPREFIXED)
 }
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)")
-_FACTOR = re.compile(r"([A-Za-zµ]+|1)(?:\^|\*\*)?([+-]?\d+)?")
+_FACTOR = re.compile(r"([A-Za-zµ]+|%|1)(?:\^|\*\*)?([+-]?\d+)?")
 
 
 def unit(text: str) -> tuple[Decimal, Dimension]:
     """Factor to SI and dimension of a unit such as "kg/m3", "1/s" or "m s^-1". Raises ValueError."""
-    factor, dimension = Decimal(1), [0, 0, 0]
-    sign, rest = 1, text.strip()
+    factor, dimension = Decimal(1), [0, 0, 0, 0]
+    sign, rest = 1, text.strip().replace("°", "deg")
     while rest:
         match = _FACTOR.match(rest)
         if not match:
@@ -75,8 +113,7 @@ def unit(text: str) -> tuple[Decimal, Dimension]:
             raise ValueError(f"the unit {text!r} has a power beyond {MAX_POWER}")
         if name != "1":
             if name not in _UNITS:
-                close = difflib.get_close_matches(name, _UNITS, 1)
-                raise ValueError(f"unknown unit {name!r}" + (f"; did you mean {close[0]!r}?" if close else ""))
+                raise ValueError(f"unknown unit {name!r}" + _instead(name))
             one, exponents = _UNITS[name]
             factor *= one**power
             dimension = [d + power * e for d, e in zip(dimension, exponents, strict=True)]
@@ -86,7 +123,65 @@ def unit(text: str) -> tuple[Decimal, Dimension]:
             rest = rest[1:].lstrip() if rest[0] in "/*·" else rest
             if not rest:
                 raise ValueError(f"cannot read the unit {text!r}")
-    return factor, (dimension[0], dimension[1], dimension[2])
+    return factor, (dimension[0], dimension[1], dimension[2], dimension[3])
+
+
+_NAMES = dict(
+    pair.split("=")
+    for pair in [
+        "sec=s",
+        "secs=s",
+        "second=s",
+        "seconds=s",
+        "S=s",
+        "msec=ms",
+        "MS=ms",
+        "usec=us",
+        "hr=h",
+        "hz=Hz",
+        "meter=m",
+        "metre=m",
+        "meters=m",
+        "MM=mm",
+        "Mm2=mm2",
+        "inch=in",
+        "inches=in",
+        "feet=ft",
+        "micron=um",
+        "mpa=MPa",
+        "MPA=MPa",
+        "gpa=GPa",
+        "GPA=GPa",
+        "kpa=kPa",
+        "KPa=kPa",
+        "pa=Pa",
+        "PA=Pa",
+        "PSI=psi",
+        "KG=kg",
+        "Kg=kg",
+        "gr=g",
+        "gram=g",
+        "grams=g",
+        "ton=t",
+        "tonne=t",
+        "newton=N",
+        "joule=J",
+        "watt=W",
+        "C=degC",
+        "F=degF",
+        "Celsius=degC",
+        "celsius=degC",
+        "Kelvin=K",
+        "kelvin=K",
+    ]
+) | {"kgf": "N (1 kgf = 9.80665 N)", "deg": "rad (1 degree = 0.0174533 rad)"}
+"""What is meant by other names."""
+
+
+def _instead(name: str) -> str:
+    """The unit that a name means that is none."""
+    close = [_NAMES[name]] if name in _NAMES else difflib.get_close_matches(name, _UNITS, 1)
+    return f"; did you mean {close[0]!r}?" if close else ""
 
 
 def quantity(value: object, expected: str) -> float:
@@ -96,7 +191,7 @@ def quantity(value: object, expected: str) -> float:
     """
     if isinstance(value, str):
         match = _NUMBER.fullmatch(value)
-        if not expected:
+        if not expected and not (match and _is_plain(match[2])):
             raise ValueError(
                 f"{value!r} is a string; this is a plain number" + (f": write {match[1]}" if match else "")
             )
@@ -109,9 +204,11 @@ def quantity(value: object, expected: str) -> float:
         factor, dimension = unit(match[2])
         _, wanted = unit(expected)
         if dimension != wanted:
-            raise ValueError(f"{value!r} is not in units of {expected or 'a plain number'}")
+            raise ValueError(
+                f"{value!r} is not in units of {expected or 'a plain number'}{_hint(match[2], dimension, wanted)}"
+            )
         try:
-            number = float(Decimal(match[1]) * factor)
+            number = float(Decimal(match[1]) * factor + _ZERO.get(match[2].strip().replace("°", "deg"), Decimal(0)))
         except (DecimalException, OverflowError):
             number = math.inf
     elif isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers.Real):
@@ -128,6 +225,25 @@ def quantity(value: object, expected: str) -> float:
     return number
 
 
+def _is_plain(text: str) -> bool:
+    """Whether a unit is one of plain numbers: 1 %, 1 mm/m, 1 rad."""
+    try:
+        return bool(text) and unit(text)[1] == (0, 0, 0, 0)
+    except ValueError:
+        return False
+
+
+def _hint(text: str, given: Dimension, wanted: Dimension) -> str:
+    """What may have been meant where a value has another dimension than it should."""
+    if given == (1, 1, -2, 0) and wanted == (1, -1, -2, 0):
+        return ": a force is spread over an area, as in N/mm2"
+    if given == (1, 0, 0, 0) and wanted == (1, -3, 0, 0):
+        return f": a density is a mass per volume, as in {text}/cm3"
+    if given == (0, 0, 1, 0) and wanted == (0, 1, -1, 0):
+        return ": ms are milliseconds; a velocity is in m/s" if text.strip() == "ms" else ": a velocity is in m/s"
+    return ""
+
+
 @dataclass(frozen=True)
 class Scales:
     """SI values of the units inside a run: `length` [m], `time` [s], `density` [kg/m3]."""
@@ -138,7 +254,7 @@ class Scales:
 
     def of(self, unit_text: str) -> float:
         """SI value of one inner unit of the quantity whose SI unit is `unit_text`."""
-        _, (kilograms, metres, seconds) = unit(unit_text)
+        _, (kilograms, metres, seconds, _) = unit(unit_text)  # a temperature stays in kelvins
         # Multiplied out of a mass, a stress would lose the exponent range at a nanometre: m^3 is 1e-27.
         return self.density**kilograms * self.length ** (metres + 3 * kilograms) * self.time**seconds
 
@@ -156,7 +272,7 @@ class Scales:
 def looks_like_quantity(text: str) -> bool:
     """A number followed by a unit's name, as in "1 m/s"; "2 * x" and "1e3" are not."""
     match = _NUMBER.fullmatch(text)
-    return bool(match and re.match(r"(?!x\b|y\b|z\b|t\b|and\b|or\b)[A-Za-zµ]|1\s*/\s*[A-Za-z]", match[2]))
+    return bool(match and re.match(r"(?!x\b|y\b|z\b|t\b|and\b|or\b)[A-Za-zµ°%]|1\s*/\s*[A-Za-z]", match[2]))
 
 
 def rounded(place: Iterable[float]) -> list[float]:

@@ -182,8 +182,9 @@ class Chain:
 
 
 class KinnmarkGray48(Chain):
-    """Kinnmark & Gray's eight-evaluation method (kg4-8), third order, fourth on linear problems, omega dt <= 6.928: where a
-    one-set Runge-Kutta method with a long step is needed. Of second order at most where a material begins to yield."""
+    """The eight-evaluation method kg4-8 (Kinnmark & Gray 1984), third order, fourth on linear problems, omega dt <= 6.928:
+    where a one-set Runge-Kutta method with a long step is needed. Of second order at most where a material begins to
+    yield."""
 
     order = 3
     chain = (1 / 8, 1 / 14, 1 / 6, 1 / 6, 1 / 4, 1 / 3, 2 / 3)

@@ -11,7 +11,7 @@ from wsph.stability.regions import Limit, alternating_limit, splitting_limit, un
 
 
 class Leapfrog:
-    """Kick, drift, kick (velocity Verlet), second order, one evaluation a step, omega dt <= 2: the default.
+    """Kick, drift, kick (velocity Verlet; Verlet 1967), second order, one evaluation a step, omega dt <= 2: the default.
 
     Nothing explicit holds waves longer per evaluation. Laws that depend on stress are taken at the middle of the step
     (without it Perzyna is first order and Jaumann 1.86), viscosity at the predicted velocity v + dt/2 a. Plastic flow of
@@ -74,7 +74,7 @@ class Leapfrog:
 
 
 class BlanesMoan4:
-    """Blanes & Moan's six-stage splitting of fourth order (their SRKN 6b): energy studies of smooth, undamped bodies.
+    """The six-stage splitting of fourth order SRKN 6b (Blanes & Moan 2002): energy studies of smooth, undamped bodies.
 
     omega dt <= 3.163, 0.53 per evaluation: from there to 3.168 a wave grows, by up to 0.24 % a step, and a body of many
     waves has one there; beyond, up to 5.03, waves are held again. Forces must follow from the displacements alone: of a
@@ -133,9 +133,9 @@ REACH = 3.464
 
 
 class ProcessedLeapfrog:
-    """Leapfrog with the modified force a(u + dt^2/12 a(u)) between a start and an output transformation (lf4): fourth order
-    in the processed variables, two evaluations, omega dt <= 3.46, 1.73 per evaluation. Loads may depend on time: a is that
-    of the instant, and the transformations take its change with the load's.
+    """Leapfrog with the modified force a(u + dt^2/12 a(u)) between a start and an output transformation (lf4; Rowlands
+    1991): fourth order in the processed variables, two evaluations, omega dt <= 3.46, 1.73 per evaluation. Loads may depend
+    on time: a is that of the instant, and the transformations take its change with the load's.
 
     For smooth, undamped, long runs of total laws; at finite amplitude use at most 0.6 of the limit. `state` is made from the
     inner variables when it is to be read, by `publish`: feeding it back would make the energy drift.

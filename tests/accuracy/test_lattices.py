@@ -47,9 +47,9 @@ def test_bodies_from_files_have_one_spacing(tmp_path):
     data = bar(8).data()
     of = {"name": "b", "points": {"file": str(tmp_path / "points.csv")}, "material": data["bodies"][0]["material"]}
     run = {"integrator": "leapfrog", "formulation": "total-lagrangian", "end": 1.0, "cfl": 0.1}
-    made = wsph.Scene(schema=1, dim=2, run=run, bodies=[of | {"state": "stress"}])
+    scene = wsph.Scene(schema=1, dim=2, run=run, bodies=[of | {"state": "stress"}])
     with pytest.raises(wsph.WsphError, match="give it a shape and a spacing"):
-        Lattices(made)
+        Lattices(scene)
 
 
 def test_staircases_choose_lattices_that_miss_less_of_their_volume():

@@ -13,7 +13,7 @@ from tests.output import readers
 from wsph.output.fields import tensor
 from wsph.output.folder import OutputFolder
 from wsph.output.view.recorded import words
-from wsph.simulation.records import Records
+from wsph.simulation.probing.records import Records
 
 pytest.importorskip("h5py")
 pv = pytest.importorskip("pyvista")

@@ -14,7 +14,7 @@ from tests.scenes import body, box, held, scene
 from wsph.backend.clock import Clock
 from wsph.errors import SceneError
 from wsph.reporting import Term
-from wsph.scene.tables import Probe
+from wsph.scene.probes import Probe
 from wsph.simulation.probing.numbers import NumberRecorder, Numbers, column, components, unit
 from wsph.units import Scales
 
@@ -140,8 +140,8 @@ def test_a_resumed_run_has_the_same_bits(tmp_path: Path) -> None:
         ({"of": "pul"}, "probes.0.of: nothing that has numbers is named 'pul'; did you mean 'pull'?"),
         ({"fields": ["torque"]}, "probes.0.fields.0: 'pull' has no torque: it has force, work"),
         ({"fields": ["stress"]}, "probes.0: of 'pull' fields are force, torque, work: 'stress' is none of"),
-        ({"where": "x > 0", "reduce": "mean"}, "probes.0: exactly one of at, where and of is needed"),
-        ({"body": "b"}, "probes.0: body goes with at and where"),
+        ({"where": "x > 0", "reduce": "mean"}, "probes.0: exactly one of at, line, where and of is needed"),
+        ({"body": "b"}, "probes.0: body goes with at, line and where"),
         ({"fields": ["force", "force"]}, "probes.0.fields: 'force' is named twice"),
     ],
 )

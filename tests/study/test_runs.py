@@ -15,7 +15,8 @@ from wsph.cli import main
 from wsph.errors import SceneError
 from wsph.output.view.front import undominated
 from wsph.study.oracle import Oracle
-from wsph.study.runs import digests, run_study
+from wsph.study.plan import facts
+from wsph.study.runs import run_study
 from wsph.study.tables import Study, load_study
 from wsph.validation.meshes import around, moved_grid, write
 
@@ -37,6 +38,10 @@ column = "stress_xx"
 exact = "-8e5*(t > 5e-3 and t <= 7.5e-3)"
 norm = 1
 """
+
+
+TIMES = {"seconds", "cpu_seconds", "wall_seconds", "joules"}
+"""Columns that are not the same twice."""
 
 
 def study(folder: Path, text: str = TEXT) -> Path:
@@ -66,18 +71,21 @@ def test_processes_make_the_same_rows(tmp_path: Path, monkeypatch: pytest.Monkey
     loaded, scene = load_study(study(tmp_path))
     alone = run_study(loaded, scene, tmp_path)
     monkeypatch.setattr("wsph.study.runs.SPREAD_SECONDS", 0.0)
-    seen: list[tuple[int, int]] = []
-    spread = run_study(loaded, scene, tmp_path, lambda done, of: seen.append((done, of)), workers=2)
-    timeless = [[{k: v for k, v in row.items() if k != "seconds"} for row in rows] for rows in (alone, spread)]
+    seen: list[int] = []
+    spread = run_study(loaded, scene, tmp_path, workers=2, keep=lambda place, _: seen.append(place))
+    timeless = [[{k: v for k, v in row.items() if k not in TIMES} for row in each.rows] for each in (alone, spread)]
     assert timeless[0] == timeless[1]
-    assert seen == [(k, 6) for k in range(1, 7)]
+    assert sorted(seen) == list(range(6))
+    for place, made in alone.made.items():
+        for name, series in made.series.items():
+            assert np.array_equal(series, spread.made[place].series[name])
 
 
 def test_an_interrupt_ends_a_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     loaded, scene = load_study(study(tmp_path))
     interrupted = run(scene, end=1e-4)
     interrupted.status = "interrupted"
-    monkeypatch.setattr("wsph.study.runs.run", lambda *_, **__: interrupted)
+    monkeypatch.setattr("wsph.study.rows.run", lambda *_, **__: interrupted)
     with pytest.raises(KeyboardInterrupt):
         run_study(loaded, scene, tmp_path)
 
@@ -154,7 +162,7 @@ def test_a_reference_at_fault_is_named_before_anything_runs(tmp_path: Path, each
     content, message = REFERENCES[each]
     if content is not None:
         (tmp_path / "r.csv").write_text(content)
-    monkeypatch.setattr("wsph.study.runs.run", lambda *_, **__: pytest.fail("a run was made"))
+    monkeypatch.setattr("wsph.study.rows.run", lambda *_, **__: pytest.fail("a run was made"))
     assert main(["study", str(study(tmp_path, BAR)), "-o", str(tmp_path / "out")]) == 2
     assert re.search(message, capsys.readouterr().err)
     assert not (tmp_path / "out").exists()
@@ -198,21 +206,35 @@ def test_a_study_is_never_written_over_and_goes_on(tmp_path: Path, capsys: pytes
             raise KeyboardInterrupt
         return run(scene, **keys)
 
-    monkeypatch.setattr("wsph.study.runs.run", counted)
+    monkeypatch.setattr("wsph.study.rows.run", counted)
     again = ["study", str(path), "-o", str(out), "--workers", "1"]
     assert main(again) == 130
     assert f"interrupted; rows that are complete are in {out}: go on with --resume" in capsys.readouterr().err
     assert len(json.loads((out / "study.json").read_text())["rows"]) == 3
     assert main(again) == 2
-    assert "holds files already; choose another folder with -o, or give --overwrite" in capsys.readouterr().err
+    assert (
+        "holds files already; go on from what it holds with --resume, choose another folder with -o, or give --overwrite"
+        in capsys.readouterr().err
+    )
     made[:] = [0.0] * 4
     assert main([*again, "--resume"]) == 0
     assert made[4:] == [0.5, 1.0, 1.5]
     rows = json.loads((out / "study.json").read_text())["rows"]
     assert [row["status"] for row in rows] == ["completed", "completed", "refused"] * 2
-    path.write_text(TEXT.replace("norm = 1", "norm = 2"))
+    path.write_text(TEXT.replace("1.0, 1.5", "1.0, 1.5, 0.9"))
     assert main([*again, "--resume"]) == 0
-    assert made[7:] == [0.5, 1.0, 1.5] * 2
+    assert made[7:] == [0.9, 0.9]
+    path.write_text(TEXT.replace("norm = 1", "norm = 2"))
+    assert main([*again, "--resume"]) == 2
+    assert "row 'narrow: run.cfl = 0.5' was made with another answer: give --overwrite" in capsys.readouterr().err
+    path.write_text(TEXT.replace("run.support", "run.seed").replace("1.8", "2"))
+    assert main([*again, "--resume"]) == 2
+    assert "row 'wide: run.cfl = 0.5' was made with another scene" in capsys.readouterr().err
+    path.write_text(TEXT)
+    for series in (out / "series").glob("*.npz"):
+        series.unlink()
+    assert main([*again, "--resume"]) == 0
+    assert sorted(made[9:]) == [0.5, 0.5, 1.0, 1.0]
     with pytest.raises(SystemExit):
         main([*again, "--resume", "--overwrite"])
     assert main(["study", str(path), "-o", str(tmp_path / "new"), "--resume"]) == 2
@@ -229,10 +251,10 @@ def test_a_row_is_of_the_mesh_that_its_file_held(tmp_path: Path) -> None:
     body = {"name": "b", "mesh": {"file": str(path)}, "state": "strain", "material": scenes.material()}
     scene = Scene(schema=1, dim=2, run={"integrator": "leapfrog", "end": 1.0, "cfl": 0.3}, bodies=[body])
     one = Study.model_validate({"schema": 1, "scene": "scene.toml", "variants": [{"name": "a"}]})
-    found: list[list[str]] = []
+    found: list[str] = []
     for size in (1.0, 1.0, 1.1):
         write(path, size * nodes, quad=around(corners))
-        found.append(digests(one, scene, tmp_path))
+        found.append(facts(one, scene, tmp_path)[0].scene)
     assert found[0] == found[1]
     assert found[0] != found[2]
 

@@ -37,14 +37,38 @@ def start_warp() -> None:
 
 
 def pick_device(name: str) -> str:
-    """The Warp device that a scene means; "auto" is the first GPU, or else the CPU. Raises Refused where there is none."""
+    """The Warp device that a scene means; "auto" is the first GPU, or else the CPU, "cuda" the first GPU. Raises Refused
+    where there is none."""
     start_warp()
     if name == "auto":
         return "cuda:0" if wp.is_cuda_available() else "cpu"
     known = [str(d) for d in wp.get_devices()]
-    if name not in known:
-        raise Refused(f"run.device: there is no {name!r} on this machine; there is {', '.join(known)}")
-    return name
+    chosen = "cuda:0" if name == "cuda" else name
+    if chosen not in known:
+        auto = '; "auto" takes a GPU where there is one' if name == "cuda" else ""
+        raise Refused(f"run.device: there is no {name!r} on this machine; there is {', '.join(known)}{auto}")
+    return chosen
+
+
+def devices() -> dict[str, str]:
+    """Every device that a scene can name, and what it is."""
+    start_warp()
+    found: dict[str, str] = {}
+    for device in wp.get_devices():
+        name, called = str(device), str(device.name)  # pyright: ignore[reportUnknownMemberType, reportUnknownArgumentType]
+        free, _ = free_memory(name)
+        memory = f", {free / 1e9:.3g} GB free" if free is not None else ""
+        found[name] = f"({called or 'the host'}{memory})"
+    return found
+
+
+def kernel_cache() -> tuple[Path, int, int]:
+    """The folder that compiled kernels are kept in, its size [bytes], and the modules in it."""
+    start_warp()
+    folder = Path(str(wp.config.kernel_cache_dir))
+    modules = [each for each in folder.iterdir() if each.is_dir()] if folder.is_dir() else []
+    size = sum(file.stat().st_size for module in modules for file in module.rglob("*") if file.is_file())
+    return folder, size, len(modules)
 
 
 def free_memory(device: str) -> tuple[float | None, float | None]:

@@ -11,6 +11,7 @@ from typing import cast, overload
 import numpy as np
 import warp as wp
 
+from wsph.backend.arrays import put
 from wsph.backend.space import Array, Space
 
 
@@ -200,7 +201,5 @@ class State:
 
     def write(self, name: str, values: np.ndarray) -> None:
         """Set a field from (n, width) nondimensional values."""
-        (buffer, start), width, n = self._place(name), self.widths[name], self.counts[name]
-        everything = buffer.numpy().copy()
-        everything[start : start + n * width] = np.asarray(values, self.space.numpy).reshape(-1)
-        buffer.assign(everything)
+        (buffer, start), size = self._place(name), self.counts[name] * self.widths[name]
+        put(buffer[start : start + size], np.asarray(values, self.space.numpy).reshape(-1))

@@ -53,6 +53,22 @@ def in_plane(space: Space) -> wp.Function:
 
 
 @cache
+def embedded(space: Space) -> wp.Function:
+    """Warp function dim x dim -> 3x3, zero elsewhere."""
+    mat, tensor, dim = space.mat, space.tensor, space.dim
+
+    @wp.func
+    def embed(L: mat) -> tensor:
+        full = tensor()
+        for i in range(wp.static(dim)):
+            for j in range(wp.static(dim)):
+                full[i, j] = L[i, j]
+        return full
+
+    return embed
+
+
+@cache
 def _circle(space: Space) -> wp.Function:
     """Warp function symmetric 2 x 2 -> middle, half the difference of the normals, and radius of Mohr's circle."""
     real, mat = space.scalar, space.mat

@@ -9,6 +9,7 @@ it has all the corners of no side and of no cell.
 # pyright: strict
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import prod
 
 import numpy as np
@@ -18,7 +19,7 @@ from wsph.boundary.programs.prescribed import Moved, same
 from wsph.boundary.programs.windows import Windowed, meet
 from wsph.errors import Fault, SceneError
 from wsph.geometry.geometry import Geometry
-from wsph.geometry.lattice import Lattice
+from wsph.geometry.lattice import Lattice, on_grid
 
 
 @dataclass(frozen=True)
@@ -32,16 +33,19 @@ class Claims:
     """What the entries of a scene prescribe to a body so far."""
 
     def __init__(self, geometry: Geometry, *, at_nodes: bool):
-        self._geometry = geometry
+        self._geometry, self._at_nodes = geometry, at_nodes
         self._claims: dict[tuple[str, int], list[_Claim]] = {}
-        if not isinstance(geometry, Lattice):
-            return
-        nodes = np.rint(geometry.index).astype(int)
-        index = nodes if at_nodes else nodes[geometry.corners].min(1)
+
+    @cached_property
+    def _grid(self) -> tuple[np.ndarray, np.ndarray]:
+        """Where the particles are in a grid that has been numbered, (n,), and the steps (dim,) along its axes there."""
+        lattice = on_grid(self._geometry)
+        nodes = np.rint(lattice.index).astype(int)
+        index = nodes if self._at_nodes else nodes[lattice.corners].min(1)
         index = index - index.min(0) + 1
         wide: list[int] = (index.max(0) + 2).tolist()
-        self._steps = np.array([prod(wide[axis + 1 :]) for axis in range(len(wide))])
-        self._place = index @ self._steps
+        steps = np.array([prod(wide[axis + 1 :]) for axis in range(len(wide))])
+        return index @ steps, steps
 
     def take(self, name: str, component: int, particles: np.ndarray, value: Moved, key: str) -> None:
         """Note that the entry at `key` prescribes a component of a field. Raises SceneError where another says otherwise."""
@@ -78,10 +82,9 @@ class Claims:
 
     def _spanned(self, chosen: np.ndarray, at: np.ndarray) -> np.ndarray:
         """How many directions of the grid some chosen particles span beside each of `at`, (len(at),)."""
-        there = self._place[chosen]
-        beside = [
-            np.isin(self._place[at] + step, there) | np.isin(self._place[at] - step, there) for step in self._steps
-        ]
+        place, steps = self._grid
+        there = place[chosen]
+        beside = [np.isin(place[at] + step, there) | np.isin(place[at] - step, there) for step in steps]
         return np.sum(beside, axis=0)
 
 

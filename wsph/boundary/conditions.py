@@ -82,11 +82,13 @@ class Conditions:
         return mask
 
     def free(self, count: int, dim: int, time: float | None = None) -> np.ndarray:
-        """1 where a component of the velocity of a particle is free in some step of the run, or at a `time` [s], 0 where it
-        is prescribed, (count dim,)."""
-        free = np.ones((count, dim))
+        """Whether a component of the velocity of a particle is free in some step of the run, or at a `time` [s], or it is
+        prescribed, (count dim,) bool."""
+        free = np.ones((count, dim), bool)
         for (_, component), values in self.entries.items():
-            free[[particle for particle, value in values.items() if holds(value, time)], component] = 0.0
+            # Many particles share few values.
+            held = {key: holds(value, time) for key, value in {id(value): value for value in values.values()}.items()}
+            free[[particle for particle, value in values.items() if held[id(value)]], component] = False
         return free.ravel()
 
     def put(self, name: str, component: int, particles: np.ndarray, value: Moved, owner: int = -1) -> None:

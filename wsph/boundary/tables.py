@@ -10,12 +10,15 @@ from pydantic.fields import FieldInfo
 from wsph.boundary.loads.acting import Load
 from wsph.boundary.loads.table import LOADS
 from wsph.boundary.programs.functions import Function
+from wsph.declarations import Also, Choice, Measured, example
 from wsph.expressions import Expression
 from wsph.quantities import Model, Strings, Value, file_name
 
+FACES = ("-x", "+x", "-y", "+y", "-z", "+z")
+
 
 def _face(value: str) -> str:
-    if value not in ("-x", "+x", "-y", "+y", "-z", "+z"):
+    if value not in FACES:
         raise ValueError(f"{value!r} is no face; write -x, +x, -y, ...")
     return value
 
@@ -26,30 +29,37 @@ class _Selection(Model):
     name: Annotated[str, AfterValidator(file_name)] | None = None
     body: str
     where: str | None = None
-    face: Annotated[str, AfterValidator(_face)] | None = None
+    face: Annotated[str, AfterValidator(_face), Choice(FACES)] | None = None
     patch: Annotated[str, Field(min_length=1)] | None = None
-    velocity: dict[str, Value] = {}
-    displacement: dict[str, Value] = {}
-    acceleration: dict[str, Value] = {}
+    velocity: dict[str, Annotated[Value, Measured("m/s")]] = {}
+    displacement: dict[str, Annotated[Value, Measured("m")]] = {}
+    acceleration: dict[str, Annotated[Value, Measured("m/s2")]] = {}
     fixed: Strings = ()
     symmetry: Literal["x", "y", "z"] | None = None
-    stress: dict[str, Value] = {}
-    traction: dict[str, Value] = {}
-    normal: Value | None = None
-    periodic: Annotated[str, AfterValidator(_face)] | None = None
+    stress: dict[str, Annotated[Value, Measured("Pa")]] = {}
+    traction: dict[str, Annotated[Value, Measured("Pa")]] = {}
+    normal: Annotated[Value, Measured("m/s")] | None = None
+    periodic: Annotated[str, AfterValidator(_face), Choice(FACES)] | None = None
     steps: Strings = ()
+
+
+def _key_of(load: type[Load]) -> object:
+    """The type of a load's key: its table, or what stands for one."""
+    return Annotated[load | None, Also(*load.shorthand)]
 
 
 if TYPE_CHECKING:
     _WithLoads = _Selection
 else:
     _WithLoads = create_model(
-        "_WithLoads", __base__=_Selection, **{key: (load | None, None) for key, load in LOADS.items()}
+        "_WithLoads", __base__=_Selection, **{key: (_key_of(load), None) for key, load in LOADS.items()}
     )
 
 
 class Boundary(_WithLoads):
     """Prescribed values on a face, a patch with a name, or on the particles that `where` selects."""
+
+    model_config = example({"body": "bar", "face": "-x", "fixed": ["x", "y"]})
 
     @model_validator(mode="after")
     def _complete(self) -> "Boundary":
@@ -96,7 +106,7 @@ def add_load(load: type[Load], *scenes: type[BaseModel]) -> None:
     """Give boundaries the key of a load that has joined `LOADS` after they were defined; `scenes` are the models that hold
     boundaries."""
     LOADS[load.key] = load
-    Boundary.__pydantic_fields__[load.key] = FieldInfo.from_annotated_attribute(cast(type, load | None), None)
+    Boundary.__pydantic_fields__[load.key] = FieldInfo.from_annotated_attribute(cast(type, _key_of(load)), None)
     for model in (Boundary, *scenes):
         model.model_rebuild(force=True)
 

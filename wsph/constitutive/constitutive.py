@@ -47,11 +47,18 @@ def _refuse_what_is_not_applied(material: Material, who: str) -> None:
         raise Refused(f"{who} names an internal {sorted(taken)[0]!r}, which is a field of every body")
 
 
+def _largest_modulus(dim: int, wave: float, shear: float) -> float:
+    """The largest stiffness of an isotropic material at rest, of the same deformation along all axes or of shear, from the
+    moduli of its longitudinal and its shear waves."""
+    return max(dim * wave - 2.0 * (dim - 1) * shear, 2.0 * shear if dim > 1 else 0.0)
+
+
 class Constitutive:
     """A material in a stress state, ready for kernels.
 
-    `params` (struct of inner, nondimensional numbers), `density`, `internals` (name -> initial value, the dissipation
-    included where the law relaxes, and what else is kept of a body that moves), and the Warp functions of `laws`.
+    `params` (struct of inner, nondimensional numbers), `density`, `largest_modulus` (against any deformation of size one),
+    `internals` (name -> initial value, the dissipation included where the law relaxes, and what else is kept of a body that
+    moves), and the Warp functions of `laws`.
     """
 
     def __init__(
@@ -83,6 +90,8 @@ class Constitutive:
             value = getattr(material, name) if value is None else value
             setattr(self.params, name, space.scalar(value / scales.of(unit)))
         self.density = material.density / scales.density
+        wave = self.density * (self.wave_speed / scales.velocity) ** 2
+        self.largest_modulus = _largest_modulus(space.dim, wave, shear / scales.of("Pa"))
 
     @property
     def flow(self) -> tuple[int, float] | None:

@@ -11,6 +11,7 @@ from functools import cache
 import warp as wp
 
 from wsph.backend.space import Space
+from wsph.backend.tensors import in_plane
 from wsph.constitutive.kept import Kept
 from wsph.constitutive.stress_state import StressState, packing, unit_normal
 from wsph.errors import PluginError
@@ -155,8 +156,8 @@ def total_laws(space: Space, material: object, state: StressState, Params: type)
     law = material.stress(space, Params)
     if not isinstance(law, wp.Function) or len(inspect.signature(law.func).parameters) != 2:
         raise PluginError(f"{type(material).__name__}.stress gave no law of two arguments; expected {TOTAL_SIGNATURE}")
-    real, tensor, mat, dim = space.scalar, space.tensor, space.mat, space.dim
-    (unpack, pack), whole = packing(space, state), _whole_gradient(space, law, state, Params)
+    real, tensor, mat = space.scalar, space.tensor, space.mat
+    (unpack, pack), whole, plane = packing(space, state), _whole_gradient(space, law, state, Params), in_plane(space)
     linear, packed = linear_energy(space, Params), space.vector(len(state.components))
     # A law may give its first Piola stress itself: that is what forces take, and cheaper than there and back.
     direct = gives(material, "piola")
@@ -176,14 +177,6 @@ def total_laws(space: Space, material: object, state: StressState, Params: type)
         return cauchy, piola
 
     @wp.func
-    def plane(piola: tensor) -> mat:
-        P = mat()
-        for i in range(wp.static(dim)):
-            for j in range(wp.static(dim)):
-                P[i, j] = piola[i, j]
-        return P
-
-    @wp.func
     def total(p: Params, h: mat):
         cauchy, piola = answer(p, whole(p, h))
         return pack(cauchy), plane(piola)
@@ -197,6 +190,8 @@ def total_laws(space: Space, material: object, state: StressState, Params: type)
         return pack(cauchy + more * wp.transpose(F) / wp.determinant(F)), plane(piola + more)
 
     found = {"total": total, "total_about": total_about}
+    if not state.free:
+        found["answer"] = answer
     if gives(material, "energy"):
         density = material.energy(space, Params)
 

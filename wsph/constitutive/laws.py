@@ -25,6 +25,7 @@ from functools import cache, lru_cache
 import warp as wp
 
 from wsph.backend.space import Space
+from wsph.backend.tensors import embedded
 from wsph.constitutive.face_return import face_return
 from wsph.constitutive.free_normals import free_rate, linear_energy, projection, total_laws
 from wsph.constitutive.kept import Kept
@@ -67,6 +68,7 @@ class Laws:
                                                                kk is to stay what it is, its normal strain free
     total(p, H) -> (stress, first Piola stress dim x dim)      of a total law, static free normals at zero stress;
                                                                None: the law is a rate
+    answer(p, H) -> (Cauchy, first Piola stress), all 3x3      the same of the whole gradient, where no normal is free
     total_energy(p, H) -> energy per reference volume          where a total law gives it
     total_about(p, H, S), total_energy_about(p, H, S)          the same about an initial stress S, packed
 
@@ -90,6 +92,7 @@ class Laws:
     project: wp.Function | None = None
     project_face: wp.Function | None = None
     total: wp.Function | None = None
+    answer: wp.Function | None = None
     total_energy: wp.Function | None = None
     total_about: wp.Function | None = None
     total_energy_about: wp.Function | None = None
@@ -154,22 +157,6 @@ def _dissipation(space: Space, Params: type) -> wp.Function:
         return -(deviatoric / (real(2.0) * p.elastic_shear) + mean * mean_rate / p.elastic_bulk)
 
     return dissipation
-
-
-@cache
-def _embedding(space: Space) -> wp.Function:
-    """Warp function dim x dim -> 3x3, zero elsewhere."""
-    mat, tensor, dim = space.mat, space.tensor, space.dim
-
-    @wp.func
-    def embed(L: mat) -> tensor:
-        full = tensor()
-        for i in range(wp.static(dim)):
-            for j in range(wp.static(dim)):
-                full[i, j] = L[i, j]
-        return full
-
-    return embed
 
 
 def _stored(space: Space, Params: type, state: StressState) -> wp.Function:
@@ -252,7 +239,7 @@ def _thinning_law(
 def _parted(space: Space, turned: bool) -> tuple[wp.Function, wp.Function]:
     """Warp functions: velocity gradient dim x dim -> 3x3, as the law sees it: the symmetric part where the stress is turned
     for it; and (stress, velocity gradient) -> the stress rate of the turn."""
-    mat, tensor, real, embed = space.mat, space.tensor, space.scalar, _embedding(space)
+    mat, tensor, real, embed = space.mat, space.tensor, space.scalar, embedded(space)
 
     @wp.func
     def seen(L: mat) -> tensor:

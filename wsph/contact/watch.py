@@ -152,7 +152,7 @@ class _Watched:
     def __init__(self, run: WatchedBody):
         system = run.system
         self._run = run
-        self.solid = solid_of(system.geometry, at_nodes=len(system.position) != len(system.geometry.cells))
+        self.solid = solid_of(system.geometry, at_nodes=len(system.position) != len(system.geometry.cell_volume))
         self._low, self._high = system.position.min(0), system.position.max(0)
         self._extents: Array = wp.zeros((blocks(system.count), 12), dtype=wp.float64, device=system.device)
 

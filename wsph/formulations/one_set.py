@@ -143,6 +143,7 @@ class OneSetSystem(System):
         """
         self.rates.rate(state, out, part, ahead)
         if part != "rest":
+            self.evaluations += 1
             self._seam.join(out, self.clock)
         if part != "velocity":
             for attached in self.attached.values():
@@ -275,16 +276,16 @@ class OneSetSystem(System):
     def point_volume(self) -> np.ndarray:
         return self.placement.point_volume
 
-    @property
+    @cached_property
     def free_components(self) -> np.ndarray:
-        """1 where a component of the velocity is free in some step of the run, 0 where it is prescribed, (n dim,)."""
+        """Whether a component of the velocity is free in some step of the run, or prescribed, (n dim,) bool."""
         return self.conditions.free(self.count, self.space.dim)
 
     def project_free(self, velocity: np.ndarray, time: float | None = None) -> np.ndarray:
         """Velocities (n dim,), times the roots of masses, without what is prescribed of them, in the whole run or at a
         `time` [s], by components and along faces' own normals, and without what parts particles that are one."""
-        free = velocity * self.conditions.free(self.count, self.space.dim, time)
-        return self._seam.project(self._prescribed.slides.project(free))
+        free = self.free_components if time is None else self.conditions.free(self.count, self.space.dim, time)
+        return self._seam.project(self._prescribed.slides.project(velocity * free))
 
     @property
     def drags(self) -> bool:

@@ -13,7 +13,7 @@ from wsph.backend.space import Array
 from wsph.backend.state import State
 from wsph.constitutive.constitutive import Constitutive
 from wsph.geometry.geometry import Geometry
-from wsph.output.fields import ON_SURFACES
+from wsph.output.fields import DEFORMATION, ON_SURFACES
 from wsph.plugins.traits import internal_units
 from wsph.sph.averages import Averages
 from wsph.units import Scales
@@ -120,6 +120,8 @@ class Reading:
             if not field.hidden:
                 scale = _scale(field.unit, system.scales)
                 found[field.name] = Field(field.name, field.width, field.unit, scale, field.name, 0, field.bounded)
+        if DEFORMATION in system.state.layout:
+            found[DEFORMATION] = Field(DEFORMATION, system.state.layout[DEFORMATION], "", 1.0, DEFORMATION)
         places = {name: k for k, name in enumerate(constitutive.internals)}
         for name, unit in internal_units(constitutive.material).items():
             found[name] = Field(name, 1, unit, constitutive.internal_scales[name], "internals", places[name], True)
@@ -197,6 +199,12 @@ class Reading:
     def where(self, name: str) -> np.ndarray:
         """Where a field of the state stands in the reference configuration, (m, dim) [m]."""
         return self._system.geometry.cells if self.apart(name) else self._system.position
+
+    def volumes(self, name: str) -> np.ndarray:
+        """The volumes of the places where a field of the state stands, (m,) [m^dim]."""
+        geometry, position = self._system.geometry, self._system.position
+        at_nodes = not self.apart(name) and np.array_equal(position, geometry.nodes)
+        return geometry.node_volume if at_nodes else geometry.cell_volume
 
     def at_places(self, places: np.ndarray, name: str) -> list[Averages]:
         """How to read the components of a field at some of the places where it stands, (m,): of particles as frames do, of

@@ -77,6 +77,8 @@ class System:
     force_work: ForceWork
     response: Response | None = None
     """The answer of a point in place of its law, or None."""
+    evaluations = 0
+    """Rates of velocities asked for so far."""
     breaks = False
     """Whether the body can break."""
     total = False

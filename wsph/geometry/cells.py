@@ -1,12 +1,30 @@
-"""Volumes, edges and areas of cells from their corners."""
+"""Cells: volumes, edges and areas from their corners, and those that are boxes of a grid."""
 
 # pyright: strict
 
+from dataclasses import dataclass
 from itertools import combinations, product
 
 import numpy as np
 
 from wsph.units import rounded
+
+
+@dataclass(frozen=True)
+class Boxes:
+    """The first cells of a body, boxes of a grid in its order, its last axis fastest: `corners` (b, 2^dim) node ids in the
+    order of `itertools.product` of 0 and 1 along the axes; `index` (n, dim), where the body's first nodes are in the grid,
+    those of all boxes among them; the grid's `step` (dim,) [m] and `axes`, columns (dim, dim)."""
+
+    corners: np.ndarray
+    index: np.ndarray
+    step: np.ndarray
+    axes: np.ndarray
+
+    def steps(self, length: float) -> np.ndarray:
+        """The grid's steps (dim,) in units of `length` [m], exactly one where they are that."""
+        steps = self.step / length
+        return np.where(np.abs(steps - 1.0) < 1e-6, 1.0, steps)
 
 
 def edge_ends(offsets: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:

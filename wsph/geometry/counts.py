@@ -8,13 +8,10 @@ from itertools import combinations, product
 import numpy as np
 
 from wsph.geometry.fitted.planning import on_grid_lines
-from wsph.geometry.grid import Grid, plan
+from wsph.geometry.grid import cells_in, plan
 from wsph.geometry.shapes.box import Box
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import Rotation
-
-CHUNK = 2**19
-"""Cells that are looked at once."""
 
 
 def cells_along(
@@ -45,7 +42,7 @@ def lattice_counts(
     grid = plan(shape, spacing, lattice_rotate, fitted=fitted)
     if isinstance(shape, Box) and lattice_rotate == 0.0:
         return block_counts(tuple(grid.count.tolist()))
-    inside, dim = _inside(shape, grid), len(grid.count)
+    inside, dim = cells_in(shape, grid), len(grid.count)
     found = [float(_nodes(inside)), float(inside.sum())]
     for steps in range(1, dim + 1):
         ways = [way for way in product((-1, 0, 1), repeat=dim) if np.count_nonzero(way) == steps and way > (0,) * dim]
@@ -76,7 +73,7 @@ def line_segments(
     grid = plan(shape, spacing, lattice_rotate, fitted=fitted)
     if isinstance(shape, Box) and lattice_rotate == 0.0:
         return block_segments(tuple(grid.count.tolist()), width)
-    inside = _inside(shape, grid)
+    inside = cells_in(shape, grid)
     lines = np.zeros([*(n + 1 for n in inside.shape[:-1]), inside.shape[-1]], bool)
     for corner in product((0, 1), repeat=inside.ndim - 1):
         lines[tuple(slice(k, k + n) for k, n in zip(corner, inside.shape[:-1], strict=True))] |= inside
@@ -93,17 +90,6 @@ def _segments(lines: np.ndarray, width: int) -> int:
     """Segments of lines along the last axis that have anything in them."""
     starts = np.arange(0, lines.shape[-1], width)
     return int(np.count_nonzero(np.logical_or.reduceat(lines, starts, axis=-1)))
-
-
-def _inside(shape: Shape, grid: Grid) -> np.ndarray:
-    """Which cells of a grid lie in a shape, of the grid's shape, bool."""
-    count = tuple(grid.count.tolist())
-    cells = np.zeros(int(np.prod(grid.count)), bool)
-    for first in range(0, len(cells), CHUNK):
-        number = np.arange(first, min(first + CHUNK, len(cells)))
-        index = np.stack(np.unravel_index(number, count), 1)
-        cells[number] = shape.contains(grid.points(index + 0.5))
-    return cells.reshape(count)
 
 
 def _apart(inside: np.ndarray, way: tuple[int, ...]) -> int:

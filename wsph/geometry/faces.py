@@ -80,19 +80,21 @@ class Faces:
         return {name: float(area[k]) for k, name in enumerate(FACES) if area[k] > 0.0}
 
 
-def find_faces(inside: np.ndarray, cut: np.ndarray, index: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Cell, axis, sign of every cell face with no neighbour behind it, and whether it is not the side of a cut."""
+def find_faces(inside: np.ndarray, cut: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Cell, axis, sign of every cell face with no neighbour behind it, and whether it is not the side of a cut. `inside`
+    says which cells of a grid there are, `cut` [axis, lower cell] which of its faces are cut."""
     rows: list[tuple[np.ndarray, ...]] = []
-    padded = np.pad(inside, 1)
     for axis in range(inside.ndim):
+        # What is below and above, of cells along the axis.
+        last = inside.shape[axis] - 1
+        lower, upper = (slice(None),) * axis + (slice(0, last),), (slice(None),) * axis + (slice(1, None),)
         for sign in (-1, 1):
-            beside = index + 1
-            beside[:, axis] += sign
-            whole = ~padded[tuple(beside.T)]
-            lower = index.copy()
-            lower[:, axis] -= sign < 0
-            parted = cut[axis][tuple(lower.T)] & (lower[:, axis] >= 0)
-            cell = np.flatnonzero(whole | parted)
+            here, there = (upper, lower) if sign < 0 else (lower, upper)
+            alone, parted = np.ones_like(inside), np.zeros_like(inside)
+            alone[here] = ~inside[there]
+            parted[here] = cut[axis][lower]
+            whole = alone[inside]
+            cell = np.flatnonzero(whole | parted[inside])
             rows.append((cell, np.full(len(cell), axis), np.full(len(cell), sign), whole[cell]))
     cell, axis, sign, whole = (np.concatenate(parts) for parts in zip(*rows, strict=True))
     return cell, axis, sign, whole

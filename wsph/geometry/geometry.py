@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wsph.geometry.cells import Boxes
 from wsph.geometry.cracks import Crack
 from wsph.geometry.faces import Faces
 from wsph.geometry.gradients import PointRows
@@ -22,18 +23,22 @@ over a chord h rises by h^2/(8 R), and a radius R has at least two cells."""
 @dataclass(frozen=True)
 class Geometry:
     """A body cut into cells: `nodes` (n, dim) [m], and points that carry the stress, one a cell or, of triangles and
-    tetrahedra, one an edge: their places `cells` (c, dim) [m] and volumes `cell_volume` (c,) [m^dim].
+    tetrahedra, one an edge: their volumes `cell_volume` (c,) [m^dim].
 
     `node_volume` (n,) [m^dim]. `edges` [m]: the shortest edge of a cell of a grid, otherwise that of a cube whose waves
     swing as fast as the fastest of the body's; and the longest edge of a cell.
     """
 
     nodes: np.ndarray
-    cells: np.ndarray
     node_volume: np.ndarray
     cell_volume: np.ndarray
     faces: Faces
     edges: tuple[float, float]
+
+    @property
+    def cells(self) -> np.ndarray:
+        """Places of the points (c, dim) [m]."""
+        raise NotImplementedError
 
     @property
     def spacing(self) -> float:
@@ -64,6 +69,11 @@ class Geometry:
     def cracks(self) -> tuple[Crack, ...]:
         """Cuts from the start."""
         return ()
+
+    @property
+    def boxes(self) -> Boxes | None:
+        """Those of its cells that are alike, if any."""
+        return None
 
     @property
     def rows(self) -> PointRows:

@@ -35,6 +35,13 @@ class PointRows:
         flat = None if slope is None else slope.reshape(-1, slope.shape[2])
         return cls(np.arange(len(corners) + 1) * corners.shape[1], corners.ravel(), flat)
 
+    def since(self, first: int) -> "PointRows":
+        """The rows of the points from `first` on."""
+        start = int(self.offsets[first])
+        slope = None if self.slope is None else self.slope[start:]
+        held = None if self.held is None else self.held[first:]
+        return PointRows(self.offsets[first:] - start, self.indices[start:], slope, held)
+
 
 @dataclass(frozen=True)
 class NodalGradients:

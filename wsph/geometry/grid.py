@@ -6,6 +6,7 @@ A grid stands in its own frame: its lines are at `origin + k * step` along `axes
 
 # pyright: strict
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -16,6 +17,9 @@ from wsph.geometry.shapes.shape import Rotation, rotation_matrix
 
 FIT = 1e-6
 """An edge lies on a line of the grid if it is this near, in cells."""
+
+CHUNK = 2**16
+"""Cells that are looked at at once."""
 
 LOST = 1e-12
 """Spacing over the largest coordinate below which positions have too few digits for it."""
@@ -41,13 +45,27 @@ class Grid:
     def points(self, index: np.ndarray) -> np.ndarray:
         """Positions [m] of grid coordinates (n, dim)."""
         # The last line is the shape's edge to the last bit: an edge divided by its count, not the spacing added up.
-        local = np.where(index == self.count, self.high, self.low + index * self.step)
+        local = np.empty(index.shape)
+        for k, last in enumerate(self.count):  # a column at a time, which takes little more memory than they do
+            of = index[:, k]
+            local[:, k] = np.where(of == last, self.high[k], self.low[k] + of * self.step[k])
         return local if self.upright else self.middle + (local - self.middle) @ self.axes.T
 
     def coordinates(self, points: np.ndarray) -> np.ndarray:
         """Grid coordinates of positions (n, dim) [m]."""
         local = points if self.upright else self.middle + (points - self.middle) @ self.axes
         return (local - self.low) / self.step
+
+
+def cells_in(shape: Shape, grid: Grid) -> np.ndarray:
+    """Which cells of a grid have their middles in a shape, of the grid's shape, bool."""
+    count = tuple(grid.count.tolist())
+    cells = np.zeros(int(np.prod(grid.count)), bool)
+    for first in range(0, len(cells), CHUNK):
+        number = np.arange(first, min(first + CHUNK, len(cells)))
+        index = np.stack(np.unravel_index(number, count), 1)
+        cells[number] = shape.contains(grid.points(index + 0.5))
+    return cells.reshape(count)
 
 
 def plan(
@@ -81,13 +99,36 @@ def plan(
         raise ValueError(
             f"{steps.min():g} m is lost in the rounding of coordinates of {farthest:g} m: move the body to the origin"
         )
-    found = [lines(k, low[k], high[k], float(steps[k]), edges[k]) for k in range(dim)]
+    every = [float(gap) for each in edges for gap in np.diff(each)] if np.size(spacing) == 1 else []
+    found = [lines(k, low[k], high[k], float(steps[k]), edges[k], every) for k in range(dim)]
     first, last, count = (np.array(column) for column in zip(*found, strict=True))
     return Grid(middle, first, last, (last - first) / count, count.astype(int), shape.axes @ turn)
 
 
-def lines(axis: int, low: float, high: float, spacing: float, edges: np.ndarray) -> tuple[float, float, int]:
-    """First and last line along an axis [m], and the number of cells between them."""
+MOST_TRIED = 1000
+"""Numbers of cells that are tried for a spacing that divides all edges."""
+
+
+def _dividing(spacing: float, gaps: list[float]) -> list[float]:
+    """The nearest spacings below and above that divide the first of `gaps`: all of them, where there are such near by."""
+    first, ratio = gaps[0], gaps[0] / spacing
+    finer, coarser = int(np.ceil(ratio)), max(int(np.floor(ratio)), 1)
+    divides = [n for n in range(max(coarser - MOST_TRIED, 1), finer + MOST_TRIED) if _all(first / n, gaps)]
+    below = next((n for n in divides if n >= finer), finer)
+    above = next((n for n in reversed(divides) if n <= coarser), coarser)
+    return sorted({first / below, first / above})
+
+
+def _all(spacing: float, gaps: list[float]) -> bool:
+    ratios = np.array(gaps) / spacing
+    return bool((np.abs(ratios - np.rint(ratios)) <= FIT * np.maximum(ratios, 1.0)).all() and (ratios > 0.5).all())
+
+
+def lines(
+    axis: int, low: float, high: float, spacing: float, edges: np.ndarray, every: Sequence[float] = ()
+) -> tuple[float, float, int]:
+    """First and last line along an axis [m], and the number of cells between them. `every` are the gaps between edges of all
+    axes that one spacing has to divide."""
     if not len(edges):
         if spacing > (1.0 + FIT) * (high - low):
             raise ValueError(f"{spacing:g} m is larger than the shape, which is {high - low:g} m along {'xyz'[axis]}")
@@ -98,7 +139,7 @@ def lines(axis: int, low: float, high: float, spacing: float, edges: np.ndarray)
     for edge in edges[1:]:
         ratio = (edge - anchor) / spacing
         if abs(ratio - np.rint(ratio)) > FIT * max(ratio, 1.0) or ratio < 0.5:
-            fitting = sorted({(edge - anchor) / max(np.floor(ratio), 1), (edge - anchor) / max(np.ceil(ratio), 1)})
+            fitting = _dividing(spacing, [float(edge - anchor), *every])
             whose = "the box's" if len(edges) == 2 else f"what lies between {anchor:g} m and {edge:g} m of the shape's"
             raise ValueError(
                 f"{spacing:g} m does not divide {whose} {'xyz'[axis]} edge of {edge - anchor:g} m; the nearest that do: {' m, '.join(f'{f:.12g}' for f in fitting)} m"

@@ -16,12 +16,12 @@ from itertools import product
 
 import numpy as np
 
-from wsph.geometry.cells import cell_volumes, edge_ends, mapped_cells
+from wsph.geometry.cells import Boxes, cell_volumes, edge_ends, mapped_cells
 from wsph.geometry.cracks import OFF_CENTRE, Crack, cut_faces, part_nodes, parts_cells
 from wsph.geometry.faces import Faces, face_names, face_nodes, find_faces, outermost
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.gradients import PointRows, face_shares, mean_gradients
-from wsph.geometry.grid import Grid, plan
+from wsph.geometry.grid import Grid, cells_in, plan
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import Rotation
 from wsph.geometry.shapes.stair_patches import StairPatches
@@ -29,13 +29,26 @@ from wsph.geometry.shapes.stair_patches import StairPatches
 
 @dataclass(frozen=True)
 class Lattice(Geometry):
-    """A body cut into the cells of a grid: `corners` (c, 2^dim) node ids, `index` (n, dim) the nodes in grid coordinates,
-    jitter included; `cuts` the cracks in grid coordinates; `frame` the grid before any map."""
+    """A body cut into the cells of a grid: `corners` (c, 2^dim) node ids, int32, `index` (n, dim) the nodes in grid
+    coordinates, int32 or, with jitter, float64; `cuts` the cracks in grid coordinates; `frame` the grid before any map."""
 
     frame: Grid
     index: np.ndarray
     corners: np.ndarray
     cuts: tuple[Crack, ...]
+
+    @property
+    def cells(self) -> np.ndarray:
+        return self._cells
+
+    @cached_property
+    def _cells(self) -> np.ndarray:
+        """Means of the corners (c, dim) [m], added up a corner at a time, which takes no more memory than they do."""
+        middles = self.nodes[self.corners[:, 0]]
+        for k in range(1, self.corners.shape[1]):
+            middles += self.nodes[self.corners[:, k]]
+        middles /= self.corners.shape[1]
+        return middles
 
     @property
     def cracks(self) -> tuple[Crack, ...]:
@@ -55,7 +68,7 @@ class Lattice(Geometry):
     @property
     def irregular(self) -> bool:
         """Whether cells differ: by jitter or a map."""
-        return self.mapped or bool((self.index != np.rint(self.index)).any())
+        return self.mapped or (self.index.dtype.kind == "f" and bool((self.index != np.rint(self.index)).any()))
 
     @property
     def sides(self) -> Faces:
@@ -74,6 +87,12 @@ class Lattice(Geometry):
         none = np.full(len(name), -1)
         vector = share[:, :, None] * normal[:, None]
         return replace(self.faces, axis=none, share=share, vector=vector, name=name, last=last)
+
+    @property
+    def boxes(self) -> Boxes | None:
+        if self.irregular:
+            return None
+        return Boxes(self.corners, self.index, self.frame.step, self.frame.axes)
 
     @property
     def rows(self) -> PointRows:
@@ -111,8 +130,7 @@ class Lattice(Geometry):
 
     def steps(self, length: float) -> np.ndarray:
         """The grid's steps (dim,) in units of `length` [m], exactly one where they are that."""
-        steps = self.frame.step / length
-        return np.where(np.abs(steps - 1.0) < 1e-6, 1.0, steps)
+        return Boxes(self.corners, self.index, self.frame.step, self.frame.axes).steps(length)
 
     @property
     def neighbours(self) -> np.ndarray:
@@ -167,22 +185,12 @@ def lattice(
     ValueError where spacing or cracks do not fit, or the map turns a cell inside out.
     """
     dim, grid = shape.dim, plan(shape, spacing, lattice_rotate)
-    count = grid.count
-    index = np.stack(np.meshgrid(*[np.arange(int(n)) for n in count], indexing="ij"), -1).reshape(-1, dim)
-    index = index[shape.contains(grid.points(index + 0.5))]
-    if not len(index):
+    inside, offsets = cells_in(shape, grid), np.array(list(product((0, 1), repeat=dim)))
+    if not inside.any():
         raise ValueError(f"{grid.step.min():g} m leaves no cell inside the shape")
-    inside = np.zeros(tuple(count), bool)
-    inside[tuple(index.T)] = True
-
-    offsets = np.array(list(product((0, 1), repeat=dim)))
-    strides = np.array([int(np.prod(count[k + 1 :] + 1)) for k in range(dim)])
-    flat = ((index[:, None, :] + offsets) * strides).sum(-1)
-    used, corners = np.unique(flat, return_inverse=True)
-    corners = corners.reshape(flat.shape)
-    node_index = (used[:, None] // strides) % (count + 1)
+    index, (corners, node_index) = _places(inside), _corners(inside, offsets)
     cuts = tuple(Crack(*grid.coordinates(np.array(ends, float))) for ends in cracks)
-    cut = np.zeros((dim, *count), bool)
+    cut = np.zeros((dim, *inside.shape), bool)
     for crack in cuts:
         if split:
             cut_faces(crack, cut, shape, grid)
@@ -191,16 +199,17 @@ def lattice(
                 str([round(float(x), 12) for x in end]) for end in grid.points(np.stack([crack.start, crack.end]))
             )
             raise ValueError(f"from and to {ends} part no cells of the body")
-    cell, axis, sign, whole = find_faces(inside, cut, index)
+    cell, axis, sign, whole = find_faces(inside, cut)
     sides = (corners[cell], offsets, axis, sign)
-    shift = np.zeros((len(used), dim))
+    shift = np.zeros((len(node_index) if jitter else 0, dim))
     if jitter:
         shift = np.random.default_rng(seed).uniform(-jitter, jitter, shift.shape)
         for k in range(dim):
             shift[np.unique(face_nodes(*sides)[axis == k]), k] = 0.0
     if cut.any():
-        corners, owner = part_nodes(corners, node_index, inside, cut, index, offsets)
-        node_index, shift = node_index[owner], shift[owner]
+        parted, owner = part_nodes(corners, node_index, inside, cut, index, offsets)
+        corners = parted.astype(np.int32)
+        node_index, shift = node_index[owner], shift[owner] if jitter else shift
     turn = shape.axes.T @ grid.axes
     name, way = face_names(turn, axis, sign), sign[:, None] * np.eye(dim)[axis]
     outer = whole & ~shape.covers(grid.points(index[cell] + 0.5 + way))
@@ -213,7 +222,8 @@ def lattice(
     patches = StairPatches(shape, grid.points(index[cell] + 0.5 + 0.5 * way), outward, float(grid.step.min()))
     faces = Faces(on, cell, axis, sign, share, vector, name, outer, last, patches)
     nodes = grid.points(node_index)
-    cell_volume = np.full(len(index), float(np.prod(grid.step)))
+    # One number for all cells that are alike.
+    cell_volume = np.broadcast_to(float(np.prod(grid.step)), len(index))
     if jitter:
         nodes = nodes + (shift * grid.step) @ grid.axes.T
         cell_volume = cell_volume * cell_volumes((node_index + shift)[corners], offsets)
@@ -224,6 +234,30 @@ def lattice(
     if jitter or map is not None:
         share, vector = face_shares(nodes[faces.nodes], nodes[corners[faces.cell]].mean(1))
         faces = replace(faces, share=share, vector=vector)
-    node_volume = np.bincount(corners.ravel(), np.repeat(cell_volume, 2**dim) / 2**dim, len(nodes))
-    cells = nodes[corners].mean(1)
-    return Lattice(nodes, cells, node_volume, cell_volume, faces, edges, grid, node_index + shift, corners, cuts)
+    node_volume, part = np.zeros(len(nodes)), cell_volume / 2**dim
+    for k in reversed(range(2**dim)):  # the cells of a node in their order
+        node_volume[corners[:, k]] += part
+    placed = node_index + shift if jitter else node_index
+    return Lattice(nodes, node_volume, cell_volume, faces, edges, grid, placed, corners, cuts)
+
+
+def _places(inside: np.ndarray) -> np.ndarray:
+    """Where an array of a grid's shape is true, (n, dim) int32, the last axis fastest."""
+    left = np.flatnonzero(inside)
+    places = np.empty((len(left), inside.ndim), np.int32)
+    for axis in reversed(range(inside.ndim)):
+        left, places[:, axis] = np.divmod(left, inside.shape[axis])
+    return places
+
+
+def _corners(inside: np.ndarray, offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Corners (c, 2^dim) of the cells `inside`, and places (n, dim) in the grid of all that are, in its order; int32."""
+    touched = np.zeros([n + 1 for n in inside.shape], bool)
+    views = [tuple(slice(k, k + n) for k, n in zip(o, inside.shape, strict=True)) for o in offsets.tolist()]
+    for view in views:
+        touched[view] |= inside
+    number = (np.cumsum(touched.ravel(), dtype=np.int32) - np.int32(1)).reshape(touched.shape)
+    corners = np.empty((np.count_nonzero(inside), len(offsets)), np.int32)
+    for k, view in enumerate(views):
+        corners[:, k] = number[view][inside]
+    return corners, _places(touched)

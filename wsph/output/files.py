@@ -85,7 +85,9 @@ def check_content(
     if all(each.name in (LOCK, ROW) for each in folder.iterdir()):
         return
     if not overwrite and not resume:
-        raise OutputError(f"{folder}: holds files already; choose another folder with -o, or give --overwrite")
+        can = is_own(folder) if is_own is not None else any((folder / "checkpoints").glob("*.npz"))
+        on = "go on from what it holds with --resume, " if can else ""
+        raise OutputError(f"{folder}: holds files already; {on}choose another folder with -o, or give --overwrite")
     if not (is_own or _is_a_run)(folder):
         asked = "overwrite does not touch it" if overwrite else "resume finds nothing there"
         raise OutputError(f"{folder}: holds no {'run' if is_own is None else 'study'} of wsph, so --{asked}")

@@ -34,7 +34,7 @@ class OutputFolder:
     ):
         """`formats` by their names; `times`: the frames up to the checkpoint that the run in the folder goes on from; names
         of the `bodies`."""
-        self.folder, self._formats, self._bodies = folder, named(formats), tuple(bodies)
+        self.folder, self.formats, self._bodies = folder, named(formats), tuple(bodies)
         self.times: list[Listed] = [(t, n, list(names)) for t, n, names in times or []]
         listings, suffixes = [each.listing for each in FORMATS], [each.suffix for each in FORMATS]
         try:
@@ -60,11 +60,11 @@ class OutputFolder:
         if cells is not None:
             cells = replace(cells, data={name: _padded(values) for name, values in cells.data.items()})
         frame = Frame(_padded(points), values, float(time), dict(units or {}), self._bodies, cells, positions)
-        for each in self._formats:
+        for each in self.formats:
             path = self.folder / "frames" / f"{stem(len(self.times))}.{each.suffix}"
             write_atomically(path, lambda temporary, each=each: each.write(temporary, frame))
         self.times.append(frame.listed)
-        for each in self._formats:
+        for each in self.formats:
             each.index(self.folder, self.times)
 
     def table(self, name: str, columns: Mapping[str, ArrayLike]) -> None:

@@ -12,8 +12,8 @@ import warp as wp
 from wsph.backend.arrays import Arrays, host
 from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
-from wsph.backend.space import Space
-from wsph.backend.state import Layout, State, fields_struct
+from wsph.backend.space import Space, Struct
+from wsph.backend.state import Layout, fields_struct
 from wsph.parts.part import Attached, Neighbourhood
 from wsph.parts.terms import Points, points_struct
 from wsph.protocols import Entry
@@ -80,17 +80,17 @@ class Fading(Attached):
 
     def __init__(
         self,
-        internal: int,
-        yields: float,
+        flow: tuple[int, float],
         space: Space,
         seen: Neighbourhood,
-        state: State,
+        layout: Layout,
+        fields: Struct,
         clock: Clock,
         arrays: Arrays,
     ):
-        """`internal`: which of the internals is the plastic strain; `yields`: E/sigma_y."""
-        self._space, self._clock, self._state, self._seen = space, clock, state, seen
-        self._internal, self._yields = internal, space.scalar(yields)
+        """`flow`: which of the internals is the plastic strain, and E/sigma_y; `fields`: those of the points of a state."""
+        self._space, self._clock, self._layout, self._fields, self._seen = space, clock, layout, fields, seen
+        self._internal, self._yields = flow[0], space.scalar(flow[1])
         self._rows = rows_of(space, seen.pairs, seen.weight)
         changed: Points = points_struct(space)()
         for name in ("node", "centre", "moment", "volume", "stabilisation"):
@@ -104,7 +104,7 @@ class Fading(Attached):
 
     def advance(self) -> None:
         """Book what the step has set free (a launch)."""
-        seen, state = self._seen, self._state
-        kernel = _advance_kernel(self._space, state.layout, seen.back is not None, self._internal)
-        inputs = [self._yields, self._rows, seen.points, seen.mean, seen.gradient, state.struct]
+        seen = self._seen
+        kernel = _advance_kernel(self._space, self._layout, seen.back is not None, self._internal)
+        inputs = [self._yields, self._rows, seen.points, seen.mean, seen.gradient, self._fields]
         self._clock.launch(kernel, len(self._zeta), inputs, [self._zeta, self._freed])

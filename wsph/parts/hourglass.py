@@ -12,6 +12,7 @@ import warp as wp
 from wsph.backend.pair_loops import element
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
+from wsph.declarations import example
 from wsph.parts.part import Host, Part
 from wsph.parts.terms import PairTerm, answers_struct, points_struct
 from wsph.protocols import Traits
@@ -21,6 +22,7 @@ from wsph.quantities import Unit
 class Hourglass(Part):
     """Hourglass control (Ganzenmueller 2015), in Young's moduli: in place of the residual, unless that is named too."""
 
+    model_config = example({"coefficient": 0.1})
     key: ClassVar[str] = "hourglass"
     holds_modes: ClassVar[bool] = True
     switchable: ClassVar[bool] = True

@@ -37,6 +37,7 @@ from wsph.constitutive.constitutive import Constitutive
 from wsph.constitutive.elastic import elastic_strain
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
+from wsph.declarations import example
 from wsph.errors import Refused
 from wsph.geometry.selection import select
 from wsph.parts.part import Attached, Host, Neighbourhood, Part
@@ -57,6 +58,7 @@ class Links(Part):
     """Virtual links that break: by `criterion`, at `threshold` (a strain, or Pa for principal-stress) or, for
     "energy", at the `fracture_energy` [J/m2]; only between particles that `where` selects, if it is given."""
 
+    model_config = example({"criterion": "energy", "fracture_energy": "100 J/m2"})
     key: ClassVar[str] = "links"
     formal: ClassVar[int] = 1
     breaks: ClassVar[bool] = True

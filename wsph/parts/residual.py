@@ -9,6 +9,7 @@ against what particles remember of it (`wsph.formulations.updated.memory`).
 
 from typing import Annotated, ClassVar
 
+from wsph.declarations import example
 from wsph.parts.part import Host, Part
 from wsph.protocols import Traits
 from wsph.quantities import Unit
@@ -39,6 +40,7 @@ MOVING_FLOW = 0.1
 class Residual(Part):
     """Stiffness against the misfit of a linear field to the displacement differences, in Young's moduli."""
 
+    model_config = example({"coefficient": 0.1})
     key: ClassVar[str] = "residual"
     holds_modes: ClassVar[bool] = True
     switchable: ClassVar[bool] = True

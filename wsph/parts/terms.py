@@ -93,6 +93,15 @@ def points_struct(space: Space) -> type:
     return cast(type, wp.struct(type("Points", (), {"__annotations__": annotations, "__module__": __name__})))
 
 
+def with_share(space: Space, points: Points, share: Array) -> Points:
+    """The struct of `points` with the shares (m,) that a part has reduced."""
+    found: Points = points_struct(space)()
+    for name in ("node", "centre", "moment", "volume", "slope", "back", "stabilisation"):
+        setattr(found, name, getattr(points, name))
+    found.share = share
+    return found
+
+
 @cache
 def answers_struct(space: Space) -> type:
     """Struct of the points' answers to a state, from which forces are computed.

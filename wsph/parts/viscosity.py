@@ -17,6 +17,7 @@ import warp as wp
 from wsph.backend.pair_loops import element
 from wsph.backend.space import Space
 from wsph.backend.state import Field, Layout, fields_struct
+from wsph.declarations import example
 from wsph.errors import Refused
 from wsph.parts.part import Host, Part
 from wsph.parts.terms import PairTerm, RateTerm, answers_struct, points_struct
@@ -31,6 +32,7 @@ class Viscosity(Part):
     momentum; "paper" acts along each particle's own corrected gradient, as it does there, and keeps neither at a
     boundary."""
 
+    model_config = example({"alpha": 0.5, "beta": 0.5})
     key: ClassVar[str] = "viscosity"
     formal: ClassVar[int] = 1
     alpha: Annotated[float, Unit("", ge=0)]

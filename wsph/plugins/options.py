@@ -8,7 +8,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from wsph.errors import Fault, PluginError
+from wsph.errors import Fault, PluginError, SceneError
 from wsph.plugins import registry
 from wsph.plugins.traits import declaration_faults
 from wsph.units import quantity
@@ -56,6 +56,24 @@ def build(group: str, name: str, options: Mapping[str, object], key: str, name_k
         Fault(0, f"{key}.{name_key}", f"{name!r} from {registry.origin(group, name)}: {words}") for words in wrong
     ]
     return (None if faults else made), faults
+
+
+def keys_of(group: str, plugin: object) -> dict[str, object]:
+    """The keys by which a scene has a plugin's dataclass: its fields, as numbers in SI units. Raises PluginError where it is
+    no plugin."""
+    if not dataclasses.is_dataclass(plugin) or isinstance(plugin, type):
+        raise PluginError(f"{plugin!r} is no object of a plugin's dataclass")
+    named = registry.name_of(group, type(plugin))
+    return {"model": named, **{f.name: getattr(plugin, f.name) for f in dataclasses.fields(plugin) if f.init}}
+
+
+def material(name: str, /, **fields: object) -> object:
+    """A material by its registered name, its fields as numbers in SI units or with units of their own, "210 GPa". Raises
+    SceneError with every fault. Its class, which says what it is, is that of the plugin."""
+    made, faults = build("materials", name, fields, name, "model")
+    if faults:
+        raise SceneError("material", faults)
+    return made
 
 
 def _checked(value: object, field: dataclasses.Field[Any]) -> object:

@@ -135,6 +135,15 @@ def load(group: str, name: str, installed: Callable[..., metadata.EntryPoints] =
     return plugin
 
 
+def name_of(group: str, plugin: type) -> str:
+    """The name that a plugin's class is registered under. Raises PluginError where it is not."""
+    target = f"{plugin.__module__}:{plugin.__qualname__}"
+    for entry in entries(group):
+        if entry.target == target:
+            return entry.name
+    raise PluginError(f"{target} is not registered in {GROUPS[group]}: its distribution has no entry point for it")
+
+
 def origin(group: str, name: str) -> str:
     """ "distribution version" of a registered name, for error messages and summaries."""
     entry = find(group, name)

@@ -24,7 +24,8 @@ from wsph.plugins.traits import internal_units
 from wsph.quantities import Table, Value, is_sequence, is_table
 from wsph.scene.messages import nearest
 from wsph.scene.numbers import NUMBERS
-from wsph.scene.tables import Body, Boundary, Probe, SceneTables
+from wsph.scene.probes import Probe
+from wsph.scene.tables import Body, Boundary, SceneTables
 
 MOST_CELLS = 2**31 // 64
 """Cells of a body: with 64 neighbours each their pairs fill a 32-bit index."""
@@ -300,10 +301,13 @@ def _rate_fault(scene: SceneTables, value: Value, key: str) -> Iterator[Fault]:
 def _probe_faults(scene: SceneTables, probe: Probe, key: str) -> Iterator[Fault]:
     if probe.where is not None:
         yield from _where_faults(scene, probe.where, f"{key}.where")
-    for point in probe.at or ():
+    if probe.line is not None and len(probe.line.start) != len(probe.line.end):
+        yield Fault(0, f"{key}.line", f"from has {len(probe.line.start)} coordinates and to {len(probe.line.end)}")
+    for point in probe.points or ():
         if len(point) != scene.dim:
             text = f"{list(point)} has {len(point)} coordinates in a scene of dim = {scene.dim}"
-            yield Fault(0, f"{key}.at", text)
+            yield Fault(0, f"{key}.{'at' if probe.line is None else 'line'}", text)
+            break
 
 
 def _where_faults(scene: SceneTables, text: str, key: str) -> Iterator[Fault]:
@@ -351,6 +355,8 @@ def _field_faults(scene: SceneTables) -> Iterator[Fault]:
         internals += internal_units(material)
     offered = [name for body in scene.bodies for part in body.parts.values() for name in part.offers]
     names = known(internals, scene.dim, dict.fromkeys(offered))
+    yield from _formula_faults(scene, names)
+    names += list(scene.fields)
     wanted = [("output.fields", scene.output.fields, names)]
     touched = bool(scene.tools) or any(contact.law != "pinball" for contact in scene.contact)
     probed = [name for name in names if name not in (*ALWAYS, *ON_SURFACES)]
@@ -370,13 +376,25 @@ def _field_faults(scene: SceneTables) -> Iterator[Fault]:
                 )
             elif name in listed[:k]:
                 yield Fault(0, key, f"{name!r} is named twice")
-    for k, probe in enumerate(scene.probes):
-        nonlinear = ("von_mises", "pressure", "density")
-        vectors = ("velocity", "displacement", "stress") if probe.reduce == "max" else ()
-        for name in probe.fields:
-            if probe.reduce and name in (*nonlinear, *vectors):
-                text = f"{name!r} cannot be reduced to its {probe.reduce}; name components, such as stress_xx"
-                yield Fault(0, f"probes.{k}.fields", text)
+
+
+def _formula_faults(scene: SceneTables, names: list[str]) -> Iterator[Fault]:
+    """Faults of the fields that a scene makes of others."""
+    scalars = [n for n in names if n not in (*ALWAYS, *ON_SURFACES, "velocity", "displacement", "stress", "strain")]
+    for name, formula in scene.formulas.items():
+        if name in (*names, *VARIABLES, *FUNCTIONS, "pi") or not name.isidentifier():
+            yield Fault(
+                0, f"fields.{name}", f"{name!r} is the name of a field or of an expression already: give another"
+            )
+        if not formula.needs:
+            yield Fault(
+                0, f"fields.{name}", f"{formula.expression.text!r} names no field; there is {', '.join(scalars)}"
+            )
+        for need in formula.needs:
+            if need not in scalars:
+                hint = nearest(need, scalars, f"there is {', '.join(scalars)}")
+                yield Fault(0, f"fields.{name}", f"no scalar field is named {need!r}; {hint}")
+        yield from _axis_faults(scene, formula.expression, f"fields.{name}")
 
 
 def of_plugins(data: Mapping[str, object]) -> list[Fault]:

@@ -10,6 +10,7 @@ from typing import Annotated
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from wsph.boundary.tables import Boundary
+from wsph.declarations import example
 from wsph.quantities import Model, Point, Unit, as_tuple, file_name
 
 NUMBERS = ("force", "torque", "work")
@@ -20,6 +21,7 @@ class Section(Model):
     """A plane through a body in its reference configuration: a `point` on it and a `normal` of any length. Its force is what
     the part of the body on the side that the normal points to does to the other."""
 
+    model_config = example({"name": "root", "body": "bar", "point": ["10 mm", 0.0], "normal": [1.0, 0.0]})
     name: Annotated[str, AfterValidator(file_name)]
     body: str
     point: Point

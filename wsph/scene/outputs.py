@@ -4,11 +4,15 @@
 
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
+from wsph.declarations import QUANTITY, Also, Choice, example
+from wsph.expressions import compile_expression, names_in
 from wsph.output import formats
+from wsph.output.fields import Formula
 from wsph.quantities import Cadence, Model, Strings, Unit, as_tuple, quantity, read_cadence
 from wsph.scene.messages import none_of
+from wsph.units import unit as unit_named
 
 
 def _format(name: object) -> object:
@@ -18,11 +22,44 @@ def _format(name: object) -> object:
     return name
 
 
+_Format = Annotated[str, BeforeValidator(_format), Choice(tuple(formats.names()))]
+
+
+def _as_formula(value: object) -> object:
+    return {"expression": value} if isinstance(value, str) else value
+
+
+class FieldFormula(Model):
+    """A scalar field made of others by an `expression` of their names, as von_mises and velocity_x, and of x, y, z (the
+    reference position), with its `unit` in words."""
+
+    model_config = example({"expression": "0.5*7850*(velocity_x^2 + velocity_y^2)", "unit": "J/m3"})
+    expression: Annotated[str, Field(min_length=1)]
+    unit: str = ""
+
+    @model_validator(mode="after")
+    def _readable(self) -> "FieldFormula":
+        if compile_expression(self.expression, names_in(self.expression)).uses("t"):
+            raise ValueError(f"{self.expression!r} uses t: a field is of the state alone")
+        _ = unit_named(self.unit)
+        return self
+
+    @property
+    def formula(self) -> Formula:
+        """As frames and probes compute it."""
+        return Formula(compile_expression(self.expression, names_in(self.expression)), self.unit)
+
+
+NamedFormula = Annotated[FieldFormula, BeforeValidator(_as_formula), Also({"type": "string"})]
+"""A formula, or its expression alone."""
+
+
 class Output(Model):
     """Fields and formats of the output, and when it is written."""
 
+    model_config = example({"every": "0.1 ms", "formats": ["vtu"], "fields": ["velocity", "stress", "von_mises"]})
     every: Cadence | None = None
-    formats: Annotated[tuple[Annotated[str, BeforeValidator(_format)], ...], BeforeValidator(as_tuple)] = ("vtu",)
+    formats: Annotated[tuple[_Format, ...], BeforeValidator(as_tuple)] = ("vtu",)
     fields: Strings = ("velocity", "stress")
     positions: Literal["current", "reference"] = "current"
     history: Cadence | None = None
@@ -37,11 +74,15 @@ def _due(value: object) -> int | float | None:
     return read_cadence(value)
 
 
+_DUE = {"anyOf": [{"type": "integer", "minimum": 1}, {"type": "string", "pattern": QUANTITY}], "unit": "steps, or s"}
+
+
 class Checkpoint(Model):
     """When the whole state is kept, to resume from: an integer counts steps, "10 min" is wall time; the last `keep` stay.
     `final`: at the end too, so that a longer run may go on from there, or a body of another scene begin with it."""
 
-    every: Annotated[int | float | None, BeforeValidator(_due)] = None
+    model_config = example({"every": "10 min"})
+    every: Annotated[int | float | None, BeforeValidator(_due), WithJsonSchema(_DUE)] = None
     keep: Annotated[int, Field(ge=1)] = 2
     final: bool = False
 
@@ -55,6 +96,7 @@ class Checkpoint(Model):
 class Stop(Model):
     """The limit that ends a run early: energy created, as a part of the largest seen."""
 
+    model_config = example({"energy": 0.1})
     energy: Annotated[float, Unit("", gt=0)] = 0.10
 
 

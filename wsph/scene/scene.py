@@ -8,12 +8,16 @@ scene names are the only plugins imported.
 # pyright: strict
 
 import copy
+import dataclasses
+import html
+import json
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
-from pydantic import PrivateAttr, ValidationError
+from pydantic import BaseModel, PrivateAttr, ValidationError
 
 from wsph.errors import Fault, SceneError
+from wsph.plugins.options import keys_of
 from wsph.quantities import Table, is_list, is_table
 from wsph.scene.checks import between_tables, of_plugins
 from wsph.scene.lines import line_of
@@ -33,6 +37,7 @@ class Scene(SceneTables):
 
     def __init__(self, /, **data: object):
         faults: list[Fault] = []
+        data = {key: _plain(value) for key, value in data.items()}
         given: dict[str, Any] = data
         try:
             super().__init__(**given)
@@ -53,6 +58,20 @@ class Scene(SceneTables):
     def __eq__(self, other: object) -> bool:
         # The file that a scene was read from is no part of the scene.
         return isinstance(other, Scene) and self.model_dump() == other.model_dump()
+
+    def __repr__(self) -> str:
+        names = ", ".join(body.name for body in self.bodies)
+        acting = f", {len(self.boundary)} boundaries, {len(self.contact)} contacts, {len(self.probes)} probes"
+        return (
+            f"<scene {self.title or self._source!r}: {self.dim}D, {self.run.integrator.name}, bodies {names}{acting}>"
+        )
+
+    def __str__(self) -> str:
+        return repr(self)
+
+    def _repr_html_(self) -> str:
+        """The tables of the scene, for notebooks."""
+        return "<pre>" + html.escape(json.dumps(self.data(), indent=1, ensure_ascii=False)) + "</pre>"
 
     def located(self, error: SceneError) -> SceneError:
         """A fault found later, with this scene's file and the lines of its keys."""
@@ -78,6 +97,19 @@ class Scene(SceneTables):
         changed = Scene(**data)
         changed.read_from(self._source, self._lines)
         return changed
+
+
+def _plain(value: object) -> object:
+    """Tables that Python gives as objects as plain data, as a file has them."""
+    if isinstance(value, BaseModel):
+        return value.model_dump(mode="json", by_alias=True, exclude_none=True, exclude_unset=True)
+    if is_table(value):
+        return {key: _plain(each) for key, each in value.items()}
+    if is_list(value):
+        return [_plain(each) for each in value]
+    if isinstance(value, tuple):
+        return tuple(_plain(each) for each in cast(tuple[object, ...], value))
+    return keys_of("materials", value) if dataclasses.is_dataclass(value) else value
 
 
 def apply_override(data: Table, path: str, value: object) -> None:

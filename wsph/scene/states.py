@@ -9,6 +9,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
+from wsph.declarations import Measured, example
 from wsph.quantities import Model, Unit, Value
 
 
@@ -16,9 +17,10 @@ class Initial(Model):
     """What a body begins with beside its velocity: `stress` by its components, expressions of the reference position, or the
     state of the same body in a checkpoint, from a `file`."""
 
-    stress: dict[str, Value] = {}
+    model_config = example({"stress": {"xx": "10 MPa"}})
+    stress: dict[str, Annotated[Value, Measured("Pa")]] = {}
     file: Annotated[str, Field(min_length=1)] | None = None
-    temperature: Value | None = None
+    temperature: Annotated[Value, Measured("K")] | None = None
 
     @model_validator(mode="after")
     def _something(self) -> "Initial":
@@ -30,6 +32,7 @@ class Initial(Model):
 class Relax(Model):
     """Rest before t = 0: where the kinetic energy has fallen below `until` of the strain energy, in at most `max_steps`."""
 
+    model_config = example({"until": 1e-6})
     until: Annotated[float, Unit("", gt=0, lt=1)] = 1e-6
     max_steps: Annotated[int, Field(ge=1)] = 100_000
 
@@ -37,6 +40,7 @@ class Relax(Model):
 class Stage(Model):
     """A step of [[steps]]: its name, which boundaries name, how long it is, and whether bodies come to rest before it."""
 
+    model_config = example({"name": "preload", "duration": "1 ms"})
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}$")]
     duration: Annotated[float, Unit("s", gt=0)]
     relax: Relax | None = None

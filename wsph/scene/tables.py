@@ -2,6 +2,8 @@
 
 # pyright: strict
 
+import dataclasses
+import re
 from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 from pydantic import (
@@ -10,38 +12,41 @@ from pydantic import (
     ConfigDict,
     Field,
     ValidationInfo,
+    WithJsonSchema,
     create_model,
     model_validator,
 )
+from pydantic.config import JsonDict
 from pydantic.fields import FieldInfo
 
-from wsph.boundary.loads.regions import RegionForce
+from wsph.boundary.loads.regions import GRAVITY, RegionForce
 from wsph.boundary.tables import Boundary, Function
+from wsph.declarations import Also, Choice, Measured, example, number_schema
 from wsph.expressions import Expression, compile_expression, constant_program
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import BaseShape, Rotation
+from wsph.output.fields import Formula
 from wsph.parts.body_force import Damping
 from wsph.parts.part import Part
 from wsph.parts.table import PARTS
 from wsph.plugins.formulations import names
+from wsph.plugins.options import keys_of
 from wsph.quantities import (
-    Cadence,
     Model,
     NumberOrAuto,
-    Strings,
     Table,
     Unit,
     Value,
     as_tuple,
-    file_name,
     is_sequence,
     is_table,
     printable,
     read_switch,
 )
 from wsph.scene.messages import none_of
-from wsph.scene.numbers import NUMBERS, Section, boundary_names
-from wsph.scene.outputs import Accuracy, Checkpoint, Judged, Output, Quantity, Stop
+from wsph.scene.numbers import Section, boundary_names
+from wsph.scene.outputs import Accuracy, Checkpoint, NamedFormula, Output, Stop
+from wsph.scene.probes import Probe
 from wsph.scene.states import Initial, Relax, Stage, begins_of, windows_of
 from wsph.scene.touch.contact import Contact
 from wsph.scene.touch.tools import Tool
@@ -59,6 +64,15 @@ def _whole(value: object) -> object:
 def _smoothing(name: str) -> str:
     if name not in SMOOTHING:
         raise ValueError(f"{name!r} is none of {', '.join(SMOOTHING)}")
+    return name
+
+
+DEVICE = r"^(auto|cpu|cuda(:\d+)?)$"
+
+
+def _device(name: str) -> str:
+    if not re.match(DEVICE, name):
+        raise ValueError(f'{name!r} is no device: write "auto", "cpu", "cuda" or "cuda:1" (a number of a GPU)')
     return name
 
 
@@ -90,6 +104,11 @@ class MaterialSpec(Model):
         return dict(self.model_extra or {})
 
 
+def _material(value: object) -> object:
+    """A material as an object of a plugin, by its keys."""
+    return keys_of("materials", value) if dataclasses.is_dataclass(value) else value
+
+
 def _named(value: object) -> object:
     return {"name": value} if isinstance(value, str) else value
 
@@ -97,16 +116,17 @@ def _named(value: object) -> object:
 class Run(Model):
     """How to integrate: method, time, precision, device."""
 
-    integrator: Annotated[IntegratorSpec, BeforeValidator(_named)]
+    model_config = example({"integrator": "leapfrog", "end": "1 ms", "cfl": "auto"})
+    integrator: Annotated[IntegratorSpec, BeforeValidator(_named), Also({"type": "string"})]
     end: Annotated[float, Unit("s", gt=0)] | None = None
     cfl: NumberOrAuto | None = None
     dt: Annotated[float, Unit("s", gt=0)] | None = None
     precision: Literal["f64", "f32"] = "f64"
-    device: Annotated[str, Field(pattern=r"^(auto|cpu|cuda:\d+)$")] = "auto"
+    device: Annotated[str, AfterValidator(_device), WithJsonSchema({"type": "string", "pattern": DEVICE})] = "auto"
     threads: Annotated[int, Field(ge=0, le=1024)] = 0
-    formulation: Annotated[str, AfterValidator(_formulation)] | None = None
+    formulation: Annotated[str, AfterValidator(_formulation), Choice(tuple(names()))] | None = None
     correction: Literal["symmetric", "paper"] = "symmetric"
-    kernel: Annotated[str, AfterValidator(_smoothing)] = DEFAULT
+    kernel: Annotated[str, AfterValidator(_smoothing), Choice(tuple(SMOOTHING))] = DEFAULT
     support: Annotated[float, Unit("", gt=0)] | None = None
     guard: Literal["refuse", "warn", "off"] = "refuse"
     seed: Annotated[int, Field(ge=0)] = 0
@@ -131,6 +151,7 @@ _Point = Annotated[tuple[Annotated[float, Unit("m")], ...], BeforeValidator(as_t
 class CrackLine(Model):
     """A cut from the start: in 2D a segment, in 3D a rectangle with these two corners. Reference coordinates."""
 
+    model_config = example({"from": [0.0, 0.0], "to": ["10 mm", 0.0]})
     start: _Point = Field(alias="from")
     end: _Point = Field(alias="to")
 
@@ -165,6 +186,17 @@ def _of_cells(table: Table, shape: BaseShape | None) -> object:
     return tuple(float(side) / cast(int, n) for side, n in zip(high - low, counts, strict=True))
 
 
+_COUNT = {"type": "integer", "minimum": 1}
+_CELLS = {
+    "type": "object",
+    "properties": {"cells": {"anyOf": [_COUNT, {"type": "array", "items": _COUNT}]}},
+    "required": ["cells"],
+    "additionalProperties": False,
+}
+_EACH = number_schema("m", 0.0)
+_SPACING = {"anyOf": [_EACH, {"type": "array", "items": _EACH}, _CELLS], "unit": "m"}
+
+
 def _spaced(value: float | tuple[float, ...] | None, info: ValidationInfo) -> float | tuple[float, ...] | None:
     if value is None and info.data.get("mesh") is None and info.data.get("points") is None:
         raise ValueError("is missing")
@@ -187,6 +219,18 @@ class PointsFile(Model):
     scale: Annotated[float, Unit("m", gt=0)] = 1.0
 
 
+_POINTS = {
+    "type": "object",
+    "properties": {
+        "type": {"const": "points"},
+        "file": {"type": "string"},
+        "scale": number_schema("m", 0.0),
+    },
+    "required": ["type", "file"],
+    "additionalProperties": False,
+}
+
+
 def _listed(value: object) -> object:
     """One table as a list of one."""
     return (value,) if is_table(value) else as_tuple(value)
@@ -198,9 +242,9 @@ class _Matter(Model):
     name: Annotated[str, Field(max_length=100), AfterValidator(printable)]
     mesh: MeshFile | None = None
     points: PointsFile | None = None
-    shape: Shape | None = None
+    shape: Annotated[Shape | None, Also(_POINTS)] = None
     spacing: Annotated[
-        Annotated[float | tuple[float, ...], BeforeValidator(_spacing)] | None,
+        Annotated[float | tuple[float, ...], BeforeValidator(_spacing), WithJsonSchema(_SPACING)] | None,
         AfterValidator(_spaced),
         Field(validate_default=True),
     ] = None
@@ -211,12 +255,14 @@ class _Matter(Model):
     jitter: Annotated[float, Unit("", ge=0, le=0.5)] = 0.0
     cracks: Annotated[tuple[CrackLine, ...], BeforeValidator(as_tuple)] = ()
     damping: Damping | None = None
-    body_force: Annotated[tuple[RegionForce, ...], BeforeValidator(_listed)] = ()
+    body_force: Annotated[tuple[RegionForce, ...], BeforeValidator(_listed), Also({"type": "object"})] = ()
 
 
 def _key_of(part: type[Part]) -> object:
     """The type of a part's key: its table, or false where it is switchable."""
-    return Annotated[part | None, BeforeValidator(read_switch)] if part.switchable else part | None
+    return (
+        Annotated[part | None, BeforeValidator(read_switch), Also({"const": False})] if part.switchable else part | None
+    )
 
 
 if TYPE_CHECKING:
@@ -227,13 +273,23 @@ else:
     )
 
 
+_BODY: JsonDict = {
+    "name": "bar",
+    "shape": {"type": "box", "min": [0.0, 0.0], "max": ["100 mm", "20 mm"]},
+    "spacing": "1 mm",
+    "state": "stress",
+    "material": {"model": "elastic", "density": 7850.0, "youngs_modulus": "210 GPa", "poisson_ratio": 0.3},
+}
+
+
 class Body(_WithParts):
     """One deformable body."""
 
+    model_config = example(_BODY)
     placement: Literal["cells", "nodes"] | None = None
-    velocity: Annotated[tuple[Value, ...], BeforeValidator(as_tuple)] | None = None
+    velocity: Annotated[tuple[Annotated[Value, Measured("m/s")], ...], BeforeValidator(as_tuple)] | None = None
     initial: Initial | None = None
-    material: MaterialSpec
+    material: Annotated[MaterialSpec, BeforeValidator(_material)]
 
     @model_validator(mode="before")
     @classmethod
@@ -265,39 +321,6 @@ class Body(_WithParts):
         return {key: part for key, part in given.items() if part is not None}
 
 
-class Probe(Model):
-    """A record of fields at material points, or of the particles that `where` selects, reduced to one number; or of the
-    numbers `of` a boundary, contact, tool or section. `tolerance` and `quantity`: those of its columns, where they are not
-    the scene's; `scale`: a size in their unit [SI] that errors are relative to, in place of their own."""
-
-    name: Annotated[str, AfterValidator(file_name)]
-    body: str | None = None
-    at: Annotated[tuple[_Point, ...], BeforeValidator(as_tuple)] | None = None
-    where: str | None = None
-    of: str | None = None
-    reduce: Literal["mean", "sum", "max"] | None = None
-    fields: Annotated[Strings, Field(min_length=1)]
-    every: Cadence = 1
-    tolerance: Judged = None
-    quantity: Quantity | None = None
-    scale: Annotated[float, Unit("", gt=0)] | None = None
-
-    @model_validator(mode="after")
-    def _complete(self) -> "Probe":
-        if [self.at, self.where, self.of].count(None) != 2:
-            raise ValueError("exactly one of at, where and of is needed")
-        if self.of is not None and self.body is not None:
-            raise ValueError("body goes with at and where: what `of` names is one thing in the scene")
-        unknown = [name for name in self.fields if name not in NUMBERS]
-        if self.of is not None and unknown:
-            raise ValueError(f"of {self.of!r} fields are {', '.join(NUMBERS)}: {none_of(unknown[0], NUMBERS)}")
-        if self.at is not None and not self.at:
-            raise ValueError("at names no point")
-        if (self.where is None) != (self.reduce is None):
-            raise ValueError('reduce = "mean", "sum" or "max" goes with where')
-        return self
-
-
 class SceneTables(Model):
     """The keys of a whole scene."""
 
@@ -314,8 +337,9 @@ class SceneTables(Model):
     sections: Annotated[tuple[Section, ...], BeforeValidator(as_tuple)] = ()
     tools: Annotated[tuple[Tool, ...], BeforeValidator(as_tuple)] = ()
     probes: Annotated[tuple[Probe, ...], BeforeValidator(as_tuple)] = ()
-    gravity: dict[Literal["x", "y", "z"], Value] = {}
+    gravity: dict[Literal["x", "y", "z"], Annotated[Value, Measured(GRAVITY)]] = {}
     accuracy: Accuracy | None = None
+    fields: dict[str, NamedFormula] = {}
     output: Output = Output()
     checkpoint: Checkpoint | None = None
     stop: Stop = Stop()
@@ -331,6 +355,11 @@ class SceneTables(Model):
     def begins(self) -> tuple[float, ...]:
         """When each step of [[steps]] begins, and when the last ends [s]."""
         return begins_of(self.steps)
+
+    @property
+    def formulas(self) -> dict[str, Formula]:
+        """The fields that the scene makes of others, by name."""
+        return {name: each.formula for name, each in self.fields.items()}
 
     @property
     def relaxes(self) -> bool:
@@ -361,7 +390,9 @@ class SceneTables(Model):
         """The meaning of a value in the scene: a table of `functions`, or an expression (a number is a constant one)."""
         if isinstance(value, str) and value in self.functions:
             function = self.functions[value]
-            return compile_expression(function.expression) if function.expression is not None else function
+            if function.expression is not None:
+                return compile_expression(function.expression)
+            return function.program or function
         if isinstance(value, str):
             # What begins as a number with a unit is one: "1 MPa" where a velocity belongs is a wrong unit, no expression.
             return constant_program(quantity(value, unit)) if looks_like_quantity(value) else compile_expression(value)

@@ -5,8 +5,8 @@ clock, what has been recorded so far, and as JSON the scene, the versions and wh
 before anything is read: a file that was cut off or altered is passed over for the one before, with a warning. Files are
 data: nothing in them is executed.
 
-A checkpoint fits a scene that differs from its own in `end`, `title`, `threads`, `output`, `probes`, `checkpoint` and
-`stop` alone, in the same precision and the same versions of wsph, Warp and the plugins. A probe that is the same goes
+A checkpoint fits a scene that differs from its own in `end`, `title`, `threads`, `output`, `fields`, `probes`, `checkpoint`
+and `stop` alone, in the same precision and the same versions of wsph, Warp and the plugins. A probe that is the same goes
 on; a new one begins there.
 """
 
@@ -35,7 +35,7 @@ from wsph.scene.scene import Scene
 from wsph.simulation.checks import CheckFacts, Checks
 from wsph.simulation.composing.composition import BodyRun, Composition
 from wsph.simulation.ledger import Ledger
-from wsph.simulation.records import Recorded, Records
+from wsph.simulation.probing.records import Recorded, Records
 from wsph.simulation.starting.relaxations import Relaxations, RelaxationsFacts
 from wsph.simulation.step_control import StepControl, StepFacts
 from wsph.simulation.summary import plugins_of
@@ -43,7 +43,16 @@ from wsph.simulation.timeline import Events
 
 FIRST = b"wsph checkpoint 3\n"
 
-FREE = (("title",), ("run", "end"), ("run", "threads"), ("output",), ("probes",), ("checkpoint",), ("stop",))
+FREE = (
+    ("title",),
+    ("run", "end"),
+    ("run", "threads"),
+    ("output",),
+    ("fields",),
+    ("probes",),
+    ("checkpoint",),
+    ("stop",),
+)
 """Keys of a scene that a checkpoint leaves open."""
 
 

@@ -30,15 +30,18 @@ from wsph.plugins import integrators
 from wsph.plugins.blame import blame
 from wsph.reporting import Reported
 from wsph.scene.geometries import is_fitted, refuse_misfits, stairs_in_words
+from wsph.scene.probes import Probe
 from wsph.scene.scene import Scene
-from wsph.scene.tables import Probe
 from wsph.simulation.composing.bodies import Standing, alone, standing
 from wsph.simulation.composing.composition import BodyRun, Composition, Step, reported
+from wsph.simulation.composing.idle import idle
 from wsph.simulation.composing.setting import BareBody, Method, Setting, bare_bodies, materials_of, method_of, scales_of
+from wsph.simulation.composing.slips import slips
 from wsph.simulation.composing.together import joined_bodies, stiffen
 from wsph.simulation.probing.numbers import NumberRecorder
 from wsph.simulation.probing.points import PointRecorder
 from wsph.simulation.probing.recorder import Recorder
+from wsph.simulation.probing.reduced import ReducedRecorder, needs_places
 from wsph.simulation.starting.from_file import put_states
 from wsph.simulation.step_control import given_step, settle
 from wsph.simulation.timeline import TimeStep
@@ -81,6 +84,9 @@ def _compose(scene: Scene) -> Composition:
         settle(time_step, bodies, scales.time, method.who)
         if joint is not None:
             stiffen(setting, joint, list(together.values()))
+    # Before a step is refused: what has the wrong unit may be why.
+    for said in (*slips(scene, bodies, time_step.dt, time_step.timeline.last), *idle(scene, bodies, time_step.dt)):
+        warnings.warn(f"unlikely: {said}", RuntimeWarning, stacklevel=4)
     _guard(setting, bare, bodies, space, time_step, set(together))
     probes = _probes(setting, bodies, reported(bodies, (*between, *forces)), space, time_step)
     step = Step(bodies, joint, between, time_step.clock, [probe for probe in probes if probe.every_step])
@@ -190,7 +196,9 @@ def _probes(
     def made(probe: Probe, key: str) -> Recorder:
         often, clock = cadence(probe.every) < 2.0, time_step.clock
         if probe.of is None:
-            return PointRecorder(probe, key, bodies, space, clock, often)
+            formulas = setting.scene.formulas
+            kind = ReducedRecorder if needs_places(probe, formulas) else PointRecorder
+            return kind(probe, key, bodies, space, clock, often, formulas)
         return NumberRecorder(probe, key, numbers, setting.scales, clock, space.dim, often)
 
     return [made(probe, f"probes.{k}") for k, probe in enumerate(setting.scene.probes)]

@@ -10,13 +10,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wsph.errors import Unstable
-from wsph.output import fields
+from wsph.output import fields, presenting
 from wsph.output.cells import Cells
 from wsph.scene.scene import Scene
 from wsph.simulation.summary import Summary, TableUnits
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from pyvista import Plotter
+
+    from wsph.output.presenting import DataFrame, Dataset
+    from wsph.output.view.recorded import Shot
 
 ENERGIES = (
     "kinetic",
@@ -34,7 +38,7 @@ ENERGIES = (
 """Columns of the history that are energies."""
 
 
-@dataclass
+@dataclass(repr=False)
 class Result:
     """Result of a run. `history`: columns of history.csv; `probes[name]`: columns by field; `particles`: final fields, SI.
 
@@ -96,6 +100,10 @@ class Result:
         """A final scalar field or component, (n,), SI: "density", "stress_xy", "velocity_x", ..."""
         if name in self.particles and (self.particles[name].ndim == 1 or self.particles[name].shape[1] == 1):
             return self.particles[name].reshape(-1)
+        if "strain" in self.particles and fields.primitive(name) == fields.DEFORMATION and name != "strain":
+            full = self.particles["strain"]
+            derived = fields.DERIVED.get(name)
+            return derived.of(full) if derived else full[..., fields.TENSOR.index(name.rpartition("_")[2])]
         base = fields.primitive(name)
         if base == name or base not in self.particles:
             hint = f"; name a component of {name}" if name in self.particles else ""
@@ -105,21 +113,74 @@ class Result:
         except IndexError:
             raise KeyError(f"no component {name!r} in {self.scene.dim}D") from None
 
+    def to_pandas(self, name: str = "history") -> "DataFrame":
+        """The history, or a probe by its name, as a pandas DataFrame over the time [s]; `attrs["units"]` are the SI units of
+        its columns. Raises OutputError where pandas is not installed, KeyError for another name."""
+        return presenting.frame(self._table(name), self._units(name))
+
+    def to_xarray(self) -> "Dataset":
+        """The history and all probes as an xarray Dataset: a variable COLUMN over `time`, and of every probe PROBE.COLUMN
+        over `time_PROBE`, each with its SI unit in `attrs["units"]`. Raises OutputError where xarray is not installed."""
+        names = ("history", *self.probes)
+        return presenting.dataset({name: (self._table(name), self._units(name)) for name in names}, self.scene.title)
+
+    def _table(self, name: str) -> dict[str, np.ndarray]:
+        if name != "history" and name not in self.probes:
+            raise KeyError(f"no table {name!r}; there is {', '.join(('history', *self.probes))}")
+        return self.history if name == "history" else self.probes[name]
+
+    def _units(self, name: str) -> dict[str, str]:
+        units: TableUnits = self.summary.get("units", {"history": {}, "probes": {}})
+        return units["history"] if name == "history" else units["probes"].get(name, {})
+
+    def _lines(self) -> list[tuple[str, str]]:
+        """What is said of it in short."""
+        s = self.summary
+        rows = [
+            ("status", f"{self.status}{': ' + self.reason if self.reason else ''}"),
+            ("time", f"{self.time:.6g} s in {s['steps']} steps of {s['dt']:.4g} s"),
+            ("particles", f"{s['particles']}, with {', '.join(self.particles)}"),
+            ("probes", ", ".join(self.probes) or "none"),
+            ("energy", ", ".join(f"{key} {value:.4g}" for key, value in s["energy"].items() if value)),
+            ("cost", f"{s['wall_seconds']:.3g} s, {s['right_hand_sides']} right-hand sides"),
+        ]
+        return [*rows, *(("finding", words) for words in s["findings"])]
+
+    def __repr__(self) -> str:
+        title = self.scene.title or ", ".join(body.name for body in self.scene.bodies)
+        return f"<result of {title!r}: {self.status} at t = {self.time:.6g} s, {self.summary['particles']} particles>"
+
+    def _repr_html_(self) -> str:
+        """A table for notebooks."""
+        return presenting.html(self.scene.title or "result", self._lines())
+
     def plot(self, name: str = "velocity", save: str | Path | None = None) -> "Figure":
         """A picture of a final field or component, of a probe over time by its name, of a column of the history, or of the
         ledger, "energy" (needs the extra "view"). Returns matplotlib's figure; with `save` it is written too. Raises
         OutputError for another name."""
-        from wsph.output.view import pictures, recorded
+        from wsph.output.view import pictures
         from wsph.output.view.look import Look
 
         made = self._curves(name)
         if made is None:
-            names = tuple(body.name for body in self.scene.bodies)
-            shot = recorded.shot(self.particles, self.time, self.cells, self.units, names)
-            made = pictures.picture(shot, Look(name))
+            made = pictures.picture(self._shot(), Look(name))
         if save is not None:
             pictures.save_figure(made, save)
         return made
+
+    def interactive(self, name: str = "velocity") -> "Plotter":
+        """A final field as a pyvista plotter, whose `show()` turns it with the mouse, in a window or, with the extra
+        "notebook", in a notebook. Raises OutputError for another name."""
+        from wsph.output.view import pictures
+        from wsph.output.view.look import Look
+
+        return pictures.plotter(self._shot(), Look(name))
+
+    def _shot(self) -> "Shot":
+        from wsph.output.view import recorded
+
+        names = tuple(body.name for body in self.scene.bodies)
+        return recorded.shot(self.particles, self.time, self.cells, self.units, names)
 
     def _curves(self, name: str) -> "Figure | None":
         """The figure of a probe or of the energies; None for a field."""

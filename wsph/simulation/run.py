@@ -5,7 +5,7 @@
 import signal
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -17,16 +17,18 @@ from wsph.output import fields, formats
 from wsph.output.claim import Claim
 from wsph.output.folder import OutputFolder
 from wsph.output.interrupts import Interrupts
+from wsph.output.view.bar import Bar
 from wsph.scene.load import load
 from wsph.scene.scene import Scene
 from wsph.simulation import checkpoint
 from wsph.simulation.checkpoint import Checkpoints, Found
-from wsph.simulation.checks import Checks
+from wsph.simulation.checks import Checks, warn
 from wsph.simulation.compose import compose
 from wsph.simulation.composing.composition import Composition
+from wsph.simulation.composing.idle import untouched
 from wsph.simulation.ledger import Account, Ledger
 from wsph.simulation.probing.recorder import RING
-from wsph.simulation.records import Records
+from wsph.simulation.probing.records import Records
 from wsph.simulation.result import Result
 from wsph.simulation.starting.relaxation import NO_REST
 from wsph.simulation.starting.relaxations import Relaxations
@@ -40,21 +42,25 @@ half a step (tests/benchmarks/guards.py)."""
 Progress = Callable[[int, int, float], None]
 """Called between blocks of steps with the step, the last step and the time [s]."""
 
-_ONE_RUN = threading.RLock()
+ONE_RUN = threading.RLock()
+"""Capturing a graph takes in what any thread launches: runs of one process follow one another."""
 
 
 def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: bool = False, resume: bool = False, throw: bool = True,
-        progress: Progress | None = None, **overrides: object) -> Result:  # fmt: skip
+        progress: Progress | bool | None = None, **overrides: object) -> Result:  # fmt: skip
     """Run a scene (or a scene file) and return its result; with `out`, write the output folder too.
 
-    With `resume` it goes on from the last checkpoint in `out`, which must fit the scene: the bits of never having stopped.
-    `overrides` are those of `Scene.with_`. `progress(step, steps, time)` is called between blocks of steps. Raises
-    SceneError, Refused, PluginError or OutputError before anything is written, and Unstable where the run left what it
-    can vouch for, unless `throw` is False: then the result says so. SIGINT and SIGTERM end the run after a whole step,
-    the folder is written, and the signal takes its course (a KeyboardInterrupt); with `throw` False the result says
-    "interrupted". Runs of one process, from any thread, follow one another; two never write into one folder at a time, of
-    whatever processes: the later is refused (OutputError).
+    With `resume` it goes on from the last checkpoint in `out`, which must fit the scene: the bits of never having
+    stopped. `overrides` are those of `Scene.with_`. `progress(step, steps, time)` is called between blocks of steps;
+    True shows a bar. Raises SceneError, Refused, PluginError or OutputError before anything is written, and Unstable
+    where the run left what it can vouch for, unless `throw` is False: then the result says so. SIGINT and SIGTERM end
+    the run after a whole step, the folder is written, and the signal takes its course (a KeyboardInterrupt); with
+    `throw` False the result says "interrupted". Runs of one process, from any thread, follow one another; two never
+    write into one folder at a time, of whatever processes: the later is refused (OutputError).
     """
+    if progress is True:
+        with Bar() as bar:
+            return run(scene, out, overwrite=overwrite, resume=resume, throw=throw, progress=bar, **overrides)
     if isinstance(scene, (str, Path)):
         scene = load(scene)
     if overrides:
@@ -66,14 +72,13 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
             formats.check_installed(scene.output.formats)
         started = time.perf_counter()
         found = checkpoint.last(scene, folder, overwrite) if resume else None
-        # Capturing a graph takes in what any thread launches: runs of one process follow one another.
-        with _ONE_RUN, np.errstate(over="ignore", invalid="ignore"):  # the finite check speaks, numpy need not
+        with ONE_RUN, np.errstate(over="ignore", invalid="ignore"):  # the finite check speaks, numpy need not
             composition = compose(scene)
             composition.compile()
             with Interrupts() as interrupts:
                 if claim is not None:
                     claim.make()
-                result = Simulation(composition, folder, started, found).run(progress, interrupts)
+                result = Running(composition, folder, started, found).run(progress or None, interrupts)
     asked = interrupts.asked
     if throw and result.failure is not None:
         raise result.failure
@@ -82,7 +87,7 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
     return result
 
 
-class Simulation:
+class Running:
     """One run in progress: a composition, and what looks at it between blocks of its steps."""
 
     def __init__(self, composition: Composition, folder: Path | None, started: float, found: Found | None = None):
@@ -102,24 +107,35 @@ class Simulation:
         self._checkpoints = Checkpoints(
             composition, self._folder, self._ledger, self._checks, self._control, self._records, self._relaxations
         )
-        self._first = 0
+        self._first = self._step = 0
+        self._failure: Unstable | None = None
         self._inside = 0.0
 
     def run(self, progress: Progress | None, interrupts: Interrupts) -> Result:
         """Run to the end, to a failure or to an interrupt."""
-        status, reason, failure = "completed", "", None
+        for step in self.blocks(interrupts, progress):
+            if progress is not None and step > self._first:
+                progress(step, self._timeline.last, self._timeline.time(step))
+        return self.end(interrupts)
+
+    def blocks(
+        self, interrupts: Interrupts, progress: Progress | None = None, due: Callable[[], Sequence[int]] = tuple
+    ) -> Iterator[int]:
+        """Run block after block of steps, to the end, to a failure or to an interrupt: the step that each has come to, the
+        first of them before any. `due` are steps, from outside, that blocks end at."""
         found, relaxations = self._found, self._relaxations
         step = self._first = self._checkpoints.resume(found) if found is not None else 0
         try:
             if step == 0 and self._relax(step, progress, interrupts):
                 self._begin()
+            yield step
             while step < self._timeline.last and not interrupts.asked and self._relax(step, progress, interrupts):
-                step += self._steps(self._block(step), interrupts)
+                step += self._steps(self._block(step, due()), interrupts)
                 self._records.collect(step)
                 self._records.take(step, self.check(step))
                 self._checkpoints.keep(step)
-                if progress is not None:
-                    progress(step, self._timeline.last, self._timeline.time(step))
+                self._step = step
+                yield step
             if relaxations.current is not None:
                 self._checkpoints.keep_relaxing(step, asked=True)
             elif interrupts.asked and step < self._timeline.last:
@@ -127,18 +143,37 @@ class Simulation:
                 self._checkpoints.keep(step, asked=True)
                 self._records.take(step, self.check(step), final=True)
         except Unstable as error:
+            self._failure = error
+        self._step = step
+
+    def end(self, interrupts: Interrupts) -> Result:
+        """The result of the run as far as it has come."""
+        status, reason, step, failure = "completed", "", self._step, self._failure
+        if failure is not None:
             # Energy that grew is a stop that the scene asks for, and so is no rest; a state that is not finite is not.
-            stopped = error.field in ("energy", NO_REST)
-            status, reason, failure = "stopped" if stopped else "unstable", str(error), error
-        if interrupts.asked and failure is None and step < self._timeline.last:
+            status, reason = "stopped" if failure.field in ("energy", NO_REST) else "unstable", str(failure)
+        elif step < self._timeline.last:
             status, reason = "interrupted", f"interrupted at step {step}"
-            if relaxations.current is not None:
-                reason = (
-                    f"interrupted in a relaxation before step {step}, after {relaxations.current.steps} steps of it"
-                )
+            if (current := self._relaxations.current) is not None:
+                reason = f"interrupted in a relaxation before step {step}, after {current.steps} steps of it"
         wall = time.perf_counter() - self._started
         ending = Ending(status, reason, step, self._first, wall, self._inside)
         return self._result(ending, failure)
+
+    @property
+    def composition(self) -> Composition:
+        """What runs."""
+        return self._composition
+
+    @property
+    def failure(self) -> Unstable | None:
+        """What ended it before its time."""
+        return self._failure
+
+    @property
+    def ledger(self) -> Ledger:
+        """Its energies and works."""
+        return self._ledger
 
     def _relax(self, step: int, progress: Progress | None, interrupts: Interrupts) -> bool:
         """Bring the bodies to rest, where that is due before a step; False where it was asked to end before they were.
@@ -182,9 +217,9 @@ class Simulation:
         self._records.collect(0)
         self._records.take(0, account)
 
-    def _block(self, step: int) -> int:
+    def _block(self, step: int, outside: Sequence[int] = ()) -> int:
         """Steps until something is due, or the rings are full, or the state has to be checked."""
-        due = [self._timeline.last, *self._records.due(), *self._checkpoints.due()]
+        due = [self._timeline.last, *self._records.due(), *self._checkpoints.due(), *outside]
         due += [self._relaxations.due] if self._relaxations.due is not None else []
         if self._control.adapts:
             due.append(self._control.look)
@@ -232,6 +267,8 @@ class Simulation:
         if self._relaxations.asked:
             said["relaxation"] = self._relaxations.summary
         said["units"] = self._records.table_units()
+        for words in untouched(scene, history) if ending.first == 0 and failure is None else ():
+            warn(f"unlikely: {words}")
         if self._folder is not None:
             self._records.write_tables()
             self._folder.summary(said)

@@ -20,7 +20,7 @@ from wsph.simulation.checks import unstable, warn
 from wsph.simulation.composing.composition import BodyRun, Composition, integrators_of
 from wsph.simulation.diagnostics import BodySums
 from wsph.simulation.timeline import Timeline, TimeStep, UnsetClock
-from wsph.stability.limit import SLACK
+from wsph.stability.limit import SLACK, Known
 
 AUTO = "auto"
 """The value of `run.cfl` by which the limits of the bodies choose the time step."""
@@ -29,8 +29,15 @@ SAFE, WITH_CONTACT = 0.95, 0.7
 """The Courant number of `cfl = "auto"`, as a part of the limit. A penalty's step as a part of its bound: contacts open and
 close inside of steps, and beyond this part of it they make energy."""
 
-MOST_APART, CHANGE = 256, 0.01
-"""Change of the deformation after which the time step is looked at again, and the most steps between two looks."""
+MOST_APART, CHANGE = 64, 0.02
+"""The most steps between two looks at the time step, and the change of the logarithm of a share of a limit that no look is
+made for."""
+
+BEYOND = 1.05
+"""A step that began beyond the limit is shortened where its share of it has grown by this."""
+
+SLOPE = 1.0
+"""Logarithm of a share of a limit per logarithm of distortion that looks are paced by, at least."""
 
 CLUMPED = float(np.log(100.0))
 """e-folds of a growing mode after which a run says so."""
@@ -98,11 +105,11 @@ def keeping_energy(run: BodyRun) -> float:
 
 class Watch(TypedDict):
     """How far the watch over deformation has come: growth in e-folds and the step that it is up to, steps between looks, the
-    next look and the deformation seen, and the limit of every body with the distortion that it is of."""
+    next look and the shares of limits seen, in logarithms, and what is known of the limit of every body."""
 
     clumps: tuple[list[float], int]
-    pace: tuple[int, int, float]
-    limits: list[list[float | None]]
+    pace: tuple[int, int, list[tuple[float, float]]]
+    limits: list[Known]
 
 
 class StepFacts(TypedDict):
@@ -121,7 +128,7 @@ class StepControl:
         self._guard = run.guard
         self.adapts = run.cfl is not None and run.guard != "off" and any(body.stability.adapts for body in self._bodies)
         self.look = 1
-        self._pace, self._seen = 1, 0.0
+        self._pace, self._seen = 1, [(0.0, 0.0)] * len(self._bodies)
         self._folds, self._since = [0.0] * len(self._bodies), 0
         self._warned = False
 
@@ -143,7 +150,7 @@ class StepControl:
         self._folds, self._since = watch["clumps"]
         self._pace, self.look, self._seen = watch["pace"]
         for run, limit in zip(self._bodies, watch["limits"], strict=True):
-            run.stability.restore(*cast(tuple[float | None, float], tuple(limit)))
+            run.stability.restore(cast(Known, tuple(limit)))
 
     def check_limits(self, step: int, sums: Sequence[BodySums]) -> None:
         """Follow the deformation: the Courant number does where operators follow it, its limit where the stiffness does.
@@ -155,10 +162,11 @@ class StepControl:
                 self._check_limit(step, run, each)
 
     def _check_limit(self, step: int, run: BodyRun, sums: BodySums) -> None:
-        run.stability.follow(sums.distortion)
         local, moves = _local(run, sums), run.system.traits.courant_follows
+        run.stability.follow(sums.distortion, local, step, run.work, fixed=True)
         limit = run.limit if run.limit is not None else np.inf  # zero where nothing is stable any more
-        if local <= limit * (1.0 + SLACK) or not (moves or run.stability.distortion != 1.0):
+        within = local <= limit * (1.0 + SLACK) or not run.stability.sure
+        if within or not (moves or run.stability.distortion != 1.0):
             return
         if moves:
             what = f"a particle's own Courant number has become {local:.6g} by deformation"
@@ -176,8 +184,10 @@ class StepControl:
         share of the limit that it began with. Whether it did; raises Unstable where no step would be left."""
         if not self.adapts or step != self.look:
             return False
-        self._pace_on(step, sums)
-        return self._shorten(step, sums)
+        shortened = self._shorten(step, sums)
+        self._pace = self._pace_on(sums)
+        self.look = step + self._pace
+        return shortened
 
     def settle(self, step: int, sums: Sequence[BodySums]) -> None:
         """Follow the deformation in a relaxation before a step. Raises Unstable as in the steps of a run."""
@@ -190,11 +200,12 @@ class StepControl:
         factor = 1.0
         for run, each in zip(self._bodies, sums, strict=True):
             if run.stability.adapts:
-                run.stability.follow(each.distortion)
-                began = run.stability.share
-                share = _local(run, each) / run.limit if run.limit else np.inf
-                if share > 0.5 * (1.0 + began) * (1.0 + SLACK):
-                    factor = min(factor, began / share)
+                local, most = _local(run, each), _most(run)
+                run.stability.follow(each.distortion, local / most, step, run.work, fixed=False)
+                share = local / run.limit if run.limit else np.inf
+                if share > most:
+                    # To what it began with; where the limit is an estimate, no further than it has to.
+                    factor = min(factor, (run.stability.share if run.stability.measured else most) / share)
         if factor == 1.0 or step >= self._step.timeline.last:
             return False
         # By whole parts of an octave: a rounding of the deformation changes no step.
@@ -208,13 +219,19 @@ class StepControl:
             integrators.begin(each)
         return True
 
-    def _pace_on(self, step: int, sums: Sequence[BodySums]) -> None:
-        """Choose when to look next, by how fast the deformation changes."""
-        seen = max(float(np.log(max(each.stretch, each.distortion))) for each in sums)
-        change, self._seen = abs(seen - self._seen), seen
-        paces = self._pace * CHANGE / change if change > 0.0 else np.inf
-        self._pace = int(np.clip(min(paces, 2.0 * self._pace), 1, MOST_APART))
-        self.look = step + self._pace
+    def _pace_on(self, sums: Sequence[BodySums]) -> int:
+        """Steps to the next look, by how fast shares of limits and, where an estimate of those is older, distortions change:
+        no share is to come half of the way to where the step is shortened, or CHANGE, before."""
+        pace, seen = float(MOST_APART), list[tuple[float, float]]()
+        for run, each, (share, distortion) in zip(self._bodies, sums, self._seen, strict=True):
+            now = float(np.log(_local(run, each) / run.limit)) if run.limit else 0.0, float(np.log(each.distortion))
+            change = max(abs(now[0] - share), SLOPE * abs(now[1] - distortion))
+            if run.stability.adapts and change > 0.0:
+                room = max(0.5 * (float(np.log(_most(run))) - now[0]), CHANGE)
+                pace = min(pace, self._pace * room / change)
+            seen.append(now)
+        self._seen = seen
+        return int(np.clip(min(pace, 2.0 * self._pace), 1, MOST_APART))
 
     def clump(self, step: int) -> None:
         """Warn of bodies whose particles have begun to clump together: the tensile instability of pairs that follow the
@@ -227,14 +244,21 @@ class StepControl:
         for k, run in enumerate(self._bodies):
             if not run.system.traits.clumps or self._folds[k] > CLUMPED:
                 continue
-            self._folds[k] += run.system.growth * passed
+            self._folds[k] += run.stability.growth * passed
             if self._folds[k] > CLUMPED:
-                pace = run.system.growth * self._step.dt / self._unit
+                pace = run.stability.growth * self._step.dt / self._unit
                 warn(
                     f"step {step}: particles of body {run.body.name!r} clump together: a mode grows by {pace:.2g} a step about its"
                     " deformed state, by more than 100 so far, which no energy tells (tensile instability of pairs that follow the"
                     ' motion); use formulation = "total-lagrangian" or "stress-points", whose pairs do not'
                 )
+
+
+def _most(run: BodyRun) -> float:
+    """The share of its limit beyond which the time step is shortened: half of the way from what it began with. A run that
+    began beyond the limit has been told so."""
+    began = run.stability.share
+    return (0.5 * (1.0 + began) if began < 1.0 else BEYOND * began) * (1.0 + SLACK)
 
 
 def _local(run: BodyRun, sums: BodySums) -> float:

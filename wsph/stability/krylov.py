@@ -2,6 +2,7 @@
 
 # pyright: strict
 
+import math
 from typing import Protocol
 
 import numpy as np
@@ -12,6 +13,9 @@ from wsph.backend.state import State
 from wsph.stability.margins import DAMPED_VECTORS, STILL, VECTORS
 from wsph.stability.spectrum import Spectrum
 from wsph.units import Scales
+
+NOTHING = 1e-12
+"""A next vector of Lanczos' method below this part of the largest eigenvalue is rounding: those so far span all."""
 
 LARGE = 1_000_000
 """Numbers in a vector from which on vectors are kept in single precision: a limit needs two digits."""
@@ -55,7 +59,9 @@ class Products:
 
     def __init__(self, system: Moving):
         self.system = system
-        self.mass = np.sqrt(np.repeat(system.volume, system.space.dim))
+        # In the run's own precision: a limit needs two digits, and of a large body a vector is as much as its state.
+        self.kind = system.space.numpy
+        self.mass = np.sqrt(np.repeat(system.volume, system.space.dim)).astype(self.kind)
         self._moved, self._change = system.temporary(), system.temporary()
         self._start = host(system.state.buffer).copy()
         self._velocity, self._place = system.state.span("velocity"), system.state.span("displacement")
@@ -76,7 +82,7 @@ class Products:
         self.system.refresh(self.system.state)
 
     def _assign(self, values: np.ndarray) -> None:
-        put(self._moved.buffer, values.astype(self.system.space.numpy))
+        put(self._moved.buffer, values.astype(self.kind, copy=False))
 
     def _changes(self, w: np.ndarray) -> np.ndarray:
         """The rates of stress or deformation under velocities eps w, and those at rest."""
@@ -89,7 +95,7 @@ class Products:
 
     def _accelerations(self, w: np.ndarray) -> np.ndarray:
         """a(u + eps w) with the velocities at rest."""
-        shifted, base = self._start.astype(np.float64), self.system.state
+        shifted, base = self._start.copy(), self.system.state
         if self._resting is not None:
             increment = self._changes(w) - self._resting
             for span in (base.span(name) for name in ("stress", "deformation", "deviation") if name in base.start):
@@ -98,11 +104,14 @@ class Products:
         shifted[self._place] += self._eps * w
         self._assign(shifted)
         self.system.rate(self._moved, self._change, "velocity")
-        return host(self._change.buffer)[self._velocity].astype(np.float64)
+        return host(self._change.buffer)[self._velocity].copy()
 
     def stiffness(self, x: np.ndarray) -> np.ndarray:
         """K x."""
-        change = -(self._accelerations(x / self.mass) - self._rest) / self._eps * self.mass
+        change = self._accelerations(x / self.mass)
+        change -= self._rest
+        change *= self.mass
+        change *= -1.0 / self._eps
         return self.system.project_free(change)
 
     def _drag(self, w: np.ndarray) -> np.ndarray:
@@ -121,33 +130,31 @@ class Products:
 class _Span:
     """Up to `most` orthonormal vectors and their products."""
 
-    def __init__(self, products: Products, most: int, damped: bool):
+    def __init__(self, products: Products, most: int):
         self._p, n = products, products.count
         kind = np.float32 if n > LARGE else np.float64
         self._least = 1e-5 if n > LARGE else 1e-8
         self.count, self.most = 0, most
-        self._w, self._k = np.empty((most, n), kind), np.empty((most, n), kind)
-        self._d = np.empty((most if damped else 0, n), kind)
+        self._w, self._k, self._d = (np.empty((most, n), kind) for _ in range(3))
 
     def add(self, x: np.ndarray) -> np.ndarray:
         """Take what is new of x; its coefficients on the vectors (count,), NaN where x is zero or not finite."""
-        size, held = float(np.linalg.norm(x)), self._w[: self.count]
+        size, held = math.sqrt(_dot(x, x)), self._w[: self.count]
         if not np.isfinite(size) or size == 0.0:
             return np.full(self.count, np.nan)
         coefficients, left = np.zeros(self.count + 1), x / size
         for _ in range(2):
-            part = held @ left
+            part = np.einsum("in,n->i", held, left)
             coefficients[:-1] += part
-            left = left - part @ held
-        new = float(np.linalg.norm(left))
+            left = left - np.einsum("i,in->n", part, held)
+        new = math.sqrt(_dot(left, left))
         if new < self._least or self.count == self.most:
             return size * coefficients[:-1]
         coefficients[-1] = new
         self._w[self.count] = left / new
         vector = self._w[self.count].astype(np.float64)
         self._k[self.count] = self._p.stiffness(vector)
-        if len(self._d):
-            self._d[self.count] = self._p.damping(vector)
+        self._d[self.count] = self._p.damping(vector)
         self.count += 1
         return size * coefficients
 
@@ -157,16 +164,56 @@ class _Span:
 
     def next(self, last: np.ndarray, before: np.ndarray) -> np.ndarray:
         """-(D r_j + K r_(j-1)) of two vectors given by their coefficients."""
-        return -(last @ self._d[: len(last)] + before @ self._k[: len(before)]).astype(np.float64)
+        drag = np.einsum("i,in->n", last, self._d[: len(last)])
+        return -(drag + np.einsum("i,in->n", before, self._k[: len(before)])).astype(np.float64)
 
     def spectrum(self, rate: float, still: float) -> Spectrum:
         """The spectrum that follows from the products."""
         m = self.count
         w, k, d = self._w[:m], self._k[:m], self._d[:m]
-        none = np.zeros((m, m))
-        damping, kd, dd = (w @ d.T, k @ d.T, d @ d.T) if len(self._d) else (none, none, none)
-        arrays = [np.asarray(a, np.float64) for a in (w @ k.T, damping, k @ k.T, kd, dd)]
+        arrays = [_products(a, b) for a, b in ((w, k), (w, d), (k, k), (k, d), (d, d))]
         return Spectrum(arrays[0], arrays[1], (arrays[2], arrays[3], arrays[4]), rate, still)
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> float:
+    """A scalar product without BLAS, whose threads take longer to start than these sums, and change their last bits."""
+    return float(np.einsum("n,n->", a, b, dtype=np.float64))
+
+
+def _products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The scalar products of the rows of a and b, in double precision."""
+    return np.einsum("in,jn->ij", a, b, dtype=np.float64)
+
+
+def _undamped(products: Products, start: np.ndarray, rate: float, still: float) -> Spectrum:
+    """The spectrum from Lanczos' three terms: w_(j+1) beta_(j+1) = K w_j - alpha_j w_j - beta_j w_(j-1), so that K projected
+    on the w is tridiagonal, K W = W T + beta_(m+1) w_(m+1) e_m^T, and of the vectors two are kept. They lose their
+    orthogonality where an eigenvalue is found to rounding, which changes no outermost one."""
+    size = math.sqrt(_dot(start, start))
+    last = (start / (size or 1.0)).astype(products.kind)
+    before = np.zeros_like(last)
+    diagonal, beside = np.zeros(VECTORS), np.zeros(VECTORS)
+    m, beta = 0, 0.0
+    while m < VECTORS and size > 0.0:
+        new = products.stiffness(last).astype(products.kind, copy=False)
+        new -= products.kind(beta) * before
+        diagonal[m] = _dot(new, last)
+        new -= products.kind(diagonal[m]) * last
+        beta = math.sqrt(_dot(new, new))
+        beside[m] = beta
+        m += 1
+        if not np.isfinite(beta) or beta <= NOTHING * np.abs(diagonal[:m]).max():
+            break
+        new /= products.kind(beta)
+        before, last = last, new
+    projected = (
+        np.diag(diagonal[:m]) + np.diag(beside[: m - 1], 1) + np.diag(beside[: m - 1], -1) if m else np.zeros((0, 0))
+    )
+    square = projected @ projected
+    if m:
+        square[-1, -1] += beside[m - 1] ** 2
+    none = np.zeros((m, m))
+    return Spectrum(projected, none, (square, none, none), rate, still)
 
 
 def spectrum(system: Moving) -> Spectrum:
@@ -182,9 +229,13 @@ def spectrum(system: Moving) -> Spectrum:
         none = np.zeros((0, 0))
         return Spectrum(none, none, (none, none, none), rate, still)
     products = Products(system)
-    lanczos, most = DAMPED_VECTORS if system.drags else (VECTORS, VECTORS)
-    span = _Span(products, most, system.drags)
     start = system.project_free(np.random.default_rng(0).standard_normal(products.count))
+    if not system.drags:
+        found = _undamped(products, start, rate, still)
+        products.restore()
+        return found
+    lanczos, most = DAMPED_VECTORS
+    span = _Span(products, most)
     span.add(start)
     while span.count < lanczos:
         known = span.count
@@ -192,7 +243,7 @@ def spectrum(system: Moving) -> Spectrum:
         if span.count == known:  # nothing new, or nothing finite
             break
     before, last = np.zeros(1), np.eye(1)[0]
-    for _ in range(3 * most if system.drags else 0):
+    for _ in range(3 * most):
         if span.count == most:
             break
         coefficients = span.add(span.next(last, before))

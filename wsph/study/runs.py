@@ -1,152 +1,134 @@
-"""Studies: a scene under a grid of overrides, one row of cost and error each, and the front that they make.
+"""The runs of a study, over any executor of `concurrent.futures`: each row is kept when it ends.
 
-schema = 1
-scene = "../shock_bar.toml"
-[[variants]]                      # what is compared; every one with every combination of the grid
-name = "tsph"
-set = { "run.support" = 1.2 }
-[grid]
-"run.cfl" = [0.5, 0.9]
-[oracle]                          # the exact answer, an expression of x, y, z, t
-probe = "fixed-end"               # or field = "velocity_x" at the end of the run
-column = "stress_xx"
-exact = "-8e5*(t > 5e-3 and t <= 7.5e-3)"   # or reference = "file.csv": a time and a value a row
-norm = 1
-
-A reference is compared with where it has values; a row that ran further says so in its column `compared`.
+Left to itself a study makes the coarsest row where it is, which fills the cache of kernels once and tells how long a row
+takes; the others go to processes where that is worth their start. A process that is lost takes along its row alone.
 """
 
 # pyright: strict
 
-import hashlib
-import itertools
-import json
-import multiprocessing
-import os
 import time
-import warnings
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable, Mapping
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, as_completed
+from dataclasses import dataclass
 from functools import partial
-from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 import warp as wp
 
 from wsph.backend.device import pick_device
-from wsph.backend.threads import cores, keep_to
-from wsph.errors import Refused, WsphError
-from wsph.scene.files import file_digests
+from wsph.backend.threads import cores
+from wsph.errors import Refused, is_out_of_memory
 from wsph.scene.scene import Scene
-from wsph.simulation.run import run
+from wsph.study.plan import Planned, planned
+from wsph.study.rows import Made, Row, make
 from wsph.study.tables import Study
+from wsph.study.workers import Workers
 
 SPREAD_SECONDS = 5.0
 """Estimated time after the first run [s] below which a study stays in its process: another takes two seconds to start."""
 
-Planned = tuple[str, dict[str, object], Scene]
-"""A run to be made: the variant's name, its place in the grid, and the scene."""
-
-Row = dict[str, str | int | float]
-"""Values of a run by column: what it was, its cost and its error."""
+Keep = Callable[[int, Made], None]
+"""Called with the number of a row and the row, when it is made."""
 
 
-def scenes(study: Study, scene: Scene) -> Iterator[Planned]:
-    """Every variant at every place of the grid. Raises SceneError for an override that the scene cannot take."""
-    for variant in study.variants:
-        for values in itertools.product(*study.grid.values()):
-            place = dict(zip(study.grid, values, strict=True))
-            yield variant.name, place, scene.with_(**variant.set, **place)
+@dataclass
+class Outcome:
+    """What became of a study: its rows by their number, and those that are `lost`, with the reason. Lost rows can be made
+    another time."""
 
+    made: dict[int, Made]
+    lost: dict[int, str]
 
-def digests(study: Study, scene: Scene, folder: Path) -> list[str]:
-    """A digest of everything that a row follows from, for each run in order: the row of another study that has it is the
-    same but for its seconds. Raises SceneError for a reference that cannot be read."""
-    oracle = study.oracle
-    answer = [oracle.model_dump_json(), oracle.content(folder)] if oracle is not None else []
-    shared = [*answer, version("wsph"), version("warp-lang")]
-    found: list[str] = []
-    for name, place, changed in scenes(study, scene):
-        whole = changed.model_dump(mode="json", by_alias=True)
-        facts = json.dumps([name, place, whole, file_digests(whole["bodies"]), shared], default=str)
-        found.append(hashlib.sha256(facts.encode()).hexdigest())
-    return found
+    @property
+    def rows(self) -> list[Row]:
+        """The rows that there are, in order."""
+        return [self.made[place].row for place in sorted(self.made)]
 
 
 def run_study(
     study: Study,
     scene: Scene,
     folder: Path,
-    progress: Callable[[int, int], None] | None = None,
-    workers: int = 1,
+    executor: Executor | None = None,
     *,
-    known: Sequence[Row | None] | None = None,
-    keep: Callable[[Sequence[Row | None]], None] | None = None,
-) -> list[Row]:
+    workers: int = 1,
+    known: Mapping[int, Made] | None = None,
+    keep: Keep | None = None,
+) -> Outcome:
     """Run a study whose files are in `folder`: one row of plain data a run. What is refused or unstable is a row that says
     so.
 
-    With more than one of `workers` (0: as many as there are cores for) every run that leaves its threads open takes one
-    core, and those after the first go to processes of their own where that is worth it: the same rows, but for their
-    seconds. Processes import the main module, which has to be importable. An interrupt ends the study (KeyboardInterrupt).
-    `known` rows, in the order of the runs, are not made again; `keep` is called with all rows whenever there is one more.
-    Raises SceneError before the first run for an answer that cannot be compared with.
+    `executor`: where rows are made, each with one thread where the scene leaves their number open; `folder` has to be there
+    as well. Without one, with more than one of `workers` (0: as many as there are cores for), rows go to processes where
+    that is worth it: the same rows, but for their seconds. `known` rows are not made again; `keep` is called when a row
+    ends, in the order in which they end. An interrupt ends the study (KeyboardInterrupt). Raises SceneError before the
+    first run for an answer that cannot be compared with.
     """
-    planned = list(scenes(study, scene))
+    plan = planned(study, scene)
     if study.oracle is not None:
-        for _, _, changed in planned:
-            study.oracle.check(changed, folder)
-    rows: list[Row | None] = list(known or [None] * len(planned))
+        for each in plan:
+            study.oracle.check(each.scene, folder)
+    found = Outcome(dict(known or {}), {})
+    todo = {place: each for place, each in enumerate(plan) if place not in found.made}
 
-    def note(place: int, row: Row) -> None:
-        rows[place] = row
+    def note(place: int, made: Made) -> None:
+        found.made[place] = made
         if keep is not None:
-            keep(rows)
-        if progress is not None:
-            progress(sum(each is not None for each in rows), len(planned))
+            keep(place, made)
 
-    todo = [place for place, row in enumerate(rows) if row is None]
-    if todo:
-        _make(study, folder, [(place, planned[place]) for place in todo], workers, note)
-    return [row for row in rows if row is not None]
+    row = partial(make, study, folder)
+    if executor is not None:
+        found.lost.update(_spread(executor, todo, partial(row, threads=1, alone=False), note))
+    elif todo:
+        found.lost.update(_here_or_spread(todo, row, workers, note))
+    return found
 
 
-def _make(
-    study: Study, folder: Path, wanted: list[tuple[int, Planned]], workers: int, note: Callable[[int, Row], None]
-) -> None:
-    """Make rows, and note each at its place."""
-    (first, begin), *rest = wanted
-    changes = [changed for _, (_, _, changed) in wanted]
-    each_takes = max(1, *(changed.run.threads for changed in changes))
-    workers = min(workers or len(cores()) // each_takes, len(rest))
-    if any(_on_cuda(changed) for changed in changes):
+def _here_or_spread(todo: dict[int, Planned], row: Callable[..., Made], workers: int, note: Keep) -> dict[int, str]:
+    """Make rows in this process, or those after the first in others; returns those that are lost."""
+    scenes = [each.scene for each in todo.values()]
+    each_takes = max(1, *(scene.run.threads for scene in scenes)) if len(scenes) > 1 else 1
+    workers = min(workers or len(cores()) // each_takes, len(todo) - 1)
+    if any(_on_cuda(scene) for scene in scenes):
         workers = 1
-    row = partial(_row, study, folder, threads=1 if workers > 1 else None)
+    threads = 1 if workers > 1 else None
+    # The coarsest, which no lack of memory ends.
+    first = max(todo, key=lambda place: todo[place].spacing or 0.0)
+    begin, rest = todo[first], {place: each for place, each in todo.items() if place != first}
     started = time.perf_counter()
-    note(first, row(begin))
-    if workers < 2 or (time.perf_counter() - started) * len(rest) < SPREAD_SECONDS:
-        for place, each in rest:
-            note(place, row(each))
-        return
-    context = multiprocessing.get_context("spawn")
-    own = [cores()[k * each_takes : (k + 1) * each_takes] for k in range(max(len(cores()) // each_takes, 1))]
-    shares = context.Queue()
-    for k in range(workers):
-        shares.put(own[k % len(own)])
-    with ProcessPoolExecutor(workers, context, _begin, (shares,)) as pool:
-        try:
-            found = pool.map(partial(_in_process, row), [each for _, each in rest])
-            for (place, _), made in zip(rest, found, strict=True):
-                note(place, made)
-        except BrokenProcessPool:
-            raise WsphError(
-                "a process of the study ended, by an interrupt or for lack of memory perhaps: use --workers 1"
-            ) from None
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+    note(first, row(begin, threads=threads))
+    taken = time.perf_counter() - started
+    if workers < 2 or sum(taken * _dearer(each, begin) for each in rest.values()) < SPREAD_SECONDS:
+        for place, each in rest.items():
+            note(place, row(each, threads=threads))
+        return {}
+    with Workers(workers, each_takes) as pool:
+        return _spread(pool, rest, partial(row, threads=1, alone=False), note)
+
+
+def _dearer(row: Planned, other: Planned) -> float:
+    """How many times the work of another a row has, by their spacings."""
+    return ((other.spacing or 1.0) / (row.spacing or other.spacing or 1.0)) ** (row.scene.dim + 1)
+
+
+def _spread(executor: Executor, todo: dict[int, Planned], row: Callable[[Planned], Made], note: Keep) -> dict[int, str]:
+    """Make rows by an executor; returns those that are lost with their process or with its memory."""
+    futures = {executor.submit(row, each): place for place, each in todo.items()}
+    lost: dict[int, str] = {}
+    try:
+        for future in as_completed(futures):
+            try:
+                note(futures[future], future.result())
+            except (BrokenExecutor, CancelledError) as error:
+                lost[futures[future]] = str(error) or type(error).__name__
+            except (MemoryError, RuntimeError, OSError) as error:
+                if not is_out_of_memory(error):
+                    raise
+                lost[futures[future]] = "out of memory"
+    except BaseException:
+        executor.shutdown(wait=False, cancel_futures=True)
+        raise
+    return lost
 
 
 def _on_cuda(scene: Scene) -> bool:
@@ -154,50 +136,3 @@ def _on_cuda(scene: Scene) -> bool:
         return wp.get_device(pick_device(scene.run.device)).is_cuda
     except Refused:  # which its row will say
         return False
-
-
-def _in_process(row: Callable[[Planned], Row], planned: Planned) -> Row:
-    """A row made by a process of its own, which an interrupt ends."""
-    try:
-        return row(planned)
-    except KeyboardInterrupt:
-        os._exit(130)
-
-
-def _begin(shares: Any) -> None:
-    """Start a process of a study, on cores of its own and with warnings off: the table reports them."""
-    warnings.simplefilter("ignore")
-    keep_to(shares.get())
-
-
-def _row(study: Study, folder: Path, planned: Planned, threads: int | None = None) -> Row:
-    """One run, with `threads` threads where the scene leaves their number open."""
-    name, place, changed = planned
-    if threads is not None and changed.run.threads == 0:
-        changed = changed.with_(threads=threads)
-    row: Row = {
-        "variant": name,
-        **{k: v if isinstance(v, (int, float, str)) else json.dumps(v) for k, v in place.items()},
-    }
-    try:
-        result = run(changed, throw=False)
-    except Refused as error:
-        return row | {"status": "refused", "reason": str(error).splitlines()[0]}
-    if result.status == "interrupted":
-        raise KeyboardInterrupt
-    s = result.summary
-    rate, energy = s["particle_steps_per_second"], s["energy"]
-    row |= {
-        "status": result.status,
-        "reason": result.reason.split(":")[0],
-        "particles": s["particles"],
-        "steps": s["steps"],
-        "right_hand_sides": s["right_hand_sides"],
-        "pair_visits": s["pairs"] * s["right_hand_sides"],
-        "seconds": s["particles"] * s["steps"] / rate if rate > 0.0 else 0.0,
-        "energy_residual": energy["residual"] / energy["external_work"] if energy["external_work"] else 0.0,
-    }
-    if study.oracle is not None and result.status == "completed":
-        compared = study.oracle.error(result, folder)
-        row |= {"error": compared.error, "compared": compared.over or "whole run"}
-    return row

@@ -144,7 +144,7 @@ def test_probes_of_what_is_not_there():
 
     assert "nothing that has numbers is named 'u'; there is t" in said(of="u")
     assert "of 't' fields are force, torque, work: 'stress' is none of" in said(fields=["stress"])
-    assert "exactly one of at, where and of is needed" in said(at=[[0.5]])
+    assert "exactly one of at, line, where and of is needed" in said(at=[[0.5]])
     assert "'t' has no torque in 1D: it has force, work" in said(fields=["torque"])
 
 

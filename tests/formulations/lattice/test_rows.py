@@ -49,8 +49,8 @@ def random_body(seed: int, dim: int) -> tuple[dict[str, Any], dict[str, Any]]:
     return shape, keys
 
 
-def composed(shape: dict[str, Any], keys: dict[str, Any], precision: str = "f64") -> Composition:
-    body = scenes.body(shape, CELL, **keys)
+def composed(shape: dict[str, Any], keys: dict[str, Any], precision: str = "f64", spacing: float = CELL) -> Composition:
+    body = scenes.body(shape, spacing, **keys)
     run = {"formulation": "stress-points", "precision": precision, "guard": "off", "cfl": 0.2, "end": 1.0}
     return compose(scenes.scene(body, run=run))
 
@@ -81,13 +81,47 @@ def answers(composition: Composition, seed: int) -> dict[str, np.ndarray]:
     return found
 
 
+def ball(dim: int, radius: float) -> dict[str, Any]:
+    return {"type": "disc" if dim == 2 else "sphere", "center": [0.5] * dim, "radius": radius}
+
+
+FITTED: dict[str, tuple[dict[str, Any], float]] = {
+    "disc": (ball(2, 0.65), CELL),
+    "turned plate with a hole and a notch": (
+        {
+            "type": "difference",
+            "shapes": [
+                scenes.box(1.0, 2.0) | {"rotate": 20.0},
+                {"type": "disc", "center": [0.5, 1.0], "radius": 0.18},
+                scenes.box((-0.2, 0.2), (0.2, 0.3)),
+            ],
+        },
+        0.025,
+    ),
+    "sphere": (ball(3, 0.8), CELL),
+    "rod": ({"type": "cylinder", "from": [0.0, 0.0, 0.0], "to": [0.0, 0.0, 0.4], "radius": 0.6}, CELL),
+}
+"""Shapes of bodies with a fitted surface, and spacings."""
+
+
 def both(monkeypatch: pytest.MonkeyPatch, seed: int, dim: int, precision: str, **parts: Any) -> float:
     """The largest difference between rows of the lattice and rows of pairs, as a part of the largest number."""
     shape, keys = random_body(seed, dim)
-    ours = composed(shape, keys | parts, precision)
+    return compared(monkeypatch, seed, precision, shape, keys | parts)
+
+
+def compared(
+    monkeypatch: pytest.MonkeyPatch,
+    seed: int,
+    precision: str,
+    shape: dict[str, Any],
+    keys: dict[str, Any],
+    spacing: float = CELL,
+) -> float:
+    ours = composed(shape, keys, precision, spacing)
     assert isinstance(ours.bodies[0].system.rates, LatticeRates)
-    monkeypatch.setattr(rates, "has_equal_cells", lambda host: False)
-    theirs = composed(shape, keys | parts, precision)
+    monkeypatch.setattr(rates, "boxes_of", lambda host: None)
+    theirs = composed(shape, keys, precision, spacing)
     assert not isinstance(theirs.bodies[0].system.rates, LatticeRates)
     assert ours.pairs == theirs.pairs
     found, expected = answers(ours, seed), answers(theirs, seed)
@@ -110,6 +144,30 @@ def test_so_they_are_of_every_law_and_part(name: str, dim: int, monkeypatch: pyt
     assert both(monkeypatch, 1, dim, "f64", **PARTS[name]) < 1e-10
 
 
+@pytest.mark.parametrize("name", list(FITTED))
+def test_so_they_are_of_fitted_bodies(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    shape, spacing = FITTED[name]
+    system = composed(shape, {}, "f64", spacing).bodies[0].system
+    assert 0.25 < system.regular < 0.95
+    assert compared(monkeypatch, 1, "f64", shape, {}, spacing) < 1e-10
+
+
+@pytest.mark.parametrize("precision", ["f64", "f32"])
+@pytest.mark.parametrize("part", ["without a residual", "viscous", "mises", "jaumann and bulk viscosity"])
+def test_so_they_are_of_every_law_on_them(part: str, precision: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    shape, spacing = FITTED["disc"]
+    within = 1e-10 if precision == "f64" else 2e-3
+    assert compared(monkeypatch, 1, precision, shape, PARTS[part], spacing) < within
+
+
+@pytest.mark.parametrize("part", ["viscous", "mises"])
+def test_so_they_are_on_them_where_a_thread_has_a_row(part: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The kernels of a GPU, on the CPU."""
+    monkeypatch.setattr(rates, "width_of", lambda device, precision: 1)
+    shape, spacing = FITTED["disc"]
+    assert compared(monkeypatch, 1, "f64", shape, PARTS[part], spacing) < 1e-10
+
+
 @pytest.mark.parametrize("dim", [1, 2, 3])
 def test_so_they_are_in_single_precision(dim: int, monkeypatch: pytest.MonkeyPatch) -> None:
     assert both(monkeypatch, 2, dim, "f32") < 2e-3
@@ -129,7 +187,8 @@ def test_so_they_are_where_a_thread_has_a_row(name: str, dim: int, monkeypatch: 
 def test_every_cell_and_every_node_is_in_one_block(seed: int, dim: int, width: int) -> None:
     shape, keys = random_body(seed, dim)
     body = composed(shape, keys).bodies[0].system.lattice
-    runs = runs_of(body.corners, body.index, width, 13)
+    assert body.boxes is not None
+    runs = runs_of(body.boxes, len(body.nodes), width, 13)
     for blocks, rows in ((runs.cells, len(body.cells)), (runs.nodes, len(body.nodes))):
         taken = np.concatenate([np.arange(block[FIRST], block[FIRST] + block[OWN]) for block in blocks])
         assert sorted(taken.tolist()) == list(range(rows))

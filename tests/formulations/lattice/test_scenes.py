@@ -61,7 +61,7 @@ def compare(scene: wsph.Scene, monkeypatch: pytest.MonkeyPatch, within: float = 
     assert all(by_lattice(scene))
     ours = wsph.run(scene)
     with monkeypatch.context() as patched:
-        patched.setattr(rates, "has_equal_cells", lambda host: False)
+        patched.setattr(rates, "boxes_of", lambda host: None)
         assert not any(by_lattice(scene))
         theirs = wsph.run(scene)
     assert ours.summary["steps"] == theirs.summary["steps"]
@@ -98,6 +98,43 @@ def test_bodies_that_touch_are_those_of_pairs(model: str, monkeypatch: pytest.Mo
     ]
     run = {"formulation": "stress-points", "end": 1.5, "cfl": 0.3}
     compare(scenes.scene(*pair, run=run, contact=[{"between": ["a", "b"], "friction": 0.2}]), monkeypatch, 1e-6)
+
+
+def fitted(keys: dict[str, Any], **run: Any) -> wsph.Scene:
+    """A disc, whose cells are those of a grid but for a layer."""
+    body = scenes.body({"type": "disc", "center": [0.5, 0.5], "radius": 0.7}, 0.05, **MOVES, **keys)
+    held = {"body": "b", "where": "x < 0.0", "velocity": {"x": "1e-3*sin(4*t)"}}
+    pulled = {"body": "b", "where": "x > 1.0", "traction": {"x": 1e-3, "y": "-1e-3*sin(5*t)"}}
+    cut = {**CUT, "point": [0.52, 0.5]}
+    run = {"formulation": "stress-points", "cfl": 0.3, "end": 1.0, **run}
+    tables = {"boundary": [held, pulled], "probes": SEEN["probes"], "sections": [cut], "output": {"history": 3}}
+    return scenes.scene(body, run=run, **tables)
+
+
+LAWS = {
+    "elastic": {},
+    "mises": MISES,
+    "viscous": {"viscosity": {"alpha": 0.5, "kind": "pair"}},
+    "begun with a stress": {**MISES, "initial": {"stress": {"xx": "1e-3*y"}}},
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_fitted_body_is_that_of_pairs(law: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    compare(fitted(LAWS[law]), monkeypatch)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_its_bits_are_those_of_two_threads_and_of_a_resumed_run(law: str, tmp_path: Path) -> None:
+    scene = fitted(LAWS[law], threads=1)
+    straight, two = wsph.run(scene), wsph.run(fitted(LAWS[law], threads=2))
+    wsph.run(scene.with_(end=0.5, checkpoint={"every": 5}), tmp_path / "out")
+    resumed = wsph.run(scene, tmp_path / "out", resume=True)
+    for name, values in straight.particles.items():
+        assert np.array_equal(values, two.particles[name]), name
+        assert np.array_equal(values, resumed.particles[name]), name
+    for name in straight.history:
+        assert straight.history[name][-1] == resumed.history[name][-1], name
 
 
 def test_a_total_law_about_an_initial_stress_takes_pairs() -> None:

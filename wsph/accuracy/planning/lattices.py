@@ -123,9 +123,9 @@ class Lattices:
             return
         points = [end for crack in body.cracks for end in (crack.start, crack.end)]
         for probe in self.scene.probes:
-            if probe.at is not None and (probe.body == body.name or probe.body is None):
+            if probe.points is not None and (probe.body == body.name or probe.body is None):
                 points += [
-                    place for place in probe.at if len(place) == shape.dim and shape.contains(np.array([place]))[0]
+                    place for place in probe.points if len(place) == shape.dim and shape.contains(np.array([place]))[0]
                 ]
         for edges, step, axis in zip(shape.edges(), steps_of(body), range(shape.dim), strict=True):
             if len(edges):

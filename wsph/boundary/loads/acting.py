@@ -80,6 +80,8 @@ class Load(Model):
     """Its key in a boundary of a scene."""
     values: ClassVar[dict[str, str]] = {}
     """Those of its keys that are prescribed values, of time and place, with their units."""
+    shorthand: ClassVar[tuple[dict[str, object], ...]] = ()
+    """What it may be in place of a table, as JSON schemas."""
     by_corners: ClassVar[bool] = False
     """Whether it acts on faces by their corners, and so needs particles there."""
     on_faces: ClassVar[bool] = False

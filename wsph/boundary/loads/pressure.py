@@ -7,7 +7,7 @@ particle's reference position. The thickness of plane stress is that of the refe
 
 from functools import cache
 from itertools import product
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 import warp as wp
@@ -23,6 +23,7 @@ from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.loads.work import LoadWork
 from wsph.boundary.programs.prescribed import constant
 from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate_mean, interval, places
+from wsph.declarations import Measured, example
 from wsph.geometry.gradients import GAUSS
 from wsph.protocols import Entry
 from wsph.quantities import Value, is_table
@@ -32,11 +33,13 @@ from wsph.units import Scales
 class Pressure(Load):
     """A pressure [Pa] that follows the face; positive pushes. A number, a quantity, an expression or a function."""
 
+    model_config = example({"value": "1 MPa"})
     key: ClassVar[str] = "pressure"
     values: ClassVar[dict[str, str]] = {"value": "Pa"}
+    shorthand: ClassVar[tuple[dict[str, object], ...]] = ({"type": ["number", "string"], "unit": "Pa"},)
     by_corners: ClassVar[bool] = True
     otherwise: ClassVar[str] = "a traction, which keeps its direction"
-    value: Value
+    value: Annotated[Value, Measured("Pa")]
 
     @model_validator(mode="before")
     @classmethod

@@ -25,6 +25,7 @@ class Quiet(Load):
     """`quiet = true`."""
 
     key: ClassVar[str] = "quiet"
+    shorthand: ClassVar[tuple[dict[str, object], ...]] = ({"const": True},)
     # Half a cell inside of the face, the mass before it would send back 2 to 4 % of a wave of 30 to 60 cells.
     on_faces: ClassVar[bool] = True
 

@@ -7,13 +7,14 @@ Places are those of the reference: a region, and what an expression says of it, 
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.programs.prescribed import Prescribed, constant
 from wsph.boundary.tables import Prescribing
+from wsph.declarations import Measured, example
 from wsph.errors import Fault, SceneError
 from wsph.expressions import Expression, constant_program
 from wsph.geometry.selection import select
@@ -28,10 +29,11 @@ class RegionForce(Model):
     """A force per volume of the reference [N/m3], along the coordinate axes, on the particles that `where` selects, or on
     all."""
 
+    model_config = example({"where": "x > 0.5", "y": "-1e5 N/m3"})
     where: str | None = None
-    x: Value | None = None
-    y: Value | None = None
-    z: Value | None = None
+    x: Annotated[Value, Measured(UNIT)] | None = None
+    y: Annotated[Value, Measured(UNIT)] | None = None
+    z: Annotated[Value, Measured(UNIT)] | None = None
 
     @property
     def components(self) -> dict[str, Value]:

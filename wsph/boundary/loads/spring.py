@@ -10,13 +10,16 @@ from collections.abc import Iterator
 from typing import Annotated, ClassVar
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import GetJsonSchemaHandler, model_validator
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.space import Space
 from wsph.boundary.loads.acting import ActingLoad, Load, LoadedFaces
 from wsph.boundary.loads.ground import Ground
+from wsph.declarations import Also, example, number_schema
 from wsph.output.fields import AXES
 from wsph.quantities import Model, Unit, is_table
 from wsph.units import Scales, quantity
@@ -34,6 +37,12 @@ class Directed(Model):
     x: Annotated[float, Unit("", ge=0)] | None = None
     y: Annotated[float, Unit("", ge=0)] | None = None
     z: Annotated[float, Unit("", ge=0)] | None = None
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        found = handler.resolve_ref_schema(handler(schema))
+        found["properties"] = {key: number_schema(cls.unit, None, 0.0) for key in cls.model_fields}
+        return found
 
     @model_validator(mode="before")
     @classmethod
@@ -83,21 +92,24 @@ def by_face(faces: LoadedFaces, normal: float, tangential: float) -> np.ndarray:
 class Stiffness(Directed):
     """Of springs [N/m3]."""
 
+    model_config = example({"normal": "1e9 N/m3", "tangential": "1e8 N/m3"})
     unit: ClassVar[str] = "N/m3"
 
 
 class Damping(Directed):
     """Of dashpots [N s/m3]."""
 
+    model_config = example({"every": "1e5 N s/m3"})
     unit: ClassVar[str] = "N s/m3"
 
 
 class Spring(Load):
     """Springs to the ground, of `stiffness` per area [N/m3], and dashpots, of `damping` per area [N s/m3]."""
 
+    model_config = example({"stiffness": "1e9 N/m3"})
     key: ClassVar[str] = "spring"
-    stiffness: Stiffness | None = None
-    damping: Damping | None = None
+    stiffness: Annotated[Stiffness, Also(number_schema("N/m3", 0.0))] | None = None
+    damping: Annotated[Damping, Also(number_schema("N s/m3", 0.0))] | None = None
 
     @model_validator(mode="after")
     def _something(self) -> "Spring":

@@ -1,21 +1,36 @@
-"""Functions of time, as a scene's table has them."""
+"""Functions of time, or of time and place, as a scene's table has them."""
 
 # pyright: strict
 
 from bisect import bisect_left
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
+from wsph.declarations import example
+from wsph.expressions import OPERATIONS, Expression
 from wsph.quantities import Model, Unit, as_tuple
+
+MOST_ENTRIES = 400
+"""Of a table in time and place: every evaluation looks at all of them."""
+
+_Row = Annotated[tuple[Annotated[float, Unit("")], ...], BeforeValidator(as_tuple)]
+_Places = Annotated[tuple[Annotated[float, Unit("m")], ...], BeforeValidator(as_tuple), Field(min_length=2)] | None
 
 
 class Function(Model):
-    """A function of time: a table (t, value, interp) or an expression of x, y, z, t."""
+    """A function of time: a table (t, value, interp), or an expression of x, y, z, t; or a table of time and place, where
+    x, y or z has coordinates of the reference and `value` a row a time, linear between and constant beyond."""
 
+    model_config = example({"t": [0.0, "1 ms"], "value": [0.0, 1.0], "interp": "linear"})
     t: Annotated[tuple[Annotated[float, Unit("s")], ...], BeforeValidator(as_tuple)] | None = None
-    value: Annotated[tuple[Annotated[float, Unit("")], ...], BeforeValidator(as_tuple)] | None = None
+    x: _Places = None
+    y: _Places = None
+    z: _Places = None
+    value: _Row | Annotated[tuple[_Row, ...], BeforeValidator(as_tuple)] | None = None
     interp: Literal["linear", "step"] = "linear"
     expression: str | None = None
 
@@ -26,14 +41,92 @@ class Function(Model):
         if self.expression is None:
             if self.t is None or self.value is None or len(self.t) != len(self.value) or not self.t:
                 raise ValueError("t and value must have the same number of entries, at least one")
-            if any(a >= b for a, b in zip(self.t, self.t[1:], strict=False)):
-                raise ValueError("t must increase from entry to entry")
+            for name, entries in (("t", self.t), ("x", self.x), ("y", self.y), ("z", self.z)):
+                if entries is not None and any(a >= b for a, b in pairwise(entries)):
+                    raise ValueError(f"{name} must increase from entry to entry")
+            self._check_rows()
+        elif self.axis:
+            raise ValueError(f"{self.axis[0]} goes with a table (t and value)")
         return self
+
+    def _check_rows(self) -> None:
+        """Raise ValueError where the values are no rows over the places that it names."""
+        listed = [isinstance(each, tuple) for each in self.value or ()]
+        if not self.axis:
+            if any(listed):
+                raise ValueError("value has rows: name the places of their columns, as x = [0.0, 1.0]")
+            return
+        name, places = self.axis
+        if len([each for each in (self.x, self.y, self.z) if each is not None]) > 1:
+            raise ValueError("a table is of the time and of one of x, y and z")
+        if not all(listed) or any(len(row) != len(places) for row in self.rows):
+            raise ValueError(
+                f"value has a row for every t, each with a number for every entry of {name}: {len(places)}"
+            )
+        if self.interp != "linear":
+            raise ValueError(f'interp = "{self.interp}" is of a table of the time alone')
+        if len(self.rows) * len(places) > MOST_ENTRIES:
+            count = len(self.rows) * len(places)
+            raise ValueError(
+                f"has {count} values; at most {MOST_ENTRIES}: every particle looks at all of them in every step"
+            )
+
+    @property
+    def axis(self) -> tuple[str, tuple[float, ...]] | None:
+        """The axis and the places of its columns [m], of a table in time and place."""
+        return next(((name, each) for name, each in zip("xyz", (self.x, self.y, self.z), strict=True) if each), None)
+
+    @property
+    def rows(self) -> tuple[tuple[float, ...], ...]:
+        """The rows of a table in time and place, one a time."""
+        return tuple(each if isinstance(each, tuple) else (each,) for each in self.value or ())
+
+    @property
+    def column(self) -> tuple[float, ...]:
+        """The values of a table of the time alone."""
+        return tuple(each for each in self.value or (0.0,) if not isinstance(each, tuple))
+
+    @property
+    def program(self) -> Expression | None:
+        """A table in time and place as an expression, None where it is one of the time alone."""
+        if self.axis is None:
+            return None
+        name, places = self.axis
+        columns = list(zip(*self.rows, strict=True))
+        times = self.t or (0.0,)
+        found = _piecewise("t", times, columns[0])
+        for k, (left, right) in enumerate(pairwise(columns)):
+            change = [b - a for a, b in zip(left, right, strict=True)]
+            part = [*_piecewise("t", times, change), *_share(name, places[k], places[k + 1]), _op("multiply")]
+            found += [*part, _op("add")]
+        return Expression(f"a table of {name} and t", tuple(found))
 
     def at(self, time: float) -> float:
         """The value of a table at a time [s]: it holds its first value before, and its last one after; a step holds from
         just after an entry to the next."""
-        t, value = self.t or (0.0,), self.value or (0.0,)
+        t, value = self.t or (0.0,), self.column
         if self.interp == "linear":
             return float(np.interp(time, t, value))
         return value[max(bisect_left(t, time) - 1, 0)]
+
+
+Instruction = tuple[int, float]
+
+
+def _op(name: str, number: float = 0.0) -> Instruction:
+    return OPERATIONS[name], number
+
+
+def _share(variable: str, low: float, high: float) -> list[Instruction]:
+    """How far a variable is from `low` to `high`, 0 before and 1 beyond."""
+    ratio = [_op(variable), _op("constant", low), _op("subtract"), _op("constant", 1.0 / (high - low)), _op("multiply")]
+    return [*ratio, _op("constant", 0.0), _op("max"), _op("constant", 1.0), _op("min")]
+
+
+def _piecewise(variable: str, at: Sequence[float], values: Sequence[float]) -> list[Instruction]:
+    """Linear from value to value, constant beyond: the first, and what each piece adds to it."""
+    found = [_op("constant", values[0])]
+    for low, high, a, b in zip(at, at[1:], values, values[1:], strict=False):
+        if a != b:
+            found += [*_share(variable, low, high), _op("constant", b - a), _op("multiply"), _op("add")]
+    return found

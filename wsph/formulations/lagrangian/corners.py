@@ -31,10 +31,11 @@ QUANTA = {"f64": 2.0**-48, "f32": 2.0**-21}
 """Vectors are whole multiples of this part of the largest power of two below the largest of their point, by precision."""
 
 
-def corner_reference(host: Host, device: str) -> Reference:
-    """Pairs from points to the corners of their cells, weights, places and moments, or vectors in place of these."""
+def corner_reference(host: Host, device: str, first: int = 0) -> Reference:
+    """Pairs from points to the corners of their cells, weights, places and moments, or vectors in place of these; of the
+    points from `first` on, where these have vectors."""
     body, length, dim = host.geometry, host.scales.length, host.space.dim
-    rows = body.rows
+    rows = body.rows.since(first)
     many = np.diff(rows.offsets)
     m, n = len(many), len(body.nodes)
     weight = np.repeat(1.0 / many, many)
@@ -49,7 +50,7 @@ def corner_reference(host: Host, device: str) -> Reference:
         if rows.held is not None:
             # Without a spread a point has no share in the residual.
             spread = np.where(rows.held, spread, np.inf)
-        volume = body.cell_volume / length**dim
+        volume = body.cell_volume[first:] / length**dim
         moment = np.eye(dim) / volume[:, None, None]
         slope = _in_quanta(rows, length ** (1 - dim), QUANTA[host.space.precision])
     ends, others = (wp.array(each, dtype=wp.int32, device=device) for each in (rows.offsets, rows.indices))
@@ -60,7 +61,7 @@ def corner_reference(host: Host, device: str) -> Reference:
 
 def _of_boxes(body: Lattice, length: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Places (n, dim), centres, moments and spreads of the cells of a grid."""
-    steps, axes, m = body.steps(length), body.frame.axes, len(body.cells)
+    steps, axes, m = body.steps(length), body.frame.axes, len(body.cell_volume)
     nodes, cells = body.centred
     moment = axes @ np.diag(4.0 / steps**2) @ axes.T
     whole = np.broadcast_to(0.5 * (moment + moment.T), (m, *moment.shape))

@@ -19,11 +19,10 @@ from wsph.sph.rows import rows_struct
 
 def force_from_points_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: Form) -> wp.Kernel:
     """Accelerations of nodes from the points that see them; `rows` are those of the nodes."""
-    real, vec, mat, Fields = space.scalar, space.vec, space.mat, fields_struct(space, layout)
+    real, vec, Fields = space.scalar, space.vec, fields_struct(space, layout)
     accelerated, Inertia = acceleration(space, parts), inertia_struct(space, parts.varied)
     Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
-    at, damps, loaded = element(wp.int32, real, vec, mat), form.damps, loaded_force(space, form)
-    drags, resisted = form.drags, form.resisted
+    pushed, loaded, drags, resisted = sum_from_points(space, form), loaded_force(space, form), form.drags, form.resisted
 
     @kernel(ranged=True, pairs=True)
     def force_from_points(
@@ -39,12 +38,33 @@ def force_from_points_kernel(space: Space, layout: Layout, parts: BodyForceKinds
         rate_out: Fields,
     ):
         i = first + wp.tid()
+        f, drag = pushed(rows, points, answers, fields.displacement[i], i, i)
+        f = loaded(f, loads, following, i)
+        if wp.static(resisted):
+            drag = drag + following[following.shape[0] // 2 + i]
+        if wp.static(drags):
+            rate_out.drag[i] = drag / (own[i] * body.density)
+            f += drag
+        rate_out.velocity[i] = accelerated(body, i, f / own[i], fields.velocity[i])
+
+    return force_from_points
+
+
+@cache
+def sum_from_points(space: Space, form: Form) -> wp.Function:
+    """Warp function (rows, points, answers, u, row, i) -> the forces on node i, whose displacement is u, from the points in
+    its `row`: of the stress and the residual, and of the viscous stress."""
+    real, vec, mat = space.scalar, space.vec, space.mat
+    Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
+    at, damps = element(wp.int32, real, vec, mat), form.damps
+
+    @wp.func
+    def pushed(rows: Rows, points: Points, answers: Answers, u: vec, row: int, i: int):
         f = vec()
         drag = vec()
-        u = fields.displacement[i]
         x = points.node[i]
-        k = rows.offsets[i]
-        end = rows.offsets[i + 1]
+        k = rows.offsets[row]
+        end = rows.offsets[row + 1]
         while k < end:
             p = at(rows.indices, k)
             r = x - at(points.centre, p)
@@ -64,15 +84,9 @@ def force_from_points_kernel(space: Space, layout: Layout, parts: BodyForceKinds
             elif wp.static(damps):
                 drag = drag - at(rows.weight, k) * (at(answers.extra, p) * r)
             k += 1
-        f = loaded(f, loads, following, i)
-        if wp.static(resisted):
-            drag = drag + following[following.shape[0] // 2 + i]
-        if wp.static(drags):
-            rate_out.drag[i] = drag / (own[i] * body.density)
-            f += drag
-        rate_out.velocity[i] = accelerated(body, i, f / own[i], fields.velocity[i])
+        return f, drag
 
-    return force_from_points
+    return pushed
 
 
 def force_between_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: Form) -> wp.Kernel:

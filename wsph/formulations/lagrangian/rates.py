@@ -59,7 +59,7 @@ from wsph.parts.body_force import BodyForceKinds, weightless
 from wsph.parts.fading import Fading
 from wsph.parts.part import Attached, Neighbourhood
 from wsph.parts.table import PARTS
-from wsph.parts.terms import Points, answers_struct, points_struct
+from wsph.parts.terms import Points, answers_struct, points_struct, with_share
 from wsph.plugins.blame import blame
 from wsph.sph.pairs import Pairs
 from wsph.sph.rows import rows_of
@@ -214,17 +214,15 @@ class LagrangianRates(ReferenceRates):
             if part.response is not None:
                 self._response = part.response
             if part.share is not None:
-                self._acting = points_struct(self._space)()
-                for name in ("node", "centre", "moment", "volume", "slope", "back", "stabilisation"):
-                    setattr(self._acting, name, getattr(self._points, name))
-                self._acting.share = part.share
+                self._acting = with_share(self._space, self._points, part.share)
 
     def own_parts(self, state: State, arrays: Arrays) -> dict[str, Attached]:
         """What the stabilisation has of its own on the device."""
         flow = self._constitutive.flow
         if flow is None or self.form.fades < 0:
             return {}
-        return {"fading": Fading(*flow, self._space, self.seen, state, self._clock, arrays.part("fading"))}
+        fields = state.layout, state.struct
+        return {"fading": Fading(flow, self._space, self.seen, *fields, self._clock, arrays.part("fading"))}
 
     @property
     def pairs(self) -> int:

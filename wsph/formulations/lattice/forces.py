@@ -1,4 +1,4 @@
-"""Forces of cells on their nodes."""
+"""Forces of cells on their nodes, and of a body's other points."""
 
 import warp as wp
 
@@ -6,14 +6,19 @@ from wsph.backend.kernels import kernel
 from wsph.backend.pair_loops import element
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
-from wsph.formulations.lagrangian.forces import loaded_force
+from wsph.formulations.lagrangian.forces import loaded_force, sum_from_points
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.lattice.lanes import block_of, capacity_of, field_lanes, lane, pull_of_cells
 from wsph.parts.body_force import BodyForceKinds, acceleration, inertia_struct
+from wsph.parts.terms import answers_struct, points_struct
+from wsph.sph.rows import rows_struct
 
 
-def force_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: Form, width: int) -> wp.Kernel:
-    """Accelerations of the nodes of a lattice."""
+def force_kernel(
+    space: Space, layout: Layout, parts: BodyForceKinds, form: Form, width: int, *, mixed: bool
+) -> wp.Kernel:
+    """Accelerations of the nodes of a body. `mixed`: other points than its boxes push them too
+    (`wsph.formulations.lattice.rest`)."""
     real, vec, dim, Fields = space.scalar, space.vec, space.dim, fields_struct(space, layout)
     accelerated, Inertia = acceleration(space, parts), inertia_struct(space, parts.varied)
     block, size = block_of(dim, width), dim * capacity_of(width)
@@ -32,6 +37,7 @@ def force_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: Form
         loads: wp.array(dtype=vec),
         following: wp.array(dtype=vec),
         own: wp.array(dtype=real),
+        pushed: wp.array(dtype=vec),
         fields: Fields,
         rate_out: Fields,
     ):
@@ -46,9 +52,14 @@ def force_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: Form
         e = int(0)
         while e < many:
             j = i + e
-            f = loaded(get(forces, e), loads, following, j)
+            f = get(forces, e)
+            if wp.static(mixed):
+                f += pushed[j]
+            f = loaded(f, loads, following, j)
             if wp.static(drags):
                 slow = get(drag, e)
+                if wp.static(mixed and damps):
+                    slow += pushed[pushed.shape[0] // 2 + j]
                 if wp.static(resisted):
                     slow += following[following.shape[0] // 2 + j]
                 f += slow
@@ -60,3 +71,28 @@ def force_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: Form
             write(drag, i, many, rate_out.drag)
 
     return force
+
+
+def push_kernel(space: Space, layout: Layout, form: Form) -> wp.Kernel:
+    """Forces of the points on the nodes that see any, and behind them those of the viscous stress."""
+    vec, Fields, pushed = space.vec, fields_struct(space, layout), sum_from_points(space, form)
+    Rows, Points, Answers, damps = rows_struct(space), points_struct(space), answers_struct(space), form.damps
+
+    @kernel(ranged=True, pairs=True)
+    def push(
+        first: int,
+        rows: Rows,
+        points: Points,
+        answers: Answers,
+        nodes: wp.array(dtype=wp.int32),
+        fields: Fields,
+        pushed_out: wp.array(dtype=vec),
+    ):
+        row = first + wp.tid()
+        i = nodes[row]
+        f, drag = pushed(rows, points, answers, fields.displacement[i], row, i)
+        pushed_out[i] = f
+        if wp.static(damps):
+            pushed_out[pushed_out.shape[0] // 2 + i] = drag
+
+    return push

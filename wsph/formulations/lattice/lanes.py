@@ -12,7 +12,7 @@ from itertools import product
 import warp as wp
 
 from wsph.backend.space import Space
-from wsph.formulations.lattice.runs import BEFORE, BEHIND, COMPUTED, COPY, HEAD, OWN, PLACE, VECTOR
+from wsph.formulations.lattice.runs import BEFORE, BEHIND, COMPUTED, COPY, HEAD, OWN, PLACE
 
 ACROSS = 32
 """Rows of a block on a GPU, where a thread has one."""
@@ -111,9 +111,15 @@ def corner_sums(space: Space, width: int, mean: bool) -> wp.Function:
     return sums
 
 
+def quantities(dim: int, stabilised: bool) -> int:
+    """Numbers that a cell hands to its nodes: the stress times what the forces take of it, less the stabilisation's part,
+    dim dim; where there is one the mean of the corners' displacements, dim, and its stiffness."""
+    return dim**2 + (dim + 1) * stabilised
+
+
 def capacity_of(width: int) -> int:
     """Rows that a block in segments of `width` nodes has at most, in whole vectors: a line may end with one more."""
-    return 1 if width == 1 else width + VECTOR
+    return 1 if width == 1 else width + width // 2
 
 
 def places_of(width: int) -> int:
@@ -207,6 +213,23 @@ def lane(space: Space, width: int, dtype: type) -> tuple[wp.Function, wp.Functio
 
     @wp.func_native(stores)
     def put(a_out: wp.array(dtype=space.scalar), e: int, v: dtype): ...
+
+    return get, put
+
+
+@cache
+def plane_lane(space: Space, width: int) -> tuple[wp.Function, wp.Function]:
+    """Warp functions as those of `lane`, of tensors with a plane block that is the row's matrix and nothing else."""
+    capacity, dim, S = capacity_of(width), space.dim, _real(space)
+    places = [(a, b, (a * dim + b) * capacity) for a in range(dim) for b in range(dim)]
+    loads = " ".join(f"v.data[{a}][{b}] = a.data[{at}+e];" for a, b, at in places)
+    stores = " ".join(f"a_out.data[{at}+e] = ((const {S}*)&v)[{3 * a + b}];" for a, b, at in places)
+
+    @wp.func_native(f"{_ctype(space, space.tensor)} v(0); {loads} return v;")
+    def get(a: wp.array(dtype=space.scalar), e: int) -> space.tensor: ...
+
+    @wp.func_native(stores)
+    def put(a_out: wp.array(dtype=space.scalar), e: int, v: space.tensor): ...
 
     return get, put
 

@@ -31,15 +31,17 @@ from wsph.formulations.lattice.cell import cell_of
 from wsph.formulations.lattice.flow import flow_kernel
 from wsph.formulations.lattice.forces import force_kernel
 from wsph.formulations.lattice.held import CellFading, held_kernel
-from wsph.formulations.lattice.lanes import ACROSS
+from wsph.formulations.lattice.lanes import ACROSS, quantities
+from wsph.formulations.lattice.rest import Rest
 from wsph.formulations.lattice.runs import HEAD, VECTOR, Runs, pieces_of, runs_of
-from wsph.formulations.lattice.strain import drag_kernel, quantities, strain_kernel
+from wsph.formulations.lattice.strain import drag_kernel, strain_kernel
+from wsph.formulations.lattice.total import answer_kernel, telling_kernel
 from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.one_set_rates import ReferenceRates, refuse_other
 from wsph.formulations.one_set_setup import RateSetup, is_stabilised
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import Segmented
-from wsph.geometry.lattice import Lattice
+from wsph.geometry.cells import Boxes
 from wsph.parts.body_force import BodyForceKinds, weightless
 from wsph.parts.part import Attached, Host, Neighbourhood, Part
 from wsph.plugins.blame import blame
@@ -53,6 +55,10 @@ PIECE_BYTES = 2**18
 """What the cells of a piece of a body hand to their nodes, at once: a part of the cache of a core."""
 
 
+LEAST = 0.25
+"""Part of the cells of a body that are boxes from which they pay: with fewer it steps by its pairs alone, as fast."""
+
+
 def width_of(device: str, precision: str) -> int:
     """Rows that a thread computes on a device."""
     return 1 if wp.get_device(device).is_cuda else WIDTH[precision]
@@ -61,28 +67,38 @@ def width_of(device: str, precision: str) -> int:
 class LatticeKernels:
     """The kernels of a composition, as `wsph.formulations.lagrangian.rates.LagrangianKernels` has them."""
 
-    def __init__(self, space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, form: Form, width: int):
-        self.strain = strain_kernel(space, laws, layout, form, width)
-        self.force = force_kernel(space, layout, parts, form, width)
+    def __init__(
+        self,
+        space: Space,
+        laws: Laws,
+        layout: Layout,
+        parts: BodyForceKinds,
+        form: Form,
+        width: int,
+        *,
+        mixed: bool,
+    ):
+        self.force = force_kernel(space, layout, parts, form, width, mixed=mixed)
         self.drift = drift_kernel(space, layout)
         if form.rate_term is not None:
             self.drag = drag_kernel(space, layout, form, width)
-        if not form.total:
+        if form.total:
+            self.answer = answer_kernel(space, laws, layout, width, stabilised=form.stabilised)
+            self.tell = telling_kernel(space, laws, layout, width)
+        else:
+            self.strain = strain_kernel(space, laws, layout, form, width)
             self.flow = flow_kernel(space, laws, layout, width)
 
 
 _kernels = cache(LatticeKernels)
 
 
-def has_equal_cells(host: Host) -> bool:
-    """Whether all points of a body see the corners of equal cells, and none has an answer of its own: what a part does to
-    it, or an initial stress that its total law is about."""
-    body = host.geometry
+def boxes_of(host: Host) -> Boxes | None:
+    """The cells of a body that are alike, where their points see their corners and none has an answer of its own: what a
+    part does to it, or an initial stress that its total law is about."""
     apart = any(part.acts and _answers(part, host) for part in host.parts.values())
     apart |= host.stressed and host.constitutive.laws.total is not None
-    return (
-        host.corners and host.correction != "paper" and isinstance(body, Lattice) and not body.irregular and not apart
-    )
+    return host.geometry.boxes if host.corners and host.correction != "paper" and not apart else None
 
 
 def _answers(part: Part, host: Host) -> bool:
@@ -93,9 +109,11 @@ def _answers(part: Part, host: Host) -> bool:
 
 @dataclass(frozen=True)
 class Rows:
-    """The rows of a body of equal cells: their `runs`, rows a thread computes, threads a block, `numbers` that a cell hands
-    on, and how many of the chunks' share the buffer of the derived fields."""
+    """The rows of the `boxes` of a body, and whether it has other points, `mixed`: their `runs`, rows a thread computes,
+    threads a block, `numbers` that a cell hands on, and how many of the chunks' share the buffer of the derived fields."""
 
+    boxes: Boxes
+    mixed: bool
     runs: Runs
     width: int
     threads: int
@@ -122,20 +140,21 @@ class Rows:
         return Segmented(self.runs.places - 2, chunk, columns + drags * chunk, columns, fields, spare)
 
     @classmethod
-    def of(cls, host: Host, device: str) -> "Rows":
+    def of(cls, host: Host, boxes: Boxes, device: str) -> "Rows":
         """The rows of a body, for kernels on a device."""
-        body, dim, width = host.lattice, host.space.dim, width_of(device, host.space.precision)
-        across = ACROSS if width == 1 else width
+        body, dim, width = host.geometry, host.space.dim, width_of(device, host.space.precision)
+        across, mixed = ACROSS if width == 1 else width, len(boxes.corners) < len(body.cell_volume)
         numbers = quantities(dim, is_stabilised(host))
-        total = host.constitutive.laws.total is not None
-        derived = len(body.cells) * (dim**2 + host.constitutive.width) if total else 0
-        runs = runs_of(body.corners, body.index, across, numbers, derived)
-        made = cls(runs, width, across // width, numbers, 0)
-        return replace(made, shared=made.size) if total else made
+        # Other points write their derived fields in every evaluation.
+        shares = host.constitutive.laws.total is not None and not mixed
+        derived = len(body.cell_volume) * (dim**2 + host.constitutive.width) if shares else 0
+        runs = runs_of(boxes, len(body.nodes), across, numbers, derived)
+        made = cls(boxes, mixed, runs, width, across // width, numbers, 0)
+        return replace(made, shared=made.size) if shares else made
 
 
 class LatticeRates(ReferenceRates):
-    """The right-hand sides of one body of equal cells; `rate` and `refresh` are launches."""
+    """The right-hand sides of one body of equal cells, but for a rest; `rate` and `refresh` are launches."""
 
     seen: Neighbourhood | None = None
     """It has no list of pairs."""
@@ -152,7 +171,10 @@ class LatticeRates(ReferenceRates):
         self._coefficients, self._width, self._threads = made.coefficients(self.form), rows.width, rows.threads
         with blame(host.constitutive.who):
             laws, kinds = host.constitutive.laws, made.force.parts
-            self.kernels = _kernels(self._space, laws, made.layout, kinds, self.form, rows.width)
+            self.kernels = _kernels(self._space, laws, made.layout, kinds, self.form, rows.width, mixed=rows.mixed)
+            self._rest: Rest | None = None
+            if rows.mixed:
+                self._rest = Rest(made, len(rows.boxes.corners), self.form, made.stabilisation, state)
         self._allocate(rows, made.stabilisation, state)
 
     def _allocate(self, rows: Rows, stabilisation: float, state: State) -> None:
@@ -163,38 +185,44 @@ class LatticeRates(ReferenceRates):
         _volume          # of the particles, (n,) scalar
         holding          # forces per mass that hold spurious modes: there are none beside the residual's
         """
-        space, arrays, real, runs, body = self._space, self._arrays, self._space.scalar, rows.runs, self._host.lattice
-        self._count = len(runs.cells), len(runs.nodes)
-        self._pieces = pieces_of(runs, body.corners, len(body.nodes), rows.piece)
+        space, arrays, real, runs, boxes = self._space, self._arrays, self._space.scalar, rows.runs, rows.boxes
+        self._count, self._boxes = (len(runs.cells), len(runs.nodes)), len(boxes.corners)
+        self._pieces = pieces_of(runs, boxes.corners, self._placement.count, rows.piece)
         self._cells = arrays.of("cells", runs.cells.ravel(), wp.int32)
         self._nodes = arrays.of("nodes", runs.nodes.ravel(), wp.int32)
-        self._cell = cell_of(space, body.steps(self._host.scales.length), body.frame.axes, stabilisation)
-        if rows.shared and state.derived is not None:
+        self._cell = cell_of(space, boxes.steps(self._host.scales.length), boxes.axes, stabilisation)
+        if self.form.total and state.derived is not None:
             # Where the stress follows from the displacements, no step reads the derived fields.
-            self._chunks, state.derived.tell = state.derived.buffer, self.refresh
-        else:
-            self._chunks = arrays.zeros("chunks", rows.size, real)
+            state.derived.tell = self.refresh
+        shared = state.derived.buffer if rows.shared and state.derived is not None else None
+        self._chunks = arrays.zeros("chunks", rows.size, real) if shared is None else shared
         self._drags = self._chunks
         if self.form.rate_term is not None:
             self._drags = arrays.zeros("drags", rows.size, real)
         self._volume = arrays.of("volume", self._placement.volume, real)
         self.holding: Array = arrays.zeros("holding", 1, space.vec)
+        self._pushed = self.holding if self._rest is None else self._rest.pushed
 
     def attach(self, parts: Iterable[Attached]) -> None:
         """No part changes what cells have in common."""
 
     def own_parts(self, state: State, arrays: Arrays) -> dict[str, Attached]:
         """What the stabilisation has of its own on the device."""
-        flow, count = self._constitutive.flow, (self._count[0], len(self._placement.point_volume))
+        flow, count = self._constitutive.flow, (self._count[0], self._boxes)
         if flow is None or self.form.fades < 0:
             return {}
         part = arrays.part("fading")
-        return {"fading": CellFading(flow, self._space, self._cell, self._cells, count, state, self._clock, part)}
+        own = CellFading(flow, self._space, self._cell, self._cells, count, state, self._clock, part)
+        rest = None if self._rest is None else self._rest.fading(state, arrays.part("fading of the rest"))
+        found: dict[str, Attached] = {"fading": own}
+        if rest is not None:
+            found["fading of the rest"] = rest
+        return found
 
     @property
     def pairs(self) -> int:
         """Directed pairs, from cells to their corners and back, as many as lists would have."""
-        return 2 * self._host.lattice.corners.size
+        return 2 * len(self._host.geometry.rows.indices)
 
     @property
     def neighbours(self) -> Pairs:
@@ -219,20 +247,34 @@ class LatticeRates(ReferenceRates):
         refuse_other(state)
         inputs = [self._clock.time, self._space.scalar(ahead), self._constitutive.params, self._cell, self._cells]
         self._launch(self.kernels.flow, (0, self._count[0]), [*inputs, state.struct], [out.struct])
+        if self._rest is not None:
+            self._rest.flow(state, out, ahead)
 
     def refresh(self, state: State) -> None:
         """Deformation and, of a total law, stress of a state from its displacement (launches)."""
-        self._strain(state, (0, self._count[0]), told=True)
-
-    def _strain(self, state: State, blocks: tuple[int, int], *, told: bool) -> None:
-        """What the nodes of a state take of some blocks of cells, or of a total law the derived fields where they are
-        `told`."""
+        blocks = 0, self._count[0]
+        if not self.form.total:
+            self._strain(state, blocks)
+        else:
+            inputs = [self._constitutive.params, self._cell, self._cells, state.struct]
+            self._launch(self.kernels.tell, blocks, inputs, [state.struct])
         if state.derived is not None:
-            state.derived.of = state if told or not self.form.total else None
-        cells = self._part(self._cells, blocks)
-        inputs = [self._constitutive.params, self._coefficients, self._cell, cells, state.struct, int(told)]
-        self._launch(self.kernels.strain, blocks, inputs, [state.struct, self._chunks])
-        if self.form.rate_term is not None and not told:
+            state.derived.of = state
+        if self._rest is not None:
+            self._rest.strain(state)
+
+    def _strain(self, state: State, blocks: tuple[int, int]) -> None:
+        """What the nodes of a state take of some blocks of cells (launches)."""
+        if state.derived is not None:
+            state.derived.of = None if self.form.total else state
+        cells, outputs = self._part(self._cells, blocks), [self._chunks]
+        if self.form.total:
+            inputs = [self._constitutive.params, self._cell, cells, state.struct]
+            self._launch(self.kernels.answer, blocks, inputs, outputs)
+        else:
+            inputs = [self._coefficients, self._cell, cells, state.struct]
+            self._launch(self.kernels.strain, blocks, inputs, [state.struct, *outputs])
+        if self.form.rate_term is not None:
             inputs = [self._coefficients, self._density, self._cell, cells, state.struct]
             self._launch(self.kernels.drag, blocks, inputs, [self._drags])
 
@@ -252,11 +294,14 @@ class LatticeRates(ReferenceRates):
 
     def _sum_forces(self, body: object, loads: list[Array], state: State, out: State) -> None:
         """Accelerations from what cells hand to nodes, under loads (launches)."""
+        if self._rest is not None:
+            self._rest.strain(state)
+            self._rest.push(state)
         for cells, cells_end, nodes, nodes_end in self._pieces:
-            self._strain(state, (cells, cells_end), told=False)
+            self._strain(state, (cells, cells_end))
             blocks = (nodes, nodes_end)
             inputs = [body, self._part(self._nodes, blocks), self._chunks, self._drags]
-            inputs += [*loads, self._volume, state.struct]
+            inputs += [*loads, self._volume, self._pushed, state.struct]
             self._launch(self.kernels.force, blocks, inputs, [out.struct])
 
     def _part(self, table: Array, blocks: tuple[int, int]) -> Array:
@@ -279,15 +324,16 @@ class LatticeRates(ReferenceRates):
         inputs = [self._cell, self._cells, self._chunks, state.struct]
         made = held_kernel(self._space, self._layout, self._width, self.form.fades >= 0)
         wp.launch(made, len(sums), inputs=inputs, outputs=[sums], device=self._clock.device)
-        return total(sums)
+        return total(sums) + (0.0 if self._rest is None else self._rest.held_energy(state))
 
 
 def build(setup: Setup) -> OneSetSystem:
     """A body whose points have places of their own: by its lattice where all of its cells are alike, else by its pairs."""
-    if not has_equal_cells(setup.host):
+    boxes = boxes_of(setup.host)
+    if boxes is None or len(boxes.corners) < LEAST * len(setup.geometry.cell_volume):
         return OneSetSystem(setup, LagrangianRates)
-    rows = Rows.of(setup.host, setup.device)
+    rows = Rows.of(setup.host, boxes, setup.device)
     system = OneSetSystem(setup, partial(LatticeRates, rows), rows.shared)
-    system.regular = 1.0
+    system.regular = len(boxes.corners) / len(setup.geometry.cell_volume)
     system.segmented = rows.segmented(setup.host, drags=system.form.rate_term is not None)
     return system

@@ -17,6 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wsph.geometry.cells import Boxes
+
 FIRST, OWN, COMPUTED, PLACE, COPY, BEFORE, BEHIND, HEAD = range(8)
 """Columns of a block: its first row; how many rows are its own, and over how many it may be computed: whole vectors are
 faster than what is left of one, and rows that are not its own are read, never written. Of cells the place of the first,
@@ -56,60 +58,65 @@ def pieces_of(runs: Runs, corners: np.ndarray, nodes: int, most: int) -> list[tu
     return list(zip(*(each.tolist() for each in (starts[0], ends, starts[1], ready)), strict=True))
 
 
-def runs_of(corners: np.ndarray, index: np.ndarray, width: int, quantities: int, reserved: int = 0) -> Runs:
-    """The runs of a lattice of cells with `corners` (c, 2^dim), nodes at `index` (n, dim) of its grid. Places are in
-    numbers of an array of chunks, each `quantities` times as long as it has places; the first `reserved` numbers may be
-    used for something else between two evaluations."""
-    places, sides = width + 2, corners.shape[1]
-    lattice = np.rint(index).astype(np.int64)
-    lattice -= lattice.min(0)
-    counts = lattice.max(0) + 1
-    strides = np.concatenate([np.cumprod(counts[:0:-1])[::-1] // counts[-1], [0]])
-    line_of: np.ndarray = (lattice * strides).sum(1)
-    cell_line, along = line_of[corners[:, 0]], lattice[corners[:, 0], -1]
+def runs_of(boxes: Boxes, nodes: int, width: int, quantities: int, reserved: int = 0) -> Runs:
+    """The runs of boxes, and of all `nodes` of their body. Places are in numbers of an array of chunks, each `quantities`
+    times as long as it has places; the first `reserved` numbers may be used for something else between two evaluations."""
+    corners, sides, places = boxes.corners, boxes.corners.shape[1], width + 2
+    # Numbers a column at a time, in 32 bits as kernels have them: of a large body a set-up takes little more than the body.
+    low, counts, along = boxes.index.min(0), np.rint(np.ptp(boxes.index, axis=0)).astype(int) + 1, _last(boxes)
+    line_of = np.zeros(len(along), np.int32)
+    for k, count in enumerate(counts[:-1]):
+        line_of = line_of * np.int32(count) + np.rint(boxes.index[:, k] - low[k]).astype(np.int32)
     # A node at the end of a line belongs to the segment before, where one begins with it.
-    ends = np.ones(len(index), bool)
-    ends[corners[:, ::2]] = False
-    segment = (lattice[:, -1] - ends) // width
-    segments = int(counts[-1]) // width + 1
-    own = cell_line * segments + along // width
-    seen = cell_line[:, None] * segments + segment[corners]
+    ends = np.ones(len(along), bool)
+    for k in range(0, sides, 2):
+        ends[corners[:, k]] = False
+    segment, segments = (along - ends) // np.int32(width), int(counts[-1]) // width + 1
+    first_line, cell_along = line_of[corners[:, 0]] * np.int32(segments), along[corners[:, 0]]
+    own = first_line + cell_along // np.int32(width)
     keys, long = np.unique(own), quantities * places
     written = len(keys)
-    keys = np.concatenate([keys, np.setdiff1d(seen, keys)])
-    order = np.argsort(keys, kind="stable")
+    others = np.unique(np.concatenate([np.unique(first_line + segment[corners[:, k]]) for k in range(sides)]))
+    keys = np.concatenate([keys, np.setdiff1d(others, keys)])
     beyond = max(-(-reserved // long) - written, 0)
     chunks = len(keys) + beyond + 1
+    # Where the chunk of a line's segment begins; -1 of one that there is not.
+    start = np.full(int(keys.max()) + 2, -1, np.int32)
+    number = np.arange(len(keys), dtype=np.int32)
+    start[keys] = (number + beyond * (number >= written)) * long
 
-    def start(key: np.ndarray) -> np.ndarray:
-        """Where the chunk of a line's segment begins."""
-        found = order[np.searchsorted(keys, key, sorter=order)]
-        return (found + beyond * (found >= written)) * long
-
-    place = start(own) + along % width + 1
-    onward = ((along + 1) % width == 0) & np.isin(own + 1, keys)
-    copy = np.full(len(corners), -1)
-    copy[onward] = start(own[onward] + 1)
-    cells = _cell_blocks(corners, place, copy, own, (width, long, written), len(index))
+    place = start[own] + cell_along % np.int32(width) + np.int32(1)
+    onward = ((cell_along + 1) % width == 0) & np.isin(own + 1, keys)
+    copy = np.full(len(corners), -1, np.int32)
+    copy[onward] = start[own[onward] + 1]
+    cells = _cell_blocks(corners, place, copy, own, (width, long, written), nodes)
     occupied = np.zeros(chunks * long, bool)
     occupied[place], occupied[copy[onward]] = True, True
-    near = np.full((len(index), sides), -1)
+    near = np.full((nodes, sides), -1, np.int32)
+    # Nodes beyond the grid see none of the boxes.
+    joined = np.ones(nodes - 1, bool)
+    joined[: len(along) - 1] = (np.diff(segment) == 0) & (np.diff(line_of) == 0) & (np.diff(along) == 1)
+    joined[len(along) - 1 :] = np.arange(nodes - len(along)) % width > 0
     for k in range(sides):
-        at = corners[:, k]
-        near[at, k] = start(seen[:, k]) + along - segment[at] * width + 1
-    # Where a node sees no cell it may see the place of one, of the line that it would be on, if that is empty.
-    across = np.array([line_of[corners[0, k]] - line_of[corners[0, 0]] for k in range(sides)])
-    for k in range(sides):
-        none = np.flatnonzero(near[:, k] < 0)
-        key = (line_of[none] - across[k]) * segments + segment[none]
-        there = np.isin(key, keys) & (line_of[none] >= across[k])
+        at, column = corners[:, k], near[:, k]
+        column[at] = start[first_line + segment[at]] + cell_along - segment[at] * np.int32(width) + np.int32(1)
+        # Where a node sees no cell it may see the place of one, of the line that it would be on, if that is empty.
+        none = np.flatnonzero(column[: len(along)] < 0)
+        line = line_of[none] - (line_of[corners[0, k]] - line_of[corners[0, 0]])
+        key = np.clip(line * segments + segment[none], -1, len(start) - 1)
+        there = (start[key] >= 0) & (line >= 0) & (key >= 0)
         none, key = none[there], key[there]
-        at = start(key) + lattice[none, -1] - segment[none] * width + 1 - k % 2
-        near[none, k] = np.where(occupied[at], -1, at)
-    follows = (np.diff(near, axis=0) == 1) | ((near[1:] < 0) & (near[:-1] < 0))
-    joined = follows.all(1) & (np.diff(segment) == 0) & (np.diff(line_of) == 0) & (np.diff(lattice[:, -1]) == 1)
-    nodes = _blocks(np.where(near < 0, (chunks - 1) * long, near), joined, len(index) - np.arange(len(index)))
-    return Runs(cells, nodes, chunks, places)
+        at = start[key] + along[none] - segment[none] * width + 1 - k % 2
+        column[none] = np.where(occupied[at], -1, at)
+        joined &= (np.diff(column) == 1) | ((column[1:] < 0) & (column[:-1] < 0))
+        column[column < 0] = (chunks - 1) * long
+    return Runs(cells, _blocks(near, joined, nodes - np.arange(nodes, dtype=np.int32)), chunks, places)
+
+
+def _last(boxes: Boxes) -> np.ndarray:
+    """Where nodes are along the last axis of the grid, from the first on, (n,) int32."""
+    last = boxes.index[:, -1]
+    return np.rint(last - last.min()).astype(np.int32)
 
 
 def _cell_blocks(
@@ -118,7 +125,9 @@ def _cell_blocks(
     """Blocks of cells. `place` (c,) and `copy` (c,) as the columns say, `own` (c,) the chunk of each; `sizes`: nodes of a
     segment, numbers of a chunk, and chunks that are written whole."""
     width, long, written = sizes
-    follows = (np.diff(corners, axis=0) == 1).all(1) & (np.diff(own) == 0) & (np.diff(place) == 1)
+    follows = (np.diff(own) == 0) & (np.diff(place) == 1)
+    for k in range(corners.shape[1]):
+        follows &= np.diff(corners[:, k]) == 1
     blocks = _blocks(corners, follows, nodes - corners.max(1))
     first, last = blocks[:, FIRST], blocks[:, FIRST] + blocks[:, OWN] - 1
     blocks[:, PLACE], blocks[:, COPY] = place[first], copy[last]

@@ -1,7 +1,6 @@
-"""Deformation of cells from the displacements of their corners, and the stress that their nodes take."""
+"""Deformation of cells from the displacements of their corners, and what their nodes take of a stress that is integrated."""
 
-# What `wp.static` leaves out is not compiled: a function that is not there is not called.
-# pyright: reportOptionalCall=false, reportOptionalMemberAccess=false
+# pyright: reportOptionalMemberAccess=false
 
 from functools import cache
 
@@ -24,28 +23,21 @@ from wsph.formulations.lattice.lanes import (
     field_lanes,
     hand_over,
     lane,
+    quantities,
     set_lane,
 )
 from wsph.parts.fading import faded
 
 
-def quantities(dim: int, stabilised: bool) -> int:
-    """Numbers that a cell hands to its nodes: the stress times what the forces take of it, less the stabilisation's part,
-    dim dim; where there is one the mean of the corners' displacements, dim, and its stiffness."""
-    return dim**2 + (dim + 1) * stabilised
-
-
 def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, width: int) -> wp.Kernel:
-    """Kernel of what cells hand to their nodes, and of the derived fields of the state. Of a total law it is one or the
-    other: the fields are those that are `told`, to whoever reads them, and no step needs them."""
-    real, mat, Fields, Params = space.scalar, space.mat, fields_struct(space, layout), laws.Params
+    """Kernel of what cells hand to their nodes, and of their deformation."""
+    real, mat, Fields = space.scalar, space.mat, fields_struct(space, layout)
     Cell, Coefficients = cell_struct(space), coefficients_of(space, form)
-    numbers = quantities(space.dim, form.stabilised)
     size = (space.dim**2 + space.dim + 1) * capacity_of(width)
     block, gather = block_of(space.dim, width), corner_sums(space, width, form.stabilised)
-    hand, (get, put) = hand_over(space, width, numbers), lane(space, width, mat)
-    put_share, left = set_lane(space, width, space.dim**2 + space.dim), faded(space)
-    total, acting = laws.total, acting_stress(space, laws)
+    hand = hand_over(space, width, quantities(space.dim, form.stabilised))
+    (get, put), put_share = lane(space, width, mat), set_lane(space, width, space.dim**2 + space.dim)
+    acting, left = acting_stress(space, laws), faded(space)
     stresses, memories = laws.stress._length_ * capacity_of(width), laws.internal._length_ * capacity_of(width)
     tensors, write_mat = space.dim**2 * capacity_of(width), field_lanes(space, width, mat)[1]
     kept, read_stress = "internals" in layout, field_lanes(space, width, laws.stress)[0]
@@ -55,58 +47,37 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, width: i
     @kernel(ranged=True, lanes=True)
     def strain(
         first: int,
-        p: Params,
         c: Coefficients,
         cell: Cell,
         blocks: wp.array(dtype=wp.int32),
         others: Fields,
-        told: int,
         fields_out: Fields,
         chunks_out: wp.array(dtype=real),
     ):
         b, i, at, rows, own = block(blocks, first + wp.tid())
         values = wp.zeros(shape=size, dtype=real)
+        stress = wp.zeros(shape=stresses, dtype=real)
+        memory = wp.zeros(shape=memories, dtype=real)
+        tensor = wp.zeros(shape=tensors, dtype=real)
         gather(blocks, b, at, rows, others.displacement, values)
+        read_stress(fields_out.stress, i, own, stress)
+        if wp.static(kept):
+            read_memory(fields_out.internals, i, own, memory)
         e = int(0)
-        if wp.static(form.total):
-            if told != 0:
-                while e < own:
-                    H = get(values, e) * cell.gradient
-                    s, _P = total(p, H)
-                    fields_out.deformation[i + e] = H
-                    fields_out.stress[i + e] = s
-                    e += 1
-                return
-            while e < rows:
-                H = get(values, e) * cell.gradient
-                _s, P = total(p, H)
-                A = P * cell.force
-                if wp.static(form.stabilised):
-                    A = A - cell.share * (H * cell.restoring)
-                    put_share(values, e, cell.hold * cell.share)
-                put(values, e, A)
-                e += 1
-        else:
-            stress = wp.zeros(shape=stresses, dtype=real)
-            memory = wp.zeros(shape=memories, dtype=real)
-            tensor = wp.zeros(shape=tensors, dtype=real)
-            read_stress(fields_out.stress, i, own, stress)
-            if wp.static(kept):
-                read_memory(fields_out.internals, i, own, memory)
-            while e < own:
-                H = get(values, e) * cell.gradient
-                q = get_memory(memory, e)
-                put(tensor, e, H)
-                A = acting(get_stress(stress, e), q, H) * cell.force
-                if wp.static(form.stabilised):
-                    share = cell.share
-                    if wp.static(form.fades >= 0):
-                        share = share * left(c.yields * q[wp.static(form.fades)])
-                    put_share(values, e, cell.hold * share)
-                    A = A - share * (H * cell.restoring)
-                put(values, e, A)
-                e += 1
-            write_mat(tensor, i, own, fields_out.deformation)
+        while e < own:
+            H = get(values, e) * cell.gradient
+            q = get_memory(memory, e)
+            put(tensor, e, H)
+            A = acting(get_stress(stress, e), q, H) * cell.force
+            if wp.static(form.stabilised):
+                share = cell.share
+                if wp.static(form.fades >= 0):
+                    share = share * left(c.yields * q[wp.static(form.fades)])
+                put_share(values, e, cell.hold * share)
+                A = A - share * (H * cell.restoring)
+            put(values, e, A)
+            e += 1
+        write_mat(tensor, i, own, fields_out.deformation)
         hand(blocks, b, at, own, values, chunks_out)
 
     return strain
@@ -161,7 +132,10 @@ def drag_kernel(space: Space, layout: Layout, form: Form, width: int) -> wp.Kern
             if determinant(F) > real(0.1):
                 to_start = inverse(F)
                 L = get(rates, e) * cell.gradient * to_start
-                stress = stress_of(c, c.h, density, L) * wp.transpose(to_start)
+                h = c.h
+                if wp.static(form.vectors):
+                    h = wp.pow(cell.volume, real(wp.static(1.0 / dim)))
+                stress = stress_of(c, h, density, L) * wp.transpose(to_start)
             put(values, e, stress * cell.force)
             e += 1
         hand(blocks, b, at, own, values, chunks_out)

@@ -183,7 +183,7 @@ class TwoSetSystem(System):
         symmetric faces grow by 7e-6 a step at nu = 0.499, C = 0.05.
         """
         if name == "virtual":
-            return np.zeros(len(self.lattice.cells), bool)
+            return np.zeros(len(self.lattice.cell_volume), bool)
         spanning = self._held_components() == (1 << self.space.dim) - 1
         for (field, _), values in self.conditions.entries.items():
             if field == "velocity":

@@ -15,7 +15,7 @@ from wsph.geometry.fitted.core import kept_cells
 from wsph.geometry.fitted.gate import check
 from wsph.geometry.fitted.junctions import junctions
 from wsph.geometry.fitted.labels import label_sides
-from wsph.geometry.fitted.layer import Cells, grid_cells, with_layer
+from wsph.geometry.fitted.layer import Cells, boxes_first, grid_cells, with_layer
 from wsph.geometry.fitted.outline import outline
 from wsph.geometry.fitted.planning import plan_layers
 from wsph.geometry.fitted.projection import Projection
@@ -29,7 +29,8 @@ def fit(shape: Shape, spacing: float | tuple[float, ...], seed: int = 0) -> Mesh
     """Quadrilaterals or hexahedra that fill `shape`, some `spacing` [m] large, with nodes on its surface, edges and corners.
 
     Where the surface lies on the grid the cells are those of a lattice; elsewhere a layer of cells goes to it. Sides are
-    turned outward: the normal is to the right of one in 2D, and (c - a) x (b - a) of nodes a, b, c, ... in 3D. `seed` is
+    turned outward: the normal is to the right of one in 2D, and (c - a) x (b - a) of nodes a, b, c, ... in 3D. Cells that
+    are the grid's stand first. `seed` is
     that of the halves that the smoothing of labels waits with. Raises ValueError, with the place, for a wall too thin for
     its layers and wherever cells, corners, areas or the volume are not those of a body; for a shape in 1D, and for a
     spacing that is not one for all axes.
@@ -62,6 +63,7 @@ def fit(shape: Shape, spacing: float | tuple[float, ...], seed: int = 0) -> Mesh
         onto.onto(nodes)
     check(body, edges, cells, nodes, onto.missed(nodes))
     patch, names = side_names(body, cells.label, nodes[cells.sides].mean(1))
+    cells, boxes = boxes_first(cells, nodes, first, plan, shape.axes)
     if shape.rotate != 0.0:
         nodes = shape.middle + (nodes - shape.middle) @ shape.axes.T
-    return Mesh(nodes, (cells.corners,), cells.sides, cells.owner, patch, names)
+    return Mesh(nodes, (cells.corners,), cells.sides, cells.owner, patch, names, boxes=boxes)

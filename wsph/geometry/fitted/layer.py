@@ -6,13 +6,17 @@ right-handed: it is to the right of a side in 2D, and the first axis times the s
 
 # pyright: strict
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 
+from wsph.geometry.cells import Boxes
 from wsph.geometry.fitted.labels import side_neighbours
 from wsph.geometry.fitted.planning import Plan
+
+STILL = 1e-9
+"""A node that has moved by less stands where the grid has it [spacings]."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +83,27 @@ def with_layer(cells: Cells, layered: np.ndarray) -> Cells:
         np.concatenate([cells.owner[~sheet], numbers, len(cells.corners) + rim_owner]),
         np.concatenate([cells.label[~sheet], cells.label[sheet], rim_label]),
     )
+
+
+def boxes_first(
+    cells: Cells, nodes: np.ndarray, first: int, plan: Plan, axes: np.ndarray
+) -> tuple[Cells, Boxes | None]:
+    """The cells with those in front whose corners stand at `nodes` (n, dim) [m] where the grid of `plan` has them, and
+    these as boxes along `axes`. Of the cells the `first` are those of the grid."""
+    corners = cells.corners[:first]
+    count = int(corners.max()) + 1
+    index = np.rint((cells.nodes[:count] - plan.low) / plan.spacing)
+    still = np.abs(nodes[:count] - plan.points(index)).max(1) < STILL * plan.spacing
+    boxed = np.zeros(len(cells.corners), bool)
+    boxed[:first] = still[corners].all(1)
+    if not boxed.any():
+        return cells, None
+    order = np.argsort(~boxed, kind="stable")
+    number = np.empty(len(order), int)
+    number[order] = np.arange(len(order))
+    made = replace(cells, corners=cells.corners[order], owner=number[cells.owner])
+    step = np.full(nodes.shape[1], plan.spacing)
+    return made, Boxes(made.corners[: int(boxed.sum())], index, step, axes)
 
 
 def _rim(cells: Cells, sheet: np.ndarray, copy: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from wsph.geometry.cells import Boxes
+
 
 @dataclass(frozen=True)
 class Mesh:
@@ -16,7 +18,7 @@ class Mesh:
     the nodes of the outer faces, a side with fewer nodes repeats its last; of a fitted body in the order of a lattice's
     faces, the outward normal to the right of a side in 2D, and along (c - a) x (b - a) for the nodes a, b, c, ... of one in
     3D. `side_cell` (m,) are the cells that they belong to, `side_patch` (m,) indices into `patches`, the names; `groups` of
-    sides by name, rows, which may overlap.
+    sides by name, rows, which may overlap. `boxes`: the first cells of the first block, where they are those of a grid.
     """
 
     nodes: np.ndarray
@@ -26,6 +28,7 @@ class Mesh:
     side_patch: np.ndarray
     patches: tuple[str, ...]
     groups: dict[str, np.ndarray] = field(default_factory=dict[str, np.ndarray])
+    boxes: Boxes | None = None
 
     @property
     def named(self) -> dict[str, np.ndarray]:

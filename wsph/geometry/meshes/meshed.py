@@ -13,7 +13,7 @@ from itertools import combinations
 
 import numpy as np
 
-from wsph.geometry.cells import edge_lengths
+from wsph.geometry.cells import Boxes, edge_lengths
 from wsph.geometry.faces import Faces
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.gradients import PointRows, corner_volumes, face_shares, mean_gradients, node_shares
@@ -29,16 +29,26 @@ PARALLEL = 1e-9
 
 @dataclass(frozen=True)
 class Meshed(Geometry):
-    """A body cut into the cells of a `mesh`; `frame` (dim, dim), columns, the body's own axes; `seen` the points' rows."""
+    """A body cut into the cells of a `mesh`; `places_of_points` (c, dim) [m]; `frame` (dim, dim), columns, the
+    body's own axes; `seen` the points' rows."""
 
     mesh: Mesh
+    places_of_points: np.ndarray
     frame: np.ndarray
     seen: PointRows
+
+    @property
+    def cells(self) -> np.ndarray:
+        return self.places_of_points
 
     @property
     def axes(self) -> np.ndarray:
         """Directions of the body's own axes, columns (dim, dim)."""
         return self.frame
+
+    @property
+    def boxes(self) -> Boxes | None:
+        return self.mesh.boxes
 
     @property
     def rows(self) -> PointRows:
@@ -96,7 +106,7 @@ def meshed(mesh: Mesh, axes: np.ndarray | None = None) -> Meshed:
     shortest = float(point_edges(rows, volume).min())
     faces = _faces(mesh, np.concatenate(middles), frame, float(volume.mean()) ** (1.0 / dim))
     places = np.concatenate([each.place for each in points])
-    return Meshed(nodes, places, node_volume, volume, faces, (shortest, longest), mesh, frame, rows)
+    return Meshed(nodes, node_volume, volume, faces, (shortest, longest), mesh, places, frame, rows)
 
 
 def _refuse_inverted(nodes: np.ndarray, corners: np.ndarray, volume: np.ndarray) -> None:

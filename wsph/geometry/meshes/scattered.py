@@ -22,6 +22,10 @@ class Scattered(Geometry):
     """Particles that are their own points; the spacing is the edge of a cube of their mean volume [m]."""
 
     @property
+    def cells(self) -> np.ndarray:
+        return self.nodes
+
+    @property
     def rows(self) -> PointRows:
         """Each its own."""
         n = len(self.nodes)
@@ -49,7 +53,7 @@ def scattered(position: np.ndarray, volume: np.ndarray) -> Scattered:
     faces = Faces(
         np.zeros((0, 1), int), none, none, none, np.zeros((0, 1)), np.zeros((0, 1, dim)), none, flags, flags, {}
     )
-    return Scattered(position, position, volume, volume, faces, (size, size))
+    return Scattered(position, volume, volume, faces, (size, size))
 
 
 def read_points(path: Path, dim: int, scale: float) -> tuple[np.ndarray, np.ndarray]:

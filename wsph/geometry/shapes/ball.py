@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 from pydantic import model_validator
 
+from wsph.declarations import example
 from wsph.geometry.shapes.shape import BaseShape, check_coordinates
 from wsph.geometry.shapes.surfaces.round import Sphere
 from wsph.geometry.shapes.surfaces.surface import Patch
@@ -16,6 +17,7 @@ from wsph.quantities import Point, Positive
 class Ball(BaseShape):
     """A disc (2D) or a sphere (3D) about `center`."""
 
+    model_config = example({"type": "disc", "center": [0.0, 0.0], "radius": "10 mm"})
     type: Literal["disc", "sphere"]
     center: Point
     radius: Positive

@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 from pydantic import model_validator
 
+from wsph.declarations import example
 from wsph.geometry.shapes.shape import BaseShape, Edges
 from wsph.geometry.shapes.surfaces.flat import Facet
 from wsph.geometry.shapes.surfaces.surface import Patch
@@ -16,6 +17,7 @@ from wsph.quantities import Point
 class Box(BaseShape):
     """An axis-parallel box (a segment in 1D, a rectangle in 2D) from corner `min` to corner `max`."""
 
+    model_config = example({"type": "box", "min": [0.0, 0.0], "max": ["100 mm", "20 mm"]})
     type: Literal["box"]
     min: Point
     max: Point

@@ -6,7 +6,9 @@ from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
+from pydantic.config import JsonDict
 
+from wsph.declarations import example
 from wsph.geometry.shapes.ball import Ball
 from wsph.geometry.shapes.box import Box
 from wsph.geometry.shapes.cylinder import Cylinder
@@ -17,10 +19,19 @@ from wsph.geometry.shapes.stl import Stl
 from wsph.geometry.shapes.surfaces.surface import Patch, placed
 from wsph.quantities import as_tuple
 
+_EXAMPLE: JsonDict = {
+    "type": "difference",
+    "shapes": [
+        {"type": "box", "min": [0.0, 0.0], "max": [1.0, 1.0]},
+        {"type": "disc", "center": [0.5, 0.5], "radius": 0.2},
+    ],
+}
+
 
 class Combined(BaseShape):
     """`difference`: the first of `shapes` without the others; `union`: all of them together."""
 
+    model_config = example(_EXAMPLE)
     type: Literal["difference", "union"]
     shapes: Annotated[tuple["Shape", ...], BeforeValidator(as_tuple), Field(min_length=2)]
 

@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from wsph.declarations import example
 from wsph.geometry.shapes.shape import BaseShape, Edges, check_coordinates
 from wsph.geometry.shapes.surfaces.flat import Plate
 from wsph.geometry.shapes.surfaces.round import Mantle
@@ -17,6 +18,7 @@ from wsph.quantities import Point, Positive
 class Cylinder(BaseShape):
     """A round bar with its ends' centres at `from` and `to` (3D)."""
 
+    model_config = example({"type": "cylinder", "from": [0.0, 0.0, 0.0], "to": [0.0, 0.0, "30 mm"], "radius": "4 mm"})
     type: Literal["cylinder"]
     start: Point = Field(alias="from")
     end: Point = Field(alias="to")

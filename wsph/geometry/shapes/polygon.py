@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
+from wsph.declarations import example
 from wsph.geometry.shapes.shape import BaseShape, Edges, check_coordinates
 from wsph.geometry.shapes.surfaces.flat import Facet
 from wsph.geometry.shapes.surfaces.surface import Patch
@@ -26,6 +27,9 @@ AT_ONCE = 100_000
 class Polygon(BaseShape):
     """The inside of a closed line through `points` in order, the last joined to the first (2D)."""
 
+    model_config = example(
+        {"type": "polygon", "points": [[0.0, 0.0], ["48 mm", "44 mm"], ["48 mm", "60 mm"], [0.0, "44 mm"]]}
+    )
     type: Literal["polygon"]
     points: Annotated[tuple[Point, ...], BeforeValidator(as_tuple), Field(min_length=3)]
 

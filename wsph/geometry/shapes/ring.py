@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 from pydantic import model_validator
 
+from wsph.declarations import example
 from wsph.geometry.shapes.shape import BaseShape, check_coordinates
 from wsph.geometry.shapes.surfaces.round import Sphere
 from wsph.geometry.shapes.surfaces.surface import Patch, placed
@@ -16,6 +17,7 @@ from wsph.quantities import Point, Positive
 class Ring(BaseShape):
     """The area between two circles about `center` (2D)."""
 
+    model_config = example({"type": "ring", "center": [0.0, 0.0], "inner": "30 mm", "outer": "40 mm"})
     type: Literal["ring"]
     center: Point
     inner: Positive

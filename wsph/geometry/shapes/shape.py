@@ -10,8 +10,9 @@ from itertools import product
 from typing import Annotated, Protocol
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 
+from wsph.declarations import list_of
 from wsph.geometry.shapes.surfaces.surface import Patch
 from wsph.quantities import Point, is_sequence
 from wsph.units import quantity
@@ -46,7 +47,15 @@ def read_rotation(value: object) -> float | tuple[tuple[float, ...], float]:
     return _degrees(value)
 
 
-Rotation = Annotated[float | tuple[tuple[float, ...], float], BeforeValidator(read_rotation)]
+_TURN = {
+    "type": "array",
+    "prefixItems": [{"anyOf": [{"enum": ["x", "y", "z"]}, list_of({"type": "number"})]}, {"type": "number"}],
+    "minItems": 2,
+    "maxItems": 2,
+}
+_ROTATION = WithJsonSchema({"anyOf": [{"type": "number"}, _TURN], "unit": "degrees"})
+
+Rotation = Annotated[float | tuple[tuple[float, ...], float], BeforeValidator(read_rotation), _ROTATION]
 
 
 def rotation_matrix(rotation: Rotation, dim: int) -> np.ndarray:

@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from wsph.declarations import example
 from wsph.geometry.shapes.shape import BaseShape
 from wsph.geometry.shapes.stl_file import read_stl
 from wsph.geometry.shapes.surfaces.surface import Patch
@@ -20,6 +21,7 @@ class Stl(BaseShape):
     """The inside of the closed surface in an STL `file` (3D), whose unit is `scale`, 1 m without it. Edges sharper than
     `angle` degrees part it into the patches patch-0, patch-1, ..., the largest first."""
 
+    model_config = example({"type": "stl", "file": "part.stl", "scale": "1 mm"})
     type: Literal["stl"]
     file: Annotated[str, Field(min_length=1)]
     scale: Positive = 1.0

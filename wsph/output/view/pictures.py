@@ -28,6 +28,7 @@ from wsph.output.view.window import window
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from pyvista import Plotter
 
 USUAL = 99.5
 """Colours go up to twice as far as this part of the values does [%]: one particle does not leave all others alike."""
@@ -116,6 +117,23 @@ def figure(frame: Prepared, look: Look, whole: Range) -> "Figure":
     legend = Legend(frame.shown.name, frame.shown.unit, limits, own.ends, title, look.colours)
     flat = whole.flat < 3 or look.slice is not None
     return page(seen, legend, lambda pixels: image(bodies, look, limits, seen, pixels, flat))
+
+
+def plotter(shot: Shot, look: Look) -> "Plotter":
+    """A frame to turn with the mouse, in a window or a notebook, by its `show()`. Raises OutputError for what it lacks."""
+    frame = prepared(shot, look)
+    grid = frame.shot.grid.copy()
+    name = f"{frame.shown.name} [{frame.shown.unit}]" if frame.shown.unit else frame.shown.name
+    (grid.cell_data if frame.shown.in_cells else grid.point_data)[name] = frame.shown.values
+    made = pyvista().Plotter()
+    limits = list(frame.range.limits(look.limits))
+    made.add_mesh(
+        grid, scalars=name, cmap=look.colours, clim=limits, show_edges=look.mesh, render_points_as_spheres=True
+    )
+    made.add_text(f"t = {frame.shot.time:.6g} s", font_size=8)
+    if frame.shot.flat < 3:
+        made.view_xy()
+    return made
 
 
 def _said(look: Look, shot: Shot) -> list[str]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wsph.errors import OutputError
-from wsph.output.fields import AXES, TENSOR, primitive, von_mises
+from wsph.output.fields import AXES, DEFORMATION, DERIVED, TENSOR, primitive, von_mises
 from wsph.output.view.recorded import Shot
 
 UNITS = {"velocity": "m/s", "displacement": "m", "stress": "Pa", "density": "kg/m3"}
@@ -59,10 +59,12 @@ def _component(data: dict[str, np.ndarray], name: str) -> tuple[str, np.ndarray]
     match = re.fullmatch(rf"stress_({'|'.join(TENSOR)})", name)
     if match and "stress" in data:
         return name, data["stress"][:, TENSOR.index(match[1])]
-    if name == "von_mises" and name not in data and "stress" in data:
-        return name, von_mises(data["stress"])
-    if name == "pressure" and name not in data and "stress" in data:
-        return name, -data["stress"][:, :3].mean(1)
+    match = re.fullmatch(rf"strain_({'|'.join(TENSOR)})", name)
+    if match and "strain" in data:
+        return name, data["strain"][:, TENSOR.index(match[1])]
+    base = "strain" if name in DERIVED and DERIVED[name].primitive == DEFORMATION else "stress"
+    if name in DERIVED and name not in data and base in data:
+        return name, DERIVED[name].of(data[base])
     values = data.get(name)
     if values is None or values.ndim == 1:
         return None if values is None else (name, values)

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
+from wsph.declarations import example
 from wsph.quantities import Model, NumberOrAuto, Unit, as_tuple, file_name
 
 Law = Literal["surface", "pinball", "tie"]
@@ -56,6 +57,7 @@ class Contact(Model):
     the time step; `friction`, `damping` as a multiple of the impedance, `memory` of the friction [cells that a wave
     crosses], and whether `edges` meet, of surfaces; `strength` of a tie; `radius` of a ball in spacings."""
 
+    model_config = example({"between": ["ball", "plate"], "friction": 0.2})
     between: Annotated[tuple[str, ...], BeforeValidator(as_tuple)] | None = None
     self_: Annotated[str | None, Field(alias="self")] = None
     name: Annotated[str, AfterValidator(file_name)] = Field(default_factory=_called)

@@ -5,8 +5,18 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer, WrapValidator, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    PlainSerializer,
+    WithJsonSchema,
+    WrapValidator,
+    model_validator,
+)
+from pydantic.config import JsonDict
 
+from wsph.declarations import Measured, example, list_of, names_table, number_schema
 from wsph.geometry.shapes.shape import Rotation
 from wsph.geometry.shapes.stl import Stl
 from wsph.quantities import (
@@ -52,14 +62,19 @@ if TYPE_CHECKING:
     Inertia = Value | tuple[Value, ...]
 else:
     _plain = PlainSerializer(as_it_is)
-    Velocity = Annotated[dict[str, Value], WrapValidator(_velocity), _plain]
-    Spin = Annotated[float, Unit("1/s"), WrapValidator(_spin), _plain]
-    Inertia = Annotated[Value, WrapValidator(_inertia), _plain]
+    _value = {"type": ["number", "string"]}
+    _speeds = {"anyOf": [names_table(_value), list_of(number_schema("m/s"))], "unit": "m/s"}
+    _spins = {"anyOf": [number_schema("1/s"), list_of(number_schema("1/s"))], "unit": "1/s"}
+    Velocity = Annotated[dict[str, Value], WrapValidator(_velocity), _plain, WithJsonSchema(_speeds)]
+    Spin = Annotated[float, Unit("1/s"), WrapValidator(_spin), _plain, WithJsonSchema(_spins)]
+    _inertias = WithJsonSchema({"anyOf": [_value, list_of(_value)], "unit": "kg m2, of 2D kg m"})
+    Inertia = Annotated[Value, WrapValidator(_inertia), _plain, _inertias]
 
 
 class Plane(Model):
     """All that lies below a plane through `point`, whose outward `normal` need not be of length one."""
 
+    model_config = example({"type": "plane", "point": [0.0, 0.0], "normal": [0.0, 1.0]})
     type: Literal["plane"]
     point: Point
     normal: Numbers
@@ -68,6 +83,7 @@ class Plane(Model):
 class Sphere(Model):
     """A ball about `center`; in 2D a disc."""
 
+    model_config = example({"type": "sphere", "center": [0.0, 0.0, "10 mm"], "radius": "10 mm"})
     type: Literal["sphere", "disc"]
     center: Point
     radius: Positive
@@ -76,6 +92,7 @@ class Sphere(Model):
 class Cylinder(Model):
     """A round bar about the line through `from` and `to`, without ends (3D)."""
 
+    model_config = example({"type": "cylinder", "from": [0.0, 0.0, 0.0], "to": [0.0, 1.0, 0.0], "radius": "10 mm"})
     type: Literal["cylinder"]
     start: Point = Field(alias="from")
     end: Point = Field(alias="to")
@@ -85,6 +102,7 @@ class Cylinder(Model):
 class Box(Model):
     """A box (a rectangle in 2D) from corner `from` to corner `to`, turned about its middle by `rotate`."""
 
+    model_config = example({"type": "box", "from": [0.0, 0.0], "to": ["10 mm", "20 mm"]})
     type: Literal["box"]
     start: Point = Field(alias="from")
     end: Point = Field(alias="to")
@@ -98,9 +116,18 @@ ToolShape = Annotated[Plane | Sphere | Cylinder | Box | Stl, Field(discriminator
 class Turn(Model):
     """A turning at a `rate` [1/s], right-handed about the `axis` (3D; in 2D it is z) through the point `about`."""
 
+    model_config = example({"about": [0.0, 0.0], "rate": 10.0})
     axis: Numbers | None = None
     about: Point
-    rate: Value
+    rate: Annotated[Value, Measured("1/s")]
+
+
+_EXAMPLE: JsonDict = {
+    "name": "punch",
+    "shape": {"type": "sphere", "center": [0.0, 0.0, "10 mm"], "radius": "10 mm"},
+    "velocity": {"z": -1.0},
+    "against": ["plate"],
+}
 
 
 class Tool(Model):
@@ -111,12 +138,13 @@ class Tool(Model):
     without it, that of its shape of uniform density. `stiffness`, `friction`, `damping` and `memory` are those of a contact.
     """
 
+    model_config = example(_EXAMPLE)
     name: Annotated[str, AfterValidator(file_name)]
     shape: ToolShape
     inside: bool = False
     velocity: Velocity = {}
     turn: Turn | None = None
-    mass: Value | None = None
+    mass: Annotated[Value, Measured("kg, of 2D kg/m, of 1D kg/m2")] | None = None
     inertia: Inertia | None = None
     spin: Spin | None = None
     against: Annotated[Strings, Field(min_length=1)]

@@ -34,6 +34,7 @@ from wsph.simulation.diagnostics import Diagnostics
 from wsph.simulation.starting.initial import put_stress, refuse_initial
 from wsph.simulation.timeline import TimeStep
 from wsph.stability.limit import Ask, StepLimit
+from wsph.stability.stiffening import Stiffening
 
 
 def wants_displacement(scene: Scene) -> bool:
@@ -43,7 +44,7 @@ def wants_displacement(scene: Scene) -> bool:
     return (
         len(scene.bodies) > 1
         or bool(scene.tools)
-        or any(fields.primitive(name) in ("displacement", DENSITY) for name in wanted)
+        or any(base in ("displacement", DENSITY) for name in wanted for base in fields.primitives(name, scene.formulas))
     )
 
 
@@ -68,7 +69,11 @@ class Standing:
     def by(self, integrator: Integrator, ask: Ask, time_step: TimeStep) -> BodyRun:
         """The body in a run, stepped by an integrator; `ask` gives the limit of its Courant number."""
         system, traits, bare = self.system, self.system.traits, self.bare
-        limit = StepLimit(ask, system, traits.measures, traits.courant_follows)
+        stiffened = None
+        if traits.measures:
+            kind = system.total, system.breaks
+            stiffened = Stiffening(self.constitutive, system.state, len(system.point_volume), *kind).found
+        limit = StepLimit(ask, system, traits.courant_follows, stiffened, traits.clumps)
         # A law that gives no numbers leaves no frequency, and so no time step that its integrator could take.
         lost = limit.value == 0.0 and traits.measures and not np.isfinite(system.frequency)
         if lost and (fault := fault_of_law(bare.material, bare.who)):
@@ -131,9 +136,12 @@ def alone(setting: Setting, made: Standing, time_step: TimeStep, *, bounded: boo
 def give_velocity(scene: Scene, body: Body, system: System) -> None:
     """Give a system its initial velocity."""
     if body.velocity is not None:
-        values = [scene.value(v, "m/s") for v in body.velocity]
-        columns = [value(system.position) for value in values if isinstance(value, Expression)]
-        system.state.write("velocity", np.stack(columns, 1) / system.scales.velocity)
+        velocity = np.zeros((system.count, scene.dim), system.space.numpy)
+        for k, given in enumerate(body.velocity):
+            value = scene.value(given, "m/s")
+            if isinstance(value, Expression):
+                velocity[:, k] = value(system.position) / system.scales.velocity
+        system.state.write("velocity", velocity)
     system.begin()
 
 

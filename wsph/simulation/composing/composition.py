@@ -44,6 +44,8 @@ class BodyRun:
     stability: StepLimit
     time_step: TimeStep
     reading: Reading
+    work: int = 1
+    """Right-hand sides a step."""
 
     @property
     def courant(self) -> float:
@@ -197,7 +199,9 @@ def _check_step(run: BodyRun) -> None:
     system, integrator = run.system, run.integrator
     integrators.fresh(integrator)
     run.time_step.clock.launches(lambda: integrators.publish(integrator))
+    before_it = system.evaluations
     launches = run.time_step.clock.launches(integrator.step)
+    run.work = max(system.evaluations - before_it, 1)
     if system.accepted is None:
         raise PluginError("step() never calls accept(state), which closes a step: the state would stay what it is")
     state, before = system.accepted

@@ -16,7 +16,7 @@ from wsph.errors import Fault, SceneError
 from wsph.output.fields import AXES
 from wsph.reporting import Reported, Term
 from wsph.scene.messages import nearest
-from wsph.scene.tables import Probe
+from wsph.scene.probes import Probe
 from wsph.simulation.probing.recorder import Recorder
 from wsph.units import Scales
 

@@ -19,14 +19,16 @@ from wsph.formulations.reading import DENSITY, Reading
 from wsph.formulations.system import System
 from wsph.geometry.selection import select
 from wsph.output import fields
-from wsph.scene.tables import Body, Probe
+from wsph.output.fields import Formulas
+from wsph.scene.probes import Probe
+from wsph.scene.tables import Body
 from wsph.simulation.probing.recorder import Recorder
 from wsph.sph.averages import Averages
 from wsph.units import rounded
 
 
 @cache
-def _kernel(space: Space) -> wp.Kernel:
+def record_kernel(space: Space) -> wp.Kernel:
     real = space.scalar
 
     @wp.func
@@ -93,6 +95,17 @@ class Probed(Protocol):
 Places = Callable[[str], list[list[Averages]]]
 """Of a field, for each number that a probe records of it, how its components are read, a target of averages a place."""
 
+Sizes = Callable[[str], np.ndarray]
+"""Of a field, the volumes of the places that a probe selects [m^dim]."""
+
+
+def no_field(run: Probed, name: str, key: str) -> SceneError:
+    """The error of a primitive field that a body does not have."""
+    if name == fields.DEFORMATION:
+        text = f"the {run.system.formulation} form of body {run.body.name!r} follows no deformation: there is no strain"
+        return _fault(f"{key}.fields", text)
+    return _fault(f"{key}.fields", f"body {run.body.name!r} has no field {name!r}")
+
 
 def _fault(key: str, text: str) -> SceneError:
     return SceneError("scene", [Fault(0, key, text)])
@@ -139,7 +152,9 @@ def _at(points: np.ndarray, key: str, bodies: Sequence[Probed]) -> tuple[Probed,
     return inside[0], read
 
 
-def _selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tuple[Probed, Places]:
+def selected(
+    probe: Probe, text: str, key: str, bodies: Sequence[Probed], formulas: Formulas
+) -> tuple[Probed, Places, Sizes, Sizes]:
     """The body of which a probe selects places, and how those are read that a field stands at. Between the particles, where
     nothing stands, it selects the middles of the cells."""
 
@@ -147,11 +162,13 @@ def _selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tu
         # Where stresses have places of their own, those are selected.
         return np.flatnonzero(select(text, run.reading.where(name), run.system.spacing))
 
-    def middles(run: Probed) -> np.ndarray:
-        cells = run.system.geometry.cells
-        return cells[select(text, cells, run.system.spacing)]
+    def within(run: Probed) -> np.ndarray:
+        return select(text, run.system.geometry.cells, run.system.spacing)
 
-    wanted = {"velocity", *(fields.primitive(name) for name in probe.fields)}
+    def middles(run: Probed) -> np.ndarray:
+        return run.system.geometry.cells[within(run)]
+
+    wanted = {"velocity", *(base for name in probe.fields for base in fields.primitives(name, formulas))}
     hit = [run for run in bodies if any(len(chosen(run, name)) for name in wanted.intersection(run.reading.fields))]
     between = not hit
     hit = hit or [run for run in bodies if len(middles(run))]
@@ -175,7 +192,14 @@ def _selected(probe: Probe, text: str, key: str, bodies: Sequence[Probed]) -> tu
             )
         return [run.reading.at_places(there, name)]
 
-    return run, read
+    def sizes(name: str) -> np.ndarray:
+        geometry = run.system.geometry
+        return geometry.cell_volume[within(run)] if between else run.reading.volumes(name)[chosen(run, name)]
+
+    def stand(name: str) -> np.ndarray:
+        return middles(run) if between else run.reading.where(name)[chosen(run, name)]
+
+    return run, read, sizes, stand
 
 
 class PointRecorder(Recorder):
@@ -190,20 +214,29 @@ class PointRecorder(Recorder):
     _weight   # (terms,) scalar
     """
 
-    def __init__(self, probe: Probe, key: str, bodies: Sequence[Probed], space: Space, clock: Clock, every_step: bool):
-        self._space = space
+    def __init__(
+        self,
+        probe: Probe,
+        key: str,
+        bodies: Sequence[Probed],
+        space: Space,
+        clock: Clock,
+        every_step: bool,
+        formulas: Formulas,
+    ):
+        self._space, self._formulas = space, formulas
         able = [b for b in bodies if probe.body in (None, b.body.name)]
         if DENSITY in probe.fields:
             text = f"the density cannot be probed in the {able[0].system.formulation} form; frames carry it"
             raise _fault(f"{key}.fields", text)
-        if probe.at is not None:
-            body, places = _at(np.array(probe.at), key, able)
+        if probe.points is not None:
+            body, places = _at(np.array(probe.points), key, able)
         else:
-            body, places = _selected(probe, probe.where or "", key, able)
+            body, places, *_ = selected(probe, probe.where or "", key, able, formulas)
         self._reading = reading = body.reading
-        self._primitives = sorted({fields.primitive(name) for name in probe.fields})
+        self._primitives = sorted({base for name in probe.fields for base in fields.primitives(name, formulas)})
         for name in (name for name in self._primitives if name not in reading.fields):
-            raise _fault(f"{key}.fields", f"body {body.body.name!r} has no field {name!r}")
+            raise no_field(body, name, key)
         read = {name: places(name) for name in self._primitives}
         self.points = len(read[self._primitives[0]])
         made = [
@@ -238,7 +271,7 @@ class PointRecorder(Recorder):
         """Store the current values in the ring (a launch)."""
         inputs = [self._clock.step, self._columns, self._share, self._bounded, self._offsets, self._place, self._weight]
         inputs += [*self._reading.buffers, int(self.probe.reduce == "max")]
-        self._clock.launch(_kernel(self._space), self._ring.shape[1], inputs, [self._ring])
+        self._clock.launch(record_kernel(self._space), self._ring.shape[1], inputs, [self._ring])
 
     def columns(self) -> dict[str, np.ndarray]:
         """The record so far, SI: one array (records,) per field component, `FIELD[k]` for the k-th of several points."""
@@ -253,6 +286,11 @@ class PointRecorder(Recorder):
             start += field.width
         result: dict[str, np.ndarray] = {}
         for name in self.probe.fields:
+            if name in self._formulas:
+                places = np.array(self.probe.points)
+                series = self._formulas[name].of(values, reading.labels, places)
+                result |= {name if self.points == 1 else f"{name}[{k}]": series[:, k] for k in range(self.points)}
+                continue
             for column in fields.columns(name, reading.labels, self._space.dim):
                 series = fields.component(column, values[fields.primitive(column)], reading.labels)
                 for k in range(self.points):
@@ -261,5 +299,9 @@ class PointRecorder(Recorder):
 
     @property
     def units(self) -> dict[str, str]:
-        of = {key: fields.primitive(key.partition("[")[0]) for key in self.columns()}
-        return {key: self._reading.unit(name) for key, name in of.items()}
+        of = {key: key.partition("[")[0] for key in self.columns()}
+        own = self._formulas
+        return {
+            key: own[name].unit if name in own else self._reading.unit(fields.primitive(name))
+            for key, name in of.items()
+        }

@@ -12,7 +12,7 @@ import warp as wp
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array
 from wsph.errors import CheckpointError
-from wsph.scene.tables import Probe
+from wsph.scene.probes import Probe
 
 RING = 1024
 """Steps between two reads of a probe that records every step."""
@@ -25,9 +25,13 @@ class Recorder:
            # recorded
     """
 
-    def __init__(self, probe: Probe, clock: Clock, width: int, dtype: type, *, every_step: bool):
+    def __init__(
+        self, probe: Probe, clock: Clock, width: int, dtype: type, *, every_step: bool, kept: int | None = None
+    ):
+        """A row on the device has `width` numbers; `kept` of them, or what they are reduced to, are kept on the host."""
         self.probe, self.every_step, self._clock = probe, every_step, clock
         self._ring: Array = wp.zeros((RING if every_step else 1, width), dtype=dtype, device=clock.device)
+        self._kept = width if kept is None else kept
         self._rows: list[np.ndarray] = []
         self.steps: list[int] = []
 
@@ -51,18 +55,21 @@ class Recorder:
         """Read the rows of `steps` (all still in the ring)."""
         if steps:
             ring: np.ndarray = self._ring.numpy()
-            self._rows.append(ring[[s % len(ring) for s in steps]].astype(np.float64))
+            self._rows.append(self.reduced(ring[[s % len(ring) for s in steps]].astype(np.float64)))
             self.steps += steps
+
+    def reduced(self, rows: np.ndarray) -> np.ndarray:
+        """What of rows (steps, c) is kept."""
+        return rows
 
     def kept(self) -> tuple[np.ndarray, list[int]]:
         """The rows read so far, (steps, c), and their steps."""
-        width = int(self._ring.shape[1])
-        return (np.concatenate(self._rows) if self._rows else np.zeros((0, width))), self.steps
+        return (np.concatenate(self._rows) if self._rows else np.zeros((0, self._kept))), self.steps
 
     def go_on(self, rows: np.ndarray, steps: list[int]) -> None:
         """Take up a record where a checkpoint left it. Raises CheckpointError for one of other columns."""
-        if len(rows) and rows.shape[1:] != self._ring.shape[1:]:
+        if len(rows) and rows.shape[1] != self._kept:
             raise CheckpointError(
-                f"probe {self.probe.name!r} has {rows.shape[1]} columns in the checkpoint, not {self._ring.shape[1]}"
+                f"probe {self.probe.name!r} has {rows.shape[1]} columns in the checkpoint, not {self._kept}"
             )
         self._rows, self.steps = ([rows] if len(rows) else []), list(steps)

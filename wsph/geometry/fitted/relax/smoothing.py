@@ -21,7 +21,7 @@ INNER = 0.7
 OUTER = 0.5
 """The same of nodes on the surface."""
 
-DEEP = 4
+DEEP = 2
 """Cells below the layer within which nodes move: the others stay where the grid has them."""
 
 AGAIN = 2

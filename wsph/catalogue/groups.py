@@ -20,12 +20,15 @@ from wsph.protocols import Traits
 @dataclass(frozen=True)
 class Row:
     """An entry: its name as scenes write it, the first sentence of its docstring, what else there is to say of it in words,
-    and the same as data."""
+    and the same as data; the object whose docstring says more, where it stands, and an example of its use in a scene."""
 
     name: str
     description: str
     words: tuple[str, ...] = ()
     data: Mapping[str, object] = field(default_factory=dict[str, object])
+    described: object = None
+    source: str = ""
+    example: str = ""
 
 
 def formulations() -> list[Row]:
@@ -42,7 +45,9 @@ def formulations() -> list[Row]:
             f"takes {', '.join(parts) or 'none of the parts'}",
         )
         data = {"sets": each.sets, "traits": dataclasses.asdict(each.traits), "parts": parts}
-        rows.append(Row(each.name, f"for integrators of {_sets(each.sets)}", words, data))
+        example = f'[run]\nformulation = "{each.name}"'
+        said = f"for integrators of {_sets(each.sets)}"
+        rows.append(Row(each.name, said, words, data, source=f"wsph, {each.target}", example=example))
     return rows
 
 
@@ -70,7 +75,10 @@ def formats() -> list[Row]:
         installed = not each.needs or importlib.util.find_spec(each.needs) is not None
         missing = () if installed else (f'needs {each.needs}: pip install "wsph[{each.name}]"',)
         data = {"files": files, "needs": each.needs, "installed": installed}
-        rows.append(Row(each.name, sentence(type(each)), (f"writes {' and '.join(files)}", *missing), data))
+        words = (f"writes {' and '.join(files)}", *missing)
+        example = f'[output]\nformats = ["{each.name}"]\nevery = "1 ms"'
+        kind = type(each)
+        rows.append(Row(each.name, sentence(kind), words, data, kind, f"wsph, {kind.__module__}", example))
     return rows
 
 
@@ -78,7 +86,54 @@ def kernels() -> list[Row]:
     """Smoothing functions, for `run.kernel`."""
     from wsph.sph.smoothing import SMOOTHING
 
-    return [Row(name, sentence(function)) for name, function in SMOOTHING.items()]
+    return [
+        Row(name, sentence(made), (), {}, made, "wsph, wsph.sph.smoothing", f'[run]\nkernel = "{name}"')
+        for name, made in SMOOTHING.items()
+    ]
+
+
+def fields() -> list[Row]:
+    """Fields of frames and probes."""
+    from wsph.output import fields as declared
+
+    units = {
+        "velocity": "m/s",
+        "displacement": "m",
+        "stress": "Pa",
+        "density": "kg/m3",
+        "position": "m",
+        "dissipation": "Pa",
+    }
+    rows: list[Row] = []
+    for name in (*declared.known(("dissipation",), 3, ("damage",)),):
+        said = declared.said(name) or f"component of the {name.rpartition('_')[0]}"
+        unit = units.get(declared.primitive(name), declared.ON_SURFACES.get(name, "1"))
+        example = f'[output]\nfields = ["{name}"]\nevery = "1 ms"'
+        rows.append(
+            Row(name, f"{said} [{unit}]", (), {"unit": unit}, source="wsph, wsph.output.fields", example=example)
+        )
+    return [
+        *rows,
+        Row(
+            "internals",
+            "those of a material, as plastic_strain: wsph list MATERIAL names them",
+            (),
+            {},
+            None,
+            "a plugin",
+        ),
+    ]
+
+
+def tables() -> list[Row]:
+    """Tables of a scene."""
+    from wsph.catalogue.tables import places
+    from wsph.parts.table import PARTS
+
+    # Parts and shapes have lists of their own.
+    others = {path: schema for path, schema in places() if ".shape." not in path}
+    shown = [path for path in others if path.removeprefix("bodies.") not in PARTS]
+    return [Row(path, first_sentence(str(others[path]["description"]))) for path in shown]
 
 
 def shapes() -> list[Row]:
@@ -96,14 +151,19 @@ def shapes() -> list[Row]:
 
 
 GROUPS: dict[str, Callable[[], list[Row]]] = {
-    each.__name__: each for each in (formulations, parts, formats, kernels, shapes)
+    each.__name__: each for each in (formulations, parts, formats, fields, kernels, shapes, tables)
 }
 """The lists by the names that `wsph list` takes."""
 
 
 def sentence(described: object) -> str:
     """The first sentence of a docstring, on one line."""
-    text = " ".join((inspect.getdoc(described) or "").split("\n\n")[0].split())
+    return first_sentence(inspect.getdoc(described) or "")
+
+
+def first_sentence(said: str) -> str:
+    """The first sentence of a text, on one line."""
+    text = " ".join(said.split("\n\n")[0].split())
     return re.split(r"(?<=\.)\s+(?=[A-Z`])", text, maxsplit=1)[0].removesuffix(".")
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from wsph.output import fields
 from wsph.output.cells import Cells, Gathered
+from wsph.output.fields import Formulas
 from wsph.output.folder import OutputFolder
 from wsph.simulation.checks import warn
 from wsph.simulation.composing.composition import BodyRun, Composition
@@ -36,6 +37,7 @@ class Records:
         self._bodies, self._timeline = composition.bodies, composition.time_step.timeline
         self._probes, self._folder, self._written = composition.probes, folder, 0.0
         scene, scales = composition.scene, composition.scales
+        self._formulas = scene.formulas
         self._wanted, self._single = scene.output.fields, composition.space.precision == "f32"
         self._moved, self._dim = scene.output.positions == "current", scene.dim
         axes = [f"momentum_{axis}" for axis in "xyz"[: scene.dim]]
@@ -104,8 +106,8 @@ class Records:
         self._rows.append([*times, *energies, *momentum, *self._numbers.values()])
 
     def frame(self, step: int) -> None:
-        """Write a frame of the state, which is that after `step`."""
-        if self._folder is None:
+        """Write a frame of the state, which is that after `step`, where there is a format for it."""
+        if self._folder is None or not self._folder.formats:
             return
         everything = self.particles(self._wanted)
         moved = everything["position"]
@@ -135,9 +137,10 @@ class Records:
         standing = [
             name
             for name in names
-            if name not in fields.ALWAYS and any(_inside(run, fields.primitive(name)) for run in self._bodies)
+            if name not in fields.ALWAYS
+            and any(_inside(run, base) for run in self._bodies for base in fields.primitives(name, self._formulas))
         ]
-        parts = [_cell_fields(run, number, standing) for number, run in enumerate(self._bodies)]
+        parts = [_cell_fields(run, number, standing, self._formulas) for number, run in enumerate(self._bodies)]
         whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
         if self._single:
             whole = {name: _single(values) if name not in fields.ALWAYS else values for name, values in whole.items()}
@@ -147,6 +150,9 @@ class Records:
         """SI units of fields by their names."""
         found: dict[str, str] = {}
         for name in (name for name in names if name not in fields.ALWAYS):
+            if name in self._formulas:
+                found[name] = self._formulas[name].unit
+                continue
             having = [run.reading for run in self._bodies if fields.primitive(name) in run.reading.names]
             found[name] = having[0].unit(fields.primitive(name)) if having else ""
         return found
@@ -180,7 +186,7 @@ class Records:
     def particles(self, names: Sequence[str]) -> dict[str, np.ndarray]:
         """Fields of all bodies' particles, one body after the other, SI, in the precision of the run, with position, id and
         body."""
-        parts = [_fields(run, number, names) for number, run in enumerate(self._bodies)]
+        parts = [_fields(run, number, names, self._formulas) for number, run in enumerate(self._bodies)]
         whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
         if self._single:
             whole = {name: _single(values) if name not in fields.ALWAYS else values for name, values in whole.items()}
@@ -219,27 +225,35 @@ def _single(values: np.ndarray) -> np.ndarray:
     return values if len(sizes) and not limits.tiny < sizes.max() < limits.max else values.astype(np.float32)
 
 
-def _fields(run: BodyRun, number: int, names: Sequence[str]) -> dict[str, np.ndarray]:
+def _fields(run: BodyRun, number: int, names: Sequence[str], formulas: Formulas) -> dict[str, np.ndarray]:
     """Fields of a body's particles by name, NaN where the body has no such field, with position and body."""
     reading = run.reading
-    found = _shown(run, names, reading.si, reading.count)
+    found = _shown(run, names, reading.si, reading.positions, formulas)
     return {"position": reading.positions, **found, "body": np.full(reading.count, number)}
 
 
-def _cell_fields(run: BodyRun, number: int, names: Sequence[str]) -> dict[str, np.ndarray]:
+def _cell_fields(run: BodyRun, number: int, names: Sequence[str], formulas: Formulas) -> dict[str, np.ndarray]:
     """The same of a body's cells, without their position."""
     reading = run.reading
-    count = sum(len(corners) for corners in reading.cells) or reading.count
-    return {**_shown(run, names, reading.of_cells, count), "body": np.full(count, number)}
+    places = [reading.positions[corners].mean(1) for corners in reading.cells] or [reading.positions]
+    position = np.concatenate(places)
+    found = _shown(run, names, reading.of_cells, position, formulas)
+    return {**found, "body": np.full(len(position), number)}
 
 
-def _shown(run: BodyRun, names: Sequence[str], read: Callable[[str], np.ndarray], count: int) -> dict[str, np.ndarray]:
-    """Fields of a body at `count` places, of primitives that are `read` there."""
-    reading = run.reading
-    known = {fields.primitive(name) for name in names}.intersection(reading.names)
+def _shown(
+    run: BodyRun, names: Sequence[str], read: Callable[[str], np.ndarray], position: np.ndarray, formulas: Formulas
+) -> dict[str, np.ndarray]:
+    """Fields of a body at places (n, dim) of the reference, of primitives that are `read` there."""
+    reading, count = run.reading, len(position)
+    known = {base for name in names for base in fields.primitives(name, formulas)}.intersection(reading.names)
     values = {name: read(name) for name in known}
     found: dict[str, np.ndarray] = {}
     for name in (n for n in names if n not in fields.ALWAYS):
+        if name in formulas:
+            there = known.issuperset(fields.primitives(name, formulas))
+            found[name] = formulas[name].of(values, reading.labels, position) if there else np.full(count, np.nan)
+            continue
         base = values.get(fields.primitive(name))
         found[name] = np.full(count, np.nan) if base is None else fields.shown(name, base, reading.labels)
     return found

@@ -10,14 +10,14 @@ from typing import Any
 
 import pytest
 
-from wsph import catalogue
+from wsph.catalogue import groups
 from wsph.cli import main
 from wsph.errors import SceneError
 from wsph.parts.table import PARTS
 from wsph.protocols import Traits
 from wsph.scene.load import load
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 SCENE = ROOT / "examples" / "shock_bar.toml"
 
 
@@ -27,7 +27,7 @@ def wsph(
     """The command in a process of its own."""
     environment = {**os.environ, **({"WARP_CACHE_PATH": str(cache)} if cache else {})}
     return subprocess.run(
-        [sys.executable, "-m", "wsph.cli", *map(str, arguments)],
+        [sys.executable, "-m", "wsph", *map(str, arguments)],
         capture_output=True,
         text=True,
         check=False,
@@ -80,7 +80,7 @@ def test_formulations_are_listed_with_their_traits_in_words(capsys: pytest.Captu
 
 
 def test_every_trait_has_words() -> None:
-    for name, said in catalogue.attribute_docstrings(Traits).items():
+    for name, said in groups.attribute_docstrings(Traits).items():
         assert len(said.split()) > 2, name
 
 
@@ -104,7 +104,7 @@ def test_formats_kernels_and_shapes_are_those_that_a_scene_takes(capsys: pytest.
     found = listed("shapes", capsys)
     assert all(repr(name) in str(error.value) for name in found), str(error.value)
     assert found["cylinder"]["keys"] == ["from", "to", "radius", "rotate", "name"]
-    for group in catalogue.GROUPS:
+    for group in groups.GROUPS:
         assert main(["list", group]) == 0
         assert capsys.readouterr().out.count(f"\n{group[:-1]}") == len(listed(group, capsys)) - 1
 
@@ -116,9 +116,9 @@ def test_without_a_group_plugins_alone_are_listed(capsys: pytest.CaptureFixture[
 
 def test_no_list_imports_a_plugin_and_plugins_are_listed_without_warp() -> None:
     code = (
-        "import sys; from wsph.cli import main; from wsph import catalogue;"
+        "import sys; from wsph.cli import main; from wsph.catalogue import groups;"
         "main(['list']); assert 'warp' not in sys.modules;"
-        "assert not any(main(['list', group]) for group in catalogue.GROUPS);"
+        "assert not any(main(['list', group]) for group in groups.GROUPS);"
         "sys.exit(any(m.startswith(('wsph_integrators', 'wsph_materials')) for m in sys.modules))"
     )
     done = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True)

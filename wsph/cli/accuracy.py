@@ -1,4 +1,4 @@
-"""`wsph run SCENE --accuracy 1%` and `--budget "30 s"`: what is printed, and the exit code."""
+"""`wsph run SCENE --accuracy 1%` and `--budget "30 s"`: the options, what is printed, and the exit code."""
 
 # pyright: strict
 

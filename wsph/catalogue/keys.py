@@ -1,0 +1,135 @@
+"""The keys of a table in words: what each is, its unit, default and range, read off the table's JSON schema."""
+
+# pyright: strict
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from wsph.quantities import Table, is_list, is_sequence, is_table
+
+
+@dataclass(frozen=True)
+class Key:
+    """A key of a table: what it is, in which unit, what it is where it is left out ("needed" where it may not be), and its
+    range; "" where there is nothing to say."""
+
+    name: str
+    kind: str
+    unit: str
+    default: str
+    range: str
+
+
+def keys_of(schema: Table, root: Table) -> list[Key]:
+    """The keys of a table by its schema; definitions are those of `root`."""
+    properties, needed = schema.get("properties"), schema.get("required", [])
+    if not is_table(properties) or not is_list(needed):
+        return []
+    found: list[Key] = []
+    for name, given in properties.items():
+        part = given if is_table(given) else {}
+        default = "needed" if name in needed else written(part["default"]) if "default" in part else ""
+        found.append(Key(name, kind_of(part, root), unit_of(part), default, range_of(part)))
+    return found
+
+
+def kind_of(part: Table, root: Table) -> str:
+    """What a value is, in words."""
+    if "const" in part:
+        return written(part["const"])
+    if is_list(names := part.get("enum")):
+        return ", ".join(map(written, names))
+    if isinstance(part.get("$ref"), str):
+        return "table"
+    for way in ("anyOf", "oneOf"):
+        if is_list(choices := part.get(way)):
+            return _either([kind_of(each, root) for each in choices if is_table(each)])
+    kind = part.get("type")
+    if is_list(kind):
+        return "number, expression or function"
+    if kind == "array":
+        items = part.get("items")
+        return f"list of {_plural(kind_of(items, root))}" if is_table(items) else "list"
+    if kind == "object":
+        values = part.get("additionalProperties")
+        return f"table of {_plural(kind_of(values, root))}" if is_table(values) and values else "table"
+    if kind == "string" and "pattern" in part and "unit" not in part and str(part["pattern"]).startswith(r"^\s*[+-]"):
+        return ""  # a number with its unit, which the number beside it stands for
+    words = {"number": "number", "integer": "whole number", "boolean": "true or false", "string": "string"}
+    return words.get(str(kind), "anything")
+
+
+def unit_of(part: object) -> str:
+    """The first unit that stands in a schema."""
+    return next(_found(part, "unit"), "")
+
+
+def range_of(part: Table) -> str:
+    """The bounds of a number, in words."""
+    part = next((each for each in _choices(part) if each.get("type") in ("number", "integer", "array")), part)
+    low, high = next(_numbers(part, "minimum"), None), next(_numbers(part, "maximum"), None)
+    above, below = next(_numbers(part, "exclusiveMinimum"), None), next(_numbers(part, "exclusiveMaximum"), None)
+    words = [f"> {above:g}"] if above is not None else []
+    words += [f">= {low:g}"] if low is not None else []
+    words += [f"< {below:g}"] if below is not None else []
+    words += [f"<= {high:g}"] if high is not None else []
+    return ", ".join(words)
+
+
+def written(value: object) -> str:
+    """A value as TOML has it."""
+    if is_table(value):
+        value = {
+            key: value[key]
+            for key in sorted(value, key=lambda key: key not in ("type", "model", "name", "min", "from"))
+        }
+        return "{ " + ", ".join(f"{key} = {written(each)}" for key, each in value.items()) + " }" if value else "{}"
+    if is_sequence(value):
+        return "[" + ", ".join(map(written, value)) + "]"
+    return repr(value) if isinstance(value, float) else json.dumps(value, ensure_ascii=False)
+
+
+def _choices(part: Table) -> Iterator[Table]:
+    """A schema, or the members of a union of them."""
+    if not is_list(choices := part.get("anyOf")):
+        yield part
+        return
+    for each in choices:
+        yield from _choices(each) if is_table(each) else ()
+
+
+def _either(kinds: list[str]) -> str:
+    words = list(dict.fromkeys(kind for kind in kinds if kind))
+    return " or ".join(words) if words else "anything"
+
+
+def _plural(kind: str) -> str:
+    if " or " in kind:
+        return f"({kind})"
+    first, _, rest = kind.partition(" of ")
+    plural = f"{first}s" if first in ("number", "whole number", "string", "table", "list") else first
+    return f"{plural} of {rest}" if rest else plural
+
+
+def _found(part: object, key: str) -> Iterator[str]:
+    if is_list(part):
+        for each in part:
+            yield from _found(each, key)
+    elif is_table(part):
+        if isinstance(value := part.get(key), str):
+            yield value
+        for each in part.values():
+            yield from _found(each, key)
+
+
+def _numbers(part: object, key: str) -> Iterator[float]:
+    if is_list(part):
+        for each in part:
+            yield from _numbers(each, key)
+    elif is_table(part):
+        value = part.get(key)
+        if isinstance(value, (int, float)):
+            yield float(value)
+        for each in part.values():
+            yield from _numbers(each, key)

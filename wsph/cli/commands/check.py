@@ -1,0 +1,26 @@
+"""`wsph check`: validate a scene and print what it is composed of."""
+
+# pyright: strict
+
+import argparse
+from pathlib import Path
+
+from wsph.cli.command import Command
+from wsph.cli.overrides import declare_set, overrides
+
+
+def _declare(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", type=Path)
+    declare_set(parser)
+
+
+def _act(options: argparse.Namespace) -> int:
+    from wsph.checking import described
+    from wsph.scene.load import load
+
+    for key, value in described(load(options.scene, overrides(options.set)), str(options.scene)):
+        print(f"{key:<14} {value}")
+    return 0
+
+
+CHECK = Command("check", "validate a scene and print what it is composed of", _declare, _act)

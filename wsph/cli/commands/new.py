@@ -1,0 +1,35 @@
+"""`wsph new`: a scene, a study, or a package of a material or an integrator, to begin with."""
+
+# pyright: strict
+
+import argparse
+from pathlib import Path
+
+from wsph.cli.command import Command
+
+NEXT = {
+    "scene": "wsph run {0}",
+    "study": "wsph study {0}",
+    "material": "cd {1} && pip install -e . && pytest",
+    "integrator": "cd {1} && pip install -e . && pytest",
+}
+
+
+def _declare(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("kind", choices=list(NEXT), help="what to begin")
+    parser.add_argument("name", metavar="NAME")
+
+
+def _act(options: argparse.Namespace) -> int:
+    from wsph.catalogue.starting import start
+
+    written = start(options.kind, options.name, Path())
+    for path in written:
+        print(path)
+    print(f"next: {NEXT[options.kind].format(written[0], written[0].parent)}")
+    return 0
+
+
+NEW = Command(
+    "new", "write a scene, a study, or a package of a material or an integrator to begin with", _declare, _act
+)

@@ -1,0 +1,49 @@
+"""`wsph run`: run a scene."""
+
+# pyright: strict
+
+import argparse
+from pathlib import Path
+
+from wsph.cli import accuracy
+from wsph.cli.command import Command
+from wsph.cli.overrides import declare_set, overrides
+from wsph.cli.progress import Progress
+
+
+def _declare(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", type=Path)
+    parser.add_argument(
+        "-o", "--out", type=Path, metavar="DIR", help="output folder (default: the scene's name with -out)"
+    )
+    declare_set(parser)
+    parser.add_argument("--resume", action="store_true", help="go on from the last checkpoint in the folder")
+    parser.add_argument("--overwrite", action="store_true", help="replace an earlier run in the folder")
+    parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    accuracy.add_options(parser)
+
+
+def _act(options: argparse.Namespace) -> int:
+    from wsph.scene.load import load
+    from wsph.simulation.run import run
+
+    scene = load(options.scene, overrides(options.set))
+    folder = options.out if options.out is not None else Path(f"{options.scene.stem}-out")
+    if accuracy.asked(options):
+        with Progress(options.quiet) as progress:
+            return accuracy.run_accurately(options, scene, folder, progress)
+    with Progress(options.quiet) as progress:
+        result = run(scene, folder, overwrite=options.overwrite, resume=options.resume, throw=False, progress=progress)
+    if not options.quiet:
+        s = result.summary
+        print(
+            f"{result.status}: {s['steps']} steps of {s['dt']:.4g} s, {s['particles']} particles, {s['wall_seconds']:.2f} s; output in {folder}"
+        )
+        for finding in s["findings"]:
+            print(f"finding: {finding}")
+    if result.failure is not None:
+        raise result.failure
+    return 130 if result.status == "interrupted" else 0
+
+
+RUN = Command("run", "run a scene", _declare, _act)

@@ -1,0 +1,108 @@
+"""`wsph study`: run a grid of overrides over a scene: cost and error of each."""
+
+# pyright: strict
+
+import argparse
+import sys
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from wsph.cli.command import Command
+
+if TYPE_CHECKING:
+    from wsph.study.rows import Made, Row
+
+
+def _declare(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("study", type=Path)
+    parser.add_argument(
+        "-o", "--out", type=Path, metavar="DIR", help="output folder (default: the study's name with -out)"
+    )
+    parser.add_argument(
+        "--workers",
+        type=count_of_processes,
+        default=0,
+        metavar="N",
+        help="processes to spread the runs over (default: one a core)",
+    )
+    again = parser.add_mutually_exclusive_group()
+    again.add_argument("--resume", action="store_true", help="make only the rows that the folder does not have")
+    again.add_argument("--overwrite", action="store_true", help="replace an earlier study in the folder")
+    again.add_argument("--dry-run", action="store_true", help="print what every row will take, and run nothing")
+
+
+def count_of_processes(text: str) -> int:
+    """A number of processes, 0 for one a core."""
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 on")
+    return int(text)
+
+
+def _act(options: argparse.Namespace) -> int:
+    # 1 where rows are lost.
+    from wsph.output.claim import Claim
+    from wsph.study import files
+    from wsph.study.forecast import in_words
+    from wsph.study.judge import judged
+    from wsph.study.plan import facts, planned
+    from wsph.study.runs import run_study
+    from wsph.study.tables import load_study
+
+    study, scene = load_study(options.study)
+    beside, plan = options.study.parent, planned(study, scene)
+    warnings.simplefilter("ignore")  # of energy that some of the rows create or lose: the table says it
+    if options.dry_run:
+        print("\n".join(in_words(plan)))
+        return 0
+    folder = options.out if options.out is not None else Path(f"{options.study.stem}-out")
+    names = [row.name for row in plan]
+    with Claim(folder, options.overwrite, options.resume, files.is_a_study) as claim:
+        of = facts(study, scene, beside)
+        made = files.known_rows(folder, of, names) if options.resume else {}
+        anew = not made
+
+        def keep(place: int, one: "Made") -> None:
+            nonlocal anew
+            claim.make()
+            if anew:
+                files.clear(folder)
+            anew, made[place] = False, one
+            files.keep_row(folder, one, of[place])
+            files.keep_rows(folder, made, of, names, study.title)
+            if sys.stderr.isatty():
+                print(f"{len(made)} of {len(plan)}", file=sys.stderr)
+
+        try:
+            outcome = run_study(study, scene, beside, workers=options.workers, known=made, keep=keep)
+        except KeyboardInterrupt:
+            if not files.is_a_study(folder):
+                raise
+            print(f"error: interrupted; rows that are complete are in {folder}: go on with --resume", file=sys.stderr)
+            return 130
+        claim.make()
+        judged(plan, outcome.made)
+        files.keep_rows(folder, outcome.made, of, names, study.title)
+        files.write_table(outcome.rows, folder)
+        files.draw(outcome.rows, study.title, folder)
+    for place in sorted(outcome.made):
+        print(f"{names[place]}: {_in_words(outcome.made[place].row)}")
+    print(f"{len(outcome.made)} runs; study.csv, study.json in {folder}")
+    for place, why in sorted(outcome.lost.items()):
+        print(f"error: row {names[place]!r} is lost: {why}; --resume makes it", file=sys.stderr)
+    return 1 if outcome.lost else 0
+
+
+def _in_words(row: "Row") -> str:
+    """A row's figures."""
+    words = [str(row["status"]), f"{row.get('right_hand_sides', '-')} right-hand sides"]
+    if row.get("error") is not None:
+        over = row.get("compared", "whole run")
+        words.append(f"error {row['error']:.3g}" + (f" ({over})" if over != "whole run" else ""))
+    if row.get("bar") is not None:
+        words.append(f"estimate {row['estimate']:.3g}, bar {row['bar']:.3g}, order {row['order']:.2g}")
+    words += [str(row[key]) for key in ("convergence", "disagrees") if row.get(key)]
+    return ", ".join(words)
+
+
+STUDY = Command("study", "run a grid of overrides over a scene: cost and error of each", _declare, _act)

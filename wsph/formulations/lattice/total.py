@@ -1,0 +1,106 @@
+"""Kernels of cells whose stress follows from their deformation: what their nodes take, and the deformation and the stress
+themselves, which no step needs."""
+
+from functools import cache
+
+import warp as wp
+
+from wsph.backend.kernels import kernel
+from wsph.backend.space import Space
+from wsph.backend.state import Layout, fields_struct
+from wsph.backend.tensors import embedded
+from wsph.constitutive.laws import Laws
+from wsph.formulations.lattice.cell import cell_struct
+from wsph.formulations.lattice.lanes import (
+    block_of,
+    capacity_of,
+    corner_sums,
+    hand_over,
+    lane,
+    plane_lane,
+    quantities,
+    set_lane,
+)
+
+
+def answer_kernel(space: Space, laws: Laws, layout: Layout, width: int, *, stabilised: bool) -> wp.Kernel:
+    """Kernel of what cells hand to their nodes."""
+    real, Fields, Cell, Params = space.scalar, fields_struct(space, layout), cell_struct(space), laws.Params
+    size = (space.dim**2 + space.dim + 1) * capacity_of(width)
+    block, gather = block_of(space.dim, width), corner_sums(space, width, stabilised)
+    hand, put_share = (
+        hand_over(space, width, quantities(space.dim, stabilised)),
+        set_lane(space, width, space.dim**2 + space.dim),
+    )
+    law, (get, put), seen = laws.total, lane(space, width, space.mat), _itself(space.mat)
+    if (space.dim, space.precision) == (2, "f32") and laws.answer is not None:
+        # Compilers hold a 2x2 matrix of single precision in two vectors of two, which keeps rows from being taken together.
+        law, (get, put), seen = laws.answer, plane_lane(space, width), embedded(space)
+
+    @kernel(ranged=True, lanes=True)
+    def answer(
+        first: int,
+        p: Params,
+        cell: Cell,
+        blocks: wp.array(dtype=wp.int32),
+        fields: Fields,
+        chunks_out: wp.array(dtype=real),
+    ):
+        b, _i, at, rows, own = block(blocks, first + wp.tid())
+        values = wp.zeros(shape=size, dtype=real)
+        gather(blocks, b, at, rows, fields.displacement, values)
+        gradient = seen(cell.gradient)
+        force = seen(cell.force)
+        restoring = seen(cell.share * cell.restoring)
+        hold = cell.hold * cell.share
+        e = int(0)
+        while e < rows:
+            H = get(values, e) * gradient
+            _cauchy, P = law(p, H)
+            A = P * force
+            if wp.static(stabilised):
+                A = A - H * restoring
+                put_share(values, e, hold)
+            put(values, e, A)
+            e += 1
+        hand(blocks, b, at, own, values, chunks_out)
+
+    return answer
+
+
+@cache
+def _itself(dtype: type) -> wp.Function:
+    """Warp function that gives what it takes."""
+
+    @wp.func
+    def itself(a: dtype) -> dtype:
+        return a
+
+    return itself
+
+
+def telling_kernel(space: Space, laws: Laws, layout: Layout, width: int) -> wp.Kernel:
+    """Kernel of the deformation and the stress."""
+    real, mat, Fields, Params, total = space.scalar, space.mat, fields_struct(space, layout), laws.Params, laws.total
+    Cell, size = cell_struct(space), space.dim**2 * capacity_of(width)
+    block, gather, get = block_of(space.dim, width), corner_sums(space, width, False), lane(space, width, mat)[0]
+
+    @kernel(ranged=True, lanes=True)
+    def tell(
+        first: int,
+        p: Params,
+        cell: Cell,
+        blocks: wp.array(dtype=wp.int32),
+        others: Fields,
+        fields_out: Fields,
+    ):
+        b, i, at, rows, own = block(blocks, first + wp.tid())
+        values = wp.zeros(shape=size, dtype=real)
+        gather(blocks, b, at, rows, others.displacement, values)
+        for e in range(own):
+            H = get(values, e) * cell.gradient
+            s, _P = total(p, H)
+            fields_out.deformation[i + e] = H
+            fields_out.stress[i + e] = s
+
+    return tell
