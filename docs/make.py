@@ -11,6 +11,7 @@ The published cases are held to the same ranges by the tests; this only writes t
 import argparse
 import json
 import re
+import statistics
 import subprocess
 import sys
 import warnings
@@ -269,6 +270,7 @@ def coverage() -> list[str]:
         f"ladders bars hold in {_part(every['windows_hold'], every['windows_given'])}; {every['flagged']} of"
         f" {every['windows']} windows are said not to converge. The last two",
         "columns are medians; cost is counted where the cheapest row is finer than the third of the ladder.",
+        *_budgets(found["budgets"]),
         "(`python tests/benchmarks/coverage.py --write`.)",
     ]
     page = ROOT / "docs" / "accuracy.md"
@@ -287,6 +289,20 @@ def coverage() -> list[str]:
         f"{before}<!-- coverage -->\n" + "\n".join(table) + f"\n<!-- /coverage -->{after}", encoding="utf-8"
     )
     return rows
+
+
+def _budgets(found: dict) -> list[str]:
+    """What budgets of work gave, in a sentence."""
+    every = [one for each in found.values() for one in each]
+    ratios = [one["over_best"] for one in every]
+    over = sum(one["used"] > 1.0 for one in every)
+    within = sum(ratio <= 1.3 for ratio in ratios)
+    return [
+        f"Of {len(every)} budgets of work on {len(found)} of these scenes {over} were exceeded; the error is"
+        f" {statistics.median(ratios):.2f} times that of",
+        f"the best row that the budget pays for in the median, within 1.3 times in {within}, {max(ratios):.1f} at most",
+        "(`python tests/benchmarks/coverage_budgets.py --write`; best rows are such by luck, too).",
+    ]
 
 
 def _part(of: int, whole: int) -> str:

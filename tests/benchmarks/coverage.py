@@ -109,7 +109,7 @@ def _windows(case: Case, ladder: Rows, dense: list[Row], ratio: float):
 
 def _searched(case: Case, known: dict[int, Row], tolerance: float) -> dict:
     rows = Kept(case, known)
-    found = search(rows, aims(case.scene, tolerance), Limit(None, 4.0 * case.work))
+    found = search(rows, aims(case.scene, tolerance), Limit(None, case.limit * case.work))
     last = rows.made[-1] if rows.made else None
     truth = true_errors(case, last) if last is not None else {}
     seen = seen_of(rows, aims(case.scene, tolerance))
@@ -150,7 +150,7 @@ def lost(case: Case) -> dict:
 
 def _searched_lost(case: Case) -> dict:
     rows = Rows(case.scene)
-    found = search(rows, aims(case.scene, case.tolerances[0]), Limit(None, 4.0 * case.work))
+    found = search(rows, aims(case.scene, case.tolerances[0]), Limit(None, case.limit * case.work))
     return {"name": case.name, "status": found.status, "why": found.why, "cells": [row.cells for row in rows.made]}
 
 
@@ -247,7 +247,9 @@ def main() -> None:
     warnings.simplefilter("ignore")
     path = ROOT / "docs" / "coverage.json"
     alone = options.only or options.group
-    cases = json.loads(path.read_text(encoding="utf-8"))["scenes"] if alone and path.exists() else []
+    kept = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    cases, missed = (kept["scenes"], kept["lost"]) if alone and kept else ([], [])
+    tables = {key: kept[key] for key in ("budgets",) if key in kept}
     for group, makers in (("known", KNOWN), ("fresh", FRESH)):
         for make in makers:
             case = make()
@@ -258,17 +260,19 @@ def main() -> None:
             cases.append(found)
             print(told(found), flush=True)
             if options.write:
-                keep(cases, [])
-    missed = [lost(case) for case in (make() for make in LOST) if options.only in case.name]
+                keep(cases, missed, tables)
+    for case in (make() for make in LOST):
+        if options.only in case.name and not options.group:
+            missed = [*(one for one in missed if one["name"] != case.name), lost(case)]
     print(json.dumps(summary(cases), indent=1))
     if options.write:
-        keep(cases, missed)
+        keep(cases, missed, tables)
 
 
-def keep(cases: list[dict], missed: list[dict]) -> None:
+def keep(cases: list[dict], missed: list[dict], tables: dict) -> None:
     """Write docs/coverage.json; anew after every scene."""
     path = ROOT / "docs" / "coverage.json"
-    whole: dict = {"lost": missed, "summary": summary(cases)}
+    whole: dict = {"lost": missed, "summary": summary(cases)} | tables
     for group in ("known", "fresh"):
         whole[f"summary_{group}"] = summary([case for case in cases if case["group"] == group])
     whole["scenes"] = [{k: v for k, v in case.items() if k != "windows"} | _of_windows([case]) for case in cases]
