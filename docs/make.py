@@ -12,6 +12,7 @@ The published cases are held to the same ranges by the tests; this only writes t
 import argparse
 import json
 import re
+import statistics
 import subprocess
 import sys
 import warnings
@@ -411,12 +412,17 @@ def coverage() -> list[str]:
         met, hold = _part(each["met"], each["answers"]), _part(each["bars_hold"], each["bars"])
         middle = [f"{each[key]:.1f}" if each[key] else "-" for key in ("width", "cost")]
         rows.append(f"| {name} | {each['searches']} | {each['answers']} | {met} | {hold} | {' | '.join(middle)} |")
-    windows = summary["all"]
-    rows += ["", f"{len(found['scenes'])} scenes, {sum(s['group'] == 'fresh' for s in found['scenes'])} of them written after the constants were"
-             f" frozen. Of {windows['windows_given']} windows of four rows of their ladders, bars hold in"
-             f" {_part(windows['windows_hold'], windows['windows_given'])}; {windows['flagged']} windows of {windows['windows']} are said not to"
-             " converge. The last two columns are medians; cost is counted where the cheapest row is finer than the third of the",
-             "ladder. (`python tests/benchmarks/coverage.py --write`.)"]  # fmt: skip
+    fresh = sum(scene["group"] == "fresh" for scene in found["scenes"])
+    every = summary["all"]
+    rows += [
+        "",
+        f"{len(found['scenes'])} scenes, {fresh} of them written after the constants were frozen. Of windows of four rows of their",
+        f"ladders bars hold in {_part(every['windows_hold'], every['windows_given'])}; {every['flagged']} of"
+        f" {every['windows']} windows are said not to converge. The last two",
+        "columns are medians; cost is counted where the cheapest row is finer than the third of the ladder.",
+        *_budgets(found["budgets"]),
+        "(`python tests/benchmarks/coverage.py --write`.)",
+    ]
     page = ROOT / "docs" / "accuracy.md"
     before, rest = page.read_text(encoding="utf-8").split("<!-- coverage -->\n", 1)
     _, after = rest.split("<!-- /coverage -->", 1)
@@ -435,8 +441,22 @@ def coverage() -> list[str]:
     return rows
 
 
+def _budgets(found: dict) -> list[str]:
+    """What budgets of work gave, in a sentence."""
+    every = [one for each in found.values() for one in each]
+    ratios = [one["over_best"] for one in every]
+    over = sum(one["used"] > 1.0 for one in every)
+    within = sum(ratio <= 1.3 for ratio in ratios)
+    return [
+        f"Of {len(every)} budgets of work on {len(found)} of these scenes {over} were exceeded; the error is"
+        f" {statistics.median(ratios):.2f} times that of",
+        f"the best row that the budget pays for in the median, within 1.3 times in {within}, {max(ratios):.1f} at most",
+        "(`python tests/benchmarks/coverage_budgets.py --write`; best rows are such by luck, too).",
+    ]
+
+
 def _part(of: int, whole: int) -> str:
-    return f"{100.0 * of / whole:.0f} %" if whole else "-"
+    return f"{of} of {whole}" if whole else "-"
 
 
 def main() -> None:

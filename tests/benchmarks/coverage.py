@@ -1,6 +1,6 @@
 """How often the error bars of `--accuracy` hold, its tolerances are met, and what it costs: on scenes with closed forms.
 
-    python tests/benchmarks/coverage.py [--only NAME] [--write]
+    python tests/benchmarks/coverage.py [--only NAME] [--group GROUP] [--write]
 
 Of every scene a dense ladder is run first, of which the true error of each row is known. Then the search runs at each
 tolerance on those rows, with a limit on its work; it sees no answer. Counted are searches (met: the true error of what it
@@ -109,7 +109,7 @@ def _windows(case: Case, ladder: Rows, dense: list[Row], ratio: float):
 
 def _searched(case: Case, known: dict[int, Row], tolerance: float) -> dict:
     rows = Kept(case, known)
-    found = search(rows, aims(case.scene, tolerance), Limit(None, 4.0 * case.work))
+    found = search(rows, aims(case.scene, tolerance), Limit(None, case.limit * case.work))
     last = rows.made[-1] if rows.made else None
     truth = true_errors(case, last) if last is not None else {}
     seen = seen_of(rows, aims(case.scene, tolerance))
@@ -150,7 +150,7 @@ def lost(case: Case) -> dict:
 
 def _searched_lost(case: Case) -> dict:
     rows = Rows(case.scene)
-    found = search(rows, aims(case.scene, case.tolerances[0]), Limit(None, 4.0 * case.work))
+    found = search(rows, aims(case.scene, case.tolerances[0]), Limit(None, case.limit * case.work))
     return {"name": case.name, "status": found.status, "why": found.why, "cells": [row.cells for row in rows.made]}
 
 
@@ -186,7 +186,16 @@ def _figures(searches: list) -> dict:
 
 
 def _of_windows(cases: list[dict]) -> dict:
-    windows = [one for case in cases for one in case["windows"]]
+    """Of the windows of scenes; the width is the median over scenes of their own medians."""
+    each = [
+        case if "windows" not in case or isinstance(case["windows"], int) else _of_scene(case["windows"])
+        for case in cases
+    ]
+    sums = {key: sum(one[key] for one in each) for key in ("windows", "flagged", "windows_given", "windows_hold")}
+    return sums | {"windows_width": _median([one["windows_width"] for one in each if one["windows_width"]])}
+
+
+def _of_scene(windows: list[dict]) -> dict:
     given = [one for one in windows if one["converges"]]
     return {
         "windows": len(windows),
@@ -227,31 +236,43 @@ def told(case: dict) -> str:
 def main() -> None:
     """Run, print, and with --write keep."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", default="", metavar="NAME", help="scenes whose name has this in it")
+    parser.add_argument(
+        "--only", default="", metavar="NAME", help="scenes whose name has this in it, the others as they were"
+    )
+    parser.add_argument(
+        "--group", default="", choices=["", "known", "fresh"], help="these alone, the others as they were"
+    )
     parser.add_argument("--write", action="store_true")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
-    cases = []
+    path = ROOT / "docs" / "coverage.json"
+    alone = options.only or options.group
+    kept = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    cases, missed = (kept["scenes"], kept["lost"]) if alone and kept else ([], [])
+    tables = {key: kept[key] for key in ("budgets",) if key in kept}
     for group, makers in (("known", KNOWN), ("fresh", FRESH)):
         for make in makers:
             case = make()
-            if options.only not in case.name:
+            if options.only not in case.name or options.group not in ("", group):
                 continue
+            cases = [one for one in cases if one["name"] != case.name]
             found = measured(case) | {"group": group}
             cases.append(found)
             print(told(found), flush=True)
             if options.write:
-                keep(cases, [])
-    missed = [lost(case) for case in (make() for make in LOST) if options.only in case.name]
+                keep(cases, missed, tables)
+    for case in (make() for make in LOST):
+        if options.only in case.name and not options.group:
+            missed = [*(one for one in missed if one["name"] != case.name), lost(case)]
     print(json.dumps(summary(cases), indent=1))
     if options.write:
-        keep(cases, missed)
+        keep(cases, missed, tables)
 
 
-def keep(cases: list[dict], missed: list[dict]) -> None:
+def keep(cases: list[dict], missed: list[dict], tables: dict) -> None:
     """Write docs/coverage.json; anew after every scene."""
     path = ROOT / "docs" / "coverage.json"
-    whole: dict = {"lost": missed, "summary": summary(cases)}
+    whole: dict = {"lost": missed, "summary": summary(cases)} | tables
     for group in ("known", "fresh"):
         whole[f"summary_{group}"] = summary([case for case in cases if case["group"] == group])
     whole["scenes"] = [{k: v for k, v in case.items() if k != "windows"} | _of_windows([case]) for case in cases]

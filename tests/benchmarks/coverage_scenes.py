@@ -1,8 +1,9 @@
 """Scenes whose answer is known in closed form, for coverage.py: bars and bodies with E = rho = 1 whose motion is so small
 that it is linear, where nothing else is said.
 
-KNOWN are of the kinds on which the search's constants were chosen; FRESH were written after these were frozen. LOST are
-scenes that do not converge: there is no answer, and the search is to say so.
+KNOWN are of the kinds on which the search's constants were chosen; FRESH were written after these were frozen, but the rule
+that gravity is no jump was made by the two bars hung up. LOST are scenes that do not converge: there is no answer, and the
+search is to say so.
 """
 
 import math
@@ -20,6 +21,9 @@ EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 SMALL = 1e-6
 """Of velocities over that of waves, at which what is of second order is below all errors that are measured."""
 
+COARSER = (0.05, 0.02, 0.01)
+"""Tolerances of bodies in 2D and 3D."""
+
 Exact = Callable[[np.ndarray], np.ndarray]
 """A column at times (n,) [s]."""
 
@@ -27,8 +31,8 @@ Exact = Callable[[np.ndarray], np.ndarray]
 @dataclass(frozen=True)
 class Case:
     """A scene and its answer by column "PROBE.COLUMN", or that column's frequency; `kind` is what its figures join, `work`
-    the largest of a row [pair visits]; errors below `floor` are the answer's own, or of second order in
-    the velocity."""
+    the largest of a row of the ladder, `limit` that of a search over it [pair visits]; errors below `floor` are the answer's
+    own, or of second order in the velocity."""
 
     name: str
     kind: str
@@ -36,8 +40,9 @@ class Case:
     exact: dict[str, Exact]
     work: float = 1.5e7
     frequency: float | None = None
-    tolerances: tuple[float, ...] = (0.05, 0.02, 0.01)
+    tolerances: tuple[float, ...] = COARSER
     floor: float = 1e-5
+    limit: float = 4.0
 
 
 def _elastic(ratio=0.0, **more):
@@ -220,7 +225,10 @@ def _disc(name, kind, surface, spacing, work):
                    material=_elastic(ratio), body={"surface": surface, "velocity": [f"{SMALL}*x*{text}", f"{SMALL}*y*{text}"]},
                    probes=_probe([0.5, 0.0], "velocity_x"))  # fmt: skip
     exact = {"p.velocity_x": lambda t: SMALL * 0.5 * value(0.5) * np.cos(omega * t)}
-    return Case(name, kind, scene, exact, work)
+    if kind == "fitted":  # which converges fast enough for tolerances of bars
+        return Case(name, kind, scene, exact, work, tolerances=FINER)
+    # What a search of a staircase wants is ten times what it takes: it is refused at smaller limits.
+    return Case(name, kind, scene, exact, work, tolerances=(0.1, *COARSER), limit=50.0)
 
 
 def _sphere():
@@ -251,8 +259,8 @@ def _torsion():
 def _hanging(name, integrator, form=None):
     scene = _bar(integrator=integrator, form=form, end=3.0, boundary=[{"face": "-x", "fixed": ["x"]}], gravity={"x": SMALL},
                  probes=_probe([1.0], "displacement_x"))  # fmt: skip
-    n = np.arange(1, 4000, 2) * 0.5 * np.pi
-    exact = {"p.displacement_x": lambda t: (2.0 * SMALL * np.sin(n) / n**3 * (1.0 - np.cos(np.outer(t, n)))).sum(1)}
+    # It falls freely until the wave from the wall is there, and its motion is symmetric about t = 2.
+    exact = {"p.displacement_x": lambda t: SMALL * np.where(t < 1.0, 0.5 * t**2, 1.0 - 0.5 * (2.0 - t) ** 2)}
     return Case(name, "jumps", scene, exact, tolerances=FINER)
 
 
@@ -338,7 +346,7 @@ def _annulus():
                    probes=_probe([0.75, 0.0], "velocity_x"))  # fmt: skip
     at = float(np.interp(0.75, r, mode))
     exact = {"p.velocity_x": lambda t: SMALL * at * np.cos(omega * t)}
-    return Case("breathing ring, fitted", "fitted", scene, exact, 1e7)
+    return Case("breathing ring, fitted", "fitted", scene, exact, 1e7, tolerances=FINER)
 
 
 def _pulled():
@@ -397,4 +405,20 @@ def _softening():
     return Case("softening without a length", "lost", scene, {}, 2e7, tolerances=(0.01,))
 
 
-LOST: list[Callable[[], Case]] = [_softening]
+def _links():
+    """A strip with a notch, pulled ever faster: its virtual links break at a stretch whatever the spacing, along the
+    lattice, so that how much of it has broken is another on each."""
+    material = {"model": "jaumann", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}
+    pull = [{"face": sign + "x", "velocity": {"x": f"{sign}0.02*t"}} for sign in "-+"]
+    body = {
+        "links": {"criterion": "stretch", "threshold": 0.01, "where": "abs(x-0.5) < 0.2"},
+        "cracks": [{"from": [0.5, 0.0], "to": [0.5, 0.125]}],
+        "viscosity": {"alpha": 0.5, "beta": 0.5},
+    }
+    probe = {"name": "p", "body": "b", "where": "abs(x-0.5) < 0.2", "reduce": "mean", "fields": ["damage"]}
+    scene = _scene(2, _box(1.0, 0.25), 1.0 / 32, form="total-lagrangian", cfl=0.15, end=2.0, material=material, state="strain",
+                   body=body, boundary=pull, probes=[probe])  # fmt: skip
+    return Case("virtual links", "lost", scene, {}, 3e7, tolerances=(0.05,))
+
+
+LOST: list[Callable[[], Case]] = [_softening, _links]

@@ -164,6 +164,8 @@ quantity = "history"
 sure = true
 budget = "30 s"
 free = ["spacing", "integrator"]
+[fields]
+speed = { expression = "sqrt(velocity_x^2 + velocity_y^2)", unit = "m/s" }
 [output]
 every = "0.1 ms"
 history = 5

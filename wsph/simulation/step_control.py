@@ -224,7 +224,9 @@ class StepControl:
         no share is to come half of the way to where the step is shortened, or CHANGE, before."""
         pace, seen = float(MOST_APART), list[tuple[float, float]]()
         for run, each, (before, distortion) in zip(self._bodies, sums, self._seen, strict=True):
-            share = _local(run, each) / run.limit if run.limit else 0.0  # without a limit, or with none that is finite: zero
+            share = (
+                _local(run, each) / run.limit if run.limit else 0.0
+            )  # without a limit, or with none that is finite: zero
             now = float(np.log(share)) if share > 0.0 else 0.0, float(np.log(each.distortion))
             change = max(abs(now[0] - before), SLOPE * abs(now[1] - distortion))
             if run.stability.adapts and change > 0.0:
@@ -259,7 +261,7 @@ def _most(run: BodyRun) -> float:
     """The share of its limit beyond which the time step is shortened: half of the way from what it began with. A run that
     began beyond the limit has been told so."""
     began = run.stability.share
-    return (0.5 * (1.0 + began) if began < 1.0 else BEYOND * began) * (1.0 + SLACK)
+    return (0.5 * (1.0 + began) if began <= 1.0 + SLACK else BEYOND * began) * (1.0 + SLACK)
 
 
 def _local(run: BodyRun, sums: BodySums) -> float:

@@ -191,9 +191,10 @@ def _products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _symmetric(products: Products, start: np.ndarray, rate: float, still: float) -> Spectrum:
-    """The spectrum of an undamped body of symmetric stiffness from Lanczos' three terms: w_(j+1) beta_(j+1) = K w_j - alpha_j w_j - beta_j w_(j-1), so that K projected
-    on the w is tridiagonal, K W = W T + beta_(m+1) w_(m+1) e_m^T, and of the vectors two are kept. They lose their
-    orthogonality where an eigenvalue is found to rounding, which changes no outermost one."""
+    """The spectrum of an undamped body of symmetric stiffness from Lanczos' three terms: w_(j+1) beta_(j+1) = K w_j -
+    alpha_j w_j - beta_j w_(j-1), so that K projected on the w is tridiagonal, K W = W T + beta_(m+1) w_(m+1) e_m^T, and
+    of the vectors two are kept. They lose their orthogonality where an eigenvalue is found to rounding, which changes no
+    outermost one."""
     size = math.sqrt(_dot(start, start))
     last = (start / (size or 1.0)).astype(products.kind)
     before = np.zeros_like(last)

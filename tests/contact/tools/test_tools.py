@@ -223,7 +223,7 @@ def test_a_body_stays_inside_of_a_hole():
     assert 0.05 < way.max() < 0.08
     assert way[-1] < way.max()
     assert abs(result.history["residual"][-1]) < 5e-3 * result.history["kinetic"][0]
-    assert abs(result.history["contact_numerical"][-1]) < 1e-2 * result.history["kinetic"][0]
+    assert abs(result.history["contact_numerical"][-1]) < 1.5e-2 * result.history["kinetic"][0]
 
 
 def test_resuming_gives_the_bits_of_never_having_stopped(tmp_path: Path):

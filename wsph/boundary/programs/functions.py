@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from wsph.declarations import example
 from wsph.expressions import OPERATIONS, Expression
@@ -21,6 +21,21 @@ _Row = Annotated[tuple[Annotated[float, Unit("")], ...], BeforeValidator(as_tupl
 _Places = Annotated[tuple[Annotated[float, Unit("m")], ...], BeforeValidator(as_tuple), Field(min_length=2)] | None
 
 
+def _kind(value: object) -> str:
+    """Whether values are those of the time alone, or rows of them."""
+    return (
+        "function-rows"
+        if isinstance(value, list | tuple) and any(isinstance(row, list | tuple) for row in value)
+        else "function-row"
+    )
+
+
+_Values = Annotated[
+    Annotated[_Row, Tag("function-row")] | Annotated[tuple[_Row, ...], BeforeValidator(as_tuple), Tag("function-rows")],
+    Discriminator(_kind),
+]
+
+
 class Function(Model):
     """A function of time: a table (t, value, interp), or an expression of x, y, z, t; or a table of time and place, where
     x, y or z has coordinates of the reference and `value` a row a time, linear between and constant beyond."""
@@ -30,7 +45,7 @@ class Function(Model):
     x: _Places = None
     y: _Places = None
     z: _Places = None
-    value: _Row | Annotated[tuple[_Row, ...], BeforeValidator(as_tuple)] | None = None
+    value: _Values | None = None
     interp: Literal["linear", "step"] = "linear"
     expression: str | None = None
 
