@@ -135,7 +135,7 @@ def test_a_scene_pays_nothing_for_fracture_and_contact_that_it_has_not() -> None
         return scenes.block(run={"formulation": "total-lagrangian", "cfl": 0.2}, **part)
 
     bare = compose(scene())
-    assert sorted(set(names(scene()))) == ["advance", "combine", "force_between", "gradient", "spread", "strain"]
+    assert sorted(set(names(scene()))) == ["advance", "answer", "combine", "force", "gradient", "spread"]
     assert not {"damage", "damaged_stress"} & set(bare.bodies[0].system.state.widths)
     assert bare.interactions == ()
     assert not bare.program.followed

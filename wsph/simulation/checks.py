@@ -24,7 +24,6 @@ from wsph.simulation.composing.composition import BodyRun, integrators_of
 from wsph.simulation.diagnostics import BodySums
 from wsph.simulation.ledger import HELD, Account
 from wsph.simulation.timeline import Timeline
-from wsph.stability.limit import SLACK
 
 ENERGY_WARNING, LOSS_WARNING, ENERGY_AFTER = 0.02, 0.10, 20
 """Parts of the largest energy seen beyond which created and lost energy are warned of; steps before the first look."""
@@ -242,7 +241,8 @@ class Checks:
 
     def _swing(self) -> float:
         """Energy that the states hold above what the methods keep, nondimensional, where their steps are stable."""
-        stable = [run for run in self._bodies if run.limit is not None and run.courant <= run.limit * (1.0 + SLACK)]
+        limited = [(run, run.limit * run.stability.leeway) for run in self._bodies if run.limit is not None]
+        stable = [run for run, limit in limited if run.courant <= limit]
         return sum(integrators.oscillation(each) for each in integrators_of(stable))
 
     def kept(self) -> CheckFacts:

@@ -203,7 +203,7 @@ class StepControl:
                 local, most = _local(run, each), _most(run)
                 run.stability.follow(each.distortion, local / most, step, run.work, fixed=False)
                 share = local / run.limit if run.limit else np.inf
-                if share > most:
+                if share > most * run.stability.leeway:
                     # To what it began with; where the limit is an estimate, no further than it has to.
                     factor = min(factor, (run.stability.share if run.stability.measured else most) / share)
         if factor == 1.0 or step >= self._step.timeline.last:

@@ -36,6 +36,9 @@ UNSURE, MOST_UNSURE = 0.2, 0.1
 """Logarithm of the limit that an estimate may be off per logarithm of distortion since the last measurement, and at most:
 tests/stability/test_following.py."""
 
+LEEWAY = 1.01
+"""Part of an estimated limit up to which a step is left: half of what limits leave by themselves."""
+
 SURELY = 1.25
 """A fixed step that exceeds an estimated limit by this is beyond the limit, measured or not."""
 
@@ -141,6 +144,11 @@ class StepLimit:
             self._cost = self._system.evaluations - before
             self.spent += self._cost
 
+    @property
+    def leeway(self) -> float:
+        """Part of the limit up to which a step is within it."""
+        return (1.0 + SLACK) * (1.0 if self.measured else LEEWAY)
+
     def estimate(self) -> float:
         """The growth of the largest frequency since the body was undeformed, as its points have it; one where it is not
         known."""
@@ -161,3 +169,4 @@ class StepLimit:
         """Put back what `kept` gave."""
         self.value, self.distortion, product, at, growing, self._looked, self.spent = known
         self._known = product, at, growing
+        self.measured = self.distortion == at
