@@ -35,7 +35,7 @@ class Claim:
     """Within it, `folder` is written by nobody else: a folder that is there is claimed at once, another when it is made."""
 
     def __init__(
-        self, folder: Path, overwrite: bool, resume: bool = False, is_own: Callable[[Path], bool] | None = None
+        self, folder: Path, overwrite: bool, resume: bool | None = False, is_own: Callable[[Path], bool] | None = None
     ):
         """`is_own`: whether a folder is one of those that may be written over or gone on in; by default, of a run."""
         self.folder, self._overwrite, self._resume, self._is_own = folder, overwrite, resume, is_own

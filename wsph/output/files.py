@@ -56,7 +56,7 @@ def _put(path: Path, content: str) -> None:
 
 
 def check_writable(
-    folder: Path, overwrite: bool, resume: bool = False, is_own: Callable[[Path], bool] | None = None
+    folder: Path, overwrite: bool, resume: bool | None = False, is_own: Callable[[Path], bool] | None = None
 ) -> None:
     """Whether a run may use `folder`, before anything is computed; leaves nothing behind. `is_own`: whether it is one that
     may be written over, by default that of a run. Raises OutputError."""
@@ -75,9 +75,10 @@ def check_writable(
 
 
 def check_content(
-    folder: Path, overwrite: bool, resume: bool = False, is_own: Callable[[Path], bool] | None = None
+    folder: Path, overwrite: bool, resume: bool | None = False, is_own: Callable[[Path], bool] | None = None
 ) -> None:
-    """Whether what a folder holds may be written over, or gone on with. Arguments as in `check_writable`."""
+    """Whether what a folder holds may be written over, or gone on with. Arguments as in `check_writable`; `resume` None:
+    nobody can go on with what it holds."""
     if not folder.exists():
         return
     if not folder.is_dir():
@@ -86,7 +87,7 @@ def check_content(
         return
     if not overwrite and not resume:
         can = is_own(folder) if is_own is not None else any((folder / "checkpoints").glob("*.npz"))
-        on = "go on from what it holds with --resume, " if can else ""
+        on = "go on from what it holds with --resume, " if can and resume is not None else ""
         raise OutputError(f"{folder}: holds files already; {on}choose another folder with -o, or give --overwrite")
     if not (is_own or _is_a_run)(folder):
         asked = "overwrite does not touch it" if overwrite else "resume finds nothing there"

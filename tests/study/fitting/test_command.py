@@ -48,7 +48,7 @@ def test_calibrate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     # What is printed last is a command that takes the fit.
     assert f'--set {key}="' in said.splitlines()[-1]
     assert main(asked) == 2
-    assert "holds files already; go on from what it holds with --resume, choose another folder with -o, or give --overwrite" in capsys.readouterr().err
+    assert "holds files already; choose another folder with -o, or give --overwrite" in capsys.readouterr().err
 
 
 @needs_scipy

@@ -58,7 +58,7 @@ def _act(options: argparse.Namespace) -> int:
     check_curves(curves, scene, options.data)
     folder = options.out if options.out is not None else Path(f"{options.scene.stem}-fit")
     warnings.simplefilter("ignore")  # the same ones for each of the runs
-    with Claim(folder, options.overwrite, is_own=report.is_a_calibration) as claim:
+    with Claim(folder, options.overwrite, None, report.is_a_calibration) as claim:
         with Runs(curves.names, curves.times, options.workers) as runs:
             found = fit(scene, curves, parameters, runs)
             mesh = mesh_bar(scene, curves, found, runs)
