@@ -155,7 +155,7 @@ def test_on_a_device_arrays_and_the_host_have_memories_of_their_own() -> None:
 
 
 def test_a_block_of_27_million_particles_is_refused_within_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
-    free(monkeypatch, 23e9)
+    free(monkeypatch, 5e9)
     compose(scenes.block(3, 4, run={"formulation": "stress-points"}))  # its kernels are compiled now
     scene, start = scenes.block(3, 300, run={"formulation": "stress-points"}), time.process_time()
     with pytest.raises(SceneError, match="gives about 2.73e\\+07 particles"):

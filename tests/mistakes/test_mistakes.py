@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
-from scenes import BEAM, YIELDING, spoilt
+from spoilt_scenes import BEAM, YIELDING, spoilt
 
 import wsph
 from wsph.errors import WsphError

@@ -5,14 +5,14 @@
 from bisect import bisect_left
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated, Literal, cast
 
 import numpy as np
 from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from wsph.declarations import example
 from wsph.expressions import OPERATIONS, Expression
-from wsph.quantities import Model, Unit, as_tuple
+from wsph.quantities import Model, Unit, as_tuple, is_list
 
 MOST_ENTRIES = 400
 """Of a table in time and place: every evaluation looks at all of them."""
@@ -23,11 +23,10 @@ _Places = Annotated[tuple[Annotated[float, Unit("m")], ...], BeforeValidator(as_
 
 def _kind(value: object) -> str:
     """Whether values are those of the time alone, or rows of them."""
-    return (
-        "function-rows"
-        if isinstance(value, list | tuple) and any(isinstance(row, list | tuple) for row in value)
-        else "function-row"
-    )
+    rows: Sequence[object] = ()
+    if is_list(value) or isinstance(value, tuple):
+        rows = cast(Sequence[object], value)
+    return "function-rows" if any(isinstance(row, list | tuple) for row in rows) else "function-row"
 
 
 _Values = Annotated[
