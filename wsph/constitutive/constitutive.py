@@ -135,7 +135,8 @@ def project_kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
     Params, project, fields = laws.Params, laws.project or laws.respond, fields_struct(space, layout)
     of_start = counted(space, laws, layout)
 
-    @kernel(ranged=True)
+    # Without loops, but twice in every step: in all that this processor has.
+    @kernel(ranged=True, lanes=True)
     def bring_back(first: int, p: Params, fields_out: fields):
         i = first + wp.tid()
         before = fields_out.stress[i]
