@@ -73,7 +73,7 @@ SILENT: dict[str, Mistake] = {
     "nothing that moves": ({"boundary.1": None, "functions": {}}, r"nothing moves: no body has a velocity"),
     "a load on the face that is held": ({"boundary.1.face": "-x"}, r"boundary.1.traction.y: pulls at particles that boundary.0 holds"),
     "a body that is held throughout": ({"boundary.0": {"body": "beam", "where": "x >= 0", "fixed": ["x", "y"]}}, r"selects every particle of body 'beam'"),
-    "frames that are never written": ({"output": {"fields": ["stress"]}}, r"output.fields: no frame is written, as output.every is not given"),
+    "frames of nothing between": ({"output": {"fields": ["stress"]}}, r"output.fields: frames are those of the start and the end alone, as output.every is not given"),
     "a probe of every second": ({"probes.0.every": "1 s"}, r"probes.0.every: 1 s is longer than the run"),
     "frames in every step": ({"output": {"every": 1}, "run.end": 2e-2}, r"output.every: \S+ frames are to be written"),
 }  # fmt: skip

@@ -58,7 +58,10 @@ def _records(scene: Scene, dt: float) -> Iterator[str]:
     output = scene.output
     named = sorted({"fields", "formats", "positions"} & output.model_fields_set)
     if named and output.every is None:
-        yield f'output.{named[0]}: no frame is written, as output.every is not given: write every = "{scene.end / 20:.2g} s", or leave it out'
+        yield (
+            f"output.{named[0]}: frames are those of the start and the end alone, as output.every is not given: write"
+            f' every = "{scene.end / 20:.2g} s", if more are wanted'
+        )
     cadences = [
         ("output.every", output.every),
         *((f"probes.{k}.every", each.every) for k, each in enumerate(scene.probes)),
