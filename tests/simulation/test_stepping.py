@@ -187,3 +187,12 @@ def test_a_result_can_be_turned(scene: wsph.Scene) -> None:
     made.close()
     with pytest.raises(wsph.OutputError, match="no field 'nothing' in the frame"):
         result.interactive("nothing")
+
+
+def test_a_format_whose_package_is_missing_is_refused_before_a_folder_is_made(
+    scene: wsph.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("wsph.output.formats.importlib.util.find_spec", lambda name: None)
+    with pytest.raises(wsph.OutputError, match="the format xdmf needs h5py"):
+        wsph.Simulation(scene.with_(**{"output.formats": ["xdmf"]}), tmp_path / "out")
+    assert not (tmp_path / "out").exists()

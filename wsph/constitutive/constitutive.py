@@ -94,15 +94,19 @@ class Constitutive:
         self.largest_modulus = _largest_modulus(space.dim, wave, shear / scales.of("Pa"))
 
     @property
+    def youngs_modulus(self) -> float:
+        """[Pa]"""
+        bulk, shear = self.material.moduli()
+        return 9.0 * bulk * shear / (3.0 * bulk + shear)
+
+    @property
     def flow(self) -> tuple[int, float] | None:
         """Which of the internals is the plastic strain, and E over the yield stress; None where the material has none."""
         names = flows(self.material)
         if names is None:
             return None
         internal, stress = names
-        bulk, shear = self.material.moduli()
-        youngs_modulus = 9.0 * bulk * shear / (3.0 * bulk + shear)
-        return list(self.internals).index(internal), youngs_modulus / getattr(self.material, stress)
+        return list(self.internals).index(internal), self.youngs_modulus / getattr(self.material, stress)
 
     @property
     def width(self) -> int:

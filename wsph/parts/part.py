@@ -58,8 +58,7 @@ class Host:
     @property
     def youngs_modulus(self) -> float:
         """[Pa]"""
-        bulk, shear = self.constitutive.material.moduli()
-        return 9.0 * bulk * shear / (3.0 * bulk + shear)
+        return self.constitutive.youngs_modulus
 
     @property
     def smoothing_length(self) -> float:

@@ -5,7 +5,7 @@
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -61,10 +61,7 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
     if progress is True:
         with Bar() as bar:
             return run(scene, out, overwrite=overwrite, resume=resume, throw=throw, progress=bar, **overrides)
-    if isinstance(scene, (str, Path)):
-        scene = load(scene)
-    if overrides:
-        scene = scene.with_(**overrides)
+    scene = prepared(scene, overrides)
     folder = Path(out) if out is not None else None
     claim = Claim(folder, overwrite, resume) if folder is not None else None
     with claim or nullcontext():
@@ -85,6 +82,12 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
     if throw and asked:
         signal.raise_signal(asked)
     return result
+
+
+def prepared(scene: Scene | str | Path, overrides: Mapping[str, object]) -> Scene:
+    """A scene, read where it is a file's, with `overrides` as of `Scene.with_`."""
+    read = load(scene) if isinstance(scene, (str, Path)) else scene
+    return read.with_(**overrides) if overrides else read
 
 
 class Running:

@@ -21,17 +21,16 @@ import warp as wp
 
 from wsph.backend.space import Array
 from wsph.errors import WsphError
-from wsph.output import fields
+from wsph.output import fields, formats
 from wsph.output.claim import Claim
 from wsph.output.interrupts import Interrupts
 from wsph.plugins import integrators
 from wsph.quantities import read_cadence
-from wsph.scene.load import load
 from wsph.scene.scene import Scene
 from wsph.simulation.compose import compose
 from wsph.simulation.composing.composition import BodyRun, integrators_of
 from wsph.simulation.result import Result
-from wsph.simulation.run import ONE_RUN, Running
+from wsph.simulation.run import ONE_RUN, Running, prepared
 from wsph.simulation.timeline import Events
 
 
@@ -91,10 +90,9 @@ class BodyState:
     def velocity(self, values: np.ndarray) -> None:
         system = self._run.system
         given = np.asarray(values, float)
-        shape = (system.count, given.shape[-1] if given.ndim else 0)
         wanted = (system.count, self._run.constitutive.space.dim)
         if given.shape != wanted:
-            raise ValueError(f"velocities of body {self.name!r} are {wanted}, not {given.shape or shape}")
+            raise ValueError(f"velocities of body {self.name!r} are {wanted}, not {given.shape}")
         if not np.isfinite(given).all():
             raise ValueError(f"velocities of body {self.name!r} are to be finite numbers")
         before = self._run.diagnostics.measure(system.state).kinetic
@@ -156,14 +154,15 @@ class Simulation:
     def __init__(
         self, scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: bool = False, **overrides: object
     ):
-        read = load(scene) if isinstance(scene, (str, Path)) else scene
-        self.scene = read.with_(**overrides) if overrides else read
+        self.scene = prepared(scene, overrides)
         folder = Path(out) if out is not None else None
         self._claim = Claim(folder, overwrite) if folder is not None else None
         if self._claim is not None:
             self._claim.__enter__()
         started = time.perf_counter()
         try:
+            if folder is not None:
+                formats.check_installed(self.scene.output.formats)
             with ONE_RUN, np.errstate(over="ignore", invalid="ignore"):
                 composition = compose(self.scene)
                 composition.compile()
@@ -226,9 +225,11 @@ class Simulation:
         """Run `count` steps, fewer where the end comes before; the state there."""
         goal = min(self._step + count, self._timeline.last)
         self._goals = [goal]
-        while self._step < goal and self._go_on():
-            pass
-        self._goals = []
+        try:
+            while self._step < goal and self._go_on():
+                pass
+        finally:
+            self._goals = []
         return self.state
 
     def run(self) -> Result:
@@ -279,14 +280,12 @@ class Simulation:
     def _go_on_to(self, events: Events) -> bool:
         """Run to the next of some events; False where the run ended before."""
         events.retimed()
-        goal = events.next
-        self._goals = [goal]
         try:
-            while self._step < goal:
+            while self._step < events.next:
+                self._goals = [events.next]
                 if not self._go_on():
                     return False
                 events.retimed()
-                self._goals = [goal := events.next] if self._step < events.next else []
         finally:
             self._goals = []
         events.advance()

@@ -4,6 +4,7 @@
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -144,9 +145,10 @@ def _strangers(scene: Scene, bodies: Sequence[BodyRun]) -> Iterator[str]:
     known = {frozenset(contact.names) for contact in scene.contact}
     if len(bodies) > len(known) + 40:
         return  # of many bodies every pair would be looked at
-    for one, other in combinations(bodies, 2):
-        names = [one.body.name, other.body.name]
-        if frozenset(names) not in known and _meet(one, other, scene.end, _speed(scene, one) - _speed(scene, other)):
+    ways = [_Way.of(scene, run) for run in bodies] if len(bodies) > 1 else []
+    for one, other in combinations(ways, 2):
+        names = [one.name, other.name]
+        if frozenset(names) not in known and one.meets(other, scene.end):
             yield (
                 f"bodies {names[0]!r} and {names[1]!r} meet on their ways and nothing acts between them: they pass through each"
                 f" other; write [[contact]] between = {json.dumps(names)}"
@@ -168,21 +170,36 @@ def _speed(scene: Scene, run: BodyRun) -> np.ndarray:
     return np.asarray(velocity, float)
 
 
-def _meet(one: BodyRun, other: BodyRun, end: float, velocity: np.ndarray) -> bool:
-    """Whether the bounds of two bodies come to overlap, at their `velocity` to each other, by the end."""
-    half = 0.5 * (one.system.spacing if one.system.traits.pairwise else 0.0)
-    low = other.system.position.min(0) - one.system.position.max(0) - half
-    high = other.system.position.max(0) - one.system.position.min(0) + half
-    if (low < 0.0).all() and (high > 0.0).all():
-        return False
-    with np.errstate(divide="ignore", invalid="ignore"):
-        times = np.stack([low, high]) / velocity
-    still = velocity == 0.0
-    if (still & ((low >= 0.0) | (high <= 0.0))).any() or still.all():
-        return False
-    enter = float(times.min(0)[~still].max())
-    leave = float(times.max(0)[~still].min())
-    return max(enter, 0.0) < min(leave, end)
+@dataclass(frozen=True)
+class _Way:
+    """The bounds of a body at the start [m], what they are wider by, and its velocity [m/s]."""
+
+    name: str
+    low: np.ndarray
+    high: np.ndarray
+    half: float
+    velocity: np.ndarray
+
+    @classmethod
+    def of(cls, scene: Scene, run: BodyRun) -> "_Way":
+        """That of a body."""
+        place, half = run.system.position, 0.5 * (run.system.spacing if run.system.traits.pairwise else 0.0)
+        return cls(run.body.name, place.min(0), place.max(0), half, _speed(scene, run))
+
+    def meets(self, other: "_Way", end: float) -> bool:
+        """Whether the bounds of both come to overlap by the end, which do not at the start."""
+        velocity = self.velocity - other.velocity
+        low, high = other.low - self.high - self.half, other.high - self.low + self.half
+        if (low < 0.0).all() and (high > 0.0).all():
+            return False
+        with np.errstate(divide="ignore", invalid="ignore"):
+            times = np.stack([low, high]) / velocity
+        still = velocity == 0.0
+        if (still & ((low >= 0.0) | (high <= 0.0))).any() or still.all():
+            return False
+        enter = float(times.min(0)[~still].max())
+        leave = float(times.max(0)[~still].min())
+        return max(enter, 0.0) < min(leave, end)
 
 
 def _place(point: np.ndarray) -> str:

@@ -73,14 +73,8 @@ def slips(scene: Scene, bodies: Sequence[BodyRun], dt: float, steps: int) -> Ite
     yield from _of_time(scene, bodies, dt, steps)
 
 
-def young(run: BodyRun) -> float:
-    """Young's modulus of a body [Pa]."""
-    bulk, shear = run.constitutive.material.moduli()
-    return 9.0 * bulk * shear / (3.0 * bulk + shear)
-
-
 def _of_matter(run: BodyRun, key: str) -> Iterator[str]:
-    material, modulus, speed = run.constitutive.material, young(run), run.constitutive.wave_speed
+    material, modulus, speed = run.constitutive.material, run.constitutive.youngs_modulus, run.constitutive.wave_speed
     density = material.density
     if speed > FASTEST:
         waves = f"makes waves of {speed / 1e3:.3g} km/s, faster than in any solid (diamond: 18 km/s)"
@@ -118,7 +112,7 @@ def _too_fast(run: BodyRun, most: float, key: str, unit: str) -> Iterator[str]:
 
 
 def _too_much(run: BodyRun, most: float, key: str) -> Iterator[str]:
-    modulus = young(run)
+    modulus = run.constitutive.youngs_modulus
     if most > PULLED * modulus:
         yield (
             f"{key}: {most:.4g} Pa is {most / modulus:.3g} times Young's modulus of body {run.body.name!r}, {modulus:.4g} Pa:"

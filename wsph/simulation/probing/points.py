@@ -103,17 +103,22 @@ def no_field(run: Probed, name: str, key: str) -> SceneError:
     """The error of a primitive field that a body does not have."""
     if name == fields.DEFORMATION:
         text = f"the {run.system.formulation} form of body {run.body.name!r} follows no deformation: there is no strain"
-        return _fault(f"{key}.fields", text)
-    return _fault(f"{key}.fields", f"body {run.body.name!r} has no field {name!r}")
+        return fault(f"{key}.fields", text)
+    return fault(f"{key}.fields", f"body {run.body.name!r} has no field {name!r}")
 
 
-def _fault(key: str, text: str) -> SceneError:
+def unit_of(name: str, reading: Reading, formulas: Formulas) -> str:
+    """The SI unit of a column."""
+    return formulas[name].unit if name in formulas else reading.unit(fields.primitive(name))
+
+
+def fault(key: str, text: str) -> SceneError:
     return SceneError("scene", [Fault(0, key, text)])
 
 
 def _several(bodies: Sequence[Probed], key: str) -> SceneError:
     names = ", ".join(repr(b.body.name) for b in bodies)
-    return _fault(key, f"lies in {names}: name one with `body`")
+    return fault(key, f"lies in {names}: name one with `body`")
 
 
 def _holds(run: Probed, points: np.ndarray) -> bool:
@@ -134,7 +139,7 @@ def _at(points: np.ndarray, key: str, bodies: Sequence[Probed]) -> tuple[Probed,
     inside = [b for b in bodies if _holds(b, points)]
     if not inside:
         text = f"{points.tolist()} does not lie in one body; {'; '.join(map(_extent, bodies))}"
-        raise _fault(f"{key}.at", text)
+        raise fault(f"{key}.at", text)
     if len(inside) > 1:
         raise _several(inside, f"{key}.at")
     reading = inside[0].reading
@@ -143,10 +148,10 @@ def _at(points: np.ndarray, key: str, bodies: Sequence[Probed]) -> tuple[Probed,
         try:
             found = reading.sample(points, name)
         except ValueError as error:
-            raise _fault(f"{key}.at", f"{error}: name a point beside it") from None
+            raise fault(f"{key}.at", f"{error}: name a point beside it") from None
         for empty in np.flatnonzero(np.diff(found[0].offsets) == 0):
             text = f"{points[empty].tolist()} is too far from every place where {name!r} stands: name a point inside the cells"
-            raise _fault(f"{key}.at", text)
+            raise fault(f"{key}.at", text)
         return [[each.only(np.array([k])) for each in found] for k in range(len(points))]
 
     return inside[0], read
@@ -174,7 +179,7 @@ def selected(
     hit = hit or [run for run in bodies if len(middles(run))]
     if not hit:
         among = "; ".join(map(_extent, bodies))
-        raise _fault(f"{key}.where", f"{probe.where!r} selects no particle; {among}")
+        raise fault(f"{key}.where", f"{probe.where!r} selects no particle; {among}")
     if len(hit) > 1:
         raise _several(hit, f"{key}.where")
     run = hit[0]
@@ -185,7 +190,7 @@ def selected(
         there = chosen(run, name)
         if not len(there):
             where = "at the points inside the cells" if run.reading.apart(name) else "at the particles"
-            raise _fault(
+            raise fault(
                 f"{key}.where",
                 f"{probe.where!r} selects no place of {name!r}, which stands {where} of body {run.body.name!r}: widen it by half"
                 f" a spacing ({0.5 * run.system.spacing:.6g} m), or name points with `at`, which reads every field at any point",
@@ -228,7 +233,7 @@ class PointRecorder(Recorder):
         able = [b for b in bodies if probe.body in (None, b.body.name)]
         if DENSITY in probe.fields:
             text = f"the density cannot be probed in the {able[0].system.formulation} form; frames carry it"
-            raise _fault(f"{key}.fields", text)
+            raise fault(f"{key}.fields", text)
         if probe.points is not None:
             body, places = _at(np.array(probe.points), key, able)
         else:
@@ -299,9 +304,8 @@ class PointRecorder(Recorder):
 
     @property
     def units(self) -> dict[str, str]:
-        of = {key: key.partition("[")[0] for key in self.columns()}
-        own = self._formulas
-        return {
-            key: own[name].unit if name in own else self._reading.unit(fields.primitive(name))
-            for key, name in of.items()
-        }
+        names: list[str] = []
+        for name in self.probe.fields:
+            names += [name] if name in self._formulas else fields.columns(name, self._reading.labels, self._space.dim)
+        each = [(name, unit_of(name, self._reading, self._formulas)) for name in names]
+        return {name if self.points == 1 else f"{name}[{k}]": unit for name, unit in each for k in range(self.points)}

@@ -14,12 +14,10 @@ import warp as wp
 
 from wsph.backend.clock import Clock
 from wsph.backend.space import Space
-from wsph.errors import Fault, SceneError
-from wsph.formulations.reading import DENSITY
 from wsph.output import fields
 from wsph.output.fields import Formulas
 from wsph.scene.probes import Probe
-from wsph.simulation.probing.points import Probed, no_field, record_kernel, selected
+from wsph.simulation.probing.points import Probed, fault, no_field, record_kernel, selected, unit_of
 from wsph.simulation.probing.recorder import RING, Recorder
 from wsph.units import unit
 
@@ -42,9 +40,9 @@ def needs_places(probe: Probe, formulas: Formulas) -> bool:
         return False
     if any(name in formulas for name in probe.fields):
         return True
-    columns = [name for name in probe.fields if name in (*fields.DERIVED, "velocity", "displacement", "stress")]
     curved = any(name in fields.DERIVED or fields.primitive(name) == fields.DEFORMATION for name in probe.fields)
-    return probe.reduce in ("min", "integral") or curved or (probe.reduce == "max" and bool(columns))
+    whole = not {"velocity", "displacement", "stress"}.isdisjoint(probe.fields)
+    return probe.reduce in ("min", "integral") or curved or (probe.reduce == "max" and whole)
 
 
 class ReducedRecorder(Recorder):
@@ -66,7 +64,7 @@ class ReducedRecorder(Recorder):
         self._reading, self._space, self._formulas = self._body.reading, space, formulas
         primitives = sorted({base for name in probe.fields for base in fields.primitives(name, formulas)})
         for name in primitives:
-            if name == DENSITY or name not in self._reading.fields:
+            if name not in self._reading.fields:
                 raise no_field(self._body, name, key)
         made = {name: read(name)[0] for name in primitives}
         self._volumes = {name: sizes(name) for name in primitives}
@@ -74,7 +72,7 @@ class ReducedRecorder(Recorder):
             bases = fields.primitives(name, formulas)
             if len({self._reading.apart(base) for base in bases}) > 1:
                 text = f"{name!r} is made of fields that stand at particles and inside of cells: name points with `at`"
-                raise SceneError("scene", [Fault(0, f"{key}.fields", text)])
+                raise fault(f"{key}.fields", text)
         self._places = {name: stand(name) for name in primitives}
         self._names = [c for name in probe.fields for c in fields.columns(name, self._reading.labels, space.dim)]
         width = sum(len(components) * components[0].count for components in made.values())
@@ -83,7 +81,7 @@ class ReducedRecorder(Recorder):
             text = (
                 f"{width} numbers of every step are too many to keep on the device: record it less often, as every = 10"
             )
-            raise SceneError("scene", [Fault(0, f"{key}.every", text)])
+            raise fault(f"{key}.every", text)
         super().__init__(probe, clock, width, space.scalar, every_step=every_step, kept=len(self._names))
         entries = [(name, c, each) for name, components in made.items() for c, each in enumerate(components)]
         bounded = [
@@ -130,8 +128,7 @@ class ReducedRecorder(Recorder):
 
     @property
     def units(self) -> dict[str, str]:
-        own = self._formulas
-        of = {n: own[n].unit if n in own else self._reading.unit(fields.primitive(n)) for n in self._names}
+        of = {name: unit_of(name, self._reading, self._formulas) for name in self._names}
         if self.probe.reduce != "integral":
             return of
         return {name: _times_volume(each, self._space.dim) for name, each in of.items()}
