@@ -289,8 +289,11 @@ class OneSetSystem(System):
 
     @property
     def symmetric(self) -> bool:
-        """Whether its stiffness is that of an energy."""
-        return self.total and not self.loads.acting
+        """Whether its stiffness is that of an energy: of no load that follows, no pairs that do, and no force between
+        particles that takes the gradients of both."""
+        form = self.form
+        moved = form.moving or form.followed or form.paper
+        return form.total and not (moved or form.holds or form.stress_term is not None)
 
     @property
     def drags(self) -> bool:

@@ -5,9 +5,10 @@
 from typing import Protocol
 
 from wsph.backend.arrays import Arrays
-from wsph.backend.space import Array
+from wsph.backend.space import Array, Space, Struct
 from wsph.backend.state import State
 from wsph.formulations.lagrangian.form import Form
+from wsph.parts.body_force import weightless
 from wsph.parts.part import Attached, Neighbourhood
 from wsph.sph.pairs import Pairs
 
@@ -47,6 +48,15 @@ class Rates(Protocol):
 
 class ReferenceRates:
     """Right-hand sides in the reference configuration."""
+
+    _unloaded: tuple[object, Array] | None = None
+
+    def _alone(self, force: Struct, arrays: Arrays, count: int, space: Space) -> tuple[object, Array]:
+        """Inertia and loads for the forces of the body alone: without gravity, damping and loads; made when they are first
+        asked for."""
+        if self._unloaded is None:
+            self._unloaded = weightless(force, space), arrays.zeros("unloaded", 2 * count, space.vec)
+        return self._unloaded
 
     def follow(self) -> bool:
         """Nothing here follows the motion."""

@@ -23,8 +23,13 @@ class Boxes:
 
     def steps(self, length: float) -> np.ndarray:
         """The grid's steps (dim,) in units of `length` [m], exactly one where they are that."""
-        steps = self.step / length
-        return np.where(np.abs(steps - 1.0) < 1e-6, 1.0, steps)
+        return steps_in(self.step, length)
+
+
+def steps_in(step: np.ndarray, length: float) -> np.ndarray:
+    """Steps (dim,) [m] in units of `length` [m], exactly one where they are that."""
+    steps = step / length
+    return np.where(np.abs(steps - 1.0) < 1e-6, 1.0, steps)
 
 
 def edge_ends(offsets: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:

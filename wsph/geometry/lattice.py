@@ -16,7 +16,7 @@ from itertools import product
 
 import numpy as np
 
-from wsph.geometry.cells import Boxes, cell_volumes, edge_ends, mapped_cells
+from wsph.geometry.cells import Boxes, cell_volumes, edge_ends, mapped_cells, steps_in
 from wsph.geometry.cracks import OFF_CENTRE, Crack, cut_faces, part_nodes, parts_cells
 from wsph.geometry.faces import Faces, face_names, face_nodes, find_faces, outermost
 from wsph.geometry.geometry import Geometry
@@ -130,7 +130,7 @@ class Lattice(Geometry):
 
     def steps(self, length: float) -> np.ndarray:
         """The grid's steps (dim,) in units of `length` [m], exactly one where they are that."""
-        return Boxes(self.corners, self.index, self.frame.step, self.frame.axes).steps(length)
+        return steps_in(self.frame.step, length)
 
     @property
     def neighbours(self) -> np.ndarray:

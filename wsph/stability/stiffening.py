@@ -21,7 +21,7 @@ from wsph.backend.kernels import kernel
 from wsph.backend.reduce import BLOCK, blocks
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
-from wsph.backend.tensors import determinant_and_inverse
+from wsph.backend.tensors import determinant_and_inverse, in_plane
 from wsph.constitutive.constitutive import Constitutive
 from wsph.constitutive.initial import total_of
 from wsph.constitutive.laws import Laws
@@ -66,12 +66,12 @@ def _tangent(space: Space, laws: Laws, layout: Layout, total: bool) -> wp.Functi
 @cache
 def _flow(space: Space, laws: Laws, layout: Layout) -> wp.Function:
     """Warp function (p, fields, D, i) -> the rate of stress of point i by its rate law at a rate of strain D, dim x dim."""
-    mat, dim, Params, Fields, internal = (
+    mat, Params, Fields, internal, plane = (
         space.mat,
-        space.dim,
         laws.Params,
         fields_struct(space, layout),
         laws.internal,
+        in_plane(space),
     )
     respond, unpack, kept = laws.respond, packing(space, laws.state)[0], "internals" in layout
 
@@ -81,12 +81,7 @@ def _flow(space: Space, laws: Laws, layout: Layout) -> wp.Function:
         if wp.static(kept):
             q = fields.internals[i]
         packed, _dq = respond(p, fields.stress[i], D, q)
-        whole = unpack(packed)
-        rate = mat()
-        for a in range(wp.static(dim)):
-            for b in range(wp.static(dim)):
-                rate[a, b] = whole[a, b]
-        return rate
+        return plane(unpack(packed))
 
     return flow
 

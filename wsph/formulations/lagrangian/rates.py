@@ -55,7 +55,7 @@ from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.one_set_rates import ReferenceRates, refuse_other
 from wsph.formulations.one_set_setup import RateSetup
 from wsph.formulations.setup import Setup
-from wsph.parts.body_force import BodyForceKinds, weightless
+from wsph.parts.body_force import BodyForceKinds
 from wsph.parts.fading import Fading
 from wsph.parts.part import Attached, Neighbourhood
 from wsph.parts.table import PARTS
@@ -97,9 +97,6 @@ def _kernels(space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, fo
 
 class LagrangianRates(ReferenceRates):
     """The right-hand sides of one body in the reference configuration, and its pairs; `rate` and `refresh` are launches."""
-
-    _unloaded: tuple[object, Array] | None = None
-    """Inertia and loads for the forces of the body alone, once they are asked for."""
 
     def __init__(self, made: RateSetup, state: State):
         host, placement = made.host, made.placement
@@ -306,11 +303,8 @@ class LagrangianRates(ReferenceRates):
             raise Refused(
                 'run.correction = "paper" keeps no momentum at a boundary: there are no forces of the body alone'
             )
-        if self._unloaded is None:
-            none = self._arrays.zeros("unloaded", 2 * self._placement.count, self._space.vec)
-            self._unloaded = weightless(self._force.struct, self._space), none
         self.refresh(state)
-        body, none = self._unloaded
+        body, none = self._alone(self._force.struct, self._arrays, self._placement.count, self._space)
         self._sum_forces(body, [none, none], state, out)
 
     def _sum_forces(self, body: Struct, loads: list[Array], state: State, out: State) -> None:

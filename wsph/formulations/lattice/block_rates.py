@@ -10,14 +10,23 @@ import warp as wp
 
 from wsph.backend.space import Array
 from wsph.backend.state import State
+from wsph.backend.threads import cores
 from wsph.formulations.lattice.runs import HEAD
 from wsph.formulations.one_set_rates import ReferenceRates
 from wsph.formulations.one_set_setup import RateSetup
-from wsph.parts.body_force import weightless
-from wsph.parts.part import Attached, Neighbourhood
+from wsph.parts.part import Attached, Host, Neighbourhood, Part
 
 WIDTH = {"f64": 16, "f32": 32}
 """Rows of a block on a CPU, by precision."""
+
+PIECE_BYTES = 2**18
+"""What the rows of a piece of a body pass on to the next loop, at once: a part of the cache of a core."""
+
+
+def answers_apart(part: Part, host: Host) -> bool:
+    """Whether a part has something of its own at every point, or changes what the law answers there."""
+    changes = part.stress_term(host) is not None or part.response(host) is not None
+    return changes or type(part).attach is not Part.attach
 
 
 def width_of(device: str, precision: str) -> int:
@@ -31,9 +40,6 @@ class BlockRates(ReferenceRates):
     seen: Neighbourhood | None = None
     """It has no list of pairs."""
 
-    _unloaded: tuple[object, Array] | None = None
-    """Inertia and loads for the forces of the body alone, once they are asked for."""
-
     def __init__(self, made: RateSetup, threads: int):
         host = self._host = made.host
         self._space, self._clock, self._density = host.space, made.setup.clock, host.space.scalar(made.density)
@@ -41,6 +47,8 @@ class BlockRates(ReferenceRates):
         self._force, self._arrays, self._layout = made.force, made.arrays.part("rates"), made.layout
         self.form = made.form(loaded=made.loads.count > 0)
         self._coefficients, self._threads = made.coefficients(self.form), threads
+        # Every thread has its part of a piece in the cache of its own core, and threads meet after whole pieces.
+        self._cores = made.setup.scene.run.threads or len(cores())
 
     def attach(self, parts: Iterable[Attached]) -> None:
         """No part changes what rows have in common."""
@@ -59,10 +67,7 @@ class BlockRates(ReferenceRates):
 
     def internal(self, state: State, side: Array, out: State) -> None:
         """`wsph.formulations.lagrangian.rates.LagrangianRates.internal`; the derived fields of the state are then told."""
-        if self._unloaded is None:
-            none = self._arrays.zeros("unloaded", 2 * self._placement.count, self._space.vec)
-            self._unloaded = weightless(self._force.struct, self._space), none
-        body, none = self._unloaded
+        body, none = self._alone(self._force.struct, self._arrays, self._placement.count, self._space)
         self._sum_forces(body, [none, none], state, out)
         if self.form.total:
             self.refresh(state)

@@ -17,14 +17,14 @@ from functools import cache
 import warp as wp
 
 from wsph.backend.space import Space
-from wsph.formulations.lattice.lanes import VECTORS, capacity_of, ctype_of_real
+from wsph.formulations.lattice.lanes import VECTORS, capacity_of, ctype_of_real, entry_of
 from wsph.formulations.lattice.runs import CLOSES, HEAD, OPENS, OWN, SHARES
 
 
 def _opened(space: Space, width: int) -> str:
     """Native code that opens a function of a `block`: its entry `at` in the `blocks`, the shares before and behind a row on
     every axis, a0, b0 and on, and on the last, by row, al and bl."""
-    last, S = space.dim - 1, ctype_of_real(space)
+    last = space.dim - 1
     shares = "\n".join(f"const S b{k} = S((s >> {4 + 4 * k}) & 15)/S(s & 15), a{k} = S(1) - b{k};" for k in range(last))
     rows = f"""
         S al[{capacity_of(width)}], bl[{capacity_of(width)}];
@@ -35,8 +35,7 @@ def _opened(space: Space, width: int) -> str:
         }}
     """
     return f"""
-        typedef {S} S;
-        const int32_t* at = blocks.data + {HEAD + 2**space.dim}*(int64_t)block;
+        {entry_of(space)}
         const int32_t s = at[{SHARES}];
         {shares}
         const S b{last} = S((s >> 20) & 15)/S((s >> 16) & 15), a{last} = S(1) - b{last};
@@ -49,14 +48,15 @@ def _side(dim: int, k: int) -> tuple[str, str]:
     return ("al[e]", "bl[e]") if k == dim - 1 else (f"a{k}", f"b{k}")
 
 
-def _starts(space: Space, field: str, numbers: int) -> str:
-    """Native code of where a row and its neighbours have their numbers in a field, x, p0, q0 and on: before and behind."""
-    found = [f"const S* x = (const S*){field}.data + {numbers}*((int64_t)at[0] + lane);"]
+def _starts(space: Space, field: str, numbers: int, names: str = "xpq", start: str = "") -> str:
+    """Native code of where a row and its neighbours have their numbers in a field from its `start` on: by three `names`,
+    that of the row, and of those before and behind, x, p0, q0 and on."""
+    row, before, behind = names
+    data = f"(const S*){field}.data{start}"
+    found = [f"const S* {row} = {data} + {numbers}*((int64_t)at[0] + lane);"]
     for k in range(space.dim):
-        for name, side in (("p", 2 * k), ("q", 2 * k + 1)):
-            found.append(
-                f"const S* {name}{k} = (const S*){field}.data + {numbers}*((int64_t)at[{HEAD + side}] + lane);"
-            )
+        for name, side in ((before, 2 * k), (behind, 2 * k + 1)):
+            found.append(f"const S* {name}{k} = {data} + {numbers}*((int64_t)at[{HEAD + side}] + lane);")
     return "\n".join(found)
 
 
@@ -142,7 +142,7 @@ def _averaging(space: Space, width: int, result: str, flat: str = "flat") -> str
     return f"""
         {_opened(space, width)}
         for (int m = 0; m < {dim**2}; ++m) {{
-            {_starts(space, flat, 1).replace(f"(const S*){flat}.data", f"(const S*){flat}.data + m*(int64_t)stride")}
+            {_starts(space, flat, 1, start=" + m*(int64_t)stride")}
             S* o = values_out.data + m*{capacity_of(width)};
             {VECTORS}
             for (int e = 0; e < rows; ++e) {{
@@ -171,18 +171,11 @@ def pull_along_edges(space: Space, width: int, stabilised: bool) -> wp.Function:
     constants = " ".join(
         f"const S c{k} = S(2)*inverse[{k}], d{k} = S(4)*hold*inverse[{k}]*inverse[{k}];" for k in range(dim)
     )
-    moved = _starts(space, "displacement", dim)
-    for old, new in (
-        ("* x ", "* u "),
-        *((f"* p{k}", f"* v{k}") for k in range(dim)),
-        *((f"* q{k}", f"* w{k}") for k in range(dim)),
-    ):
-        moved = moved.replace(old, new)
 
     @wp.func_native(f"""
         {_opened(space, width)}
         {_starts(space, "passed", 1)}
-        {moved}
+        {_starts(space, "displacement", dim, "uvw")}
         {constants}
         S* o = pull_out.data;
         {VECTORS}
@@ -290,14 +283,14 @@ def edge_misfit(space: Space) -> wp.Function:
     dim, lines = space.dim, []
     for k in range(dim):
         second = [f"(q{k}[{a}] - x[{a}]) + (p{k}[{a}] - x[{a}])" for a in range(dim)]
-        before, behind = ("al[0]", "bl[0]") if k == dim - 1 else (f"a{k}", f"b{k}")
+        before, behind = _side(dim, k)
         lines += [
             f"{{ const S c = {each}; square += S(2)*{before}*{behind}*inverse[{k}]*inverse[{k}]*c*c; }}"
             for each in second
         ]
 
     @wp.func_native(f"""
-        const int lane = row, rows = 1;
+        const int lane = row, rows = 1, e = 0;
         {_opened(space, 1)}
         {_starts(space, "displacement", dim)}
         S square = S(0);

@@ -20,7 +20,7 @@ from wsph.formulations.lagrangian.edges import edge_reference
 from wsph.formulations.lagrangian.flow import drift_kernel
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.lagrangian.rates import LagrangianRates
-from wsph.formulations.lattice.block_rates import BlockRates, width_of
+from wsph.formulations.lattice.block_rates import PIECE_BYTES, BlockRates, answers_apart, width_of
 from wsph.formulations.lattice.edge_kernels import (
     answer_kernel,
     force_kernel,
@@ -42,15 +42,11 @@ from wsph.parts.part import Attached, Host, Part
 from wsph.plugins.blame import blame
 from wsph.sph.pairs import Pairs
 
-PIECE_BYTES = 2**18
-"""What the rows of a piece of a body pass on to the next loop, at once: a part of the cache of a core."""
-
 
 class Fields(Protocol):
     """The fields of a state that these take."""
 
     displacement: Array
-    velocity: Array
 
 
 class Grid(Protocol):
@@ -108,8 +104,7 @@ def listed_for(host: Host) -> str:
 def _along(part: Part, host: Host) -> bool:
     """Whether a part acts along the line of two particles alone, if at all."""
     term = part.pair_term(host)
-    apart = part.stress_term(host) is not None or part.response(host) is not None
-    return not apart and type(part).attach is Part.attach and (term is None or term.along is not None)
+    return not answers_apart(part, host) and (term is None or term.along is not None)
 
 
 @dataclass(frozen=True)
@@ -169,7 +164,7 @@ class EdgeRates(BlockRates):
         step, arrays = rows.boxes.steps(host.scales.length), self._arrays
         self._table = arrays.of("blocks", rows.runs.blocks.ravel(), wp.int32)
         self._count, self._ends = len(rows.runs.blocks), rows.runs.edges
-        self._pieces = rows.runs.pieces(rows.piece(np.dtype(space.numpy).itemsize), 4)
+        self._pieces = rows.runs.pieces(self._cores * rows.piece(np.dtype(space.numpy).itemsize), 4)
         self._grid: Grid = grid_struct(space)()
         self._grid.axes, self._grid.back = (
             space.mat(*each.ravel().tolist()) for each in (rows.boxes.axes, rows.boxes.axes.T)

@@ -59,16 +59,23 @@ def ctype_of_real(space: Space) -> str:
     return "double" if space.precision == "f64" else "float"
 
 
+def entry_of(space: Space) -> str:
+    """Native code that opens a function of a `block`: the real numbers S, and its entry `at` in the `blocks`."""
+    return f"""
+        typedef {ctype_of_real(space)} S;
+        const int32_t* at = blocks.data + {HEAD + 2**space.dim}*(int64_t)block;
+    """
+
+
 def _corners(space: Space, row: str) -> str:
-    """Native code that opens a function of a `block`: its entry `at` in the `blocks`, and where the corners of the cell in a
-    `row` have their numbers in the `field`, p0, p1 and on."""
-    dim, S = space.dim, ctype_of_real(space)
+    """Native code that opens a function of a `block` (`entry_of`), and says where the corners of the cell in a `row` have
+    their numbers in the `field`, p0, p1 and on."""
+    dim = space.dim
     starts = "\n".join(
         f"const S* p{c} = (const S*)field.data + {dim}*((int64_t)at[{HEAD + c}] + {row});" for c in range(2**dim)
     )
     return f"""
-        typedef {S} S;
-        const int32_t* at = blocks.data + {HEAD + 2**dim}*(int64_t)block;
+        {entry_of(space)}
         {starts}
     """
 
@@ -132,11 +139,10 @@ def places_of(width: int) -> int:
 def hand_over(space: Space, width: int, numbers: int) -> wp.Function:
     """Warp function (blocks, block, lane, rows, values, chunks_out): `numbers` of every cell of a block go to its place, and
     places without a cell get zeros."""
-    S, capacity, places = ctype_of_real(space), capacity_of(width), places_of(width)
+    capacity, places = capacity_of(width), places_of(width)
 
     @wp.func_native(f"""
-        typedef {S} S;
-        const int32_t* at = blocks.data + {HEAD + 2**space.dim}*(int64_t)block;
+        {entry_of(space)}
         const bool ends = rows > 0 && lane + rows == at[{OWN}];
         for (int k = 0; k < {numbers}; ++k) {{
             S* to = chunks_out.data + at[{PLACE}] + lane + k*{places};
@@ -165,7 +171,7 @@ def pull_of_cells(space: Space, width: int, held: bool) -> wp.Function:
     """Warp function (blocks, block, lane, rows, chunks, displacement, pull_out): the forces on every node of a block of what
     its cells have in their places: the tensors' columns by the side that the node is on, and where `held` less their share
     of what the node is off their mean. Differences come first: of a stress that is the same everywhere none is left."""
-    dim, S, capacity, L = space.dim, ctype_of_real(space), capacity_of(width), places_of(width)
+    dim, capacity, L = space.dim, capacity_of(width), places_of(width)
     lines, edges = [], corner_edges(dim)
     for a in range(dim):
         steps = [f"(q{c}[{(a * dim + k) * L}+e] - q{high}[{(a * dim + k) * L}+e])" for k, c, high in edges]
@@ -180,8 +186,7 @@ def pull_of_cells(space: Space, width: int, held: bool) -> wp.Function:
     starts = "\n".join(f"const S* q{c} = chunks.data + at[{HEAD + c}] + lane;" for c in range(2**dim))
 
     @wp.func_native(f"""
-        typedef {S} S;
-        const int32_t* at = blocks.data + {HEAD + 2**dim}*(int64_t)block;
+        {entry_of(space)}
         {starts}
         const S* own = (const S*)displacement.data + {dim}*((int64_t)at[0] + lane);
         S* o = pull_out.data;

@@ -20,13 +20,12 @@ from wsph.backend.arrays import Arrays
 from wsph.backend.reduce import total
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State
-from wsph.backend.threads import cores
 from wsph.constitutive.laws import Laws
 from wsph.formulations.lagrangian.corners import corner_reference
 from wsph.formulations.lagrangian.flow import drift_kernel
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.lagrangian.rates import LagrangianRates, joined
-from wsph.formulations.lattice.block_rates import WIDTH, BlockRates, width_of
+from wsph.formulations.lattice.block_rates import PIECE_BYTES, BlockRates, answers_apart, width_of
 from wsph.formulations.lattice.cell import cell_of
 from wsph.formulations.lattice.flow import flow_kernel
 from wsph.formulations.lattice.forces import force_kernel
@@ -43,13 +42,9 @@ from wsph.formulations.setup import Setup
 from wsph.formulations.system import Segmented
 from wsph.geometry.cells import Boxes
 from wsph.parts.body_force import BodyForceKinds
-from wsph.parts.part import Attached, Host, Part
+from wsph.parts.part import Attached, Host
 from wsph.plugins.blame import blame
 from wsph.sph.pairs import Pairs
-
-PIECE_BYTES = 2**18
-"""What the cells of a piece of a body hand to their nodes, at once: a part of the cache of a core."""
-
 
 LEAST = 0.25
 """Part of the cells of a body that are boxes from which they pay: with fewer it steps by its pairs alone, as fast."""
@@ -87,15 +82,9 @@ _kernels = cache(LatticeKernels)
 def boxes_of(host: Host) -> Boxes | None:
     """The cells of a body that are alike, where their points see their corners and none has an answer of its own: what a
     part does to it, or an initial stress that its total law is about."""
-    apart = any(part.acts and _answers(part, host) for part in host.parts.values())
+    apart = any(part.acts and answers_apart(part, host) for part in host.parts.values())
     apart |= host.stressed and host.constitutive.laws.total is not None
     return host.geometry.boxes if host.corners and host.correction != "paper" and not apart else None
-
-
-def _answers(part: Part, host: Host) -> bool:
-    """Whether a part has something of its own at every point, or changes what the law answers there."""
-    changes = part.stress_term(host) is not None or part.response(host) is not None
-    return changes or type(part).attach is not Part.attach
 
 
 @dataclass(frozen=True)
@@ -111,10 +100,9 @@ class Rows:
     numbers: int
     shared: int
 
-    @property
-    def piece(self) -> int:
-        """Blocks of cells whose chunks stay in a core's cache until their nodes take them; all, where a thread has a row."""
-        number = 4 if self.width == WIDTH["f32"] else 8
+    def piece(self, number: int) -> int:
+        """Blocks of cells whose chunks, of numbers of so many bytes, stay in a core's cache until their nodes take them;
+        all, where a thread has a row."""
         return PIECE_BYTES // (number * self.runs.places * self.numbers) if self.width > 1 else len(self.runs.cells)
 
     @property
@@ -156,7 +144,6 @@ class LatticeRates(BlockRates):
             self._rest: Rest | None = None
             if rows.mixed:
                 self._rest = Rest(made, len(rows.boxes.corners), self.form, made.stabilisation, state)
-        self._cores = made.setup.scene.run.threads or len(cores())
         self._allocate(rows, made.stabilisation, state)
 
     def _allocate(self, rows: Rows, stabilisation: float, state: State) -> None:
@@ -169,8 +156,8 @@ class LatticeRates(BlockRates):
         """
         space, arrays, real, runs, boxes = self._space, self._arrays, self._space.scalar, rows.runs, rows.boxes
         self._count, self._boxes = (len(runs.cells), len(runs.nodes)), len(boxes.corners)
-        # Every thread has its part of a piece in the cache of its own core, and threads meet after whole pieces.
-        self._pieces = pieces_of(runs, boxes.corners, self._placement.count, self._cores * rows.piece)
+        piece = self._cores * rows.piece(np.dtype(space.numpy).itemsize)
+        self._pieces = pieces_of(runs, boxes.corners, self._placement.count, piece)
         self._cells = arrays.of("cells", runs.cells.ravel(), wp.int32)
         self._nodes = arrays.of("nodes", runs.nodes.ravel(), wp.int32)
         self._cell = cell_of(space, boxes.steps(self._host.scales.length), boxes.axes, stabilisation)
@@ -193,10 +180,9 @@ class LatticeRates(BlockRates):
             return {}
         part = arrays.part("fading")
         own = CellFading(flow, self._space, self._cell, self._cells, count, state, self._clock, part)
-        rest = None if self._rest is None else self._rest.fading(state, arrays.part("fading of the rest"))
         found: dict[str, Attached] = {"fading": own}
-        if rest is not None:
-            found["fading of the rest"] = rest
+        if self._rest is not None:
+            found["fading of the rest"] = self._rest.fading(flow, state, arrays.part("fading of the rest"))
         return found
 
     @property
@@ -254,9 +240,6 @@ class LatticeRates(BlockRates):
         else:
             inputs = [self._coefficients, self._cell, cells, state.struct]
             self._launch(self.kernels.strain, blocks, inputs, [state.struct, *outputs])
-        if self.form.rate_term is not None:
-            inputs = [self._coefficients, self._density, self._cell, cells, state.struct]
-            self._launch(self.kernels.drag, blocks, inputs, [self._drags])
 
     def _sum_forces(self, body: object, loads: list[Array], state: State, out: State) -> None:
         """Accelerations from what cells hand to nodes, under loads (launches)."""
@@ -264,7 +247,11 @@ class LatticeRates(BlockRates):
             self._rest.strain(state)
             self._rest.push(state)
         for cells, cells_end, nodes, nodes_end in self._pieces:
-            self._strain(state, (cells, cells_end))
+            blocks = (cells, cells_end)
+            self._strain(state, blocks)
+            if self.form.rate_term is not None:
+                inputs = [self._coefficients, self._density, self._cell, self._part(self._cells, blocks), state.struct]
+                self._launch(self.kernels.drag, blocks, inputs, [self._drags])
             blocks = (nodes, nodes_end)
             inputs = [body, self._part(self._nodes, blocks), self._chunks, self._drags]
             inputs += [*loads, self._volume, self._pushed, state.struct]

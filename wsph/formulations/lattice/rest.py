@@ -54,7 +54,7 @@ _kernels = cache(_Kernels)
 
 
 class Rest:
-    """The points from `first` on; `find_forces` and `flow` are launches.
+    """The points from `first` on; `strain`, `push` and `flow` are launches.
 
     pushed  # forces on the nodes, (n,) vec, and behind them those of the viscous stress
     """
@@ -67,12 +67,11 @@ class Rest:
         self.kernels = _kernels(host.space, host.constitutive.laws, made.layout, form)
         self._tails: WeakKeyDictionary[State, Struct] = WeakKeyDictionary()
         self._volume, self._position = made.placement.point_volume[first:], made.placement.position
-        self._flow, self._state = host.constitutive.flow, state
-        self._allocate(made, arrays, stabilisation)
+        self._allocate(made, arrays, stabilisation, state)
         self._acting = self._points
         self._response: object = self._points
 
-    def _allocate(self, made: RateSetup, arrays: Arrays, stabilisation: float) -> None:
+    def _allocate(self, made: RateSetup, arrays: Arrays, stabilisation: float, state: State) -> None:
         """The rows of the points and, one after the other, those of the nodes that see any."""
         space, real, host, m = self._space, self._space.scalar, made.host, len(self._volume)
         reference = corner_reference(host, self._clock.device, self.first)
@@ -102,7 +101,7 @@ class Rest:
         answers.mean = arrays.zeros("mean", m if self._form.stabilised else 1, space.vec)
         answers.corrected = arrays.zeros("corrected", m, space.mat)
         answers.extra = arrays.zeros("extra", m if self._form.damps else 1, space.mat)
-        answers.gradient = cast(Fields, self._tail(self._state)).deformation
+        answers.gradient = cast(Fields, self._tail(state)).deformation
         answers.nominal = arrays.zeros("nominal", 1, space.mat)
         self._answers = answers
         for name, pairs in (("pairs", self._pairs), ("back", self._back)):
@@ -120,25 +119,22 @@ class Rest:
                 setattr(found, field.name, whole[self.first :] if field.at_points else whole)
         return found
 
-    def _launch(self, kernel: wp.Kernel, count: int, inputs: list[object], outputs: list[object]) -> None:
-        self._clock.launch(kernel, count, inputs, outputs)
-
     def strain(self, state: State) -> None:
         """The answers of the points to a state, and its derived fields at them (launches)."""
         inputs = [self._law, self._coefficients, self._density, self._rows, self._points, state.struct]
         outputs = [self._response, self._tail(state), self._answers]
-        self._launch(self.kernels.strain, len(self._volume), inputs, outputs)
+        self._clock.launch(self.kernels.strain, len(self._volume), inputs, outputs)
 
     def push(self, state: State) -> None:
         """The forces of the answers on the nodes (launches)."""
         inputs = [self._back_rows, self._acting, self._answers, self._nodes, state.struct]
-        self._launch(self.kernels.push, self._back.targets, inputs, [self.pushed])
+        self._clock.launch(self.kernels.push, self._back.targets, inputs, [self.pushed])
 
     def flow(self, state: State, out: State, ahead: float) -> None:
         """The rates of the points' stress and internals (a launch)."""
         inputs = [self._clock.time, self._space.scalar(ahead), self._law, self._coefficients, self._rows, self._points]
         inputs += [self._answers.gradient, self._points.share, self._tail(state), state.struct]
-        self._launch(self.kernels.flow, len(self._volume), inputs, [self._tail(out)])
+        self._clock.launch(self.kernels.flow, len(self._volume), inputs, [self._tail(out)])
 
     def held_energy(self, state: State) -> float:
         """Energy of the residual, of a state that is up to date, nondimensional (a launch and a copy)."""
@@ -148,10 +144,8 @@ class Rest:
         wp.launch(self.kernels.held, len(sums), inputs=inputs, outputs=[sums], device=device)
         return total(sums)
 
-    def fading(self, state: State, arrays: Arrays) -> Fading | None:
-        """What the residual of the points has of its own on the device."""
-        if self._flow is None or self._form.fades < 0:
-            return None
+    def fading(self, flow: tuple[int, float], state: State, arrays: Arrays) -> Fading:
+        """What the residual of the points has of its own on the device; `flow` as `wsph.parts.fading.Fading` has it."""
         seen = Neighbourhood(
             self._pairs,
             self._weight,
@@ -164,7 +158,7 @@ class Rest:
             self._back,
             self._back_weight,
         )
-        found = Fading(self._flow, self._space, seen, self._layout, self._tail(state), self._clock, arrays)
+        found = Fading(flow, self._space, seen, self._layout, self._tail(state), self._clock, arrays)
         self._acting = with_share(self._space, self._points, cast(Points, found.response).share)
         self._response = found.response
         return found

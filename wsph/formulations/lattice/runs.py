@@ -47,6 +47,11 @@ class Runs:
     places: int
 
 
+def _ends(count: int, most: int) -> np.ndarray:
+    """Where pieces of at most `most` of so many blocks end."""
+    return np.append(np.arange(most, count, most), count)
+
+
 def pieces_of(runs: Runs, corners: np.ndarray, nodes: int, most: int) -> list[tuple[int, int, int, int]]:
     """The blocks in pieces of at most `most` blocks of cells: from which to which block of cells, and then of nodes, all of
     whose cells have been then."""
@@ -57,7 +62,7 @@ def pieces_of(runs: Runs, corners: np.ndarray, nodes: int, most: int) -> list[tu
         last[corners[:, k]] = np.maximum(last[corners[:, k]], np.arange(len(corners)))
     waits = np.maximum.reduceat(last, runs.nodes[:, FIRST])
     waits = np.maximum.accumulate(np.searchsorted(runs.cells[:, FIRST], waits, side="right") - 1)
-    ends = np.append(np.arange(most, len(runs.cells), most), len(runs.cells))
+    ends = _ends(len(runs.cells), most)
     ready = np.searchsorted(waits, ends, side="left")
     starts = np.concatenate([[0], ends[:-1]]), np.concatenate([[0], ready[:-1]])
     return list(zip(*(each.tolist() for each in (starts[0], ends, starts[1], ready)), strict=True))
@@ -136,7 +141,7 @@ class EdgeRuns:
     def pieces(self, most: int, stages: int) -> list[list[tuple[int, int]]]:
         """The blocks in pieces of at most `most`: from which to which block each of so many stages goes, of which each
         takes what the neighbours have from the one before."""
-        ends = np.append(np.arange(most, len(self.blocks), most), len(self.blocks))
+        ends = _ends(len(self.blocks), most)
         found: list[list[tuple[int, int]]] = []
         for _ in range(stages):
             found.append(list(zip([0, *ends[:-1].tolist()], ends.tolist(), strict=True)))
@@ -166,8 +171,7 @@ def edge_runs(boxes: Boxes, width: int) -> EdgeRuns:
     inner = (share[:, -1] > 0.0) & (share[:, -1] < 1.0)
     alike = (np.diff(share[:, :-1], axis=0) == 0.0).all(1) & (np.diff(near, axis=0) == 1).all(1)
     alike &= ~(inner[1:] & inner[:-1]) | (np.diff(share[:, -1]) == 0.0)
-    along = np.rint(boxes.index[:, -1]).astype(np.int64)
-    segment = (along - along.min() - (share[:, -1] == 0.0)) // width
+    segment = (_last(boxes) - (share[:, -1] == 0.0)) // width
     # What is before the first and behind the last row of all is not theirs to read.
     alike &= (share[:-1, -1] > 0.0) & (np.diff(segment) == 0) & (own[:-1] > 0) & (own[1:] < n - 1)
     blocks = _blocks(near, alike, n - near.max(1))
