@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fronts import ASKED, cost, error, variants
+from fronts import ASKED, error, nearest, ranked, two, variants
 
 DOCS = Path(__file__).parent
 
@@ -59,18 +59,12 @@ def single() -> list[str]:
     return rows
 
 
-def _two(number: float) -> str:
-    """Two digits."""
-    return f"{number:.0f}" if number >= 9.95 else f"{number:.1f}"
-
-
 def _cheapest(rows: list[Any], asked: float) -> str:
     """The cheapest scheme in double precision, and the next with what it costs over that."""
-    found = sorted((*cost(own, asked), name) for name, own in variants(rows).items() if not name.endswith(", f32"))
-    (least, _, best), *rest = found
+    (least, _, best), *rest = ranked(rows, asked)
     if not np.isfinite(least):
-        near = min(rows, key=lambda row: float(np.nan_to_num(error(row), nan=np.inf)))
+        near = nearest(rows)
         return f"none; `{near['variant']}` came to {100 * error(near):.2g} %"
     if not rest or not np.isfinite(rest[0][0]):
         return f"`{best}`; no other came as near"
-    return f"`{best}`, `{rest[0][2]}` ({_two(rest[0][0] / least)} times)"
+    return f"`{best}`, `{rest[0][2]}` ({two(rest[0][0] / least)} times)"

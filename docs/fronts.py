@@ -19,6 +19,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
+from markers import between
 
 from wsph.output.view.front import front, undominated
 from wsph.units import quantity
@@ -88,17 +89,27 @@ def variants(rows: list[Row]) -> dict[str, list[Row]]:
     }
 
 
+def ranked(rows: list[Row], asked: float) -> list[tuple[float, bool, str]]:
+    """The cost of an error, whether that is but a bound, and the name of every variant in double, the cheapest first."""
+    return sorted((*cost(own, asked), name) for name, own in variants(rows).items() if not name.endswith(", f32"))
+
+
+def nearest(rows: list[Row]) -> Row:
+    """The row of the least error."""
+    return min(rows, key=lambda row: float(np.nan_to_num(error(row), nan=np.inf)))
+
+
 def to_reach(rows: list[Row], asked: float) -> str:
     """The variants that reach an error at the least cost, in words."""
-    found = sorted((*cost(own, asked), name) for name, own in variants(rows).items() if not name.endswith(", f32"))
+    found = ranked(rows, asked)
     (least, bound, cheapest), *rest = found
     if not np.isfinite(least):
-        near = min(rows, key=lambda row: np.nan_to_num(error(row), nan=np.inf))
+        near = nearest(rows)
         return (
             f"No row is within {100 * asked:g} %; the nearest, of `{near['variant']}`, is {_percent(error(near))} off."
         )
     words = f"{100 * asked:g} % takes {'at most ' * bound}{_power(least)} pair visits with `{cheapest}`"
-    after = [f"{_two(each / least)} times as many with `{name}`" for each, _, name in rest[:2] if np.isfinite(each)]
+    after = [f"{two(each / least)} times as many with `{name}`" for each, _, name in rest[:2] if np.isfinite(each)]
     never = sum(not np.isfinite(each) for each, _, _ in rest)
     words += "".join(f", {each}" for each in after)
     return words + (f"; {never} of {len(found)} schemes do not come as near here." if never else ".")
@@ -182,7 +193,8 @@ def _power(number: float) -> str:
     return f"{number:.1e}".replace("e+0", "e").replace("e+", "e")
 
 
-def _two(number: float) -> str:
+def two(number: float) -> str:
+    """Two digits."""
     return f"{number:.0f}" if number >= 9.95 else f"{number:.1f}"
 
 
@@ -194,9 +206,7 @@ def write(found: dict) -> None:
     """docs/cost.md between its markers, and the pictures."""
     page = (DOCS / "cost.md").read_text()
     for name, study in found["studies"].items():
-        before, rest = page.split(f"<!-- {name} -->\n", 1)
-        _, after = rest.split(f"<!-- /{name} -->", 1)
-        page = f"{before}<!-- {name} -->\n" + "\n".join(paragraph(study)) + f"\n<!-- /{name} -->{after}"
+        page = between(page, name, paragraph(study))
         front(study["rows"], study["title"], DOCS / "pictures" / f"front_{name}.png")
     (DOCS / "cost.md").write_text(page)
 

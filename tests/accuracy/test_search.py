@@ -14,6 +14,7 @@ import pytest
 import wsph
 from tests.scenes import bar, held
 from wsph.accuracy.accurate import accurate
+from wsph.accuracy.envelope import FLOOR
 from wsph.accuracy.limits import Limit
 from wsph.accuracy.measures import Record, distances
 from wsph.cli import main
@@ -108,6 +109,12 @@ def test_a_budget_is_used_and_kept_to():
 def test_another_scheme_agrees():
     found = accurate(vibrating(), tolerance=0.01, check=True)
     assert "agrees within the bars" in found.why
+
+
+def test_another_scheme_is_judged_by_the_floor_of_its_precision(monkeypatch):
+    monkeypatch.setitem(FLOOR, "f32", 10.0)  # above all differences of rows: no bar but zero
+    found = accurate(vibrating().with_(precision="f32"), tolerance=0.01, check=True)
+    assert "bars 0 % and 0 %" in found.why
 
 
 def test_probes_say_what_is_judged():

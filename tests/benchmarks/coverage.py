@@ -99,8 +99,8 @@ def _windows(case: Case, ladder: Rows, dense: list[Row], ratio: float):
                 chosen.append(row)
         if len(chosen) < 4:
             continue
-        asked = aims(case.scene, 0.01)
-        seen = look([row.spacing for row in chosen], [row.records for row in chosen], asked, ladder.formal)
+        asked, precision = aims(case.scene, 0.01), case.scene.run.precision
+        seen = look([row.spacing for row in chosen], [row.records for row in chosen], asked, ladder.formal, precision)
         truth = true_errors(case, chosen[0])
         for name, each in seen.items():
             misfit = ladder.lattices.misfit(chosen[0].cells)

@@ -15,7 +15,7 @@ from wsph.cli import main
 from wsph.errors import SceneError
 from wsph.output.view.front import undominated
 from wsph.study.oracle import Oracle
-from wsph.study.plan import facts
+from wsph.study.plan import facts, planned
 from wsph.study.runs import run_study
 from wsph.study.tables import Study, load_study
 from wsph.validation.meshes import around, moved_grid, write
@@ -254,7 +254,7 @@ def test_a_row_is_of_the_mesh_that_its_file_held(tmp_path: Path) -> None:
     found: list[str] = []
     for size in (1.0, 1.0, 1.1):
         write(path, size * nodes, quad=around(corners))
-        found.append(facts(one, scene, tmp_path)[0].scene)
+        found.append(facts(one, planned(one, scene), tmp_path)[0].scene)
     assert found[0] == found[1]
     assert found[0] != found[2]
 

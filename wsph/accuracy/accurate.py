@@ -51,6 +51,7 @@ def accurate(
     asked = scene.accuracy or Accuracy()
     tolerance = tolerance if tolerance is not None else asked.tolerance
     given = limit or _limit(asked)
+    limit = given or Limit()
     own = [probe.tolerance for probe in scene.probes if probe.tolerance]
     if tolerance is None and given is None and not own:
         text = 'neither a tolerance nor a budget is given: write tolerance = "1%", or budget = "30 s"'
@@ -65,11 +66,11 @@ def accurate(
             clear(out)
         try:
             if tolerance is None and not own:
-                found = spend(rows, wanted, given or Limit())
+                found = spend(rows, wanted, limit)
             else:
-                found = search(rows, wanted, given or Limit(), asked.sure if sure is None else sure)
-            made, found = _checked(rows, wanted, found, check, notes)
-            answer = report.answer(rows, wanted, found, tolerance, (given or Limit()).data(), [*notes, *made])
+                found = search(rows, wanted, limit, asked.sure if sure is None else sure)
+            said = _checked(rows, wanted, found, check)
+            answer = report.answer(rows, wanted, found, tolerance, limit.data(), [*notes, *said])
         finally:
             if out is not None:
                 clear(out)
@@ -115,15 +116,13 @@ def _rows(
         return rows, [*notes, f"the scene's own time step: {str(error).splitlines()[0]}"]
 
 
-def _checked(
-    rows: Rows, wanted: dict[str, Aim], found: Found, check: bool, notes: list[str]
-) -> tuple[list[str], Found]:
+def _checked(rows: Rows, wanted: dict[str, Aim], found: Found, check: bool) -> list[str]:
     """What another scheme says of the answer, where it is asked."""
     if not check or not found.seen or found.status == "interrupted":
-        return [], found
+        return []
     try:
-        return second.opinion(rows, wanted, found.seen), found
+        return second.opinion(rows, wanted, found.seen)
     except Halted as halt:
         if halt.status == "interrupted":
-            return ["interrupted before another scheme had its say"], found
-        return [f"another scheme was asked: {halt}"], found
+            return ["interrupted before another scheme had its say"]
+        return [f"another scheme was asked: {halt}"]

@@ -73,7 +73,7 @@ def _affordable(rows: Rows, limit: Limit, part: float) -> int:
 
 def _finest(rows: Rows, limit: Limit, part: float) -> float:
     """The cells of the finest lattice that is paid for, with those rows before it that `part` says are still to be made."""
-    to_come = [1.0 / each for each in COARSER if each <= part and part > 1.0]
+    to_come = [1.0 / each for each in COARSER if each <= part]
     last = rows.made[-1]
     low, high = float(last.cells), 1e4 * last.cells
     for _ in range(60):

@@ -26,10 +26,12 @@ class Aim:
 
 @dataclass(frozen=True)
 class Seen:
-    """What the rows say of a column: its aim, and the estimate of the finest row."""
+    """What the rows say of a column: its aim, the estimate of the finest row, and how far each row is `apart` from it (k,),
+    finest first."""
 
     aim: Aim
     estimate: Estimate
+    apart: np.ndarray
 
     @property
     def share(self) -> float:
@@ -80,17 +82,22 @@ def look(
     records: Sequence[Mapping[str, Record]],
     asked: Mapping[str, Aim],
     formal: Formal,
-    precision: str = "f64",
+    precision: str,
 ) -> dict[str, Seen]:
-    """What rows say of the first, the finest, by column: of `spacings` (k,) [m], finest first, with their `records`."""
+    """What rows say of the first, the finest, by column: of `spacings` (k,) [m], finest first, with their `records`, made
+    in a `precision`."""
     columns, _ = judged(records[0], asked)
-    found: dict[str, Seen] = {}
-    for name, aim in columns.items():
-        apart = distances([row[name] for row in records], aim.quantity, aim.scale)
-        factor = BAR_OF_STAIRS if formal.stairs else BAR
-        limits = {"tolerance": aim.tolerance, "floor": FLOOR[precision], "bar": factor}
-        found[name] = Seen(aim, estimate(spacings, apart, formal.order, **limits))
-    return found
+    return {
+        name: look_at(spacings, [row[name] for row in records], aim, formal, precision) for name, aim in columns.items()
+    }
+
+
+def look_at(spacings: Sequence[float], records: Sequence[Record], aim: Aim, formal: Formal, precision: str) -> Seen:
+    """What rows say of one column of the first, the finest: its `records` at `spacings` (k,) [m], finest first."""
+    table = distances(records, aim.quantity, aim.scale)
+    factor = BAR_OF_STAIRS if formal.stairs else BAR
+    limits = {"tolerance": aim.tolerance, "floor": FLOOR[precision], "bar": factor}
+    return Seen(aim, estimate(spacings, table, formal.order, **limits), table[0])
 
 
 def widened(seen: Mapping[str, Seen], more: Mapping[str, float]) -> dict[str, Seen]:

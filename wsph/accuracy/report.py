@@ -12,7 +12,7 @@ import numpy as np
 
 from wsph.accuracy.columns import Aim, Seen, judged, widened, worst
 from wsph.accuracy.envelope import FLOOR, KEEP
-from wsph.accuracy.measures import distances, mean
+from wsph.accuracy.measures import Record, distances, mean
 from wsph.accuracy.row import Halted, Row
 from wsph.accuracy.rows import Rows
 from wsph.accuracy.search import Found
@@ -112,7 +112,7 @@ def _width(name: str, each: Seen, row: Row) -> Table:
     if each.aim.quantity != "history":
         return {}
     record = row.records[name]
-    absolute = type(record)(record.times, np.abs(record.values))
+    absolute = Record(record.times, np.abs(record.values))
     return {"half_width": _finite(each.estimate.bar * (each.aim.scale or mean(absolute)))}
 
 

@@ -4,6 +4,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 from wsph.accuracy.measures import Record
 from wsph.simulation.result import Result
@@ -19,32 +20,42 @@ class Halted(Exception):
 
 @dataclass(frozen=True)
 class Row:
-    """A run: its lattice by `cells` and `spacing` [m], the work that was `planned`, and what it took; `records` of all
-    probes, "PROBE.COLUMN"."""
+    """A run: its lattice by `cells` and `spacing` [m], the work that was `planned`, the seconds that it took, and its
+    `result`."""
 
     cells: int
     spacing: float
     planned: float
-    work: float
-    right_hand_sides: int
-    steps: int
-    particles: int
     wall_seconds: float
     cpu_seconds: float
-    records: Mapping[str, Record]
     result: Result
+
+    @property
+    def work(self) -> float:
+        """Pair visits."""
+        return float(self.result.work)
+
+    @property
+    def steps(self) -> int:
+        """Steps of the run."""
+        return self.result.summary["steps"]
+
+    @cached_property
+    def records(self) -> Mapping[str, Record]:
+        """The columns of all probes, "PROBE.COLUMN"."""
+        return {name: Record(*each) for name, each in self.result.recorded().items()}
 
     def data(self) -> dict[str, object]:
         """As accuracy.json has it."""
-        run = self.result.scene.run
+        run, summary = self.result.scene.run, self.result.summary
         return {
             "spacing": self.spacing,
             "cells": self.cells,
-            "particles": self.particles,
+            "particles": summary["particles"],
             "steps": self.steps,
             "planned_work": self.planned,
             "work": self.work,
-            "rhs": self.right_hand_sides,
+            "rhs": summary["right_hand_sides"],
             "wall_seconds": self.wall_seconds,
             "cpu_seconds": self.cpu_seconds,
             "precision": run.precision,

@@ -11,9 +11,6 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-
-from wsph.accuracy.measures import Record
 from wsph.accuracy.planning.cost import Costs, Plan
 from wsph.accuracy.planning.formal import Formal, formal_order
 from wsph.accuracy.planning.lattices import Lattices
@@ -72,9 +69,7 @@ class Rows:
         )
         row = self.run(self.lattices.scene_at(cells), cells, plan.work, self._told(plan.work, to_come))
         self.made.append(row)
-        inside = min(
-            row.particles * row.steps / (row.result.cost["particle_steps_per_second"] or np.inf), row.wall_seconds
-        )
+        inside = min(row.result.seconds, row.wall_seconds)
         self.rate.learn(Took(plan, row.work, inside, row.wall_seconds - inside))
         if self._folder is not None:
             _replace(self._folder, self._folder / ROW)
@@ -95,17 +90,9 @@ class Rows:
             raise Halted("interrupted", f"interrupted in the run with {cells} cells")
         if result.failure is not None:
             raise Halted("refused", f"the run with {cells} cells is {result.status}: {result.reason}")
-        s = result.summary
-        work = float(s["pairs"]) * s["right_hand_sides"]
-        self.spent += work
-        records = {
-            f"{name}.{key}": Record(columns["time"], values)
-            for name, columns in result.probes.items()
-            for key, values in columns.items()
-            if key != "time"
-        }
-        figures = (s["right_hand_sides"], s["steps"], s["particles"], wall, cpu)
-        return Row(cells, self.lattices.spacing(cells), planned, work, *figures, records, result)
+        row = Row(cells, self.lattices.spacing(cells), planned, wall, cpu, result)
+        self.spent += row.work
+        return row
 
     def _told(self, work: float, to_come: float) -> Progress | None:
         """The progress of a row as that of the whole search, in parts of its work."""

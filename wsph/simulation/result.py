@@ -73,6 +73,26 @@ class Result:
             key: self.summary[key] for key in ("steps", "right_hand_sides", "wall_seconds", "particle_steps_per_second")
         }
 
+    @property
+    def work(self) -> int:
+        """Pair visits: the pairs of all operators times the right-hand sides."""
+        return self.summary["pairs"] * self.summary["right_hand_sides"]
+
+    @property
+    def seconds(self) -> float:
+        """Wall time inside of steps [s], without setting up and compiling; zero where none was measured."""
+        rate = self.summary["particle_steps_per_second"]
+        return self.summary["particles"] * self.summary["steps"] / rate if rate > 0.0 else 0.0
+
+    def recorded(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """The columns of all probes by "PROBE.COLUMN": the times [s] and the values of each, (n,) and (n,)."""
+        return {
+            f"{name}.{key}": (columns["time"], values)
+            for name, columns in self.probes.items()
+            for key, values in columns.items()
+            if key != "time"
+        }
+
     def error(
         self, exact: Callable[[np.ndarray, float], np.ndarray] | np.ndarray, name: str, norm: float | str = 2
     ) -> float:

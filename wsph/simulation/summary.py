@@ -10,7 +10,7 @@ from typing import NotRequired, TypedDict
 
 import numpy as np
 
-from wsph.plugins import integrators, registry
+from wsph.plugins import registry
 from wsph.scene.scene import Scene
 from wsph.simulation.composing.composition import Composition
 from wsph.simulation.ledger import Ledger
@@ -87,10 +87,10 @@ def summary(
         "dt": timeline.dt,
         "particles": particles,
         "pairs": composition.pairs,
-        "right_hand_sides": ending.step * integrators.evaluations(composition.bodies[0].integrator),
+        "right_hand_sides": ending.step * composition.evaluations,
         "wall_seconds": ending.wall,
         "particle_steps_per_second": steps / ending.inside if ending.inside > 0.0 else 0.0,
-        "bytes_per_particle": sum(run.system.nbytes for run in composition.bodies) / particles,
+        "bytes_per_particle": composition.nbytes / particles,
         # external_work includes what the bodies started with: the residual is it less all the others.
         "energy": {name: last[name] for name in ledger.columns},
         **_fracture(composition),

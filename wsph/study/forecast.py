@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from wsph.errors import Refused
-from wsph.plugins import integrators
 from wsph.simulation.compose import compose
 from wsph.study.plan import Planned
 
@@ -36,9 +35,9 @@ def forecast(row: Planned) -> Forecast | str:
         composition = compose(row.scene)
     except Refused as error:
         return f"refused: {str(error).splitlines()[0]}"
-    evaluations = composition.steps * integrators.evaluations(composition.bodies[0].integrator)
-    taken = sum(run.system.nbytes for run in composition.bodies)
-    return Forecast(composition.particles, composition.steps, evaluations, composition.pairs * evaluations, taken)
+    evaluations = composition.steps * composition.evaluations
+    work, taken = composition.pairs * evaluations, composition.nbytes
+    return Forecast(composition.particles, composition.steps, evaluations, work, taken)
 
 
 def in_words(plan: Sequence[Planned]) -> Iterator[str]:

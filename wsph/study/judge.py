@@ -13,10 +13,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-import numpy as np
-
-from wsph.accuracy.columns import Aim, look
-from wsph.accuracy.envelope import KEEP, Estimate, disagree
+from wsph.accuracy.columns import Aim, Seen, look
+from wsph.accuracy.envelope import KEEP, disagree
 from wsph.accuracy.measures import Record, distances
 from wsph.accuracy.planning.formal import formal_order
 from wsph.scene.scene import Scene
@@ -29,27 +27,18 @@ _TOO_FEW = f"no bar: {KEEP} rows of other spacings are needed"
 
 
 @dataclass(frozen=True)
-class Column:
-    """What the envelope says of a column of a ladder: the `found` estimate of its finest row, and how far each row is
-    `apart` from that (rows,), finest first."""
-
-    found: Estimate
-    apart: np.ndarray
-
-
-@dataclass(frozen=True)
 class Ladder:
     """Completed rows that differ in their spacing alone, by their numbers, finest first. `columns` by PROBE.COLUMN, empty
     where there are too few rows."""
 
     name: str
     rows: tuple[int, ...]
-    columns: dict[str, Column]
+    columns: dict[str, Seen]
 
     @property
     def converges(self) -> bool:
         """Whether all of its columns do."""
-        return all(each.found.converges for each in self.columns.values())
+        return all(each.estimate.converges for each in self.columns.values())
 
 
 def judged(plan: Sequence[Planned], made: Mapping[int, Made]) -> list[Ladder]:
@@ -82,13 +71,10 @@ def _ladders(plan: Sequence[Planned], made: Mapping[int, Made]) -> list[Ladder]:
     return found
 
 
-def _columns(rows: Sequence[Made], spacings: Sequence[float], scene: Scene) -> dict[str, Column]:
+def _columns(rows: Sequence[Made], spacings: Sequence[float], scene: Scene) -> dict[str, Seen]:
     records = [{name: Record(*series) for name, series in made.series.items()} for made in rows]
     asked = {name.rpartition(".")[0]: Aim(0.0, "history", None) for name in records[0]}
-    seen = look(spacings, records, asked, formal_order(scene), scene.run.precision)
-    return {
-        name: Column(each.estimate, distances([record[name] for record in records])[0]) for name, each in seen.items()
-    }
+    return look(spacings, records, asked, formal_order(scene), scene.run.precision)
 
 
 def _record(made: Made, name: str) -> Record:
@@ -103,13 +89,13 @@ def _tell(ladder: Ladder, made: Mapping[int, Made]) -> None:
         if not columns:
             row["convergence"] = _TOO_FEW
             continue
-        row["order"] = min((each.found.seen for each in columns if math.isfinite(each.found.seen)), default=None)
+        row["order"] = min((each.estimate.seen for each in columns if math.isfinite(each.estimate.seen)), default=None)
         if not ladder.converges:
-            wrong = [name for name, each in ladder.columns.items() if not each.found.converges]
+            wrong = [name for name, each in ladder.columns.items() if not each.estimate.converges]
             row["convergence"] = NO_CONVERGENCE + (f" of {', '.join(wrong)}" if len(ladder.columns) > 1 else "")
             continue
-        row["estimate"] = max(float(each.apart[number]) + each.found.error for each in columns)
-        row["bar"] = max(float(each.apart[number]) + each.found.bar for each in columns)
+        row["estimate"] = max(float(each.apart[number]) + each.estimate.error for each in columns)
+        row["bar"] = max(float(each.apart[number]) + each.estimate.bar for each in columns)
 
 
 def _disagree(one: Ladder, other: Ladder, made: Mapping[int, Made]) -> bool:
@@ -118,6 +104,6 @@ def _disagree(one: Ladder, other: Ladder, made: Mapping[int, Made]) -> bool:
         return False
     for name in one.columns.keys() & other.columns.keys():
         apart = distances([_record(made[ladder.rows[0]], name) for ladder in (one, other)])[0, 1]
-        if disagree(one.columns[name].found.bar, other.columns[name].found.bar, float(apart)):
+        if disagree(one.columns[name].estimate.bar, other.columns[name].estimate.bar, float(apart)):
             return True
     return False

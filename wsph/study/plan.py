@@ -5,7 +5,7 @@
 import hashlib
 import itertools
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -71,14 +71,14 @@ def planned(study: Study, scene: Scene) -> list[Planned]:
     return [each for variant in study.variants for each in _of_variant(study, variant, shared)]
 
 
-def facts(study: Study, scene: Scene, folder: Path) -> list[Facts]:
-    """What each row follows from, in order; `folder` has the reference's file. Raises SceneError for a reference that cannot
-    be read."""
+def facts(study: Study, plan: Sequence[Planned], folder: Path) -> list[Facts]:
+    """What each row of a plan follows from, in order; `folder` has the reference's file. Raises SceneError for a reference
+    that cannot be read."""
     oracle = study.oracle
     answer = [oracle.model_dump_json(), oracle.content(folder)] if oracle is not None else []
     shared = _digest([*answer, list(study.judged)]), _digest([version("wsph"), version("warp-lang")])
     found: list[Facts] = []
-    for row in planned(study, scene):
+    for row in plan:
         whole = row.scene.model_dump(mode="json", by_alias=True)
         found.append(Facts(_digest([row.name, whole, file_digests(whole["bodies"])]), *shared))
     return found

@@ -58,17 +58,16 @@ def _cell(value: object) -> str | int | float:
 
 def _cost(result: Result) -> Row:
     """What a run took. Of its CPU and wall seconds setting up and compiling are a part, of `seconds` they are not."""
-    s = result.summary
-    rate, energy = s["particle_steps_per_second"], s["energy"]
+    s, energy = result.summary, result.summary["energy"]
     return {
         "status": result.status,
         "reason": result.reason.split(":")[0],
         "particles": s["particles"],
         "steps": s["steps"],
         "right_hand_sides": s["right_hand_sides"],
-        "pair_visits": s["pairs"] * s["right_hand_sides"],
+        "pair_visits": result.work,
         "bytes": round(s["bytes_per_particle"] * s["particles"]),
-        "seconds": s["particles"] * s["steps"] / rate if rate > 0.0 else 0.0,
+        "seconds": result.seconds,
         "wall_seconds": s["wall_seconds"],
         "energy_residual": energy["residual"] / energy["external_work"] if energy["external_work"] else 0.0,
     }
@@ -76,12 +75,7 @@ def _cost(result: Result) -> Row:
 
 def _series(study: Study, result: Result) -> dict[str, np.ndarray]:
     """The columns that the rows are judged by. Raises SceneError for one that the run does not have."""
-    there = {
-        f"{name}.{key}": np.array([columns["time"], values], float)
-        for name, columns in result.probes.items()
-        for key, values in columns.items()
-        if key != "time"
-    }
+    there = result.recorded()
     oracle = study.oracle
     wanted = study.judged or (
         list(there) if oracle is None else [f"{oracle.probe}.{oracle.column}"] * bool(oracle.probe)
@@ -89,4 +83,4 @@ def _series(study: Study, result: Result) -> dict[str, np.ndarray]:
     if missing := [name for name in wanted if name not in there]:
         words = f"no column {missing[0]!r} of a probe; there is {', '.join(there) or 'no probe'}"
         raise SceneError("study", [Fault(0, "judged", words)])
-    return {name: there[name] for name in wanted}
+    return {name: np.array(there[name], float) for name in wanted}

@@ -12,7 +12,6 @@ import warnings
 from dataclasses import dataclass
 
 from wsph.accuracy.planning.lattices import Lattices
-from wsph.plugins import integrators
 from wsph.scene.scene import Scene
 from wsph.simulation.compose import compose
 
@@ -46,9 +45,8 @@ def plan(scene: Scene) -> Plan:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the run itself gives them
         made = compose(scene)
-    each = integrators.evaluations(made.bodies[0].integrator)
     courant = max(run.courant for run in made.bodies)
-    return Plan(made.particles, made.pairs, made.steps, made.steps * each, courant)
+    return Plan(made.particles, made.pairs, made.steps, made.steps * made.evaluations, courant)
 
 
 class Costs:

@@ -115,7 +115,6 @@ def _parted(scene: Scene, condition: Boundary, body: Body) -> float:
         return 0.0
     low, high = body.shape.bounds()
     axis = "xyz".index(condition.face[1])
-    place = 0.5 * (low + high)
     found = 0.0
     for aside in (0.5, 0.21, 0.83):
         place = low + aside * (high - low)

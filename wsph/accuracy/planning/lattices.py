@@ -105,7 +105,7 @@ class Lattices:
         return round(found * self._unit)
 
     def _fits(self, number: int) -> bool:
-        if not all(_alike(line, line * number / self._divisor) for line in self._lines):
+        if any(_class(line) != _class(line * number / self._divisor) for line in self._lines):
             return False
         return all(each.better(number) for each in self._stairs)
 
@@ -130,16 +130,10 @@ class Lattices:
         for edges, step, axis in zip(shape.edges(), steps_of(body), range(shape.dim), strict=True):
             if len(edges):
                 places = ((point[axis] - edges[0]) / step for point in points)
-                yield from (float(place) for place in places if _alike(place, place) is not None)
+                yield from (float(place) for place in places if _class(place) is not None)
 
 
 def _class(place: float) -> Fraction | None:
     """Where a coordinate in cells stands: on a line (0), in the middle between two (1/2), or neither (None)."""
     twice = round(2.0 * place)
     return Fraction(twice % 2, 2) if abs(place - 0.5 * twice) < ON * max(abs(place), 1.0) else None
-
-
-def _alike(place: float, other: float) -> bool | None:
-    """Whether two coordinates in cells stand alike; None where the first stands nowhere."""
-    own = _class(place)
-    return None if own is None else _class(other) == own

@@ -80,14 +80,14 @@ def advise(scene: Scene) -> list[Advice]:
 def best(scene: Scene, free: tuple[str, ...] = ("integrator", "formulation")) -> dict[str, object]:
     """The changes to the best alternative that takes a scene and leaves what is not `free` as it is; empty without one."""
     own = scene.run.integrator.name, scene.run.formulation
-    for each in advise(scene):
+    for each in rules()[kind_of(scene)]["alternatives"]:
         keeps = (
-            ("integrator" in free or each.alternative["integrator"] == own[0])
-            and ("formulation" in free or own[1] in (None, each.alternative["formulation"]))
-            and each.alternative["precision"] == scene.run.precision
+            ("integrator" in free or each["integrator"] == own[0])
+            and ("formulation" in free or own[1] in (None, each["formulation"]))
+            and each["precision"] == scene.run.precision
         )
-        if keeps and not each.refusal:
-            return each.changes
+        if keeps and not _of(scene, each).refusal:
+            return changes_of(each)
     return {}
 
 
@@ -110,8 +110,8 @@ def told(scene: Scene) -> list[str]:
     lines = [f"{kind['words']}; the best first, by their errors at the same work on a scene of this kind"]
     head = f"{'integrator':<12}{'formulation':<20}{'support':>9}{'precision':>11}{'Courant':>9}{'error':>10}{'pair visits':>14}"
     lines.append(f"{head}  at equal work")
-    for each in advise(scene):
-        a = each.alternative
+    for a in kind["alternatives"]:
+        each = _of(scene, a)
         start = f"{a['integrator']:<12}{a['formulation']:<20}{each.support:>9}{a['precision']:>11}"
         if each.refusal:
             lines.append(f"{start}  refused: {each.refusal}")

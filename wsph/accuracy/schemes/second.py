@@ -58,8 +58,7 @@ def opinion(rows: Rows, wanted: Mapping[str, Aim], seen: Mapping[str, Seen]) -> 
         )
         asked = [rows.run(each, n, plan.work) for each, n, plan in zip(scenes, cells, plans, strict=True)]
         records, spacings = [row.records for row in asked], [row.spacing for row in asked]
-        formal = formal_order(scene)
-        theirs = look(spacings, records, wanted, formal)
+        theirs = look(spacings, records, wanted, formal_order(scene), scene.run.precision)
         return _compared(name, rows, seen, records[0], theirs)
     return [f"no other scheme takes the scene: {'; '.join(refusals)}"]
 

@@ -58,7 +58,7 @@ def _act(options: argparse.Namespace) -> int:
     folder = options.out if options.out is not None else Path(f"{options.study.stem}-out")
     names = [row.name for row in plan]
     with Claim(folder, options.overwrite, options.resume, files.is_a_study) as claim:
-        of = facts(study, scene, beside)
+        of = facts(study, plan, beside)
         made = files.known_rows(folder, of, names) if options.resume else {}
         anew = not made
 

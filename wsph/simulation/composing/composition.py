@@ -173,6 +173,16 @@ class Composition:
         """Directed pairs of all operators."""
         return sum(b.system.pairs for b in self.bodies)
 
+    @property
+    def evaluations(self) -> int:
+        """Right-hand sides of a step, as the integrator says."""
+        return integrators.evaluations(self.bodies[0].integrator)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the arrays of all bodies."""
+        return sum(b.system.nbytes for b in self.bodies)
+
     def publish(self) -> None:
         """Bring every state that is read up to date (launches)."""
         publish(self.bodies)

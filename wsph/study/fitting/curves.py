@@ -91,14 +91,12 @@ def computed(names: Sequence[str], times: np.ndarray, scene: Scene) -> Sample:
         raise KeyboardInterrupt
     if result.failure is not None:
         raise Refused(f"a run of the fit did not come to its end: {result.reason}: narrow the bounds")
-    there: dict[str, tuple[np.ndarray, np.ndarray]] = {
-        f"{probe}.{key}": (columns["time"], values)
-        for probe, columns in result.probes.items()
-        for key, values in columns.items()
-    }
+    recorded = result.recorded()
+    clocks = {f"{probe}.time": (columns["time"], columns["time"]) for probe, columns in result.probes.items()}
+    there = recorded | clocks
     if missing := [name for name in names if name not in there]:
-        known = ", ".join(name for name in there if not name.endswith(".time"))
-        raise SceneError("data", [Fault(1, "", f"no column {missing[0]} is recorded; there is {known}")])
+        words = f"no column {missing[0]} is recorded; there is {', '.join(recorded)}"
+        raise SceneError("data", [Fault(1, "", words)])
     said = result.summary.get("units", {"probes": {}})["probes"]
     units = {f"{probe}.{key}": unit for probe, columns in said.items() for key, unit in columns.items()}
     values = np.array([np.interp(times, *there[name]) for name in names])

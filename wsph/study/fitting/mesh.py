@@ -13,8 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wsph.accuracy.envelope import BAR, BAR_OF_STAIRS, FEWEST, FLOOR, Estimate, estimate
-from wsph.accuracy.measures import Record, distances
+from wsph.accuracy.columns import Aim, Seen, look_at
+from wsph.accuracy.envelope import FEWEST, Estimate
+from wsph.accuracy.measures import Record
 from wsph.accuracy.planning.formal import formal_order
 from wsph.accuracy.planning.lattices import Lattices
 from wsph.errors import Refused
@@ -45,53 +46,48 @@ def mesh_bar(scene: Scene, curves: Curves, fit: Fit, evaluate: Evaluate) -> Mesh
     fitted = with_values(scene, fit.parameters, fit.parts)
     nothing = np.full(len(fit.parts), np.nan)
     try:
-        cells, scenes, spacings = _ladder(fitted)
+        cells, coarser, spacings = _ladder(fitted)
     except Refused as error:
         return MeshBar(nothing, {}, (), str(error))
     if len(cells) < FEWEST:
         return MeshBar(
             nothing, {}, cells, f"only {len(cells)} lattices are as coarse as this or coarser: refine the scene"
         )
-    rows = [each.values for each in (fit.model, *evaluate(scenes[1:]))]
-    formal = formal_order(fitted)
-    factor, floor = BAR_OF_STAIRS if formal.stairs else BAR, FLOOR[fitted.run.precision]
+    rows = [each.values for each in (fit.model, *evaluate(coarser))]
+    formal, aim, inverse = formal_order(fitted), Aim(0.0, "history", None), np.linalg.pinv(fit.jacobian)
     found: dict[str, Estimate] = {}
     drawn = np.zeros(len(fit.parts))
     for number, name in enumerate(curves.names):
         records = [Record(curves.times, row[number]) for row in rows]
-        table = distances(records)
-        found[name] = estimate(spacings, table, formal.order, floor=floor, bar=factor)
-        drawn += _drawn(fit, curves, number, rows, found[name], table[0])
+        seen = look_at(spacings, records, aim, formal, fitted.run.precision)
+        found[name] = seen.estimate
+        drawn += _drawn(inverse, curves, number, rows, seen)
     return MeshBar(drawn * fit.ranges, found, cells)
 
 
 def _ladder(scene: Scene) -> tuple[tuple[int, ...], list[Scene], list[float]]:
-    """Cells, scenes and spacings of a scene's own lattice and of coarser ones, finest first."""
+    """Cells and spacings of a scene's own lattice and of coarser ones, finest first, and the scenes of the coarser ones."""
     lattices = Lattices(scene)
     cells = [lattices.own]
     for factor in COARSER:
         coarser = lattices.below(min(lattices.own / factor, cells[-1] - 1))
         if coarser < cells[-1]:
             cells.append(coarser)
-    return (
-        tuple(cells),
-        [scene.with_(), *(lattices.scene_at(n) for n in cells[1:])],
-        [lattices.spacing(n) for n in cells],
-    )
+    return tuple(cells), [lattices.scene_at(n) for n in cells[1:]], [lattices.spacing(n) for n in cells]
 
 
-def _drawn(
-    fit: Fit, curves: Curves, number: int, rows: Sequence[np.ndarray], found: Estimate, apart: np.ndarray
-) -> np.ndarray:
-    """How far the bar of one curve can draw the parameters, as parts of the ways between their bounds (p,)."""
-    if not found.converges:
-        return np.full(len(fit.parts), np.inf)
+def _drawn(inverse: np.ndarray, curves: Curves, number: int, rows: Sequence[np.ndarray], seen: Seen) -> np.ndarray:
+    """How far the bar of one curve can draw the parameters, as parts of the ways between their bounds (p,); `inverse` of the
+    derivatives of the residuals (p, m)."""
+    if not seen.estimate.converges:
+        return np.full(len(inverse), np.inf)
     there = np.isfinite(curves.values)
-    inverse = np.linalg.pinv(fit.jacobian)
-    ways = [np.zeros(len(fit.parts))]
+    ways = [np.zeros(len(inverse))]
     for k in range(1, len(rows)):
-        if apart[k] > 0.0:
+        if seen.apart[k] > 0.0:
             wrong = np.zeros(curves.values.shape)
-            wrong[number] = (rows[0][number] - rows[k][number]) / curves.sizes[number] * found.bar / apart[k]
+            wrong[number] = (
+                (rows[0][number] - rows[k][number]) / curves.sizes[number] * seen.estimate.bar / seen.apart[k]
+            )
             ways.append(np.abs(inverse @ wrong[there]))
     return np.max(ways, axis=0)
