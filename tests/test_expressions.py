@@ -29,6 +29,13 @@ def test_what_is_not_arithmetic_is_refused(text: str, message: str) -> None:
         compile_expression(text)
 
 
+def test_names_beside_the_variables_have_values_wherever_they_stand() -> None:
+    """In either operand of and, or, too, of which the first is code of its own."""
+    a, b = np.array([1.0, 3.0]), np.array([5.0, 0.0])
+    for text, wanted in (("a > 2 and b < 1", [0.0, 1.0]), ("a < 2 or b > 9", [1.0, 0.0]), ("not a > 2", [1.0, 0.0])):
+        assert compile_expression(text, ("a", "b"))(np.zeros((2, 1)), values=[a, b]).tolist() == wanted, text
+
+
 def test_comparisons_widen_by_the_tolerance() -> None:
     x = np.array([[-1e-9], [0.0], [1e-9]])
     assert compile_expression("x <= 0")(x, tolerance=1e-8).tolist() == [1.0, 1.0, 1.0]

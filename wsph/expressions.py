@@ -169,7 +169,7 @@ def stack_depth(program: Sequence[tuple[int, float]]) -> int:
     return highest
 
 
-def _emit(node: ast.AST, program: list[tuple[int, float]], text: str, names: Sequence[str] = ()) -> None:
+def _emit(node: ast.AST, program: list[tuple[int, float]], text: str, names: Sequence[str]) -> None:
     """Append the postfix code of `node`."""
 
     def put(name: str, number: float = 0.0) -> None:
@@ -210,7 +210,7 @@ def _emit(node: ast.AST, program: list[tuple[int, float]], text: str, names: Seq
             _emit(right, program, text, names)
             put(_OPERATORS[type(operator)])
         case ast.BoolOp(op=operator, values=values):
-            _emit(values[0], program, text)
+            _emit(values[0], program, text, names)
             for value in values[1:]:
                 _emit(value, program, text, names)
                 put("and" if isinstance(operator, ast.And) else "or")
