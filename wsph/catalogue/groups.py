@@ -12,9 +12,10 @@ import inspect
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import get_args
+from typing import TYPE_CHECKING, get_args
 
-from wsph.protocols import Traits
+if TYPE_CHECKING:
+    from wsph.protocols import Traits
 
 
 @dataclass(frozen=True)
@@ -167,9 +168,9 @@ def first_sentence(said: str) -> str:
     return re.split(r"(?<=\.)\s+(?=[A-Z`])", text, maxsplit=1)[0].removesuffix(".")
 
 
-def in_words(traits: Traits) -> list[str]:
+def in_words(traits: "Traits") -> list[str]:
     """The abilities of a formulation, in the words that `Traits` has for them."""
-    said = attribute_docstrings(Traits)
+    said = attribute_docstrings(type(traits))
     held = [name for name, value in dataclasses.asdict(traits).items() if value is True]
     return [said[name].removeprefix("Whether ").partition(": ")[0].removesuffix(".") for name in held]
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wsph.errors import WsphError
-from wsph.quantities import is_list, is_table
 
 if TYPE_CHECKING:
     # What a search needs is imported by it: the command line starts without.
@@ -81,6 +80,8 @@ def run_accurately(options: argparse.Namespace, scene: "Scene", folder: Path, pr
 
 def told(found: "Answer", folder: Path) -> list[str]:
     """The answer in lines."""
+    from wsph.quantities import is_list, is_table
+
     data = found.data
     lines: list[str] = []
     columns = data["columns"]
