@@ -4,8 +4,9 @@
 
 import argparse
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from wsph.errors import WsphError
 
@@ -14,6 +15,8 @@ if TYPE_CHECKING:
     from wsph.accuracy.report import Answer
     from wsph.scene.scene import Scene
     from wsph.simulation.run import Progress
+
+T = TypeVar("T")
 
 MET, MISSED, INTERRUPTED = 0, 4, 130
 """Exit codes."""
@@ -55,11 +58,8 @@ def run_accurately(options: argparse.Namespace, scene: "Scene", folder: Path, pr
     from wsph.accuracy.limits import Limit
     from wsph.scene.outputs import read_tolerance
 
-    try:
-        tolerance = read_tolerance(options.accuracy) if options.accuracy else None
-        limit = Limit.read(options.budget) if options.budget is not None else None
-    except ValueError as error:
-        raise WsphError(f"--{'accuracy' if 'tolerance' in str(error) else 'budget'}: {error}") from None
+    tolerance = _read("accuracy", options.accuracy, read_tolerance) if options.accuracy else None
+    limit = _read("budget", options.budget, Limit.read) if options.budget is not None else None
     tell = None if options.quiet else _say
     found = accurate(
         scene,
@@ -76,6 +76,14 @@ def run_accurately(options: argparse.Namespace, scene: "Scene", folder: Path, pr
         for line in told(found, folder):
             print(line)
     return INTERRUPTED if found.status == "interrupted" else MET if found.status == "met" else MISSED
+
+
+def _read(option: str, text: str, read: Callable[[str], T]) -> T:
+    """What an option says. Raises WsphError that names the option."""
+    try:
+        return read(text)
+    except ValueError as error:
+        raise WsphError(f"--{option}: {error}") from None
 
 
 def told(found: "Answer", folder: Path) -> list[str]:
