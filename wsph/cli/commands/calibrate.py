@@ -52,7 +52,7 @@ def _act(options: argparse.Namespace) -> int:
     check_curves(curves, scene, options.data)
     folder = folder_of(options, *OUT)
     warnings.simplefilter("ignore")  # the same ones for each of the runs
-    with Claim(folder, options.overwrite, None, report.is_a_calibration) as claim:
+    with Claim(folder, options.overwrite, kind=report.CALIBRATION) as claim:
         with Runs(curves.names, curves.times, options.workers) as runs:
             found = fit(scene, curves, parameters, runs)
             mesh = mesh_bar(scene, curves, found, runs)

@@ -46,7 +46,7 @@ def _act(options: argparse.Namespace) -> int:
         return 0
     folder = folder_of(options, *OUT)
     names = [row.name for row in plan]
-    with Claim(folder, options.overwrite, options.resume, files.is_a_study) as claim:
+    with Claim(folder, options.overwrite, options.resume, files.STUDY) as claim:
         of = facts(study, scene, beside)
         made = files.known_rows(folder, of, names) if options.resume else {}
         anew = not made
