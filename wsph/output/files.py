@@ -76,8 +76,8 @@ def _is_a_run(folder: Path) -> bool:
 
 @dataclass(frozen=True)
 class Kind:
-    """What a folder holds: its `name`, whether a folder holds it (`owns`), so that it may be written over, and whether what is
-    there can be gone on from (`goes_on`)."""
+    """What a folder holds: its `name`, whether a folder holds it (`owns`), so that it may be written over, and whether
+    what is there can be gone on from (`goes_on`)."""
 
     name: str
     owns: Callable[[Path], bool]
