@@ -14,6 +14,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, get_args
 
+from wsph.plugins import registry
+
 if TYPE_CHECKING:
     from wsph.protocols import Traits
 
@@ -154,7 +156,12 @@ def shapes() -> list[Row]:
 GROUPS: dict[str, Callable[[], list[Row]]] = {
     each.__name__: each for each in (formulations, parts, formats, fields, kernels, shapes, tables)
 }
-"""The lists by the names that `wsph list` takes."""
+"""The lists by the names that `wsph list` takes, beside those of plugins."""
+
+
+def every() -> list[str]:
+    """The names of all lists, those of plugins first."""
+    return [*registry.GROUPS, *GROUPS]
 
 
 def sentence(described: object) -> str:
