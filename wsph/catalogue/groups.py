@@ -99,18 +99,10 @@ def fields() -> list[Row]:
     """Fields of frames and probes."""
     from wsph.output import fields as declared
 
-    units = {
-        "velocity": "m/s",
-        "displacement": "m",
-        "stress": "Pa",
-        "density": "kg/m3",
-        "position": "m",
-        "dissipation": "Pa",
-    }
     rows: list[Row] = []
     for name in (*declared.known(("dissipation",), 3, ("damage",)),):
         said = declared.said(name) or f"component of the {name.rpartition('_')[0]}"
-        unit = units.get(declared.primitive(name), declared.ON_SURFACES.get(name, "1"))
+        unit = declared.UNITS.get(declared.primitive(name), declared.ON_SURFACES.get(name, "1"))
         example = f'[output]\nfields = ["{name}"]\nevery = "1 ms"'
         rows.append(
             Row(name, f"{said} [{unit}]", (), {"unit": unit}, source="wsph, wsph.output.fields", example=example)
