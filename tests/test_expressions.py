@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from wsph.expressions import compile_expression
+from wsph.expressions import compile_expression, names_in
 
 
 @pytest.mark.parametrize(
@@ -27,6 +27,20 @@ def test_arithmetic(text: str, value: float) -> None:
 def test_what_is_not_arithmetic_is_refused(text: str, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         compile_expression(text)
+
+
+@pytest.mark.parametrize(("text", "message"), [("a =", "cannot read"), ("a = 1", "write == to compare"), ("+".join(["a"] * 150), "more than 200"), ("a " * 600, "at most 1000")])  # fmt: skip
+def test_the_names_of_what_cannot_be_read_are_refused_as_it_is(text: str, message: str) -> None:
+    for read in (names_in, compile_expression):
+        with pytest.raises(ValueError, match=message):
+            read(text)
+
+
+def test_names_beside_the_variables_have_values_wherever_they_stand() -> None:
+    """In either operand of and, or, too, of which the first is code of its own."""
+    a, b = np.array([1.0, 3.0]), np.array([5.0, 0.0])
+    for text, wanted in (("a > 2 and b < 1", [0.0, 1.0]), ("a < 2 or b > 9", [1.0, 0.0]), ("not a > 2", [1.0, 0.0])):
+        assert compile_expression(text, ("a", "b"))(np.zeros((2, 1)), values=[a, b]).tolist() == wanted, text
 
 
 def test_comparisons_widen_by_the_tolerance() -> None:

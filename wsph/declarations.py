@@ -15,6 +15,9 @@ from pydantic_core import CoreSchema
 QUANTITY = r"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*[A-Za-z1µ°]"
 """What a string with a number and a unit begins like."""
 
+VALUE: JsonSchemaValue = {"type": ["number", "string"]}
+"""The JSON schema of a number, or of a string that stands for one."""
+
 
 def number_schema(
     unit: str,

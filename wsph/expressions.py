@@ -123,6 +123,15 @@ def _binary(name: str, a: np.ndarray, b: np.ndarray, tolerance: float) -> np.nda
 def compile_expression(text: str, names: Sequence[str] = ()) -> Expression:
     """Compile arithmetic over x, y, z (reference position), t, and other `names`. `^` and `**` are the power. Raises
     ValueError."""
+    program: list[tuple[int, float]] = []
+    _emit(_parsed(text), program, text, names)
+    if stack_depth(program) > MAX_STACK:
+        raise ValueError(f"the expression {text!r} is nested more than {MAX_STACK} deep")
+    return Expression(text, tuple(program), tuple(names))
+
+
+def _parsed(text: str) -> ast.expr:
+    """The tree of an expression that is no longer than it may be."""
     if len(text) > MAX_CHARACTERS:
         raise ValueError(f"an expression has at most {MAX_CHARACTERS} characters, not {len(text)}")
     try:
@@ -133,20 +142,13 @@ def compile_expression(text: str, names: Sequence[str] = ()) -> Expression:
         raise ValueError(f"cannot read the expression {text!r}{hint}") from None
     if sum(1 for _ in ast.walk(tree)) > MAX_NODES:
         raise ValueError(f"the expression {text!r} has more than {MAX_NODES} parts")
-    program: list[tuple[int, float]] = []
-    _emit(tree, program, text, names)
-    if stack_depth(program) > MAX_STACK:
-        raise ValueError(f"the expression {text!r} is nested more than {MAX_STACK} deep")
-    return Expression(text, tuple(program), tuple(names))
+    return tree
 
 
 def names_in(text: str) -> tuple[str, ...]:
     """The names in an expression that are no variable, constant or function, sorted. Raises ValueError as
     `compile_expression` does."""
-    try:
-        nodes = list(ast.walk(ast.parse(text.strip().replace("^", "**"), mode="eval")))
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        raise ValueError(f"cannot read the expression {text!r}") from None
+    nodes = list(ast.walk(_parsed(text)))
     called = {id(node.func) for node in nodes if isinstance(node, ast.Call)}
     found = {node.id for node in nodes if isinstance(node, ast.Name) and id(node) not in called}
     return tuple(sorted(found - {*VARIABLES, "pi"}))
@@ -169,7 +171,7 @@ def stack_depth(program: Sequence[tuple[int, float]]) -> int:
     return highest
 
 
-def _emit(node: ast.AST, program: list[tuple[int, float]], text: str, names: Sequence[str] = ()) -> None:
+def _emit(node: ast.AST, program: list[tuple[int, float]], text: str, names: Sequence[str]) -> None:
     """Append the postfix code of `node`."""
 
     def put(name: str, number: float = 0.0) -> None:
@@ -210,7 +212,7 @@ def _emit(node: ast.AST, program: list[tuple[int, float]], text: str, names: Seq
             _emit(right, program, text, names)
             put(_OPERATORS[type(operator)])
         case ast.BoolOp(op=operator, values=values):
-            _emit(values[0], program, text)
+            _emit(values[0], program, text, names)
             for value in values[1:]:
                 _emit(value, program, text, names)
                 put("and" if isinstance(operator, ast.And) else "or")

@@ -22,7 +22,7 @@ from pydantic import (
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from wsph.declarations import number_schema
+from wsph.declarations import VALUE, number_schema
 from wsph.units import quantity
 
 Table = dict[str, object]
@@ -132,7 +132,7 @@ _CADENCE = {"anyOf": [{"type": "integer", "minimum": 1}, number_schema("s", 0.0)
 Cadence = Annotated[int | float, BeforeValidator(read_cadence), WithJsonSchema(_CADENCE)]
 """An integer counts steps, a float or a unit string is seconds."""
 
-Value = Annotated[float | str, BeforeValidator(_plain), WithJsonSchema({"type": ["number", "string"]})]
+Value = Annotated[float | str, BeforeValidator(_plain), WithJsonSchema(VALUE)]
 """A number, a quantity with its unit, an expression of x, y, z, t, or the name of a function."""
 
 Strings = Annotated[tuple[str, ...], BeforeValidator(as_tuple)]

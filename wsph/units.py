@@ -103,7 +103,7 @@ _FACTOR = re.compile(r"([A-Za-zµ]+|%|1)(?:\^|\*\*)?([+-]?\d+)?")
 def unit(text: str) -> tuple[Decimal, Dimension]:
     """Factor to SI and dimension of a unit such as "kg/m3", "1/s" or "m s^-1". Raises ValueError."""
     factor, dimension = Decimal(1), [0, 0, 0, 0]
-    sign, rest = 1, text.strip().replace("°", "deg")
+    sign, rest = 1, _spelled(text)
     while rest:
         match = _FACTOR.match(rest)
         if not match:
@@ -126,56 +126,42 @@ def unit(text: str) -> tuple[Decimal, Dimension]:
     return factor, (dimension[0], dimension[1], dimension[2], dimension[3])
 
 
-_NAMES = dict(
-    pair.split("=")
-    for pair in [
-        "sec=s",
-        "secs=s",
-        "second=s",
-        "seconds=s",
-        "S=s",
-        "msec=ms",
-        "MS=ms",
-        "usec=us",
-        "hr=h",
-        "hz=Hz",
-        "meter=m",
-        "metre=m",
-        "meters=m",
-        "MM=mm",
-        "Mm2=mm2",
-        "inch=in",
-        "inches=in",
-        "feet=ft",
-        "micron=um",
-        "mpa=MPa",
-        "MPA=MPa",
-        "gpa=GPa",
-        "GPA=GPa",
-        "kpa=kPa",
-        "KPa=kPa",
-        "pa=Pa",
-        "PA=Pa",
-        "PSI=psi",
-        "KG=kg",
-        "Kg=kg",
-        "gr=g",
-        "gram=g",
-        "grams=g",
-        "ton=t",
-        "tonne=t",
-        "newton=N",
-        "joule=J",
-        "watt=W",
-        "C=degC",
-        "F=degF",
-        "Celsius=degC",
-        "celsius=degC",
-        "Kelvin=K",
-        "kelvin=K",
-    ]
-) | {"kgf": "N (1 kgf = 9.80665 N)", "deg": "rad (1 degree = 0.0174533 rad)"}
+_OTHERS = {
+    "s": "sec secs second seconds S",
+    "ms": "msec MS",
+    "us": "usec",
+    "h": "hr",
+    "Hz": "hz",
+    "m": "meter metre meters",
+    "mm": "MM",
+    "mm2": "Mm2",
+    "in": "inch inches",
+    "ft": "feet",
+    "um": "micron",
+    "MPa": "mpa MPA",
+    "GPa": "gpa GPA",
+    "kPa": "kpa KPa",
+    "Pa": "pa PA",
+    "psi": "PSI",
+    "kg": "KG Kg",
+    "g": "gr gram grams",
+    "t": "ton tonne",
+    "N": "newton",
+    "J": "joule",
+    "W": "watt",
+    "degC": "C Celsius celsius",
+    "degF": "F",
+    "K": "Kelvin kelvin",
+    "N (1 kgf = 9.80665 N)": "kgf",
+    "rad (1 degree = 0.0174533 rad)": "deg",
+}
+_NAMES = {other: name for name, others in _OTHERS.items() for other in others.split()}
 """What is meant by other names."""
+
+
+def _spelled(text: str) -> str:
+    """A unit without blanks around it, its degrees in letters."""
+    return text.strip().replace("°", "deg")
 
 
 def _instead(name: str) -> str:
@@ -208,7 +194,7 @@ def quantity(value: object, expected: str) -> float:
                 f"{value!r} is not in units of {expected or 'a plain number'}{_hint(match[2], dimension, wanted)}"
             )
         try:
-            number = float(Decimal(match[1]) * factor + _ZERO.get(match[2].strip().replace("°", "deg"), Decimal(0)))
+            number = float(Decimal(match[1]) * factor + _ZERO.get(_spelled(match[2]), Decimal(0)))
         except (DecimalException, OverflowError):
             number = math.inf
     elif isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers.Real):

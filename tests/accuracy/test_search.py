@@ -163,6 +163,8 @@ def test_the_command_line(scene_file, tmp_path, capsys):
         (["--budget", "3 kg"], "'3 kg' is not in units of s"),
         (["--accuracy", "1%", "--resume"], "--resume: a search begins anew"),
         (["--check"], "--check goes with --accuracy or --budget"),
+        (["--accuracy", "150%"], "--accuracy: '150%' is not above 0 and below 1"),
+        (["--accuracy", "1%", "--budget", "-1 s"], "--budget: '-1 s' is not above zero"),
         (["--accuracy"], "accuracy: neither a tolerance nor a budget is given"),
     ],
 )

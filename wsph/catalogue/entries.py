@@ -14,9 +14,7 @@ from wsph.catalogue.schema import plugin_schema
 from wsph.catalogue.tables import places, root
 from wsph.errors import WsphError
 from wsph.plugins import registry
-
-LISTS = ("bodies", "boundary", "contact", "tools", "sections", "probes", "steps")
-"""Tables of a scene that are lists of tables."""
+from wsph.scene.messages import LISTS_OF_TABLES
 
 
 @dataclass(frozen=True)
@@ -41,7 +39,7 @@ def find(name: str) -> list[Described]:
     if not found:
         near = difflib.get_close_matches(name, names(), 3)
         hint = f"; did you mean {' or '.join(map(repr, near))}?" if near else ""
-        lists = ", ".join([*registry.GROUPS, *groups.GROUPS])
+        lists = ", ".join(groups.every())
         raise WsphError(f"nothing that a scene can have is named {name!r}{hint} (lists: {lists})")
     return found
 
@@ -64,7 +62,7 @@ def _plugins(name: str) -> Iterator[Described]:
                 continue
             schema = plugin_schema(group, name)
             shown = toml(f"[{key}]", example_of(schema, schema))
-            yield Described(group, name, source, str(schema["description"]), tuple(keys_of(schema, schema)), (), shown)
+            yield Described(group, name, source, str(schema["description"]), tuple(keys_of(schema)), (), shown)
 
 
 def _own(name: str) -> Iterator[Described]:
@@ -85,7 +83,7 @@ def _tables(name: str) -> Iterator[Described]:
         if name not in (path, path.rpartition(".")[2]):
             continue
         row = rows.get(name)
-        keys, said = tuple(keys_of(schema, schemas)), str(schema.get("description", ""))
+        keys, said = tuple(keys_of(schema)), str(schema.get("description", ""))
         example = example_of(schema, schemas)
         header = path.removesuffix(f".{example['type']}") if "type" in example else path
         words = row.words if row is not None else ()
@@ -96,5 +94,5 @@ def _tables(name: str) -> Iterator[Described]:
 def _header(path: str) -> str:
     """The header of a table at a path: [[bodies]], [bodies.material]."""
     first, _, rest = path.partition(".")
-    listed = (first in LISTS and not rest) or path in ("bodies.cracks", "bodies.body_force")
+    listed = (first in LISTS_OF_TABLES and not rest) or path in ("bodies.cracks", "bodies.body_force")
     return f"[[{path}]]" if listed else f"[{path}.NAME]" if path == "functions" else f"[{path}]"

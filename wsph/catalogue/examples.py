@@ -2,7 +2,7 @@
 
 # pyright: strict
 
-from wsph.catalogue.keys import range_of, unit_of, written
+from wsph.catalogue.keys import bounds_of, unit_of, written
 from wsph.quantities import Table, is_list, is_table
 
 PLAIN: dict[str, object] = {
@@ -87,14 +87,13 @@ def _number(part: Table) -> object:
     plain = PLAIN.get(unit_of(part))
     if plain is not None:
         return plain
-    words = range_of(part)
-    return next((number for number in NUMBERS if _within(number, words)), 0.1)
+    bounds = bounds_of(part)
+    return next((number for number in NUMBERS if _within(number, bounds)), 0.1)
 
 
-def _within(number: float, words: str) -> bool:
+def _within(number: float, bounds: list[tuple[str, float]]) -> bool:
     tests = {">": number.__gt__, ">=": number.__ge__, "<": number.__lt__, "<=": number.__le__}
-    bounds = (each.split() for each in words.split(", ") if each)
-    return all(tests[sign](float(bound)) for sign, bound in bounds)
+    return all(tests[sign](bound) for sign, bound in bounds)
 
 
 def _least(part: Table) -> float:

@@ -12,9 +12,12 @@ import inspect
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import get_args
+from typing import TYPE_CHECKING, get_args
 
-from wsph.protocols import Traits
+from wsph.plugins import registry
+
+if TYPE_CHECKING:
+    from wsph.protocols import Traits
 
 
 @dataclass(frozen=True)
@@ -96,18 +99,10 @@ def fields() -> list[Row]:
     """Fields of frames and probes."""
     from wsph.output import fields as declared
 
-    units = {
-        "velocity": "m/s",
-        "displacement": "m",
-        "stress": "Pa",
-        "density": "kg/m3",
-        "position": "m",
-        "dissipation": "Pa",
-    }
     rows: list[Row] = []
     for name in (*declared.known(("dissipation",), 3, ("damage",)),):
         said = declared.said(name) or f"component of the {name.rpartition('_')[0]}"
-        unit = units.get(declared.primitive(name), declared.ON_SURFACES.get(name, "1"))
+        unit = declared.UNITS.get(declared.primitive(name), declared.ON_SURFACES.get(name, "1"))
         example = f'[output]\nfields = ["{name}"]\nevery = "1 ms"'
         rows.append(
             Row(name, f"{said} [{unit}]", (), {"unit": unit}, source="wsph, wsph.output.fields", example=example)
@@ -153,7 +148,12 @@ def shapes() -> list[Row]:
 GROUPS: dict[str, Callable[[], list[Row]]] = {
     each.__name__: each for each in (formulations, parts, formats, fields, kernels, shapes, tables)
 }
-"""The lists by the names that `wsph list` takes."""
+"""The lists by the names that `wsph list` takes, beside those of plugins."""
+
+
+def every() -> list[str]:
+    """The names of all lists, those of plugins first."""
+    return [*registry.GROUPS, *GROUPS]
 
 
 def sentence(described: object) -> str:
@@ -167,9 +167,9 @@ def first_sentence(said: str) -> str:
     return re.split(r"(?<=\.)\s+(?=[A-Z`])", text, maxsplit=1)[0].removesuffix(".")
 
 
-def in_words(traits: Traits) -> list[str]:
+def in_words(traits: "Traits") -> list[str]:
     """The abilities of a formulation, in the words that `Traits` has for them."""
-    said = attribute_docstrings(Traits)
+    said = attribute_docstrings(type(traits))
     held = [name for name, value in dataclasses.asdict(traits).items() if value is True]
     return [said[name].removeprefix("Whether ").partition(": ")[0].removesuffix(".") for name in held]
 

@@ -6,7 +6,11 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from wsph.declarations import QUANTITY
 from wsph.quantities import Table, is_list, is_sequence, is_table
+
+BOUNDS = {">": "exclusiveMinimum", ">=": "minimum", "<": "exclusiveMaximum", "<=": "maximum"}
+"""Keys of a schema by what they say of a number."""
 
 
 @dataclass(frozen=True)
@@ -21,8 +25,8 @@ class Key:
     range: str
 
 
-def keys_of(schema: Table, root: Table) -> list[Key]:
-    """The keys of a table by its schema; definitions are those of `root`."""
+def keys_of(schema: Table) -> list[Key]:
+    """The keys of a table by its schema."""
     properties, needed = schema.get("properties"), schema.get("required", [])
     if not is_table(properties) or not is_list(needed):
         return []
@@ -30,11 +34,11 @@ def keys_of(schema: Table, root: Table) -> list[Key]:
     for name, given in properties.items():
         part = given if is_table(given) else {}
         default = "needed" if name in needed else written(part["default"]) if "default" in part else ""
-        found.append(Key(name, kind_of(part, root), unit_of(part), default, range_of(part)))
+        found.append(Key(name, kind_of(part), unit_of(part), default, range_of(part)))
     return found
 
 
-def kind_of(part: Table, root: Table) -> str:
+def kind_of(part: Table) -> str:
     """What a value is, in words."""
     if "const" in part:
         return written(part["const"])
@@ -44,17 +48,17 @@ def kind_of(part: Table, root: Table) -> str:
         return "table"
     for way in ("anyOf", "oneOf"):
         if is_list(choices := part.get(way)):
-            return _either([kind_of(each, root) for each in choices if is_table(each)])
+            return _either([kind_of(each) for each in choices if is_table(each)])
     kind = part.get("type")
     if is_list(kind):
         return "number, expression or function"
     if kind == "array":
         items = part.get("items")
-        return f"list of {_plural(kind_of(items, root))}" if is_table(items) else "list"
+        return f"list of {_plural(kind_of(items))}" if is_table(items) else "list"
     if kind == "object":
         values = part.get("additionalProperties")
-        return f"table of {_plural(kind_of(values, root))}" if is_table(values) and values else "table"
-    if kind == "string" and "pattern" in part and "unit" not in part and str(part["pattern"]).startswith(r"^\s*[+-]"):
+        return f"table of {_plural(kind_of(values))}" if is_table(values) and values else "table"
+    if kind == "string" and part.get("pattern") == QUANTITY and "unit" not in part:
         return ""  # a number with its unit, which the number beside it stands for
     words = {"number": "number", "integer": "whole number", "boolean": "true or false", "string": "string"}
     return words.get(str(kind), "anything")
@@ -62,19 +66,19 @@ def kind_of(part: Table, root: Table) -> str:
 
 def unit_of(part: object) -> str:
     """The first unit that stands in a schema."""
-    return next(_found(part, "unit"), "")
+    return next((unit for unit in _found(part, "unit") if isinstance(unit, str)), "")
 
 
 def range_of(part: Table) -> str:
     """The bounds of a number, in words."""
+    return ", ".join(f"{sign} {bound:g}" for sign, bound in bounds_of(part))
+
+
+def bounds_of(part: Table) -> list[tuple[str, float]]:
+    """The bounds of a number, each with its sign, as > and <=."""
     part = next((each for each in _choices(part) if each.get("type") in ("number", "integer", "array")), part)
-    low, high = next(_numbers(part, "minimum"), None), next(_numbers(part, "maximum"), None)
-    above, below = next(_numbers(part, "exclusiveMinimum"), None), next(_numbers(part, "exclusiveMaximum"), None)
-    words = [f"> {above:g}"] if above is not None else []
-    words += [f">= {low:g}"] if low is not None else []
-    words += [f"< {below:g}"] if below is not None else []
-    words += [f"<= {high:g}"] if high is not None else []
-    return ", ".join(words)
+    found = ((sign, next(_numbers(part, key), None)) for sign, key in BOUNDS.items())
+    return [(sign, bound) for sign, bound in found if bound is not None]
 
 
 def written(value: object) -> str:
@@ -112,24 +116,17 @@ def _plural(kind: str) -> str:
     return f"{plural} of {rest}" if rest else plural
 
 
-def _found(part: object, key: str) -> Iterator[str]:
-    if is_list(part):
-        for each in part:
-            yield from _found(each, key)
-    elif is_table(part):
-        if isinstance(value := part.get(key), str):
-            yield value
-        for each in part.values():
-            yield from _found(each, key)
-
-
 def _numbers(part: object, key: str) -> Iterator[float]:
+    return (float(value) for value in _found(part, key) if isinstance(value, (int, float)))
+
+
+def _found(part: object, key: str) -> Iterator[object]:
+    """What stands under a key, at any depth."""
     if is_list(part):
         for each in part:
-            yield from _numbers(each, key)
+            yield from _found(each, key)
     elif is_table(part):
-        value = part.get(key)
-        if isinstance(value, (int, float)):
-            yield float(value)
+        if key in part:
+            yield part[key]
         for each in part.values():
-            yield from _numbers(each, key)
+            yield from _found(each, key)

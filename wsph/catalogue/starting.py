@@ -13,8 +13,6 @@ from string import Template
 
 from wsph.errors import WsphError
 
-KINDS = ("scene", "study", "material", "integrator")
-
 _MATERIAL = 'model = "elastic"\ndensity = "7850 kg/m3"\nyoungs_modulus = "210 GPa"\npoisson_ratio = 0.3'
 _BAR = {
     "material": {

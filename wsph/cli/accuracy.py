@@ -4,17 +4,19 @@
 
 import argparse
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from wsph.errors import WsphError
-from wsph.quantities import is_list, is_table
 
 if TYPE_CHECKING:
     # What a search needs is imported by it: the command line starts without.
     from wsph.accuracy.report import Answer
     from wsph.scene.scene import Scene
     from wsph.simulation.run import Progress
+
+T = TypeVar("T")
 
 MET, MISSED, INTERRUPTED = 0, 4, 130
 """Exit codes."""
@@ -56,11 +58,8 @@ def run_accurately(options: argparse.Namespace, scene: "Scene", folder: Path, pr
     from wsph.accuracy.limits import Limit
     from wsph.scene.outputs import read_tolerance
 
-    try:
-        tolerance = read_tolerance(options.accuracy) if options.accuracy else None
-        limit = Limit.read(options.budget) if options.budget is not None else None
-    except ValueError as error:
-        raise WsphError(f"--{'accuracy' if 'tolerance' in str(error) else 'budget'}: {error}") from None
+    tolerance = _read("accuracy", options.accuracy, read_tolerance) if options.accuracy else None
+    limit = _read("budget", options.budget, Limit.read) if options.budget is not None else None
     tell = None if options.quiet else _say
     found = accurate(
         scene,
@@ -79,8 +78,18 @@ def run_accurately(options: argparse.Namespace, scene: "Scene", folder: Path, pr
     return INTERRUPTED if found.status == "interrupted" else MET if found.status == "met" else MISSED
 
 
+def _read(option: str, text: str, read: Callable[[str], T]) -> T:
+    """What an option says. Raises WsphError that names the option."""
+    try:
+        return read(text)
+    except ValueError as error:
+        raise WsphError(f"--{option}: {error}") from None
+
+
 def told(found: "Answer", folder: Path) -> list[str]:
     """The answer in lines."""
+    from wsph.quantities import is_list, is_table
+
     data = found.data
     lines: list[str] = []
     columns = data["columns"]

@@ -10,13 +10,12 @@ import os
 import socket
 import sys
 import warnings
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 
 from wsph.errors import OutputError
-from wsph.output.files import LOCK, check_content, check_writable
+from wsph.output.files import LOCK, RUN, Kind, check_content, check_writable
 
 if sys.platform == "win32":
     import msvcrt
@@ -34,16 +33,14 @@ else:
 class Claim:
     """Within it, `folder` is written by nobody else: a folder that is there is claimed at once, another when it is made."""
 
-    def __init__(
-        self, folder: Path, overwrite: bool, resume: bool | None = False, is_own: Callable[[Path], bool] | None = None
-    ):
-        """`is_own`: whether a folder is one of those that may be written over or gone on in; by default, of a run."""
-        self.folder, self._overwrite, self._resume, self._is_own = folder, overwrite, resume, is_own
+    def __init__(self, folder: Path, overwrite: bool, resume: bool = False, kind: Kind = RUN):
+        """`kind`: of what is to be written there; what is of the same may be written over or gone on with."""
+        self.folder, self._asked = folder, (overwrite, resume, kind)
         self._file: int | None = None
 
     def __enter__(self) -> "Claim":
         """Raises OutputError where the folder cannot be used, or another process has claimed it."""
-        check_writable(self.folder, self._overwrite, self._resume, self._is_own)
+        check_writable(self.folder, *self._asked)
         if self.folder.exists():
             self._take()
         return self
@@ -93,7 +90,7 @@ class Claim:
         os.ftruncate(self._file, 0)
         os.write(self._file, f"{os.getpid()} {socket.gethostname()}\n".encode())
         try:
-            check_content(self.folder, self._overwrite, self._resume, self._is_own)
+            check_content(self.folder, *self._asked)
         except OutputError:
             self.__exit__(None, None, None)
             raise

@@ -25,6 +25,16 @@ ALWAYS = ("position", "id", "body")
 ON_SURFACES = {"contact_pressure": "Pa", "contact_gap": "m"}
 """Fields of bodies that meet others, ties and tools, on their surfaces, and their units: of frames alone."""
 
+UNITS = {
+    "velocity": "m/s",
+    "displacement": "m",
+    "stress": "Pa",
+    "density": "kg/m3",
+    "position": "m",
+    "dissipation": "Pa",
+}
+"""Of primitives, and of what frames have beside them; of others it is a material's to say."""
+
 DEFORMATION = "deformation"
 """The primitive field that strains are computed from: F - I, row by row, (..., dim^2). No scene names it."""
 

@@ -8,6 +8,7 @@ import re
 import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -55,43 +56,8 @@ def _put(path: Path, content: str) -> None:
     path.write_text(content, encoding="utf-8", newline="\n")
 
 
-def check_writable(
-    folder: Path, overwrite: bool, resume: bool | None = False, is_own: Callable[[Path], bool] | None = None
-) -> None:
-    """Whether a run may use `folder`, before anything is computed; leaves nothing behind. `is_own`: whether it is one that
-    may be written over, by default that of a run. Raises OutputError."""
-    if "\0" in str(folder):
-        raise OutputError("the output folder's name has a NUL character")
-    try:
-        if folder.is_symlink():
-            raise OutputError(f"{folder}: is a symbolic link; name the folder itself")
-        check_content(folder, overwrite, resume, is_own)
-        ancestor = folder
-        while not ancestor.exists():
-            ancestor = ancestor.parent
-        os.rmdir(tempfile.mkdtemp(prefix=".wsph-", dir=ancestor))
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error
-
-
-def check_content(
-    folder: Path, overwrite: bool, resume: bool | None = False, is_own: Callable[[Path], bool] | None = None
-) -> None:
-    """Whether what a folder holds may be written over, or gone on with. Arguments as in `check_writable`; `resume` None:
-    nobody can go on with what it holds."""
-    if not folder.exists():
-        return
-    if not folder.is_dir():
-        raise OutputError(f"{folder}: is a file, not a folder")
-    if all(each.name in (LOCK, ROW) for each in folder.iterdir()):
-        return
-    if not overwrite and not resume:
-        can = is_own(folder) if is_own is not None else any((folder / "checkpoints").glob("*.npz"))
-        on = "go on from what it holds with --resume, " if can and resume is not None else ""
-        raise OutputError(f"{folder}: holds files already; {on}choose another folder with -o, or give --overwrite")
-    if not (is_own or _is_a_run)(folder):
-        asked = "overwrite does not touch it" if overwrite else "resume finds nothing there"
-        raise OutputError(f"{folder}: holds no {'run' if is_own is None else 'study'} of wsph, so --{asked}")
+def _has_checkpoints(folder: Path) -> bool:
+    return any((folder / "checkpoints").glob("*.npz"))
 
 
 def _is_a_run(folder: Path) -> bool:
@@ -106,6 +72,52 @@ def _is_a_run(folder: Path) -> bool:
         # Cut off before its first table it has frames at most.
         own = all(re.fullmatch(r"\.?frame_\d{6}(\.partial)?\.\w+", path.name) for path in frames.iterdir())
         return begun or (own and not any(probes.iterdir()))
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What a folder holds: its `name`, whether a folder holds it (`owns`), so that it may be written over, and whether
+    what is there can be gone on from (`goes_on`)."""
+
+    name: str
+    owns: Callable[[Path], bool]
+    goes_on: Callable[[Path], bool]
+
+
+RUN = Kind("run", _is_a_run, _has_checkpoints)
+
+
+def check_writable(folder: Path, overwrite: bool, resume: bool = False, kind: Kind = RUN) -> None:
+    """Whether what is of a `kind` may be written into `folder`, before anything is computed; leaves nothing behind. Raises
+    OutputError."""
+    if "\0" in str(folder):
+        raise OutputError("the output folder's name has a NUL character")
+    try:
+        if folder.is_symlink():
+            raise OutputError(f"{folder}: is a symbolic link; name the folder itself")
+        check_content(folder, overwrite, resume, kind)
+        ancestor = folder
+        while not ancestor.exists():
+            ancestor = ancestor.parent
+        os.rmdir(tempfile.mkdtemp(prefix=".wsph-", dir=ancestor))
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error
+
+
+def check_content(folder: Path, overwrite: bool, resume: bool = False, kind: Kind = RUN) -> None:
+    """Whether what a folder holds may be written over, or gone on with. Arguments as in `check_writable`."""
+    if not folder.exists():
+        return
+    if not folder.is_dir():
+        raise OutputError(f"{folder}: is a file, not a folder")
+    if all(each.name in (LOCK, ROW) for each in folder.iterdir()):
+        return
+    if not overwrite and not resume:
+        on = "go on from what it holds with --resume, " if kind.goes_on(folder) else ""
+        raise OutputError(f"{folder}: holds files already; {on}choose another folder with -o, or give --overwrite")
+    if not kind.owns(folder):
+        asked = "overwrite does not touch it" if overwrite else "resume finds nothing there"
+        raise OutputError(f"{folder}: holds no {kind.name} of wsph, so --{asked}")
 
 
 def own_files(folder: Path, listings: Sequence[str], suffixes: Sequence[str]) -> list[Path]:

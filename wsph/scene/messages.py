@@ -13,7 +13,9 @@ from wsph.errors import Fault
 
 _TYPES = {"tuple_type": "a list", "dict_type": "a table", "model_type": "a table", "string_type": "a string",
           "int_type": "a whole number", "bool_type": "true or false"}  # fmt: skip
-_LISTS_OF_TABLES = ("bodies", "boundary", "contact", "tools", "sections", "probes", "steps")
+
+LISTS_OF_TABLES = ("bodies", "boundary", "contact", "tools", "sections", "probes", "steps")
+"""Tables of a scene that are lists of tables."""
 
 
 def nearest(name: str, names: Iterable[str], otherwise: str = "") -> str:
@@ -50,7 +52,7 @@ def of_validation(error: ErrorDetails, root: type[BaseModel]) -> Fault:
         allowed = context["expected"]
         hint = nearest(str(given), [v.strip("'") for v in allowed.replace(" or ", ", ").split(", ")])
         return Fault(0, key, f"{given!r} is none of {allowed}" + (f"; {hint}" if hint else ""))
-    if kind == "tuple_type" and key in _LISTS_OF_TABLES:
+    if kind == "tuple_type" and key in LISTS_OF_TABLES:
         return Fault(0, key, f"must be a list of tables: write [[{key}]]")
     if kind in _TYPES or kind.startswith("model_"):
         return Fault(0, key, f"{given!r} must be {_TYPES.get(kind, 'a table')}")

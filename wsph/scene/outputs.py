@@ -39,7 +39,7 @@ class FieldFormula(Model):
 
     @model_validator(mode="after")
     def _readable(self) -> "FieldFormula":
-        if compile_expression(self.expression, names_in(self.expression)).uses("t"):
+        if self.formula.expression.uses("t"):
             raise ValueError(f"{self.expression!r} uses t: a field is of the state alone")
         _ = unit_named(self.unit)
         return self

@@ -21,7 +21,7 @@ from pydantic.fields import FieldInfo
 
 from wsph.boundary.loads.regions import GRAVITY, RegionForce
 from wsph.boundary.tables import Boundary, Function
-from wsph.declarations import Also, Choice, Measured, example, number_schema
+from wsph.declarations import Also, Choice, Measured, example, list_of, number_schema
 from wsph.expressions import Expression, compile_expression, constant_program
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import BaseShape, Rotation
@@ -189,12 +189,12 @@ def _of_cells(table: Table, shape: BaseShape | None) -> object:
 _COUNT = {"type": "integer", "minimum": 1}
 _CELLS = {
     "type": "object",
-    "properties": {"cells": {"anyOf": [_COUNT, {"type": "array", "items": _COUNT}]}},
+    "properties": {"cells": {"anyOf": [_COUNT, list_of(_COUNT)]}},
     "required": ["cells"],
     "additionalProperties": False,
 }
 _EACH = number_schema("m", 0.0)
-_SPACING = {"anyOf": [_EACH, {"type": "array", "items": _EACH}, _CELLS], "unit": "m"}
+_SPACING = {"anyOf": [_EACH, list_of(_EACH), _CELLS], "unit": "m"}
 
 
 def _spaced(value: float | tuple[float, ...] | None, info: ValidationInfo) -> float | tuple[float, ...] | None:
@@ -219,14 +219,11 @@ class PointsFile(Model):
     scale: Annotated[float, Unit("m", gt=0)] = 1.0
 
 
+_OF_POINTS = PointsFile.model_json_schema()
 _POINTS = {
     "type": "object",
-    "properties": {
-        "type": {"const": "points"},
-        "file": {"type": "string"},
-        "scale": number_schema("m", 0.0),
-    },
-    "required": ["type", "file"],
+    "properties": {"type": {"const": "points"}, **_OF_POINTS["properties"]},
+    "required": ["type", *_OF_POINTS["required"]],
     "additionalProperties": False,
 }
 

@@ -18,7 +18,7 @@ from typing import cast
 import numpy as np
 
 from wsph.errors import OutputError
-from wsph.output.files import write_atomically, write_text
+from wsph.output.files import Kind, write_atomically, write_text
 from wsph.quantities import is_list, is_table
 from wsph.study.plan import Facts
 from wsph.study.rows import Made, Row
@@ -33,6 +33,9 @@ def is_a_study(folder: Path) -> bool:
     except (OSError, ValueError):
         return False
     return is_table(content) and is_list(content.get("rows")) and "title" in content
+
+
+STUDY = Kind("study", is_a_study, is_a_study)
 
 
 def known_rows(folder: Path, facts: Sequence[Facts], names: Sequence[str]) -> dict[int, Made]:

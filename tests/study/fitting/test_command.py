@@ -49,6 +49,9 @@ def test_calibrate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert f'--set {key}="' in said.splitlines()[-1]
     assert main(asked) == 2
     assert "holds files already; choose another folder with -o, or give --overwrite" in capsys.readouterr().err
+    (tmp_path / "notes.txt").write_text("of somebody")
+    assert main([*asked[:-3], str(tmp_path), "--overwrite"]) == 2
+    assert "holds no calibration of wsph, so --overwrite does not touch it" in capsys.readouterr().err
 
 
 @needs_scipy

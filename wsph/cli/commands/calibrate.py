@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wsph.cli.command import Command
-from wsph.cli.commands.study import count_of_processes
-from wsph.cli.overrides import declare_set, overrides
+from wsph.cli.options import declare_out, declare_set, declare_workers, folder_of, overrides
 
 if TYPE_CHECKING:
     from wsph.study.fitting.parameters import Parameter
+
+OUT = ("scene", "fit")
+"""What the output folder is called after, and its ending."""
 
 
 def _declare(parser: argparse.ArgumentParser) -> None:
@@ -28,16 +30,8 @@ def _declare(parser: argparse.ArgumentParser) -> None:
         help='what is fitted, e.g. "bodies.0.material.youngs_modulus=100..300 GPa @200", where @ is the start',
     )
     declare_set(parser)
-    parser.add_argument(
-        "-o", "--out", type=Path, metavar="DIR", help="output folder (default: the scene's name with -fit)"
-    )
-    parser.add_argument(
-        "--workers",
-        type=count_of_processes,
-        default=0,
-        metavar="N",
-        help="processes to spread the runs over (default: one a core)",
-    )
+    declare_out(parser, *OUT)
+    declare_workers(parser)
     parser.add_argument("--overwrite", action="store_true", help="replace an earlier calibration in the folder")
 
 
@@ -56,9 +50,9 @@ def _act(options: argparse.Namespace) -> int:
     check_parameters(parameters, scene)
     curves = read_curves(options.data)
     check_curves(curves, scene, options.data)
-    folder = options.out if options.out is not None else Path(f"{options.scene.stem}-fit")
+    folder = folder_of(options, *OUT)
     warnings.simplefilter("ignore")  # the same ones for each of the runs
-    with Claim(folder, options.overwrite, None, report.is_a_calibration) as claim:
+    with Claim(folder, options.overwrite, kind=report.CALIBRATION) as claim:
         with Runs(curves.names, curves.times, options.workers) as runs:
             found = fit(scene, curves, parameters, runs)
             mesh = mesh_bar(scene, curves, found, runs)

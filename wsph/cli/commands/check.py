@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from wsph.cli.command import Command
-from wsph.cli.overrides import declare_set, overrides
+from wsph.cli.options import declare_set, overrides
 
 
 def _declare(parser: argparse.ArgumentParser) -> None:

@@ -5,10 +5,13 @@
 import argparse
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from wsph.cli.command import Command
 from wsph.errors import WsphError
-from wsph.quantities import Table, is_table
+
+if TYPE_CHECKING:
+    from wsph.quantities import Table
 
 
 def _declare(parser: argparse.ArgumentParser) -> None:
@@ -22,8 +25,10 @@ def _act(options: argparse.Namespace) -> int:
     return 0
 
 
-def _scene(path: Path) -> Table:
+def _scene(path: Path) -> "Table":
     """The scene of a folder, or of a file."""
+    from wsph.quantities import is_table
+
     if not path.is_dir():
         from wsph.scene.load import load
 

@@ -48,7 +48,7 @@ def _listed() -> list[str]:
     from wsph.plugins import registry
 
     plugins = [entry.name for group in registry.GROUPS for entry in registry.entries(group)]
-    return [*registry.GROUPS, *groups.GROUPS, *plugins]
+    return [*groups.every(), *plugins]
 
 
 def script(shell: str, commands: Sequence[Command]) -> str:

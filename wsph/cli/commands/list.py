@@ -19,9 +19,8 @@ WIDTH = 120
 
 def _declare(parser: argparse.ArgumentParser) -> None:
     from wsph.catalogue import groups
-    from wsph.plugins import registry
 
-    known = ", ".join([*registry.GROUPS, *groups.GROUPS])
+    known = ", ".join(groups.every())
     parser.add_argument(
         "name",
         nargs="?",

@@ -7,15 +7,16 @@ from pathlib import Path
 
 from wsph.cli import accuracy
 from wsph.cli.command import Command
-from wsph.cli.overrides import declare_set, overrides
+from wsph.cli.options import declare_out, declare_set, folder_of, overrides
 from wsph.cli.progress import Progress
+
+OUT = ("scene", "out")
+"""What the output folder is called after, and its ending."""
 
 
 def _declare(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", type=Path)
-    parser.add_argument(
-        "-o", "--out", type=Path, metavar="DIR", help="output folder (default: the scene's name with -out)"
-    )
+    declare_out(parser, *OUT)
     declare_set(parser)
     parser.add_argument("--resume", action="store_true", help="go on from the last checkpoint in the folder")
     parser.add_argument("--overwrite", action="store_true", help="replace an earlier run in the folder")
@@ -27,11 +28,11 @@ def _act(options: argparse.Namespace) -> int:
     from wsph import load, run
 
     scene = load(options.scene, overrides(options.set))
-    folder = options.out if options.out is not None else Path(f"{options.scene.stem}-out")
-    if accuracy.asked(options):
-        with Progress(options.quiet) as progress:
-            return accuracy.run_accurately(options, scene, folder, progress)
+    folder = folder_of(options, *OUT)
+    searched = accuracy.asked(options)
     with Progress(options.quiet) as progress:
+        if searched:
+            return accuracy.run_accurately(options, scene, folder, progress)
         result = run(scene, folder, overwrite=options.overwrite, resume=options.resume, throw=False, progress=progress)
     if not options.quiet:
         s = result.summary

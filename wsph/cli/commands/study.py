@@ -9,34 +9,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wsph.cli.command import Command
+from wsph.cli.options import declare_out, declare_workers, folder_of
 
 if TYPE_CHECKING:
     from wsph.study.rows import Made, Row
 
+OUT = ("study", "out")
+"""What the output folder is called after, and its ending."""
+
 
 def _declare(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("study", type=Path)
-    parser.add_argument(
-        "-o", "--out", type=Path, metavar="DIR", help="output folder (default: the study's name with -out)"
-    )
-    parser.add_argument(
-        "--workers",
-        type=count_of_processes,
-        default=0,
-        metavar="N",
-        help="processes to spread the runs over (default: one a core)",
-    )
+    declare_out(parser, *OUT)
+    declare_workers(parser)
     again = parser.add_mutually_exclusive_group()
     again.add_argument("--resume", action="store_true", help="make only the rows that the folder does not have")
     again.add_argument("--overwrite", action="store_true", help="replace an earlier study in the folder")
     again.add_argument("--dry-run", action="store_true", help="print what every row will take, and run nothing")
-
-
-def count_of_processes(text: str) -> int:
-    """A number of processes, 0 for one a core."""
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 on")
-    return int(text)
 
 
 def _act(options: argparse.Namespace) -> int:
@@ -55,9 +44,9 @@ def _act(options: argparse.Namespace) -> int:
     if options.dry_run:
         print("\n".join(in_words(plan)))
         return 0
-    folder = options.out if options.out is not None else Path(f"{options.study.stem}-out")
+    folder = folder_of(options, *OUT)
     names = [row.name for row in plan]
-    with Claim(folder, options.overwrite, options.resume, files.is_a_study) as claim:
+    with Claim(folder, options.overwrite, options.resume, files.STUDY) as claim:
         of = facts(study, plan, beside)
         made = files.known_rows(folder, of, names) if options.resume else {}
         anew = not made

@@ -8,11 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from wsph.errors import OutputError
-from wsph.output.fields import AXES, DEFORMATION, DERIVED, TENSOR, primitive, von_mises
+from wsph.output.fields import AXES, DEFORMATION, DERIVED, TENSOR, UNITS, primitive, von_mises
 from wsph.output.view.recorded import Shot
-
-UNITS = {"velocity": "m/s", "displacement": "m", "stress": "Pa", "density": "kg/m3"}
-"""Of fields that a file without units has."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from pydantic import (
 )
 from pydantic.config import JsonDict
 
-from wsph.declarations import Measured, example, list_of, names_table, number_schema
+from wsph.declarations import VALUE, Measured, example, list_of, names_table, number_schema
 from wsph.geometry.shapes.shape import Rotation
 from wsph.geometry.shapes.stl import Stl
 from wsph.quantities import (
@@ -62,12 +62,11 @@ if TYPE_CHECKING:
     Inertia = Value | tuple[Value, ...]
 else:
     _plain = PlainSerializer(as_it_is)
-    _value = {"type": ["number", "string"]}
-    _speeds = {"anyOf": [names_table(_value), list_of(number_schema("m/s"))], "unit": "m/s"}
+    _speeds = {"anyOf": [names_table(VALUE), list_of(number_schema("m/s"))], "unit": "m/s"}
     _spins = {"anyOf": [number_schema("1/s"), list_of(number_schema("1/s"))], "unit": "1/s"}
     Velocity = Annotated[dict[str, Value], WrapValidator(_velocity), _plain, WithJsonSchema(_speeds)]
     Spin = Annotated[float, Unit("1/s"), WrapValidator(_spin), _plain, WithJsonSchema(_spins)]
-    _inertias = WithJsonSchema({"anyOf": [_value, list_of(_value)], "unit": "kg m2, of 2D kg m"})
+    _inertias = WithJsonSchema({"anyOf": [VALUE, list_of(VALUE)], "unit": "kg m2, of 2D kg m"})
     Inertia = Annotated[Value, WrapValidator(_inertia), _plain, _inertias]
 
 

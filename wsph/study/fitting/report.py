@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from wsph.output.files import write_text
+from wsph.output.files import Kind, write_text
 from wsph.quantities import Table
 from wsph.study.fitting.curves import Curves
 from wsph.study.fitting.fit import Fit
@@ -30,6 +30,10 @@ def is_a_calibration(folder: Path) -> bool:
         return "correlation" in json.loads((folder / REPORT).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return False
+
+
+CALIBRATION = Kind("calibration", is_a_calibration, lambda folder: False)
+"""Nobody goes on with one."""
 
 
 def in_words(fit: Fit, mesh: MeshBar) -> Iterator[str]:
