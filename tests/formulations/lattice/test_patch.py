@@ -47,7 +47,7 @@ CASES = [
 
 
 def stress_of(F: np.ndarray, lame: tuple[float, float], state: str) -> np.ndarray:
-    """First Piola stress of F (dim, dim), S = lambda tr(E) I + 2 mu E; normals that are free strain so that theirs is zero."""
+    """First Piola stress of F (dim, dim), S = lambda tr(E) I + 2 mu E; free normals strain so that their stress is zero."""
     dim, (first, shear) = len(F), lame
     whole = np.eye(3)
     whole[:dim, :dim] = F
