@@ -26,7 +26,9 @@ def _declare(parser: argparse.ArgumentParser) -> None:
 
 def _act(options: argparse.Namespace) -> int:
     from wsph import load, run
+    from wsph.ranks.world import refuse_copies
 
+    refuse_copies("wsph run")
     scene = load(options.scene, overrides(options.set))
     folder = folder_of(options, *OUT)
     searched = accuracy.asked(options)

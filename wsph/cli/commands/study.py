@@ -31,6 +31,7 @@ def _declare(parser: argparse.ArgumentParser) -> None:
 def _act(options: argparse.Namespace) -> int:
     # 1 where rows are lost.
     from wsph.output.claim import Claim
+    from wsph.ranks.world import refuse_copies
     from wsph.study import files
     from wsph.study.forecast import in_words
     from wsph.study.judge import judged
@@ -38,6 +39,7 @@ def _act(options: argparse.Namespace) -> int:
     from wsph.study.runs import run_study
     from wsph.study.tables import load_study
 
+    refuse_copies("wsph study")
     study, scene = load_study(options.study)
     beside, plan = options.study.parent, planned(study, scene)
     warnings.simplefilter("ignore")  # of energy that some of the rows create or lose: the table says it
