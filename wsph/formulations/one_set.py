@@ -8,12 +8,13 @@ limited by the body's small motions (`wsph.stability.small_motions`).
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 from typing import cast
 
 import numpy as np
 
 from wsph.backend.algebra import combine
+from wsph.backend.domain import any_of
 from wsph.backend.space import Array
 from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.conditions import Conditions
@@ -52,6 +53,10 @@ def _buffers(terms: list[tuple[float, State]]) -> list[tuple[float, Array]]:
 class OneSetSystem(System):
     """A body as one-set integrators see it."""
 
+    moved: bool
+    """Whether a velocity other than zero is prescribed anywhere."""
+    held: bool
+    """Whether a velocity is prescribed anywhere, zero included."""
     walls: tuple[Wall, ...] = ()
     """Faces behind which its particles have images."""
 
@@ -62,6 +67,7 @@ class OneSetSystem(System):
         for part in host.parts.values():
             part.refuse(host)
         self.placement = Placement.of(host)
+        self.share, self.point_share = self.placement.share, self.placement.point_share
         self.points, self.position, self.volume = self.placement.points, self.placement.position, self.placement.volume
         self.conditions = self._find_conditions(setup)
         self.conditions.inside = inside_loads(setup, self.placement)
@@ -74,10 +80,12 @@ class OneSetSystem(System):
         self.state = self._make(self.count, self.layout, len(self.point_volume), self._derived, own=True)
         self.loads = Loads(setup, self.conditions, self.placement, self.arrays.part("loads"))
         self.force = BodyForce(gravity_of(setup.scene)[0], setup.body.damping, space, setup.scales, self.density)
-        self.force_work = WayWork(self.force, self.volume, self.state, self.device)
+        self.force_work = WayWork(self.force, self.volume, self.state, self.device, self.share, self.domain)
         made = RateSetup(
             setup, host, self.placement, self.layout, self.conditions, self.loads, self.force, self.arrays, self.walls
         )
+        self.moved, self.held = made.moved, any_of(self.domain, bool(self.conditions.entries or self.conditions.slides))
+        self._halo = self.domain.halo(self.placement.share)
         self.rates = rates(made, self.state)
         self.form, self.stabilisation, self._host = self.rates.form, made.stabilisation, host
         self.response, self.breaks, self.total = self.form.response, self.form.breaks, self.form.total
@@ -93,6 +101,8 @@ class OneSetSystem(System):
             self.density * self.volume,
             self.rates.holding if self.form.holds else None,
             self.arrays,
+            self.share,
+            self.domain,
         )
         self.boundary = self._prescribed.values
         self._seam = seam_of(setup, host, self.conditions, self.placement, self.arrays.part("seam"))
@@ -144,6 +154,9 @@ class OneSetSystem(System):
         self.rates.rate(state, out, part, ahead)
         if part != "rest":
             self.evaluations += 1
+            if self.domain.size > 1:
+                # All that a step makes of accelerations the copies of other processes' particles go through as their owners.
+                self.clock.host(partial(self._halo.update, out.struct.velocity))
             self._seam.join(out, self.clock)
         if part != "velocity":
             for attached in self.attached.values():
@@ -215,7 +228,8 @@ class OneSetSystem(System):
     def kinetic(self, state: State) -> float:
         """sum m |v|^2/2 over the free components of a state's velocity, nondimensional (a copy)."""
         v = state.read("velocity") * self.free_components.reshape(-1, self.space.dim)
-        return 0.5 * self.density * float(self.volume @ (v**2).sum(1))
+        square, volume = (self.domain.joined(each[self.share.own]) for each in ((v**2).sum(1), self.volume))
+        return 0.5 * self.density * float(volume @ square)
 
     def close(self) -> None:
         state = self._accepted or self.state
@@ -334,16 +348,6 @@ class OneSetSystem(System):
     def projects(self) -> bool:
         """Whether its law has a yield surface, so that `project` changes a state."""
         return self.constitutive.laws.project is not None
-
-    @property
-    def moved(self) -> bool:
-        """Whether a velocity other than zero is prescribed anywhere."""
-        return self.conditions.moved
-
-    @property
-    def held(self) -> bool:
-        """Whether a velocity is prescribed anywhere, zero included."""
-        return bool(self.conditions.entries or self.conditions.slides)
 
     @property
     def irregular(self) -> bool:

@@ -7,6 +7,7 @@ import numpy as np
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
+from wsph.backend.domain import Domain, Share
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.boundary.conditions import Conditions
@@ -35,8 +36,11 @@ class Prescribed:
         mass: np.ndarray,
         holding: Array | None,
         arrays: Arrays,
+        share: Share,
+        domain: Domain,
     ):
-        """`holding`: forces per mass that hold spurious modes, (n,) vec, where there are any."""
+        """`holding`: forces per mass that hold spurious modes, (n,) vec, where there are any; `share`: the particles whose
+        works count."""
         device = arrays.device
         self.values = BoundaryValues(
             space, conditions, state, position, {"velocity": scales.velocity}, scales.time, device
@@ -48,11 +52,12 @@ class Prescribed:
             part = arrays.part("sliding")
             self._sliding = Sliding(self.slides, space, position, mass, units, part, state.layout)
         self._loads = loads
-        self._constraint_work = ConstraintWork(space, self.values, mass, device)
+        self._constraint_work = ConstraintWork(space, self.values, mass, device, share, domain)
         forces = loads.forces
         pieces = np.arange(len(forces.particle))
-        self._load_work = LoadWork(forces.particle, pieces, forces.owner, forces.pieces, space, device)
-        self.drag = DragWork(space, state, holding, mass, device)
+        mine = None if share.complete else share
+        self._load_work = LoadWork(forces.particle, pieces, forces.owner, forces.pieces, space, device, mine, domain)
+        self.drag = DragWork(space, state, holding, mass, device, share, domain)
         arrays.part("boundary").adopt(self.values)
         arrays.part("motions").adopt(self.values.motions, self.values.motions.kept())
         arrays.part("loads").adopt(loads.forces)

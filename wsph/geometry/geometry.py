@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wsph.backend.domain import WHOLE, Share, Split
 from wsph.geometry.cells import Boxes
 from wsph.geometry.cracks import Crack
 from wsph.geometry.faces import Faces
@@ -39,6 +40,11 @@ class Geometry:
     def cells(self) -> np.ndarray:
         """Places of the points (c, dim) [m]."""
         raise NotImplementedError
+
+    @property
+    def split(self) -> Split:
+        """The part of the whole body that it is."""
+        return Split(WHOLE, Share.all(len(self.nodes)), Share.all(len(self.cell_volume)))
 
     @property
     def spacing(self) -> float:

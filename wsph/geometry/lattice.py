@@ -16,26 +16,34 @@ from itertools import product
 
 import numpy as np
 
+from wsph.backend.domain import WHOLE, Domain, Split
 from wsph.geometry.cells import Boxes, cell_volumes, edge_ends, mapped_cells, steps_in
 from wsph.geometry.cracks import OFF_CENTRE, Crack, cut_faces, part_nodes, parts_cells
 from wsph.geometry.faces import Faces, face_names, face_nodes, find_faces, outermost
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.gradients import PointRows, face_shares, mean_gradients
-from wsph.geometry.grid import Grid, cells_in, plan
+from wsph.geometry.grid import Grid, cells_in, layers_of, plan
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import Rotation
 from wsph.geometry.shapes.stair_patches import StairPatches
+from wsph.ranks.slabs import Slab, slabs
 
 
 @dataclass(frozen=True)
 class Lattice(Geometry):
     """A body cut into the cells of a grid: `corners` (c, 2^dim) node ids, int32, `index` (n, dim) the nodes in grid
-    coordinates, int32 or, with jitter, float64; `cuts` the cracks in grid coordinates; `frame` the grid before any map."""
+    coordinates, int32 or, with jitter, float64; `cuts` the cracks in grid coordinates; `frame` the grid before any map;
+    `part`, of a body that processes share, which part it is."""
 
     frame: Grid
     index: np.ndarray
     corners: np.ndarray
     cuts: tuple[Crack, ...]
+    part: Split | None = None
+
+    @property
+    def split(self) -> Split:
+        return super().split if self.part is None else self.part
 
     @property
     def cells(self) -> np.ndarray:
@@ -92,7 +100,8 @@ class Lattice(Geometry):
     def boxes(self) -> Boxes | None:
         if self.irregular:
             return None
-        return Boxes(self.corners, self.index, self.frame.step, self.frame.axes)
+        first = None if self.part is None or self.part.low is None else int(self.part.low[-1])
+        return Boxes(self.corners, self.index, self.frame.step, self.frame.axes, first)
 
     @property
     def rows(self) -> PointRows:
@@ -120,7 +129,8 @@ class Lattice(Geometry):
         From the grid's integers, not from the positions: differences of positions lose a digit for every decade of
         cells, and a scheme that is exact at Courant number 1 shows it.
         """
-        nodes = self.index - np.floor(self.index.mean(0))
+        middle = self.split.middle
+        nodes = self.index - np.floor(self.index.mean(0) if middle is None else middle)
         return nodes, nodes[self.corners].mean(1)
 
     def places(self, length: float) -> np.ndarray:
@@ -176,19 +186,28 @@ def lattice(
     cracks: tuple[tuple[tuple[float, ...], tuple[float, ...]], ...] = (),
     split: bool = True,
     map: Callable[[np.ndarray], np.ndarray] | None = None,
+    held: tuple[Slab, Split] | None = None,
 ) -> Lattice:
     """Cut `shape` into cells of edge `spacing` [m], one number or one for each axis.
 
     `jitter` moves every node by up to that fraction of the spacing along each axis, those on a face within their face;
     cells follow as the centroids of their corners. `cracks` are (from, to) [m]; with `split` they have to run along lines
-    of the grid, and part the nodes on them. `map` takes positions (n, dim) [m] to where the nodes are to be. Raises
-    ValueError where spacing or cracks do not fit, or the map turns a cell inside out.
+    of the grid, and part the nodes on them. `map` takes positions (n, dim) [m] to where the nodes are to be. `held`: the
+    slab of it that is made, and which part that is; it has neither jitter nor cracks nor a map. Raises ValueError where
+    spacing or cracks do not fit, or the map turns a cell inside out.
     """
     dim, grid = shape.dim, plan(shape, spacing, lattice_rotate)
-    inside, offsets = cells_in(shape, grid), np.array(list(product((0, 1), repeat=dim)))
+    # Of a slab a layer more on either side says which of its cell faces have nothing behind them.
+    slab, owned = held or (None, None)
+    layers = (0, int(grid.count[0]))
+    if slab is not None:
+        layers = max(slab.layers[0] - 1, 0), min(slab.layers[1] + 1, layers[1])
+    inside, offsets = cells_in(shape, grid, layers), np.array(list(product((0, 1), repeat=dim)))
     if not inside.any():
         raise ValueError(f"{grid.step.min():g} m leaves no cell inside the shape")
     index, (corners, node_index) = _places(inside), _corners(inside, offsets)
+    index[:, 0] += layers[0]
+    node_index[:, 0] += layers[0]
     cuts = tuple(Crack(*grid.coordinates(np.array(ends, float))) for ends in cracks)
     cut = np.zeros((dim, *inside.shape), bool)
     for crack in cuts:
@@ -200,6 +219,9 @@ def lattice(
             )
             raise ValueError(f"from and to {ends} part no cells of the body")
     cell, axis, sign, whole = find_faces(inside, cut)
+    if slab is not None:
+        mine = (index[cell, 0] >= slab.layers[0]) & (index[cell, 0] < slab.layers[1])
+        cell, axis, sign, whole = (rows[mine] for rows in (cell, axis, sign, whole))
     sides = (corners[cell], offsets, axis, sign)
     shift = np.zeros((len(node_index) if jitter else 0, dim))
     if jitter:
@@ -214,7 +236,7 @@ def lattice(
     name, way = face_names(turn, axis, sign), sign[:, None] * np.eye(dim)[axis]
     outer = whole & ~shape.covers(grid.points(index[cell] + 0.5 + way))
     middle = (index[cell] + 0.5 + 0.5 * way) * grid.step
-    last = outermost(name, outer, turn, axis, middle, grid.step)
+    last = outermost(name, outer, turn, axis, middle, grid.step, WHOLE if owned is None else owned.domain)
     on = face_nodes(corners[cell], offsets, axis, sign)
     share = np.repeat((np.prod(grid.step) / grid.step[axis] / on.shape[1])[:, None], on.shape[1], 1)
     outward = sign[:, None] * grid.axes.T[axis]
@@ -238,7 +260,51 @@ def lattice(
     for k in reversed(range(2**dim)):  # the cells of a node in their order
         node_volume[corners[:, k]] += part
     placed = node_index + shift if jitter else node_index
-    return Lattice(nodes, node_volume, cell_volume, faces, edges, grid, placed, corners, cuts)
+    made = Lattice(nodes, node_volume, cell_volume, faces, edges, grid, placed, corners, cuts, owned)
+    return made if slab is None else _within(made, slab, layers[0])
+
+
+def _within(made: Lattice, slab: Slab, first: int) -> Lattice:
+    """The nodes, cells and faces of a slab, of a lattice that has a layer more on either side; `first` layer of its cells."""
+    node, cell = made.index[:, 0], made.index[made.corners[:, 0], 0]
+    start, cells = np.searchsorted(node, slab.layers[0]), np.searchsorted(cell, slab.layers)
+    nodes, mine = slice(start, np.searchsorted(node, slab.layers[1], side="right")), slice(*cells)
+    faces = replace(made.faces, nodes=made.faces.nodes - start, cell=made.faces.cell - cells[0])
+    return replace(
+        made,
+        nodes=made.nodes[nodes],
+        node_volume=made.node_volume[nodes],
+        cell_volume=made.cell_volume[mine],
+        faces=faces,
+        index=made.index[nodes],
+        corners=made.corners[mine] - np.int32(start),
+    )
+
+
+def slab_of(
+    shape: Shape,
+    spacing: float | tuple[float, ...],
+    lattice_rotate: Rotation,
+    domain: Domain,
+    reach: int,
+    *,
+    joined: bool,
+    who: str,
+) -> Lattice:
+    """The part of a lattice that a process of a domain has, which holds `reach` layers beyond what it owns; `joined` and
+    `who` as of `wsph.ranks.slabs.slabs`. None makes more of the lattice than its part."""
+    grid, dim = plan(shape, spacing, lattice_rotate), shape.dim
+    count = int(grid.count[0]) + 1
+    first, end = (count * k // domain.size for k in (domain.rank, domain.rank + 1))
+    layers = domain.joined(layers_of(shape, grid, first, end))
+    nodes, cells = layers[:, 0], layers[:-1, 1]
+    if not cells.sum():
+        raise ValueError(f"{grid.step.min():g} m leaves no cell inside the shape")
+    middle = layers[:, 2 : 2 + dim].sum(0) / nodes.sum()
+    some = layers[nodes > 0]
+    own = slabs(nodes, cells, domain.size, reach, joined=joined, who=who)[domain.rank]
+    part = Split(domain, own.nodes, own.cells, middle, some[:, 2 + dim : 2 + 2 * dim].min(0))
+    return lattice(shape, spacing, lattice_rotate=lattice_rotate, held=(own, part))
 
 
 def _places(inside: np.ndarray) -> np.ndarray:

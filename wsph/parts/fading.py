@@ -11,7 +11,9 @@ import warp as wp
 
 from wsph.backend.arrays import Arrays, host
 from wsph.backend.clock import Clock
+from wsph.backend.domain import Domain, Share
 from wsph.backend.kernels import kernel
+from wsph.backend.reduce import own_sum
 from wsph.backend.space import Space, Struct
 from wsph.backend.state import Layout, fields_struct
 from wsph.parts.part import Attached, Neighbourhood
@@ -87,8 +89,11 @@ class Fading(Attached):
         fields: Struct,
         clock: Clock,
         arrays: Arrays,
+        share: Share,
+        domain: Domain,
     ):
-        """`flow`: which of the internals is the plastic strain, and E/sigma_y; `fields`: those of the points of a state."""
+        """`flow`: which of the internals is the plastic strain, and E/sigma_y; `fields`: those of the points of a state; `share`: the points
+        whose energies count."""
         self._space, self._clock, self._layout, self._fields, self._seen = space, clock, layout, fields, seen
         self._internal, self._yields = flow[0], space.scalar(flow[1])
         self._rows = rows_of(space, seen.pairs, seen.weight)
@@ -100,7 +105,7 @@ class Fading(Attached):
         m = len(seen.volume)
         self._zeta = arrays.changes("zeta", wp.ones(m, dtype=space.scalar, device=arrays.device))
         self._freed = arrays.zeros("freed", m, space.scalar, kept=True)
-        self.ledger = (Entry("dissipated", lambda: float(host(self._freed).sum())),)
+        self.ledger = (Entry("dissipated", lambda: own_sum(host(self._freed), share, domain)),)
 
     def advance(self) -> None:
         """Book what the step has set free (a launch)."""

@@ -15,8 +15,11 @@ import warnings
 from collections.abc import Sequence
 from itertools import combinations
 
+import numpy as np
+
 from wsph.backend.clock import Clock
 from wsph.backend.device import pick_device
+from wsph.backend.domain import WHOLE, Domain
 from wsph.backend.graph import Program
 from wsph.backend.space import Space
 from wsph.contact.between import Interaction
@@ -35,6 +38,7 @@ from wsph.scene.scene import Scene
 from wsph.simulation.composing.bodies import Standing, alone, standing
 from wsph.simulation.composing.composition import BodyRun, Composition, Step, reported
 from wsph.simulation.composing.idle import idle
+from wsph.simulation.composing.shared import refuse_shared
 from wsph.simulation.composing.setting import BareBody, Method, Setting, bare_bodies, materials_of, method_of, scales_of
 from wsph.simulation.composing.slips import slips
 from wsph.simulation.composing.together import joined_bodies, stiffen
@@ -48,23 +52,27 @@ from wsph.simulation.timeline import TimeStep
 from wsph.stability.guard import guard
 
 
-def compose(scene: Scene) -> Composition:
-    """Set up a scene. Raises SceneError, Refused or PluginError; compiles the set-up's kernels, runs nothing."""
+def compose(scene: Scene, domain: Domain = WHOLE) -> Composition:
+    """Set up a scene, or the part of it that this process has of a `domain`. Raises SceneError, Refused or PluginError;
+    compiles the set-up's kernels, runs nothing."""
     try:
-        return _compose(scene)
+        return _compose(scene, domain)
     except SceneError as error:
         raise scene.located(error) from None
 
 
-def _compose(scene: Scene) -> Composition:
+def _compose(scene: Scene, domain: Domain) -> Composition:
     materials = materials_of(scene)
     method = method_of(scene)
     _refuse_relaxing(scene, method)
     device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
     refuse_contact(scene, method.formulation)
     refuse_misfits(scene, method.formulation)
-    memory.refuse_too_large(scene, device, _first_system, lambda body: is_fitted(scene, body, method.formulation))
-    bare = bare_bodies(scene, materials, method)
+    if domain.size > 1:
+        refuse_shared(scene, method)
+    else:
+        memory.refuse_too_large(scene, device, _first_system, lambda body: is_fitted(scene, body, method.formulation))
+    bare = bare_bodies(scene, materials, method, domain)
     scales = scales_of(bare)
     time_step = given_step(scene.run, scene.end, scales.time, device, method.who)
     setting = Setting(scene, method, scales)
@@ -90,8 +98,9 @@ def _compose(scene: Scene) -> Composition:
     _guard(setting, bare, bodies, space, time_step, set(together))
     probes = _probes(setting, bodies, reported(bodies, (*between, *forces)), space, time_step)
     step = Step(bodies, joint, between, time_step.clock, [probe for probe in probes if probe.every_step])
-    pairs = sum(run.system.pairs for run in bodies)
-    program = Program(step, time_step.clock, pairs, scene.run.threads, step.before)
+    pairs = int(domain.sum(np.array([sum(run.system.pairs for run in bodies)]))[0])
+    hosted = domain.size > 1
+    program = Program(step, time_step.clock, pairs, scene.run.threads, step.before, hosted=hosted)
     return Composition(scene, space, scales, time_step, bodies, joint, between, probes, program, method.who)
 
 

@@ -227,7 +227,7 @@ class Running:
         if self._control.adapts:
             due.append(self._control.look)
         due.append(self._checks.watch.due)
-        most = RING if self._composition.program.batched else CHECK_STEPS
+        most = RING if self._composition.program.looked else CHECK_STEPS
         return min(min(each for each in due if each > step) - step, most)
 
     def _steps(self, count: int, interrupts: Interrupts) -> int:

@@ -3,11 +3,13 @@
 # pyright: strict
 
 import math
-from typing import Protocol
+from collections.abc import Callable
+from typing import Any, Protocol
 
 import numpy as np
 
 from wsph.backend.arrays import host, put
+from wsph.backend.domain import Domain, Share, any_of, mean_of
 from wsph.backend.space import Space
 from wsph.backend.state import State
 from wsph.stability.margins import DAMPED_VECTORS, STILL, VECTORS
@@ -26,6 +28,8 @@ class Moving(Protocol):
 
     space: Space
     scales: Scales
+    domain: Domain
+    share: Share
     position: np.ndarray
     volume: np.ndarray
     spacing: float
@@ -56,6 +60,10 @@ class Moving(Protocol):
     def refresh(self, state: State) -> None: ...
 
 
+Found = Callable[["Multiplied", np.ndarray], Spectrum]
+"""From products and a vector to start with to a spectrum."""
+
+
 class Products:
     """K and D of a body about its current state times mass-weighted vectors, prescribed components held."""
 
@@ -75,7 +83,8 @@ class Products:
         if system.one_sided:
             # All pairs approach each other, so fast that a vector changes nothing in that.
             place = system.position / system.scales.length + self._start[self._place].reshape(system.position.shape)
-            self._closing = -20.0 * (place - place.mean(0)).ravel() * system.scales.length / system.spacing
+            middle = mean_of(system.domain, place[system.share.own])
+            self._closing = -20.0 * (place - middle).ravel() * system.scales.length / system.spacing
         self._idle = self._drag(np.zeros(n)) if self._closing is not None else 0.0
 
     def restore(self) -> None:
@@ -125,14 +134,25 @@ class Products:
 
     def damping(self, x: np.ndarray) -> np.ndarray:
         """D x, of all pairs."""
-        size = float(np.abs(x / self.mass).max())
+        size = float(self.system.domain.max(np.abs(x / self.mass).max()))
         return self.system.project_free((self._drag(x / self.mass / size) - self._idle) * size * self.mass)
+
+
+class Multiplied(Protocol):
+    """What multiplies vectors (count,) of numbers of a `kind`."""
+
+    count: int
+    kind: type[np.floating[Any]]
+
+    def stiffness(self, x: np.ndarray) -> np.ndarray: ...
+
+    def damping(self, x: np.ndarray) -> np.ndarray: ...
 
 
 class _Span:
     """Up to `most` orthonormal vectors and their products."""
 
-    def __init__(self, products: Products, most: int, damped: bool):
+    def __init__(self, products: Multiplied, most: int, damped: bool):
         self._p, n = products, products.count
         kind = np.float32 if n > LARGE else np.float64
         self._least = 1e-5 if n > LARGE else 1e-8
@@ -190,7 +210,7 @@ def _products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.einsum("in,jn->ij", a, b, dtype=np.float64)
 
 
-def _symmetric(products: Products, start: np.ndarray, rate: float, still: float) -> Spectrum:
+def _symmetric(products: Multiplied, start: np.ndarray, rate: float, still: float) -> Spectrum:
     """The spectrum of an undamped body of symmetric stiffness from Lanczos' three terms: w_(j+1) beta_(j+1) = K w_j -
     alpha_j w_j - beta_j w_(j-1), so that K projected on the w is tridiagonal, K W = W T + beta_(m+1) w_(m+1) e_m^T, and
     of the vectors two are kept. They lose their orthogonality where an eigenvalue is found to rounding, which changes no
@@ -231,15 +251,23 @@ def spectrum(system: Moving) -> Spectrum:
     them at first where D is as K) cost nothing and are gone through.
     """
     rate, still = system.damping_rate, STILL[system.space.precision]
-    if not system.free_components.any():
+    if not any_of(system.domain, bool(system.free_components.any())):
         none = np.zeros((0, 0))
         return Spectrum(none, none, (none, none, none), rate, still)
     products = Products(system)
-    start = system.project_free(np.random.default_rng(0).standard_normal(products.count))
+    if system.domain.size > 1:
+        found = shared(system, products, lambda whole, start: _found(system, whole, start, rate, still))
+    else:
+        start = system.project_free(np.random.default_rng(0).standard_normal(products.count))
+        found = _found(system, products, start, rate, still)
+    products.restore()
+    return found
+
+
+def _found(system: Moving, products: Multiplied, start: np.ndarray, rate: float, still: float) -> Spectrum:
+    """The spectrum that the products of vectors from `start` on span."""
     if system.symmetric and not system.drags:
-        found = _symmetric(products, start, rate, still)
-        products.restore()
-        return found
+        return _symmetric(products, start, rate, still)
     lanczos, most = DAMPED_VECTORS if system.drags else (VECTORS, VECTORS)
     span = _Span(products, most, system.drags)
     span.add(start)
@@ -257,5 +285,54 @@ def spectrum(system: Moving) -> Spectrum:
         if not size > 0.0:
             break
         before, last = last / size, coefficients / size
-    products.restore()
     return span.spectrum(rate, still)
+
+
+class _Spread:
+    """The products of a body that processes share, as the first of them has them: of vectors over the whole body, which
+    all of them multiply."""
+
+    def __init__(self, products: Products, count: int):
+        self._products, self._system, self.kind = products, products.system, products.kind
+        self._shape, self.count = (-1, products.system.space.dim), count
+
+    def stiffness(self, x: np.ndarray) -> np.ndarray:
+        """K x."""
+        return self._multiplied("stiffness", x)
+
+    def damping(self, x: np.ndarray) -> np.ndarray:
+        """D x."""
+        return self._multiplied("damping", x)
+
+    def _multiplied(self, by: str, x: np.ndarray) -> np.ndarray:
+        self._system.domain.told(lambda: by)
+        return self.answer(by, x.reshape(self._shape)).ravel()
+
+    def answer(self, by: str, rows: np.ndarray | None) -> np.ndarray:
+        """A product: the rows of the whole in the first process."""
+        domain, share = self._system.domain, self._system.share
+        mine = domain.scattered(rows, share).ravel()
+        found = self._products.stiffness(mine) if by == "stiffness" else self._products.damping(mine)
+        return domain.gathered(found.reshape(self._shape)[share.own])
+
+
+def shared(system: Moving, products: Products, find: Found) -> Spectrum:
+    """The spectrum of a body that processes share: the first has the vectors, and asks the others for its products."""
+    domain, share, dim = system.domain, system.share, system.space.dim
+    spread, free = _Spread(products, share.whole * dim), system.project_free(np.ones(products.count))
+    every = domain.gathered(free.reshape(-1, dim)[share.own])
+    found: Spectrum | None = None
+    if domain.rank > 0:
+        while by := domain.told(str):
+            spread.answer(by, None)
+    else:
+        try:
+            start = np.random.default_rng(0).standard_normal(spread.count)
+            found = find(spread, start * every.ravel())
+        except BaseException as error:
+            domain.fail(error)
+            raise
+        domain.told(str)
+    made = domain.told(lambda: found)
+    assert made is not None
+    return made

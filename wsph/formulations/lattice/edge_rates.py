@@ -12,7 +12,7 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays
-from wsph.backend.reduce import total
+from wsph.backend.reduce import own_total
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State
 from wsph.constitutive.laws import Laws
@@ -242,7 +242,8 @@ class EdgeRates(BlockRates):
         made = held_kernel(self._space, self._layout)
         inputs = [self._grid, self._table, state.struct]
         wp.launch(made, len(sums), inputs=inputs, outputs=[sums], device=self._clock.device)
-        return total(sums)
+        first = self._table.numpy()[:: HEAD + 2**self._space.dim]
+        return own_total(sums, first, self._placement.share, self._domain)
 
 
 def _view(buffer: Array, space: Space, start: int, size: int) -> Array:

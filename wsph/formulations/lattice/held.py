@@ -6,7 +6,9 @@ import warp as wp
 
 from wsph.backend.arrays import Arrays, host
 from wsph.backend.clock import Clock
+from wsph.backend.domain import Domain, Share
 from wsph.backend.kernels import kernel
+from wsph.backend.reduce import own_sum
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.formulations.lattice.cell import Cell, cell_struct
@@ -88,14 +90,17 @@ class CellFading(Attached):
         state: State,
         clock: Clock,
         arrays: Arrays,
+        share: Share,
+        domain: Domain,
     ):
-        """`flow`: which of the internals is the plastic strain, and E/sigma_y; `count` blocks and cells."""
+        """`flow`: which of the internals is the plastic strain, and E/sigma_y; `count` blocks and cells; `share`: the
+        cells whose energies count."""
         self._internal, self._yields = flow[0], space.scalar(flow[1])
         self._space, self._cell, self._blocks, self._state, self._clock = space, cell, blocks, state, clock
         self._count, m = count
         self._zeta = arrays.changes("zeta", wp.ones(m, dtype=space.scalar, device=arrays.device))
         self._freed = arrays.zeros("freed", m, space.scalar, kept=True)
-        self.ledger = (Entry("dissipated", lambda: float(host(self._freed).sum())),)
+        self.ledger = (Entry("dissipated", lambda: own_sum(host(self._freed), share, domain)),)
 
     def advance(self) -> None:
         """Book what the step has set free (a launch)."""

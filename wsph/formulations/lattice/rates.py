@@ -17,7 +17,7 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays
-from wsph.backend.reduce import total
+from wsph.backend.reduce import own_total
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State
 from wsph.constitutive.laws import Laws
@@ -179,7 +179,8 @@ class LatticeRates(BlockRates):
         if flow is None or self.form.fades < 0:
             return {}
         part = arrays.part("fading")
-        own = CellFading(flow, self._space, self._cell, self._cells, count, state, self._clock, part)
+        whole = self._placement.point_share, self._domain
+        own = CellFading(flow, self._space, self._cell, self._cells, count, state, self._clock, part, *whole)
         found: dict[str, Attached] = {"fading": own}
         if self._rest is not None:
             found["fading of the rest"] = self._rest.fading(flow, state, arrays.part("fading of the rest"))
@@ -265,7 +266,8 @@ class LatticeRates(BlockRates):
         inputs = [self._cell, self._cells, self._chunks, state.struct]
         made = held_kernel(self._space, self._layout, self._width, self.form.fades >= 0)
         wp.launch(made, len(sums), inputs=inputs, outputs=[sums], device=self._clock.device)
-        return total(sums) + (0.0 if self._rest is None else self._rest.held_energy(state))
+        first = self._cells.numpy()[:: HEAD + 2**self._space.dim]
+        return own_total(sums, first, self._placement.point_share, self._domain) + (0.0 if self._rest is None else self._rest.held_energy(state))
 
 
 def build(setup: Setup) -> OneSetSystem:

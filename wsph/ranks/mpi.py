@@ -1,0 +1,204 @@
+"""Processes that MPI joins, each with a part of a scene: the one room for what they say to each other.
+
+Every collective call begins with a word of each process on how it is. One that has met an error says so instead, and all
+the others raise it too: none waits for what another will not say.
+"""
+
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+# pyright: reportMissingImports=false
+
+import pickle
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+
+from wsph.backend.domain import Share
+from wsph.backend.space import Array
+from wsph.errors import Refused, WsphError
+
+if TYPE_CHECKING:
+    from mpi4py.MPI import Comm
+
+T = TypeVar("T")
+
+MOST_BYTES = 2**30
+"""Of one message to the first process: larger arrays go in pieces."""
+
+
+class Elsewhere(WsphError):
+    """An error of another process, in words, that cannot be carried between processes."""
+
+
+class Ranks:
+    """The domain of a process among those of a communicator (`wsph.backend.domain.Domain`)."""
+
+    def __init__(self, comm: "Comm"):
+        self._comm = comm
+        self.rank, self.size = int(comm.Get_rank()), int(comm.Get_size())
+        self._failed = False
+
+    def sum(self, x: np.ndarray) -> np.ndarray:
+        return self._reduced(x, lambda parts: parts.sum(0))
+
+    def max(self, x: np.ndarray) -> np.ndarray:
+        return self._reduced(x, lambda parts: parts.max(0))
+
+    def min(self, x: np.ndarray) -> np.ndarray:
+        return self._reduced(x, lambda parts: parts.min(0))
+
+    def _reduced(self, x: np.ndarray, of: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        # Small arrays, put together by every process alike.
+        self._meet()
+        return of(np.stack(self._comm.allgather(np.asarray(x))))
+
+    def joined(self, rows: np.ndarray) -> np.ndarray:
+        self._meet()
+        counts = self._comm.allgather(len(rows))
+        whole = np.empty((sum(counts), *rows.shape[1:]), rows.dtype)
+        self._comm.Allgatherv(np.ascontiguousarray(rows), [whole, _numbers(counts, rows), _type(rows)])
+        return whole
+
+    def gathered(self, rows: np.ndarray) -> np.ndarray:
+        self._meet()
+        counts = self._comm.allgather(len(rows))
+        if self.rank > 0:
+            for piece in _pieces(np.ascontiguousarray(rows)):
+                self._comm.Send(piece, 0, 1)
+            return rows
+        whole = np.empty((sum(counts), *rows.shape[1:]), rows.dtype)
+        whole[: counts[0]] = rows
+        ends = np.cumsum(counts).tolist()
+        for other in range(1, self.size):
+            for piece in _pieces(whole[ends[other - 1] : ends[other]]):
+                self._comm.Recv(piece, other, 1)
+        return whole
+
+    def scattered(self, rows: np.ndarray | None, share: Share) -> np.ndarray:
+        self._meet()
+        windows = self._comm.gather((share.first, share.held))
+        form = None if rows is None else (rows.shape[1:], rows.dtype)
+        shape, dtype = self._comm.bcast(form)
+        if rows is None:
+            mine = np.empty((share.held, *shape), dtype)
+            for piece in _pieces(mine):
+                self._comm.Recv(piece, 0, 2)
+            return mine
+        for other in range(1, self.size):
+            first, held = windows[other]
+            for piece in _pieces(np.ascontiguousarray(rows[first : first + held])):
+                self._comm.Send(piece, other, 2)
+        return rows[share.window].copy()
+
+    def told(self, of: Callable[[], T]) -> T:
+        found: T | None = None
+        if self.rank == 0:
+            try:
+                found = of()
+            except BaseException as error:
+                self.fail(error)
+                raise
+        self._meet()
+        return self._comm.bcast(found)
+
+    def fail(self, error: BaseException) -> None:
+        if not self._failed:
+            self._failed = True
+            self._comm.allgather(_portable(error))
+
+    def _meet(self) -> None:
+        """Hear how the others are. Raises the error of the first that has met one."""
+        if self._failed:
+            raise Elsewhere("this process has failed before")
+        found = next((said for said in self._comm.allgather(None) if said is not None), None)
+        if found is not None:
+            self._failed = True
+            raise pickle.loads(found)  # noqa: S301
+
+    def halo(self, share: Share) -> "Exchange":
+        self._meet()
+        return Exchange(self._comm, self._comm.allgather(share), self.rank)
+
+
+class Exchange:
+    """Messages that keep the copies of other processes' rows up to date (`wsph.backend.domain.Halo`): ranges of the array
+    itself, on a CPU without a copy."""
+
+    def __init__(self, comm: "Comm", shares: Sequence[Share], rank: int):
+        self._comm, mine = comm, shares[rank]
+        self._into: list[tuple[int, slice]] = []
+        self._out: list[tuple[int, slice]] = []
+        for other, theirs in enumerate(shares):
+            if other != rank:
+                self._into += [(other, each) for each in _overlap(mine, theirs)]
+                self._out += [(other, each) for each in _overlap(theirs, mine, mine.first)]
+        self.sent = sum(each.stop - each.start for _, each in self._out)
+        """Rows that it sends."""
+
+    def update(self, field: Array) -> None:
+        from mpi4py.MPI import Request
+
+        rows: np.ndarray = field.numpy()  # on a CPU a view
+        waits = [self._comm.Irecv(rows[each], other, 3) for other, each in self._into]
+        waits += [self._comm.Isend(rows[each], other, 3) for other, each in self._out]
+        Request.Waitall(waits)
+        if not field.device.is_cpu:
+            field.assign(rows)
+
+
+def _overlap(holder: Share, owner: Share, first: int | None = None) -> list[slice]:
+    """The rows that one process holds and another owns, numbered from `first` on, or as the holder has them."""
+    low = max(holder.first, owner.low)
+    high = min(holder.first + holder.held, owner.high)
+    begin = holder.first if first is None else first
+    return [slice(low - begin, high - begin)] if high > low else []
+
+
+def _pieces(rows: np.ndarray) -> list[np.ndarray]:
+    """Rows in pieces that one message can carry."""
+    each = max(MOST_BYTES // max(rows[:1].nbytes, 1), 1)
+    return [rows[k : k + each] for k in range(0, len(rows), each)]
+
+
+def _numbers(counts: Sequence[int], rows: np.ndarray) -> list[int]:
+    width = int(np.prod(rows.shape[1:], dtype=int))
+    return [count * width for count in counts]
+
+
+def _type(rows: np.ndarray) -> object:
+    from mpi4py.util.dtlib import from_numpy_dtype
+
+    return from_numpy_dtype(rows.dtype)
+
+
+def _portable(error: BaseException) -> bytes:
+    """An error as other processes can raise it."""
+    try:
+        packed = pickle.dumps(error)
+        if isinstance(pickle.loads(packed), BaseException):  # noqa: S301
+            return packed
+    except Exception:
+        pass
+    return pickle.dumps(Elsewhere(f"{type(error).__name__}: {error}"))
+
+
+def of_world() -> Ranks:
+    """The domain of this process among all that were started together. Raises Refused where MPI is missing, or joins
+    fewer."""
+    from wsph.ranks.world import started
+
+    try:
+        from mpi4py import MPI
+    except (ImportError, RuntimeError) as error:
+        raise Refused(
+            f"{started()} processes were started together, and they cannot talk to each other ({error}): install wsph[mpi], and on"
+            " a machine without an MPI of its own wsph[mpi-local]"
+        ) from error
+    joined = MPI.COMM_WORLD.Get_size()
+    if joined != started():
+        raise Refused(
+            f"{started()} processes were started together and MPI joins {joined} of them: mpiexec is of another MPI than the one"
+            " that mpi4py has found"
+        )
+    return Ranks(MPI.COMM_WORLD)
