@@ -2,7 +2,7 @@
 
 # pyright: strict
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
@@ -50,13 +50,14 @@ class Share:
 class Split:
     """The part of a body that a process has: its shares of the `nodes` and of the `points` that carry the stress. Of the
     whole it knows, in cells of its grid, `middle` (dim,), where its nodes are in the mean, and `low` (dim,), where the
-    first are."""
+    first are. `layers` of its cells across the first axis of the grid that it holds, from one up to another."""
 
     domain: "Domain"
     nodes: Share
     points: Share
     middle: np.ndarray | None = None
     low: np.ndarray | None = None
+    layers: tuple[int, int] = (0, 0)
 
 
 class Halo(Protocol):
@@ -65,6 +66,10 @@ class Halo(Protocol):
     def update(self, field: Array) -> None:
         """Overwrite the copies in an array over the rows held by what their owners have, on the host, in the order in which
         all processes call it."""
+        ...
+
+    def fill(self, rows: np.ndarray) -> None:
+        """The same of rows on the host."""
         ...
 
 
@@ -100,8 +105,16 @@ class Domain(Protocol):
         """The rows that this process holds, of the rows of the whole that the first process has."""
         ...
 
-    def told(self, of: Callable[[], T]) -> T:
-        """What a function gives in the first process, which alone calls it."""
+    def told(self, of: Callable[[], T], by: int = 0) -> T:
+        """What a function gives in the first process, or in another, which alone calls it."""
+        ...
+
+    def abort(self, error: BaseException) -> None:
+        """End all processes, in the middle of steps, where others wait for what this one has to say."""
+        ...
+
+    def common(self, words: Sequence[str]) -> list[str]:
+        """Those of the words of this process that all say."""
         ...
 
     def fail(self, error: BaseException) -> None:
@@ -142,9 +155,16 @@ class Whole:
         """The rows that the share has."""
         return np.asarray(rows)[share.window]
 
-    def told(self, of: Callable[[], T]) -> T:
+    def told(self, of: Callable[[], T], by: int = 0) -> T:
         """What the function gives."""
         return of()
+
+    def abort(self, error: BaseException) -> None:
+        """There are no others."""
+
+    def common(self, words: Sequence[str]) -> list[str]:
+        """The words themselves."""
+        return list(words)
 
     def fail(self, error: BaseException) -> None:
         """There are no others."""
@@ -154,6 +174,9 @@ class Whole:
         return self
 
     def update(self, field: Array) -> None:
+        """There are no copies."""
+
+    def fill(self, rows: np.ndarray) -> None:
         """There are no copies."""
 
 

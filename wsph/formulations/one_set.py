@@ -7,6 +7,7 @@ limited by the body's small motions (`wsph.stability.small_motions`).
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
+import math
 from collections.abc import Callable
 from functools import cached_property, partial
 from typing import cast
@@ -35,15 +36,20 @@ from wsph.formulations.one_set_setup import (
 from wsph.formulations.one_set_works import Prescribed
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import HERE, System
+from wsph.geometry.geometry import Geometry
 from wsph.parts.body_force import BodyForce
 from wsph.parts.body_force_work import WayWork
 from wsph.parts.part import Attached, Host
 from wsph.protocols import Entry
-from wsph.sph.averages import Averages, average, bounded_average, outward_weights, spanning_weights
+from wsph.sph.averages import FARTHEST, Averages, average, bounded_average, outward_weights, spanning_weights
 from wsph.sph.pairs import Pairs
 from wsph.sph.weights import Weights
 from wsph.stability.krylov import Moving
 from wsph.stability.small_motions import SmallMotions
+
+
+AROUND = math.ceil(FARTHEST)
+"""Layers beyond its own that averages for frames see."""
 
 
 def _buffers(terms: list[tuple[float, State]]) -> list[tuple[float, Array]]:
@@ -399,7 +405,23 @@ class OneSetSystem(System):
         values = self.state.read(name)
         if not self._apart(name):
             return values
-        return (bounded_average if self.state.bounded(name) else average)(self._outwards, values)
+        averaged = bounded_average if self.state.bounded(name) else average
+        if self.domain.size == 1:
+            return averaged(self._outwards, values)
+        geometry, weights = self._around
+        share, wide = self.point_share, geometry.split
+        around = np.zeros((wide.points.held, values.shape[1]))
+        around[share.low - wide.points.first : share.high - wide.points.first] = values[share.own]
+        self.domain.halo(wide.points).fill(around)
+        first = self.share.first - wide.nodes.first
+        return averaged(weights, around)[first : first + self.share.held]
+
+    @cached_property
+    def _around(self) -> tuple[Geometry, Weights]:
+        """The part of a body that processes share, with as much around it as averages for frames see."""
+        low, high = self.geometry.split.layers
+        geometry = self.geometry.wider((low - AROUND, high + AROUND))
+        return geometry, outward_weights(geometry, 1.2)
 
     @cached_property
     def _outwards(self) -> Weights:

@@ -33,17 +33,26 @@ from wsph.ranks.slabs import Slab, slabs
 class Lattice(Geometry):
     """A body cut into the cells of a grid: `corners` (c, 2^dim) node ids, int32, `index` (n, dim) the nodes in grid
     coordinates, int32 or, with jitter, float64; `cuts` the cracks in grid coordinates; `frame` the grid before any map;
-    `part`, of a body that processes share, which part it is."""
+    `part`, of a body that processes share, which part it is, and `widened` how it is made with more around it."""
 
     frame: Grid
     index: np.ndarray
     corners: np.ndarray
     cuts: tuple[Crack, ...]
     part: Split | None = None
+    widened: Callable[[tuple[int, int]], "Lattice"] | None = None
+
+    def wider(self, layers: tuple[int, int]) -> "Lattice":
+        return self if self.widened is None else self.widened(layers)
 
     @property
     def split(self) -> Split:
         return super().split if self.part is None else self.part
+
+    @property
+    def mean_volume(self) -> float:
+        # Cells of a part are alike; a mean has the roundings of as many as there are.
+        return float(np.broadcast_to(self.cell_volume[:1], (self.split.points.whole,)).mean() if self.part else super().mean_volume)
 
     @property
     def cells(self) -> np.ndarray:
@@ -302,9 +311,15 @@ def slab_of(
         raise ValueError(f"{grid.step.min():g} m leaves no cell inside the shape")
     middle = layers[:, 2 : 2 + dim].sum(0) / nodes.sum()
     some = layers[nodes > 0]
-    own = slabs(nodes, cells, domain.size, reach, joined=joined, who=who)[domain.rank]
-    part = Split(domain, own.nodes, own.cells, middle, some[:, 2 + dim : 2 + 2 * dim].min(0))
-    return lattice(shape, spacing, lattice_rotate=lattice_rotate, held=(own, part))
+    low = some[:, 2 + dim : 2 + 2 * dim].min(0)
+
+    def made(window: tuple[int, int]) -> Lattice:
+        own = slabs(nodes, cells, domain.size, reach, joined=joined, who=who)[domain.rank].over(window, nodes, cells)
+        part = Split(domain, own.nodes, own.cells, middle, low, own.layers)
+        found = lattice(shape, spacing, lattice_rotate=lattice_rotate, held=(own, part))
+        return replace(found, widened=made)
+
+    return made((len(cells), 0))
 
 
 def _places(inside: np.ndarray) -> np.ndarray:

@@ -9,19 +9,23 @@ the others raise it too: none waits for what another will not say.
 # pyright: reportMissingImports=false
 
 import pickle
+import sys
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from wsph.backend.domain import Share
 from wsph.backend.space import Array
-from wsph.errors import Refused, WsphError
+from wsph.errors import WsphError
 
 if TYPE_CHECKING:
     from mpi4py.MPI import Comm
 
 T = TypeVar("T")
+
+FEW_BYTES = 2**14
+"""Of an array that processes tell each other with the word on how they are."""
 
 MOST_BYTES = 2**30
 """Of one message to the first process: larger arrays go in pieces."""
@@ -50,19 +54,23 @@ class Ranks:
 
     def _reduced(self, x: np.ndarray, of: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         # Small arrays, put together by every process alike.
-        self._meet()
-        return of(np.stack(self._comm.allgather(np.asarray(x))))
+        return of(np.stack(self._hear(np.asarray(x))))
 
     def joined(self, rows: np.ndarray) -> np.ndarray:
-        self._meet()
-        counts = self._comm.allgather(len(rows))
+        if rows.nbytes <= FEW_BYTES and not rows.dtype.hasobject:
+            parts = self._hear(rows)
+            if all(each is not None for each in parts):
+                return np.concatenate(parts)
+            counts = self._comm.allgather(len(rows))
+        else:
+            self._hear(None)
+            counts = self._comm.allgather(len(rows))
         whole = np.empty((sum(counts), *rows.shape[1:]), rows.dtype)
         self._comm.Allgatherv(np.ascontiguousarray(rows), [whole, _numbers(counts, rows), _type(rows)])
         return whole
 
     def gathered(self, rows: np.ndarray) -> np.ndarray:
-        self._meet()
-        counts = self._comm.allgather(len(rows))
+        counts = self._hear(len(rows))
         if self.rank > 0:
             for piece in _pieces(np.ascontiguousarray(rows)):
                 self._comm.Send(piece, 0, 1)
@@ -76,10 +84,9 @@ class Ranks:
         return whole
 
     def scattered(self, rows: np.ndarray | None, share: Share) -> np.ndarray:
-        self._meet()
-        windows = self._comm.gather((share.first, share.held))
         form = None if rows is None else (rows.shape[1:], rows.dtype)
-        shape, dtype = self._comm.bcast(form)
+        said = self._hear((share.first, share.held, form))
+        windows, (shape, dtype) = [each[:2] for each in said], said[0][2]
         if rows is None:
             mine = np.empty((share.held, *shape), dtype)
             for piece in _pieces(mine):
@@ -91,34 +98,42 @@ class Ranks:
                 self._comm.Send(piece, other, 2)
         return rows[share.window].copy()
 
-    def told(self, of: Callable[[], T]) -> T:
+    def told(self, of: Callable[[], T], by: int = 0) -> T:
         found: T | None = None
-        if self.rank == 0:
+        if self.rank == by:
             try:
                 found = of()
             except BaseException as error:
                 self.fail(error)
                 raise
-        self._meet()
-        return self._comm.bcast(found)
+        return self._hear(found)[by]
+
+    def abort(self, error: BaseException) -> None:
+        print(f"error: process {self.rank} of {self.size}: {type(error).__name__}: {error}", file=sys.stderr, flush=True)
+        self._comm.Abort(1)
+
+    def common(self, words: Sequence[str]) -> list[str]:
+        everywhere = set(words).intersection(*self._hear(list(words)))
+        return [each for each in words if each in everywhere]
 
     def fail(self, error: BaseException) -> None:
         if not self._failed:
             self._failed = True
-            self._comm.allgather(_portable(error))
+            self._comm.allgather((_portable(error), None))
 
-    def _meet(self) -> None:
-        """Hear how the others are. Raises the error of the first that has met one."""
+    def _hear(self, mine: object) -> list[Any]:
+        """What all processes say. Raises the error of the first that has met one."""
         if self._failed:
             raise Elsewhere("this process has failed before")
-        found = next((said for said in self._comm.allgather(None) if said is not None), None)
+        said = self._comm.allgather((None, mine))
+        found = next((error for error, _ in said if error is not None), None)
         if found is not None:
             self._failed = True
             raise pickle.loads(found)  # noqa: S301
+        return [each for _, each in said]
 
     def halo(self, share: Share) -> "Exchange":
-        self._meet()
-        return Exchange(self._comm, self._comm.allgather(share), self.rank)
+        return Exchange(self._comm, self._hear(share), self.rank)
 
 
 class Exchange:
@@ -137,14 +152,17 @@ class Exchange:
         """Rows that it sends."""
 
     def update(self, field: Array) -> None:
+        rows: np.ndarray = field.numpy()  # on a CPU a view
+        self.fill(rows)
+        if not field.device.is_cpu:
+            field.assign(rows)
+
+    def fill(self, rows: np.ndarray) -> None:
         from mpi4py.MPI import Request
 
-        rows: np.ndarray = field.numpy()  # on a CPU a view
         waits = [self._comm.Irecv(rows[each], other, 3) for other, each in self._into]
         waits += [self._comm.Isend(rows[each], other, 3) for other, each in self._out]
         Request.Waitall(waits)
-        if not field.device.is_cpu:
-            field.assign(rows)
 
 
 def _overlap(holder: Share, owner: Share, first: int | None = None) -> list[slice]:
@@ -181,24 +199,3 @@ def _portable(error: BaseException) -> bytes:
     except Exception:
         pass
     return pickle.dumps(Elsewhere(f"{type(error).__name__}: {error}"))
-
-
-def of_world() -> Ranks:
-    """The domain of this process among all that were started together. Raises Refused where MPI is missing, or joins
-    fewer."""
-    from wsph.ranks.world import started
-
-    try:
-        from mpi4py import MPI
-    except (ImportError, RuntimeError) as error:
-        raise Refused(
-            f"{started()} processes were started together, and they cannot talk to each other ({error}): install wsph[mpi], and on"
-            " a machine without an MPI of its own wsph[mpi-local]"
-        ) from error
-    joined = MPI.COMM_WORLD.Get_size()
-    if joined != started():
-        raise Refused(
-            f"{started()} processes were started together and MPI joins {joined} of them: mpiexec is of another MPI than the one"
-            " that mpi4py has found"
-        )
-    return Ranks(MPI.COMM_WORLD)

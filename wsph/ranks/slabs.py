@@ -7,7 +7,7 @@ range, and rows and sums are in the order that they have in the whole. Slabs beg
 
 # pyright: strict
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,6 +24,17 @@ class Slab:
     layers: tuple[int, int]
     nodes: Share
     cells: Share
+
+    def over(self, layers: tuple[int, int], nodes: np.ndarray, cells: np.ndarray) -> "Slab":
+        """The same with at least some layers, from one up to another, of a body with so many `nodes` (l + 1,) and `cells` (l,)
+        in its layers."""
+        window = max(min(self.layers[0], layers[0]), 0), min(max(self.layers[1], layers[1]), len(cells))
+        first = [int(each[: window[0]].sum()) for each in (nodes, cells)]
+        held = int(nodes[window[0] : window[1] + 1].sum()), int(cells[window[0] : window[1]].sum())
+        shares = [
+            replace(share, first=a, held=n) for share, a, n in zip((self.nodes, self.cells), first, held, strict=True)
+        ]
+        return Slab(window, *shares)
 
 
 def slabs(nodes: np.ndarray, cells: np.ndarray, size: int, reach: int, *, joined: bool, who: str) -> list[Slab]:

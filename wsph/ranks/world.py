@@ -5,6 +5,7 @@
 import os
 from collections.abc import Mapping
 
+from wsph.backend.domain import WHOLE, Domain
 from wsph.errors import Refused
 
 LAUNCHERS = {
@@ -26,3 +27,27 @@ def refuse_copies(what: str) -> None:
     """Raise Refused where several processes would each do the same."""
     if (count := started()) > 1:
         raise Refused(f"{what} was started {count} times together: start it once, without mpiexec or srun")
+
+
+def domain() -> Domain:
+    """The part of a scene that this process is to have: one among those that were started together. Raises Refused where
+    MPI is missing, or joins fewer."""
+    if (count := started()) == 1:
+        return WHOLE
+    try:
+        from mpi4py import MPI  # pyright: ignore[reportMissingImports, reportUnknownVariableType]
+    except (ImportError, RuntimeError) as error:
+        raise Refused(
+            f"{count} processes were started together, and they cannot talk to each other ({error}): install wsph[mpi], and on a"
+            " machine without an MPI of its own wsph[mpi-local]"
+        ) from error
+    from wsph.ranks.mpi import Ranks
+
+    comm = MPI.COMM_WORLD  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
+    found = Ranks(comm)  # pyright: ignore[reportUnknownArgumentType]
+    if found.size != count:
+        raise Refused(
+            f"{count} processes were started together and MPI joins {found.size} of them: mpiexec is of another MPI than the one that"
+            " mpi4py has found"
+        )
+    return found

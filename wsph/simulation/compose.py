@@ -44,6 +44,7 @@ from wsph.simulation.composing.slips import slips
 from wsph.simulation.composing.together import joined_bodies, stiffen
 from wsph.simulation.probing.numbers import NumberRecorder
 from wsph.simulation.probing.points import PointRecorder
+from wsph.simulation.probing.placed import PlacedRecorder, SharedNumbers, keeper, reach_probes
 from wsph.simulation.probing.recorder import Recorder
 from wsph.simulation.probing.reduced import ReducedRecorder, needs_places
 from wsph.simulation.starting.from_file import put_states
@@ -72,7 +73,7 @@ def _compose(scene: Scene, domain: Domain) -> Composition:
         refuse_shared(scene, method)
     else:
         memory.refuse_too_large(scene, device, _first_system, lambda body: is_fitted(scene, body, method.formulation))
-    bare = bare_bodies(scene, materials, method, domain)
+    bare = [reach_probes(scene, each, domain) for each in bare_bodies(scene, materials, method, domain)]
     scales = scales_of(bare)
     time_step = given_step(scene.run, scene.end, scales.time, device, method.who)
     setting = Setting(scene, method, scales)
@@ -93,15 +94,16 @@ def _compose(scene: Scene, domain: Domain) -> Composition:
         if joint is not None:
             stiffen(setting, joint, list(together.values()))
     # Before a step is refused: what has the wrong unit may be why.
-    for said in (*slips(scene, bodies, time_step.dt, time_step.timeline.last), *idle(scene, bodies, time_step.dt)):
+    hints = (*slips(scene, bodies, time_step.dt, time_step.timeline.last), *idle(scene, bodies, time_step.dt))
+    for said in domain.common(hints):
         warnings.warn(f"unlikely: {said}", RuntimeWarning, stacklevel=4)
     _guard(setting, bare, bodies, space, time_step, set(together))
-    probes = _probes(setting, bodies, reported(bodies, (*between, *forces)), space, time_step)
+    probes = _probes(setting, bodies, reported(bodies, (*between, *forces)), space, time_step, domain)
     step = Step(bodies, joint, between, time_step.clock, [probe for probe in probes if probe.every_step])
     pairs = int(domain.sum(np.array([sum(run.system.pairs for run in bodies)]))[0])
     hosted = domain.size > 1
     program = Program(step, time_step.clock, pairs, scene.run.threads, step.before, hosted=hosted)
-    return Composition(scene, space, scales, time_step, bodies, joint, between, probes, program, method.who)
+    return Composition(scene, space, scales, time_step, bodies, joint, between, probes, program, method.who, domain, pairs)
 
 
 def _refuse_relaxing(scene: Scene, method: Method) -> None:
@@ -195,7 +197,12 @@ def _guard(
 
 
 def _probes(
-    setting: Setting, bodies: Sequence[BodyRun], numbers: Sequence[Reported], space: Space, time_step: TimeStep
+    setting: Setting,
+    bodies: Sequence[BodyRun],
+    numbers: Sequence[Reported],
+    space: Space,
+    time_step: TimeStep,
+    domain: Domain,
 ) -> list[Recorder]:
     """The recorders of a scene's probes; those of nearly every step are part of the steps."""
 
@@ -207,7 +214,15 @@ def _probes(
         if probe.of is None:
             formulas = setting.scene.formulas
             kind = ReducedRecorder if needs_places(probe, formulas) else PointRecorder
-            return kind(probe, key, bodies, space, clock, often, formulas)
+
+            def here() -> Recorder:
+                return kind(probe, key, bodies, space, clock, often, formulas)
+
+            if domain.size > 1:
+                return PlacedRecorder(probe, clock, often, domain, keeper(probe, key, bodies, domain), here)
+            return here()
+        if domain.size > 1:
+            return SharedNumbers(probe, key, numbers, setting.scales, clock, space.dim, often, domain)
         return NumberRecorder(probe, key, numbers, setting.scales, clock, space.dim, often)
 
     return [made(probe, f"probes.{k}") for k, probe in enumerate(setting.scene.probes)]

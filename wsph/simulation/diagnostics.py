@@ -315,7 +315,8 @@ class Diagnostics:
         """The sums over the whole body, by columns."""
         total = np.zeros(sums.shape[1])
         for columns, each in zip((OF_PARTICLES, OF_POINTS), self._blocks, strict=True):
-            total[columns] = each.whole(sums[: each.count, columns], self._domain).sum(0)
+            rows = np.ascontiguousarray(sums[: each.count, columns])
+            total[columns] = each.whole(rows, self._domain).sum(0)
         return total
 
     def _first(self, sums: np.ndarray) -> float:

@@ -224,8 +224,11 @@ class LagrangianRates(ReferenceRates):
 
     @property
     def pairs(self) -> int:
-        """Directed pairs, from points to particles and, where these are not the same, back."""
-        return self._pairs.count * (1 if self._back is None else 2)
+        """Directed pairs of its own, from points to particles and, where these are not the same, back."""
+        if self._placement.share.complete:
+            return self._pairs.count * (1 if self._back is None else 2)
+        back = self._back.within(self._placement.share.own) if self._back is not None else 0
+        return self._pairs.within(self._placement.point_share.own) + back
 
     @property
     def neighbours(self) -> Pairs:

@@ -188,8 +188,9 @@ class EdgeRates(BlockRates):
 
     @property
     def pairs(self) -> int:
-        """Directed pairs, as many as a list would have."""
-        return self._ends
+        """Directed pairs of its own particles, as many as a list would have."""
+        share = self._placement.share
+        return self._ends if share.complete else self.neighbours.within(share.own)
 
     @property
     def neighbours(self) -> Pairs:

@@ -188,8 +188,8 @@ class LatticeRates(BlockRates):
 
     @property
     def pairs(self) -> int:
-        """Directed pairs, from cells to their corners and back, as many as lists would have."""
-        return 2 * len(self._host.geometry.rows.indices)
+        """Directed pairs, from the cells of its own to their corners and back, as many as lists would have."""
+        return 2 * int(np.diff(self._host.geometry.rows.offsets)[self._placement.point_share.own].sum())
 
     @property
     def neighbours(self) -> Pairs:
