@@ -1,8 +1,8 @@
 """Steps as programs: a fixed list of launches, captured once and replayed many times.
 
-Where the host has its part in a step, as where processes exchange what they own, a step is stretches of launches between
-what the host does. On CUDA and for small scenes on the CPU a graph holds many steps (0.2 us a launch). A larger scene on the CPU is timed for
-one step, and its cores share the launches that are found to take long (`wsph.backend.threads`).
+On CUDA and for small scenes on the CPU a graph holds many steps (0.2 us a launch). A larger scene on the CPU is timed for
+one step, and its cores share the launches that are found to take long (`wsph.backend.threads`). Where the host has its part
+in a step, as where processes exchange what they own, a step is stretches of launches between what the host does.
 """
 
 # pyright: strict
@@ -10,7 +10,7 @@ one step, and its cores share the launches that are found to take long (`wsph.ba
 
 import contextlib
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import warp as wp
@@ -39,6 +39,11 @@ def _timed(graphs: list[wp.Graph]) -> list[float]:
     return seconds
 
 
+def _run_all(launches: Sequence[Launch]) -> None:
+    for launch in launches:
+        launch.run()
+
+
 def _stretches(step: list[Launch | HostCall], device: str) -> list[Callable[[], None]]:
     """A step as calls: graphs of the launches between what the host does, and that."""
     found: list[Callable[[], None]] = []
@@ -46,9 +51,7 @@ def _stretches(step: list[Launch | HostCall], device: str) -> list[Callable[[], 
 
     def close() -> None:
         if left:
-            mine = tuple(left)
-            graph = captured(lambda: [each.run() for each in mine] and None, device)
-            found.append(partial(wp.capture_launch, graph))
+            found.append(partial(wp.capture_launch, captured(partial(_run_all, tuple(left)), device)))
             left.clear()
 
     for each in step:

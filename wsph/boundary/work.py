@@ -20,6 +20,7 @@ from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.output.fields import AXES
 from wsph.parts.works import PowerWorks
+from wsph.ranks.kept import Rows
 from wsph.reporting import Term
 
 
@@ -269,6 +270,13 @@ class ConstraintWork:
         if not self._some:
             return 0.0
         return float(self._segments.whole(self._sums.numpy(), self._domain).T[0].sum(dtype=np.float64))
+
+    def rows(self, share: Share) -> Rows:
+        """Where its rows stand among those of all processes."""
+        if not self._some:
+            return Rows(0, np.zeros(0, int), np.zeros(0, bool))
+        keys = self._segments.owner[:, None]
+        return Rows.by_keys(keys, np.ones(len(keys), bool), self._domain)
 
     def terms(self, owner: int) -> dict[str, list[Term]]:
         """What the boundary of a number has of it: the terms of its force and its work."""

@@ -41,12 +41,12 @@ from wsph.parts.body_force import BodyForce
 from wsph.parts.body_force_work import WayWork
 from wsph.parts.part import Attached, Host
 from wsph.protocols import Entry
+from wsph.ranks.kept import Piece, Rows
 from wsph.sph.averages import FARTHEST, Averages, average, bounded_average, outward_weights, spanning_weights
 from wsph.sph.pairs import Pairs
 from wsph.sph.weights import Weights
 from wsph.stability.krylov import Moving
 from wsph.stability.small_motions import SmallMotions
-
 
 AROUND = math.ceil(FARTHEST)
 """Layers beyond its own that averages for frames see."""
@@ -244,6 +244,22 @@ class OneSetSystem(System):
 
     def follow(self) -> bool:
         return self.rates.follow()
+
+    def pieces(self) -> dict[str, list[Piece]]:
+        particles, points = Rows.of(self.share), Rows.of(self.point_share)
+        fields = [field for field in self.layout.fields if field.name in self.state.start]
+        state = [
+            Piece(self.state.start[field.name], field.width, points if field.at_points else particles)
+            for field in fields
+        ]
+        known = self._prescribed.rows(self.share, self.domain)
+        known |= {"loads.imposed": particles, "fading.zeta": points, "fading.freed": points}
+        known |= {f"drag.work.{name}": particles for name in ("before", "_hold")}
+        known |= {"force._place": particles, "force._work": Rows.of_blocks(self.share)}
+        found: dict[str, list[Piece]] = {}
+        for name in self.arrays.kept:
+            found[name] = state if name.startswith("state") else [Piece(0, 0, known[name])]
+        return found
 
     def placed(self) -> None:
         self.rates.placed()

@@ -18,6 +18,7 @@ from wsph.boundary.sliding import Sliding
 from wsph.boundary.values import BoundaryValues
 from wsph.boundary.work import ConstraintWork, DragWork
 from wsph.formulations.one_set_setup import Loads
+from wsph.ranks.kept import Rows
 from wsph.units import Scales
 
 
@@ -94,6 +95,16 @@ class Prescribed:
         self.drag.add(state, clock)
         for load in self._loads.acting:
             load.advance(state)
+
+    def rows(self, share: Share, domain: Domain) -> dict[str, Rows]:
+        """Where the rows of its kept arrays stand in those of all processes that share the body, by their names."""
+        blocks = Rows.of_blocks(share)
+        found = {f"drag.work.{name}": blocks for name in ("_work", "_power")}
+        constraints, loads = self._constraint_work.rows(share), self._load_work.rows(share)
+        found |= {f"work.{name}": constraints for name in ("_old", "_sums", "_last")}
+        found |= {f"loads.work.{name}": loads for name in ("_work", "_before", "_place")}
+        moved = self.values.moving(share, domain)
+        return found | {f"motions.moves.{name}": moved for name in ("velocity", "displacement")}
 
     def numbers(self, owner: int) -> list[Terms]:
         """What the boundary of a number does to the body: velocities that it sets, and loads."""

@@ -24,6 +24,7 @@ from wsph.parts.body_force_work import ForceWork
 from wsph.parts.part import Attached
 from wsph.parts.terms import Response
 from wsph.protocols import Entry
+from wsph.ranks.kept import Piece
 from wsph.reporting import Reported
 from wsph.sph.averages import Averages
 
@@ -215,6 +216,10 @@ class System:
         if self.constitutive.internals:
             values = list(self.constitutive.internals.values())
             state.write("internals", np.tile(values, (state.counts["internals"], 1)))
+
+    def pieces(self) -> dict[str, list[Piece]]:
+        """Where its kept arrays stand in those of all processes that share the body, by their names."""
+        raise NotImplementedError
 
     def placed(self) -> None:
         """Recompute whatever depends on where particles are, after a state has been put in from elsewhere."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wsph.backend.domain import WHOLE, Domain
+from wsph.backend.domain import Domain
 
 FACES = ("-x", "+x", "-y", "+y", "-z", "+z")
 """Names of faces, in the order of their numbers."""
@@ -105,7 +105,7 @@ def find_faces(inside: np.ndarray, cut: np.ndarray) -> tuple[np.ndarray, ...]:
 def face_nodes(corners: np.ndarray, offsets: np.ndarray, axis: np.ndarray, sign: np.ndarray) -> np.ndarray:
     """Nodes of faces: those of the cell's corners (m, 2^dim) on the face's side, (m, 2^(dim-1))."""
     on = offsets.T[axis] == ((sign + 1) // 2)[:, None]
-    return corners[on].reshape(len(corners), -1)
+    return corners[on].reshape(len(corners), corners.shape[1] // 2)
 
 
 def face_names(turn: np.ndarray, axis: np.ndarray, sign: np.ndarray) -> np.ndarray:
@@ -117,7 +117,7 @@ def face_names(turn: np.ndarray, axis: np.ndarray, sign: np.ndarray) -> np.ndarr
 
 
 def outermost(name: np.ndarray, outer: np.ndarray, turn: np.ndarray, axis: np.ndarray, centre: np.ndarray, step:
-np.ndarray, domain: Domain = WHOLE) -> np.ndarray:  # fmt: skip
+np.ndarray, domain: Domain) -> np.ndarray:  # fmt: skip
     """Which faces lie less than a cell behind the outermost of the `outer` ones of their name, (m,) bool. `centre` (m,
     dim) of the faces along the grid's axes, and its `step` (dim,) [m]; `domain`: where the others of the body are."""
     along = turn[name // 2]

@@ -72,11 +72,11 @@ def cells_in(shape: Shape, grid: Grid, layers: tuple[int, int] | None = None) ->
 
 
 def layers_of(shape: Shape, grid: Grid, first: int, end: int) -> np.ndarray:
-    """What every layer of nodes across the first axis of a grid has, from one up to another, (layers, 2 + 3 dim) int64: nodes,
-    cells behind them, and of the nodes the sums of their grid coordinates, their least and their largest."""
+    """What every layer of nodes across the first axis of a grid has, from one up to another, (layers, 2 + 3 dim) int64:
+    nodes, cells behind them, and of the nodes the sums of their grid coordinates, their least and their largest."""
     dim, cells = len(grid.count), int(grid.count[0])
     found = np.zeros((end - first, 2 + 3 * dim), np.int64)
-    before = cells_in(shape, grid, (first - 1, first)) if 0 < first else None
+    before = cells_in(shape, grid, (first - 1, first)) if first > 0 else None
     for k in range(first, end):
         here = cells_in(shape, grid, (k, k + 1)) if k < cells else None
         either = [each[0] for each in (before, here) if each is not None]

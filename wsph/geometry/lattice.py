@@ -52,7 +52,11 @@ class Lattice(Geometry):
     @property
     def mean_volume(self) -> float:
         # Cells of a part are alike; a mean has the roundings of as many as there are.
-        return float(np.broadcast_to(self.cell_volume[:1], (self.split.points.whole,)).mean() if self.part else super().mean_volume)
+        return float(
+            np.broadcast_to(self.cell_volume[:1], (self.split.points.whole,)).mean()
+            if self.part
+            else super().mean_volume
+        )
 
     @property
     def cells(self) -> np.ndarray:
@@ -270,11 +274,11 @@ def lattice(
         node_volume[corners[:, k]] += part
     placed = node_index + shift if jitter else node_index
     made = Lattice(nodes, node_volume, cell_volume, faces, edges, grid, placed, corners, cuts, owned)
-    return made if slab is None else _within(made, slab, layers[0])
+    return made if slab is None else _within(made, slab)
 
 
-def _within(made: Lattice, slab: Slab, first: int) -> Lattice:
-    """The nodes, cells and faces of a slab, of a lattice that has a layer more on either side; `first` layer of its cells."""
+def _within(made: Lattice, slab: Slab) -> Lattice:
+    """The nodes, cells and faces of a slab, of a lattice that has a layer more on either side."""
     node, cell = made.index[:, 0], made.index[made.corners[:, 0], 0]
     start, cells = np.searchsorted(node, slab.layers[0]), np.searchsorted(cell, slab.layers)
     nodes, mine = slice(start, np.searchsorted(node, slab.layers[1], side="right")), slice(*cells)

@@ -92,8 +92,8 @@ class Fading(Attached):
         share: Share,
         domain: Domain,
     ):
-        """`flow`: which of the internals is the plastic strain, and E/sigma_y; `fields`: those of the points of a state; `share`: the points
-        whose energies count."""
+        """`flow`: which of the internals is the plastic strain, and E/sigma_y; `fields`: those of the points of a state;
+        `share`: the points whose energies count."""
         self._space, self._clock, self._layout, self._fields, self._seen = space, clock, layout, fields, seen
         self._internal, self._yields = flow[0], space.scalar(flow[1])
         self._rows = rows_of(space, seen.pairs, seen.weight)

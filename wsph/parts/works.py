@@ -19,8 +19,8 @@ def work_and_force(dim: int) -> tuple[str, ...]:
 
 
 class Works:
-    """Works, one a column, summed in blocks of rows (`wsph.backend.reduce`), of those that a process owns. `_launch` gives the kernel that adds those of a
-    step, its inputs, and what it writes beside them.
+    """Works, one a column, summed in blocks of rows (`wsph.backend.reduce`), of those that a process owns. `_launch` gives
+    the kernel that adds those of a step, its inputs, and what it writes beside them.
 
     _work   # (blocks, columns) float64, works so far, nondimensional
     """

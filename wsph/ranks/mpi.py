@@ -11,16 +11,13 @@ the others raise it too: none waits for what another will not say.
 import pickle
 import sys
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from wsph.backend.domain import Share
 from wsph.backend.space import Array
 from wsph.errors import WsphError
-
-if TYPE_CHECKING:
-    from mpi4py.MPI import Comm
 
 T = TypeVar("T")
 
@@ -38,7 +35,7 @@ class Elsewhere(WsphError):
 class Ranks:
     """The domain of a process among those of a communicator (`wsph.backend.domain.Domain`)."""
 
-    def __init__(self, comm: "Comm"):
+    def __init__(self, comm: Any):
         self._comm = comm
         self.rank, self.size = int(comm.Get_rank()), int(comm.Get_size())
         self._failed = False
@@ -109,7 +106,9 @@ class Ranks:
         return self._hear(found)[by]
 
     def abort(self, error: BaseException) -> None:
-        print(f"error: process {self.rank} of {self.size}: {type(error).__name__}: {error}", file=sys.stderr, flush=True)
+        print(
+            f"error: process {self.rank} of {self.size}: {type(error).__name__}: {error}", file=sys.stderr, flush=True
+        )
         self._comm.Abort(1)
 
     def common(self, words: Sequence[str]) -> list[str]:
@@ -140,7 +139,7 @@ class Exchange:
     """Messages that keep the copies of other processes' rows up to date (`wsph.backend.domain.Halo`): ranges of the array
     itself, on a CPU without a copy."""
 
-    def __init__(self, comm: "Comm", shares: Sequence[Share], rank: int):
+    def __init__(self, comm: Any, shares: Sequence[Share], rank: int):
         self._comm, mine = comm, shares[rank]
         self._into: list[tuple[int, slice]] = []
         self._out: list[tuple[int, slice]] = []
@@ -154,7 +153,7 @@ class Exchange:
     def update(self, field: Array) -> None:
         rows: np.ndarray = field.numpy()  # on a CPU a view
         self.fill(rows)
-        if not field.device.is_cpu:
+        if field.device is not None and not field.device.is_cpu:
             field.assign(rows)
 
     def fill(self, rows: np.ndarray) -> None:

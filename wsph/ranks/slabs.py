@@ -26,8 +26,8 @@ class Slab:
     cells: Share
 
     def over(self, layers: tuple[int, int], nodes: np.ndarray, cells: np.ndarray) -> "Slab":
-        """The same with at least some layers, from one up to another, of a body with so many `nodes` (l + 1,) and `cells` (l,)
-        in its layers."""
+        """The same with at least some layers, from one up to another, of a body with so many `nodes` (l + 1,) and `cells`
+        (l,) in its layers."""
         window = max(min(self.layers[0], layers[0]), 0), min(max(self.layers[1], layers[1]), len(cells))
         first = [int(each[: window[0]].sum()) for each in (nodes, cells)]
         held = int(nodes[window[0] : window[1] + 1].sum()), int(cells[window[0] : window[1]].sum())

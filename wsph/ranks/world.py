@@ -17,6 +17,15 @@ LAUNCHERS = {
 which SLURM_NTASKS says what could be started: it is not asked."""
 
 
+RANKS = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "SLURM_PROCID")
+"""Variables in which they say which of them a process is."""
+
+
+def speaks(environment: Mapping[str, str] = os.environ) -> bool:
+    """Whether this process is the one, of those that were started together, that prints what all have to say."""
+    return started(environment) == 1 or all(environment.get(name, "0") == "0" for name in RANKS)
+
+
 def started(environment: Mapping[str, str] = os.environ) -> int:
     """Processes that were started together with this one, itself included."""
     counts = [environment.get(name, "") for name in LAUNCHERS]

@@ -38,13 +38,13 @@ from wsph.scene.scene import Scene
 from wsph.simulation.composing.bodies import Standing, alone, standing
 from wsph.simulation.composing.composition import BodyRun, Composition, Step, reported
 from wsph.simulation.composing.idle import idle
-from wsph.simulation.composing.shared import refuse_shared
 from wsph.simulation.composing.setting import BareBody, Method, Setting, bare_bodies, materials_of, method_of, scales_of
+from wsph.simulation.composing.shared import refuse_shared
 from wsph.simulation.composing.slips import slips
 from wsph.simulation.composing.together import joined_bodies, stiffen
 from wsph.simulation.probing.numbers import NumberRecorder
-from wsph.simulation.probing.points import PointRecorder
 from wsph.simulation.probing.placed import PlacedRecorder, SharedNumbers, keeper, reach_probes
+from wsph.simulation.probing.points import PointRecorder
 from wsph.simulation.probing.recorder import Recorder
 from wsph.simulation.probing.reduced import ReducedRecorder, needs_places
 from wsph.simulation.starting.from_file import put_states
@@ -103,7 +103,9 @@ def _compose(scene: Scene, domain: Domain) -> Composition:
     pairs = int(domain.sum(np.array([sum(run.system.pairs for run in bodies)]))[0])
     hosted = domain.size > 1
     program = Program(step, time_step.clock, pairs, scene.run.threads, step.before, hosted=hosted)
-    return Composition(scene, space, scales, time_step, bodies, joint, between, probes, program, method.who, domain, pairs)
+    return Composition(
+        scene, space, scales, time_step, bodies, joint, between, probes, program, method.who, domain, pairs
+    )
 
 
 def _refuse_relaxing(scene: Scene, method: Method) -> None:
@@ -192,7 +194,8 @@ def _guard(
             return alone(setting, standing(setting, each, Space(space.dim), again), again)
 
         with blame(setting.method.who, integrators.SIGNATURE):
-            guard(setting.scene, run, time_step.dt, steps, double)
+            # Processes that share a body have none to themselves.
+            guard(setting.scene, run, time_step.dt, steps, double if run.system.domain.size == 1 else None)
         run.stability.share = run.courant / run.limit if run.limit else 1.0
 
 

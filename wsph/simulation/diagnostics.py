@@ -8,7 +8,7 @@ import warp as wp
 
 from wsph.backend.domain import WHOLE, Domain, Share
 from wsph.backend.kernels import kernel
-from wsph.backend.reduce import Blocks
+from wsph.backend.reduce import BLOCK, Blocks
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.backend.tensors import determinant_and_inverse
@@ -23,7 +23,8 @@ SMALL = 0.02
 """A strain below which a bound of the distortion is as good as the distortion: limits are recomputed beyond 5 %."""
 
 KINETIC, STRAIN, DISSIPATED, NOT_FINITE, FIRST, STRETCH, DISTORTION, MOMENTUM = range(8)
-"""Columns of the sums of a block: FIRST is its first particle or point that is not finite, -1 where all are;
+"""Columns of the sums of a block: FIRST is its first particle that is not finite, or its first point and a half, -1 where
+all are;
 STRETCH and DISTORTION are the largest; the three components of the momentum stand from MOMENTUM on."""
 
 
@@ -230,9 +231,8 @@ def _ledger_kernel(space: Space, laws: Laws, layout: Layout, energy: StoredEnerg
             # A maximum drops NaN; a sum keeps it, so the check is on the sum.
             if not (wp.isfinite(each) and current > real(0.0)):
                 broken += wp.float64(1.0)
-                number = wp.float64(i + apart)
-                if first < wp.float64(0.0) or number < first:
-                    first = number
+                if first < wp.float64(0.0):
+                    first = wp.float64(i + apart) + wp.float64(0.5)
         sums_out[block, KINETIC] = kinetic
         sums_out[block, STRAIN] = strain
         sums_out[block, DISSIPATED] = dissipated
@@ -300,7 +300,7 @@ class Diagnostics:
         sums = self._sums.numpy()
         total = self._whole(sums)
         largest = self._domain.max(sums[:, (STRETCH, DISTORTION)].max(0))
-        first = float(self._domain.min(np.array([self._first(sums)]))[0])
+        first = self._first(sums)
         return BodySums(
             kinetic=float(total[KINETIC]),
             strain=float(total[STRAIN]),
@@ -320,6 +320,10 @@ class Diagnostics:
         return total
 
     def _first(self, sums: np.ndarray) -> float:
-        """The number in the whole body of the first particle or point here that is not finite; infinite where all are."""
-        found = sums[sums[:, NOT_FINITE] > 0, FIRST]
-        return float(found.min(initial=np.inf)) + self._shares[0].first
+        """The number in the whole body of the first particle that is not finite in the first block that has any, or of the
+        first point where all particles are; infinite where all are."""
+        found = sums[sums[:, NOT_FINITE] > 0, FIRST] + self._shares[0].first
+        found = self._domain.joined(found)
+        of_point = found % 1.0 > 0.0
+        order = np.lexsort((found, of_point, found // BLOCK))
+        return float(np.floor(found[order[0]])) if len(found) else np.inf

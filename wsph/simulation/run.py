@@ -67,7 +67,9 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
     """
     if progress is True:
         with Bar() as bar:
-            return run(scene, out, overwrite=overwrite, resume=resume, throw=throw, progress=bar, domain=domain, **overrides)
+            return run(
+                scene, out, overwrite=overwrite, resume=resume, throw=throw, progress=bar, domain=domain, **overrides
+            )
     scene = prepared(scene, overrides)
     folder = Path(out) if out is not None else None
     claim = Claim(folder, overwrite, resume) if folder is not None and domain.rank == 0 else None
@@ -148,7 +150,9 @@ class Running:
             if step == 0 and self._relax(step, progress, interrupts):
                 self._begin()
             yield step
-            while step < self._timeline.last and not self._asked(interrupts) and self._relax(step, progress, interrupts):
+            while (
+                step < self._timeline.last and not self._asked(interrupts) and self._relax(step, progress, interrupts)
+            ):
                 step += self._steps(self._block(step, due()), interrupts)
                 self._records.collect(step)
                 self._records.take(step, self.check(step))

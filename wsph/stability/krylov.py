@@ -142,7 +142,9 @@ class Multiplied(Protocol):
     """What multiplies vectors (count,) of numbers of a `kind`."""
 
     count: int
-    kind: type[np.floating[Any]]
+
+    @property
+    def kind(self) -> type[np.floating[Any]]: ...
 
     def stiffness(self, x: np.ndarray) -> np.ndarray: ...
 

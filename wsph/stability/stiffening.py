@@ -114,7 +114,9 @@ def _kernel(space: Space, laws: Laws, layout: Layout, total: bool, breaks: bool)
     stiffness = _stiffness(space, laws, layout, total)
 
     @kernel()
-    def stiffest(p: Params, fields: Fields, at_rest: real, low: int, end: int, stiffest_out: wp.array(dtype=wp.float64)):
+    def stiffest(
+        p: Params, fields: Fields, at_rest: real, low: int, end: int, stiffest_out: wp.array(dtype=wp.float64)
+    ):
         block = wp.tid()
         most = wp.float64(1.0)
         for i in range(low + block * BLOCK, wp.min(low + (block + 1) * BLOCK, end)):

@@ -12,6 +12,7 @@ from wsph.backend.reduce import Segments
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.parts.works import Works, work_and_force
+from wsph.ranks.kept import Rows
 from wsph.reporting import Term
 
 
@@ -108,6 +109,11 @@ class LoadWork(Works):
 
     def kept(self) -> dict[str, wp.array]:
         return super().kept() | ({"before": self._before, "place": self._place} if self._acts else {})
+
+    def rows(self, share: Share) -> Rows:
+        """Where its rows stand among those of all processes."""
+        keys = self._segments.owner[:, None]
+        return Rows.by_keys(keys, np.ones(len(keys), bool), self._domain)
 
     @property
     def total(self) -> float:

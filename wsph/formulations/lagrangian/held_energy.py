@@ -11,7 +11,7 @@ from wsph.sph.rows import rows_struct
 
 
 def held_energy_kernel(space: Space, layout: Layout, apart: bool) -> wp.Kernel:
-    """Partial sums of the energy over blocks of points, which begin at `starts`. `apart`: points have places of their own."""
+    """Partial sums of the energy over blocks of points, from `starts` on. `apart`: points have places of their own."""
     real, vec, Fields = space.scalar, space.vec, fields_struct(space, layout)
     Rows, Points, Answers, left_over = rows_struct(space), points_struct(space), answers_struct(space), misfit(space)
 

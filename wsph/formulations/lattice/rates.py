@@ -267,7 +267,9 @@ class LatticeRates(BlockRates):
         made = held_kernel(self._space, self._layout, self._width, self.form.fades >= 0)
         wp.launch(made, len(sums), inputs=inputs, outputs=[sums], device=self._clock.device)
         first = self._cells.numpy()[:: HEAD + 2**self._space.dim]
-        return own_total(sums, first, self._placement.point_share, self._domain) + (0.0 if self._rest is None else self._rest.held_energy(state))
+        return own_total(sums, first, self._placement.point_share, self._domain) + (
+            0.0 if self._rest is None else self._rest.held_energy(state)
+        )
 
 
 def build(setup: Setup) -> OneSetSystem:

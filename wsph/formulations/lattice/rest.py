@@ -141,7 +141,13 @@ class Rest:
         """Energy of the residual, of a state that is up to date, nondimensional (a launch and a copy)."""
         starts, device = Blocks.of(Share.all(len(self._volume))).starts, self._clock.device
         sums: Array = wp.zeros(len(starts) - 1, dtype=wp.float64, device=device)
-        inputs = [wp.array(starts, dtype=wp.int32, device=device), self._rows, self._acting, self._answers, state.struct]
+        inputs = [
+            wp.array(starts, dtype=wp.int32, device=device),
+            self._rows,
+            self._acting,
+            self._answers,
+            state.struct,
+        ]
         wp.launch(self.kernels.held, len(sums), inputs=inputs, outputs=[sums], device=device)
         return total(sums)
 

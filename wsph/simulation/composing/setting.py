@@ -103,9 +103,7 @@ class BareBody:
         return self.geometry.spacing / self.speed
 
 
-def bare_bodies(
-    scene: Scene, materials: Sequence[Material], method: Method, domain: Domain = WHOLE
-) -> list[BareBody]:
+def bare_bodies(scene: Scene, materials: Sequence[Material], method: Method, domain: Domain = WHOLE) -> list[BareBody]:
     """The bodies of a scene, or the part of each that a process has."""
     states = [STRESS_STATES[scene.dim, body.state] for body in scene.bodies]
     geometries = [geometry_of(scene, k, method.formulation, domain) for k in range(len(scene.bodies))]

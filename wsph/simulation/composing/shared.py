@@ -37,7 +37,9 @@ def _faults(scene: Scene, method: Method) -> Iterator[tuple[str, str]]:
     if scene.relaxes:
         yield "relax", "a relaxation"
     for k, body in enumerate(scene.bodies):
-        yield from ((f"bodies.{k}.{key}" if key else f"bodies.{k}", what) for key, what in _of_body(scene, body, method))
+        yield from (
+            (f"bodies.{k}.{key}" if key else f"bodies.{k}", what) for key, what in _of_body(scene, body, method)
+        )
     for k, condition in enumerate(scene.boundary):
         yield from ((f"boundary.{k}.{key}", what) for key, what in _of_boundary(condition))
 

@@ -83,15 +83,15 @@ class Numbers:
 
     def values(self) -> list[float]:
         """The columns at present, SI (launches, and copies from the device)."""
-        found = self._present()
+        found = self.present()
         return [(found[name] - self.stood.get(name, 0.0)) * scale for name, _, scale in self._terms]
 
     def open(self) -> None:
         """Begin to count works (launches, and copies from the device)."""
-        found = self._present()
+        found = self.present()
         self.stood = {name: found[name] for name in self.stood}
 
-    def _present(self) -> dict[str, float]:
+    def present(self) -> dict[str, float]:
         """All sums as they are, by column, nondimensional."""
         for each in self._reported:
             each.gather()

@@ -17,7 +17,7 @@ from wsph.reporting import Reported
 from wsph.scene.probes import Probe
 from wsph.scene.scene import Scene
 from wsph.simulation.composing.setting import BareBody
-from wsph.simulation.probing.numbers import Numbers, column, components
+from wsph.simulation.probing.numbers import WORK, Numbers, column, components, scale
 from wsph.simulation.probing.points import Probed
 from wsph.simulation.probing.recorder import Recorder
 from wsph.units import Scales
@@ -149,27 +149,31 @@ class SharedNumbers(Recorder):
     ):
         of = [each for each in reported if each.name == probe.of]
         if often or not of:
-            text = "numbers of every step are for one process" if of else f"nothing that has numbers is named {probe.of!r}"
+            text = (
+                "numbers of every step are for one process" if of else f"nothing that has numbers is named {probe.of!r}"
+            )
             raise SceneError("scene", [Fault(0, f"{key}.every" if of else f"{key}.of", text)])
         self._numbers = Numbers(of, scales, dim, domain)
         names = [number for name in probe.fields for number in components(name, dim)]
         self._columns = {name: column(of[0], name) for name in names}
+        self._scale, self._stood = {name: scale(name, scales, dim) for name in names}, 0.0
         super().__init__(probe, clock, len(names), wp.float64, every_step=False)
 
     def record(self) -> None:
         """What there is is put together when it is read."""
 
     def flush(self, steps: list[int]) -> None:
-        found = dict(zip(self._numbers.units, self._numbers.values(), strict=True))
+        found = self._numbers.present()
         self._rows.append(np.array([[found[each] for each in self._columns.values()]] * len(steps)))
         self.steps += steps
 
     def begin(self, stood: Mapping[str, float]) -> None:
-        self._numbers.stood = {name: stood.get(name, value) for name, value in self._numbers.stood.items()}
+        self._stood = stood.get(self._columns.get(WORK, ""), 0.0)
 
     def columns(self) -> dict[str, np.ndarray]:
         rows, _ = self.kept()
-        return {name: rows[:, k] for k, name in enumerate(self._columns)}
+        stood = {WORK: self._stood}
+        return {name: (rows[:, k] - stood.get(name, 0.0)) * self._scale[name] for k, name in enumerate(self._columns)}
 
     @property
     def units(self) -> dict[str, str]:

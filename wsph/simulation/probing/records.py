@@ -272,7 +272,8 @@ def _shown(
     """Fields of a body at places (n, dim) of the reference, of primitives that are `read` there."""
     reading, count = run.reading, len(position)
     known = {base for name in names for base in fields.primitives(name, formulas)}.intersection(reading.names)
-    values = {name: read(name) for name in known}
+    # In an order that all processes have: they read a field together.
+    values = {name: read(name) for name in sorted(known)}
     found: dict[str, np.ndarray] = {}
     for name in (n for n in names if n not in fields.ALWAYS):
         if name in formulas:
