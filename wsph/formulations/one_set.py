@@ -7,7 +7,6 @@ limited by the body's small motions (`wsph.stability.small_motions`).
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
-import math
 from collections.abc import Callable
 from functools import cached_property, partial
 from typing import cast
@@ -33,23 +32,20 @@ from wsph.formulations.one_set_setup import (
     pair_warnings,
     seam_of,
 )
-from wsph.formulations.one_set_works import Prescribed
+from wsph.formulations.one_set_works import Prescribed, pieces_of
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import HERE, System
-from wsph.geometry.geometry import Geometry
 from wsph.parts.body_force import BodyForce
 from wsph.parts.body_force_work import WayWork
 from wsph.parts.part import Attached, Host
 from wsph.protocols import Entry
-from wsph.ranks.kept import Piece, Rows
-from wsph.sph.averages import FARTHEST, Averages, average, bounded_average, outward_weights, spanning_weights
+from wsph.ranks.kept import Piece
+from wsph.sph.around import Around
+from wsph.sph.averages import Averages, average, bounded_average, outward_weights, spanning_weights
 from wsph.sph.pairs import Pairs
 from wsph.sph.weights import Weights
 from wsph.stability.krylov import Moving
 from wsph.stability.small_motions import SmallMotions
-
-AROUND = math.ceil(FARTHEST)
-"""Layers beyond its own that averages for frames see."""
 
 
 def _buffers(terms: list[tuple[float, State]]) -> list[tuple[float, Array]]:
@@ -246,20 +242,8 @@ class OneSetSystem(System):
         return self.rates.follow()
 
     def pieces(self) -> dict[str, list[Piece]]:
-        particles, points = Rows.of(self.share), Rows.of(self.point_share)
-        fields = [field for field in self.layout.fields if field.name in self.state.start]
-        state = [
-            Piece(self.state.start[field.name], field.width, points if field.at_points else particles)
-            for field in fields
-        ]
-        known = self._prescribed.rows(self.share, self.domain)
-        known |= {"loads.imposed": particles, "fading.zeta": points, "fading.freed": points}
-        known |= {f"drag.work.{name}": particles for name in ("before", "_hold")}
-        known |= {"force._place": particles, "force._work": Rows.of_blocks(self.share)}
-        found: dict[str, list[Piece]] = {}
-        for name in self.arrays.kept:
-            found[name] = state if name.startswith("state") else [Piece(0, 0, known[name])]
-        return found
+        shares = self.share, self.point_share
+        return pieces_of(self.arrays.kept, self.state, self._prescribed, shares, self.domain)
 
     def placed(self) -> None:
         self.rates.placed()
@@ -424,20 +408,11 @@ class OneSetSystem(System):
         averaged = bounded_average if self.state.bounded(name) else average
         if self.domain.size == 1:
             return averaged(self._outwards, values)
-        geometry, weights = self._around
-        share, wide = self.point_share, geometry.split
-        around = np.zeros((wide.points.held, values.shape[1]))
-        around[share.low - wide.points.first : share.high - wide.points.first] = values[share.own]
-        self.domain.halo(wide.points).fill(around)
-        first = self.share.first - wide.nodes.first
-        return averaged(weights, around)[first : first + self.share.held]
+        return self._around.averaged(values, averaged)
 
     @cached_property
-    def _around(self) -> tuple[Geometry, Weights]:
-        """The part of a body that processes share, with as much around it as averages for frames see."""
-        low, high = self.geometry.split.layers
-        geometry = self.geometry.wider((low - AROUND, high + AROUND))
-        return geometry, outward_weights(geometry, 1.2)
+    def _around(self) -> Around:
+        return Around(self.geometry)
 
     @cached_property
     def _outwards(self) -> Weights:

@@ -3,6 +3,8 @@
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from wsph.backend.arrays import Arrays
@@ -18,7 +20,7 @@ from wsph.boundary.sliding import Sliding
 from wsph.boundary.values import BoundaryValues
 from wsph.boundary.work import ConstraintWork, DragWork
 from wsph.formulations.one_set_setup import Loads
-from wsph.ranks.kept import Rows
+from wsph.ranks.kept import Piece, Rows
 from wsph.units import Scales
 
 
@@ -119,3 +121,18 @@ class Prescribed:
         """Work of constraints and loads so far, nondimensional."""
         sliding = self._sliding.total if self._sliding is not None else 0.0
         return self._constraint_work.total + sliding + self._load_work.total
+
+
+def pieces_of(
+    kept: Iterable[str], state: State, prescribed: Prescribed, shares: tuple[Share, Share], domain: Domain
+) -> dict[str, list[Piece]]:
+    """Where the kept arrays of a body stand in those of all processes that share it, by their names. `shares`: its
+    particles and its points."""
+    particles, points = (Rows.of(share) for share in shares)
+    fields = [field for field in state.layout.fields if field.name in state.start]
+    own = [Piece(state.start[field.name], field.width, points if field.at_points else particles) for field in fields]
+    known = prescribed.rows(shares[0], domain)
+    known |= {"loads.imposed": particles, "fading.zeta": points, "fading.freed": points}
+    known |= {f"drag.work.{name}": particles for name in ("before", "_hold")}
+    known |= {"force._place": particles, "force._work": Rows.of_blocks(shares[0])}
+    return {name: own if name.startswith("state") else [Piece(0, 0, known[name])] for name in kept}

@@ -210,17 +210,12 @@ def lattice(
     spacing or cracks do not fit, or the map turns a cell inside out.
     """
     dim, grid = shape.dim, plan(shape, spacing, lattice_rotate)
-    # Of a slab a layer more on either side says which of its cell faces have nothing behind them.
     slab, owned = held or (None, None)
-    layers = (0, int(grid.count[0]))
-    if slab is not None:
-        layers = max(slab.layers[0] - 1, 0), min(slab.layers[1] + 1, layers[1])
+    layers = (0, int(grid.count[0])) if slab is None else slab.around(int(grid.count[0]))
     inside, offsets = cells_in(shape, grid, layers), np.array(list(product((0, 1), repeat=dim)))
     if not inside.any():
         raise ValueError(f"{grid.step.min():g} m leaves no cell inside the shape")
-    index, (corners, node_index) = _places(inside), _corners(inside, offsets)
-    index[:, 0] += layers[0]
-    node_index[:, 0] += layers[0]
+    index, (corners, node_index) = _places(inside, layers[0]), _corners(inside, offsets, layers[0])
     cuts = tuple(Crack(*grid.coordinates(np.array(ends, float))) for ends in cracks)
     cut = np.zeros((dim, *inside.shape), bool)
     for crack in cuts:
@@ -231,10 +226,7 @@ def lattice(
                 str([round(float(x), 12) for x in end]) for end in grid.points(np.stack([crack.start, crack.end]))
             )
             raise ValueError(f"from and to {ends} part no cells of the body")
-    cell, axis, sign, whole = find_faces(inside, cut)
-    if slab is not None:
-        mine = (index[cell, 0] >= slab.layers[0]) & (index[cell, 0] < slab.layers[1])
-        cell, axis, sign, whole = (rows[mine] for rows in (cell, axis, sign, whole))
+    cell, axis, sign, whole = _faces(inside, cut, index, slab)
     sides = (corners[cell], offsets, axis, sign)
     shift = np.zeros((len(node_index) if jitter else 0, dim))
     if jitter:
@@ -275,6 +267,15 @@ def lattice(
     placed = node_index + shift if jitter else node_index
     made = Lattice(nodes, node_volume, cell_volume, faces, edges, grid, placed, corners, cuts, owned)
     return made if slab is None else _within(made, slab)
+
+
+def _faces(inside: np.ndarray, cut: np.ndarray, index: np.ndarray, slab: Slab | None) -> tuple[np.ndarray, ...]:
+    """The faces of a body's cells, as `find_faces` has them, or of those of a slab of it."""
+    found = find_faces(inside, cut)
+    if slab is None:
+        return found
+    layer = index[found[0], 0]
+    return tuple(rows[(layer >= slab.layers[0]) & (layer < slab.layers[1])] for rows in found)
 
 
 def _within(made: Lattice, slab: Slab) -> Lattice:
@@ -326,16 +327,17 @@ def slab_of(
     return made((len(cells), 0))
 
 
-def _places(inside: np.ndarray) -> np.ndarray:
-    """Where an array of a grid's shape is true, (n, dim) int32, the last axis fastest."""
+def _places(inside: np.ndarray, first: int = 0) -> np.ndarray:
+    """Where an array of the shape of a grid, from its `first` layer on, is true, (n, dim) int32, the last axis fastest."""
     left = np.flatnonzero(inside)
     places = np.empty((len(left), inside.ndim), np.int32)
     for axis in reversed(range(inside.ndim)):
         left, places[:, axis] = np.divmod(left, inside.shape[axis])
+    places[:, 0] += np.int32(first)
     return places
 
 
-def _corners(inside: np.ndarray, offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _corners(inside: np.ndarray, offsets: np.ndarray, first: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Corners (c, 2^dim) of the cells `inside`, and places (n, dim) in the grid of all that are, in its order; int32."""
     touched = np.zeros([n + 1 for n in inside.shape], bool)
     views = [tuple(slice(k, k + n) for k, n in zip(o, inside.shape, strict=True)) for o in offsets.tolist()]
@@ -345,4 +347,4 @@ def _corners(inside: np.ndarray, offsets: np.ndarray) -> tuple[np.ndarray, np.nd
     corners = np.empty((np.count_nonzero(inside), len(offsets)), np.int32)
     for k, view in enumerate(views):
         corners[:, k] = number[view][inside]
-    return corners, _places(touched)
+    return corners, _places(touched, first)

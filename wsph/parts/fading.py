@@ -5,15 +5,15 @@ secant stiffness has of the elastic one. What a falling zeta sets free of the re
 A material says by its `flows` which of its internals is e, and which of its numbers sigma_y.
 """
 
+from collections.abc import Callable
 from functools import cache
 
+import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays, host
 from wsph.backend.clock import Clock
-from wsph.backend.domain import Domain, Share
 from wsph.backend.kernels import kernel
-from wsph.backend.reduce import own_sum
 from wsph.backend.space import Space, Struct
 from wsph.backend.state import Layout, fields_struct
 from wsph.parts.part import Attached, Neighbourhood
@@ -89,11 +89,10 @@ class Fading(Attached):
         fields: Struct,
         clock: Clock,
         arrays: Arrays,
-        share: Share,
-        domain: Domain,
+        total: Callable[[np.ndarray], float],
     ):
         """`flow`: which of the internals is the plastic strain, and E/sigma_y; `fields`: those of the points of a state;
-        `share`: the points whose energies count."""
+        `total` sums up energies of the points."""
         self._space, self._clock, self._layout, self._fields, self._seen = space, clock, layout, fields, seen
         self._internal, self._yields = flow[0], space.scalar(flow[1])
         self._rows = rows_of(space, seen.pairs, seen.weight)
@@ -105,7 +104,7 @@ class Fading(Attached):
         m = len(seen.volume)
         self._zeta = arrays.changes("zeta", wp.ones(m, dtype=space.scalar, device=arrays.device))
         self._freed = arrays.zeros("freed", m, space.scalar, kept=True)
-        self.ledger = (Entry("dissipated", lambda: own_sum(host(self._freed), share, domain)),)
+        self.ledger = (Entry("dissipated", lambda: total(host(self._freed))),)
 
     def advance(self) -> None:
         """Book what the step has set free (a launch)."""

@@ -11,13 +11,14 @@ the others raise it too: none waits for what another will not say.
 import pickle
 import sys
 from collections.abc import Callable, Sequence
-from typing import Any, TypeVar
+from typing import TypeVar, cast
 
 import numpy as np
 
 from wsph.backend.domain import Share
-from wsph.backend.space import Array
 from wsph.errors import WsphError
+from wsph.ranks.communicator import Communicator
+from wsph.ranks.exchange import Exchange
 
 T = TypeVar("T")
 
@@ -35,7 +36,7 @@ class Elsewhere(WsphError):
 class Ranks:
     """The domain of a process among those of a communicator (`wsph.backend.domain.Domain`)."""
 
-    def __init__(self, comm: Any):
+    def __init__(self, comm: Communicator):
         self._comm = comm
         self.rank, self.size = int(comm.Get_rank()), int(comm.Get_size())
         self._failed = False
@@ -54,14 +55,11 @@ class Ranks:
         return of(np.stack(self._hear(np.asarray(x))))
 
     def joined(self, rows: np.ndarray) -> np.ndarray:
-        if rows.nbytes <= FEW_BYTES and not rows.dtype.hasobject:
-            parts = self._hear(rows)
-            if all(each is not None for each in parts):
-                return np.concatenate(parts)
-            counts = self._comm.allgather(len(rows))
-        else:
-            self._hear(None)
-            counts = self._comm.allgather(len(rows))
+        parts = self._hear(rows if rows.nbytes <= FEW_BYTES else None)
+        known = [each for each in parts if each is not None]
+        if len(known) == self.size:
+            return np.concatenate(known)
+        counts = self._comm.allgather(len(rows))
         whole = np.empty((sum(counts), *rows.shape[1:]), rows.dtype)
         self._comm.Allgatherv(np.ascontiguousarray(rows), [whole, _numbers(counts, rows), _type(rows)])
         return whole
@@ -83,7 +81,7 @@ class Ranks:
     def scattered(self, rows: np.ndarray | None, share: Share) -> np.ndarray:
         form = None if rows is None else (rows.shape[1:], rows.dtype)
         said = self._hear((share.first, share.held, form))
-        windows, (shape, dtype) = [each[:2] for each in said], said[0][2]
+        windows, (shape, dtype) = [each[:2] for each in said], said[0][2] or ((), np.dtype(float))
         if rows is None:
             mine = np.empty((share.held, *shape), dtype)
             for piece in _pieces(mine):
@@ -103,7 +101,7 @@ class Ranks:
             except BaseException as error:
                 self.fail(error)
                 raise
-        return self._hear(found)[by]
+        return cast(T, self._hear(found)[by])
 
     def abort(self, error: BaseException) -> None:
         print(
@@ -120,7 +118,7 @@ class Ranks:
             self._failed = True
             self._comm.allgather((_portable(error), None))
 
-    def _hear(self, mine: object) -> list[Any]:
+    def _hear(self, mine: T) -> list[T]:
         """What all processes say. Raises the error of the first that has met one."""
         if self._failed:
             raise Elsewhere("this process has failed before")
@@ -131,45 +129,8 @@ class Ranks:
             raise pickle.loads(found)  # noqa: S301
         return [each for _, each in said]
 
-    def halo(self, share: Share) -> "Exchange":
+    def halo(self, share: Share) -> Exchange:
         return Exchange(self._comm, self._hear(share), self.rank)
-
-
-class Exchange:
-    """Messages that keep the copies of other processes' rows up to date (`wsph.backend.domain.Halo`): ranges of the array
-    itself, on a CPU without a copy."""
-
-    def __init__(self, comm: Any, shares: Sequence[Share], rank: int):
-        self._comm, mine = comm, shares[rank]
-        self._into: list[tuple[int, slice]] = []
-        self._out: list[tuple[int, slice]] = []
-        for other, theirs in enumerate(shares):
-            if other != rank:
-                self._into += [(other, each) for each in _overlap(mine, theirs)]
-                self._out += [(other, each) for each in _overlap(theirs, mine, mine.first)]
-        self.sent = sum(each.stop - each.start for _, each in self._out)
-        """Rows that it sends."""
-
-    def update(self, field: Array) -> None:
-        rows: np.ndarray = field.numpy()  # on a CPU a view
-        self.fill(rows)
-        if field.device is not None and not field.device.is_cpu:
-            field.assign(rows)
-
-    def fill(self, rows: np.ndarray) -> None:
-        from mpi4py.MPI import Request
-
-        waits = [self._comm.Irecv(rows[each], other, 3) for other, each in self._into]
-        waits += [self._comm.Isend(rows[each], other, 3) for other, each in self._out]
-        Request.Waitall(waits)
-
-
-def _overlap(holder: Share, owner: Share, first: int | None = None) -> list[slice]:
-    """The rows that one process holds and another owns, numbered from `first` on, or as the holder has them."""
-    low = max(holder.first, owner.low)
-    high = min(holder.first + holder.held, owner.high)
-    begin = holder.first if first is None else first
-    return [slice(low - begin, high - begin)] if high > low else []
 
 
 def _pieces(rows: np.ndarray) -> list[np.ndarray]:

@@ -25,6 +25,11 @@ class Slab:
     nodes: Share
     cells: Share
 
+    def around(self, layers: int) -> tuple[int, int]:
+        """Its layers of cells, and one more on either side where the body, of so many `layers`, has it: it says which faces
+        have nothing behind them."""
+        return max(self.layers[0] - 1, 0), min(self.layers[1] + 1, layers)
+
     def over(self, layers: tuple[int, int], nodes: np.ndarray, cells: np.ndarray) -> "Slab":
         """The same with at least some layers, from one up to another, of a body with so many `nodes` (l + 1,) and `cells`
         (l,) in its layers."""

@@ -40,8 +40,9 @@ from wsph.simulation.composing.composition import BodyRun, Composition
 from wsph.simulation.ledger import Ledger
 from wsph.simulation.probing.records import Recorded, Records
 from wsph.simulation.starting import shards
+from wsph.simulation.starting.assembled import Assembled
 from wsph.simulation.starting.relaxations import Relaxations, RelaxationsFacts
-from wsph.simulation.starting.shards import Assembled, Shards
+from wsph.simulation.starting.shards import Shards
 from wsph.simulation.step_control import StepControl, StepFacts
 from wsph.simulation.summary import plugins_of
 from wsph.simulation.timeline import Events

@@ -43,10 +43,12 @@ from wsph.simulation.composing.shared import refuse_shared
 from wsph.simulation.composing.slips import slips
 from wsph.simulation.composing.together import joined_bodies, stiffen
 from wsph.simulation.probing.numbers import NumberRecorder
-from wsph.simulation.probing.placed import PlacedRecorder, SharedNumbers, keeper, reach_probes
+from wsph.simulation.probing.placed import PlacedRecorder
 from wsph.simulation.probing.points import PointRecorder
+from wsph.simulation.probing.reach import keeper, reach_probes
 from wsph.simulation.probing.recorder import Recorder
 from wsph.simulation.probing.reduced import ReducedRecorder, needs_places
+from wsph.simulation.probing.shared_numbers import SharedNumbers
 from wsph.simulation.starting.from_file import put_states
 from wsph.simulation.step_control import given_step, settle
 from wsph.simulation.timeline import TimeStep

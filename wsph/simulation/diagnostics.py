@@ -8,7 +8,7 @@ import warp as wp
 
 from wsph.backend.domain import WHOLE, Domain, Share
 from wsph.backend.kernels import kernel
-from wsph.backend.reduce import BLOCK, Blocks
+from wsph.backend.reduce import BLOCK
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.backend.tensors import determinant_and_inverse
@@ -18,6 +18,7 @@ from wsph.constitutive.initial import total_energy_of
 from wsph.constitutive.laws import Laws
 from wsph.parts.part import BROKEN
 from wsph.parts.terms import Response
+from wsph.ranks.blocks import Blocks
 
 SMALL = 0.02
 """A strain below which a bound of the distortion is as good as the distortion: limits are recomputed beyond 5 %."""

@@ -4,7 +4,7 @@
 
 import math
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -144,7 +144,7 @@ class Multiplied(Protocol):
     count: int
 
     @property
-    def kind(self) -> type[np.floating[Any]]: ...
+    def kind(self) -> type[np.float32] | type[np.float64]: ...
 
     def stiffness(self, x: np.ndarray) -> np.ndarray: ...
 

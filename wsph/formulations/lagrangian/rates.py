@@ -29,13 +29,12 @@ Forces between pairs beside the stress are terms of a body's parts (`wsph.parts.
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 from collections.abc import Iterable
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 
 import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays
-from wsph.backend.reduce import Blocks
 from wsph.backend.space import Array, Space, Struct
 from wsph.backend.state import Layout, State
 from wsph.constitutive.laws import Laws
@@ -61,6 +60,7 @@ from wsph.parts.part import Attached, Neighbourhood
 from wsph.parts.table import PARTS
 from wsph.parts.terms import Points, answers_struct, points_struct, with_share
 from wsph.plugins.blame import blame
+from wsph.ranks.blocks import Blocks, own_sum
 from wsph.sph.pairs import Pairs
 from wsph.sph.rows import rows_of
 
@@ -219,8 +219,8 @@ class LagrangianRates(ReferenceRates):
         if flow is None or self.form.fades < 0:
             return {}
         fields = state.layout, state.struct
-        whole = self._placement.point_share, self._domain
-        return {"fading": Fading(flow, self._space, self.seen, *fields, self._clock, arrays.part("fading"), *whole)}
+        whole = partial(own_sum, share=self._placement.point_share, domain=self._domain)
+        return {"fading": Fading(flow, self._space, self.seen, *fields, self._clock, arrays.part("fading"), whole)}
 
     @property
     def pairs(self) -> int:

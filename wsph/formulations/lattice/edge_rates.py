@@ -12,7 +12,6 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays
-from wsph.backend.reduce import own_total
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State
 from wsph.constitutive.laws import Laws
@@ -40,6 +39,7 @@ from wsph.geometry.cells import Boxes
 from wsph.parts.body_force import BodyForceKinds
 from wsph.parts.part import Attached, Host, Part
 from wsph.plugins.blame import blame
+from wsph.ranks.blocks import own_total
 from wsph.sph.pairs import Pairs
 
 

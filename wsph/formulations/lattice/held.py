@@ -1,14 +1,14 @@
 """Energy of the residual at the cells of a lattice: its sum, and what a falling stiffness sets free of it."""
 
+from collections.abc import Callable
 from functools import cache
 
+import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays, host
 from wsph.backend.clock import Clock
-from wsph.backend.domain import Domain, Share
 from wsph.backend.kernels import kernel
-from wsph.backend.reduce import own_sum
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.formulations.lattice.cell import Cell, cell_struct
@@ -90,17 +90,16 @@ class CellFading(Attached):
         state: State,
         clock: Clock,
         arrays: Arrays,
-        share: Share,
-        domain: Domain,
+        total: Callable[[np.ndarray], float],
     ):
-        """`flow`: which of the internals is the plastic strain, and E/sigma_y; `count` blocks and cells; `share`: the
-        cells whose energies count."""
+        """`flow`: which of the internals is the plastic strain, and E/sigma_y; `count` blocks and cells; `total` sums up
+        energies of the cells."""
         self._internal, self._yields = flow[0], space.scalar(flow[1])
         self._space, self._cell, self._blocks, self._state, self._clock = space, cell, blocks, state, clock
         self._count, m = count
         self._zeta = arrays.changes("zeta", wp.ones(m, dtype=space.scalar, device=arrays.device))
         self._freed = arrays.zeros("freed", m, space.scalar, kept=True)
-        self.ledger = (Entry("dissipated", lambda: own_sum(host(self._freed), share, domain)),)
+        self.ledger = (Entry("dissipated", lambda: total(host(self._freed))),)
 
     def advance(self) -> None:
         """Book what the step has set free (a launch)."""

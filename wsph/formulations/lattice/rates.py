@@ -17,7 +17,6 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays
-from wsph.backend.reduce import own_total
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State
 from wsph.constitutive.laws import Laws
@@ -44,6 +43,7 @@ from wsph.geometry.cells import Boxes
 from wsph.parts.body_force import BodyForceKinds
 from wsph.parts.part import Attached, Host
 from wsph.plugins.blame import blame
+from wsph.ranks.blocks import own_sum, own_total
 from wsph.sph.pairs import Pairs
 
 LEAST = 0.25
@@ -179,8 +179,8 @@ class LatticeRates(BlockRates):
         if flow is None or self.form.fades < 0:
             return {}
         part = arrays.part("fading")
-        whole = self._placement.point_share, self._domain
-        own = CellFading(flow, self._space, self._cell, self._cells, count, state, self._clock, part, *whole)
+        whole = partial(own_sum, share=self._placement.point_share, domain=self._domain)
+        own = CellFading(flow, self._space, self._cell, self._cells, count, state, self._clock, part, whole)
         found: dict[str, Attached] = {"fading": own}
         if self._rest is not None:
             found["fading of the rest"] = self._rest.fading(flow, state, arrays.part("fading of the rest"))

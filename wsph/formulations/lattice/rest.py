@@ -7,7 +7,7 @@ beside what the boxes hand to them.
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
-from functools import cache
+from functools import cache, partial
 from typing import Protocol, cast
 from weakref import WeakKeyDictionary
 
@@ -16,7 +16,7 @@ import warp as wp
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.domain import WHOLE, Share
-from wsph.backend.reduce import Blocks, total
+from wsph.backend.reduce import total
 from wsph.backend.space import Array, Space, Struct
 from wsph.backend.state import Layout, State
 from wsph.constitutive.laws import Laws
@@ -30,6 +30,7 @@ from wsph.formulations.one_set_setup import RateSetup
 from wsph.parts.fading import Fading
 from wsph.parts.part import Neighbourhood
 from wsph.parts.terms import Points, answers_struct, points_struct, with_share
+from wsph.ranks.blocks import Blocks, own_sum
 from wsph.sph.pairs import Pairs
 from wsph.sph.rows import rows_of
 
@@ -165,8 +166,8 @@ class Rest:
             self._back,
             self._back_weight,
         )
-        whole = Share.all(len(self._volume))
-        found = Fading(flow, self._space, seen, self._layout, self._tail(state), self._clock, arrays, whole, WHOLE)
+        whole = partial(own_sum, share=Share.all(len(self._volume)), domain=WHOLE)
+        found = Fading(flow, self._space, seen, self._layout, self._tail(state), self._clock, arrays, whole)
         self._acting = with_share(self._space, self._points, cast(Points, found.response).share)
         self._response = found.response
         return found
