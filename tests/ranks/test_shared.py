@@ -8,7 +8,7 @@ import pytest
 from tests.ranks.launch import launched, needs_mpi
 from tests.ranks.shared_cases import CASES
 
-RESUMED = ("viscous", "plastic", "edges viscous")
+RESUMED = ("sides", "plastic", "edges viscous")
 
 
 @needs_mpi

@@ -8,7 +8,6 @@ the others raise it too: none waits for what another will not say.
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 # pyright: reportMissingImports=false
 
-import pickle
 import sys
 from collections.abc import Callable, Sequence
 from typing import TypeVar, cast
@@ -126,7 +125,7 @@ class Ranks:
         found = next((error for error, _ in said if error is not None), None)
         if found is not None:
             self._failed = True
-            raise pickle.loads(found)  # noqa: S301
+            raise found
         return [each for _, each in said]
 
     def halo(self, share: Share) -> Exchange:
@@ -150,12 +149,7 @@ def _type(rows: np.ndarray) -> object:
     return from_numpy_dtype(rows.dtype)
 
 
-def _portable(error: BaseException) -> bytes:
+def _portable(error: BaseException) -> BaseException:
     """An error as other processes can raise it."""
-    try:
-        packed = pickle.dumps(error)
-        if isinstance(pickle.loads(packed), BaseException):  # noqa: S301
-            return packed
-    except Exception:
-        pass
-    return pickle.dumps(Elsewhere(f"{type(error).__name__}: {error}"))
+    carried = isinstance(error, (WsphError, OSError, MemoryError, KeyboardInterrupt))
+    return error if carried else Elsewhere(f"{type(error).__name__}: {error}")
