@@ -7,11 +7,11 @@ A scheduler of Dask gives the task of a worker that is lost to another; a row is
 # pyright: reportMissingImports=false, reportUnknownMemberType=false, reportUnknownVariableType=false
 # pyright: reportUnknownArgumentType=false
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import contextmanager
 from functools import partial
-from typing import ParamSpec, TypeVar
+from typing import ParamSpec, Protocol, TypeVar, cast
 
 from wsph.errors import Refused
 
@@ -56,23 +56,29 @@ class DaskExecutor(Executor):
         self._client.close()
 
 
-def _passed_on(future: Future[T], task: object) -> None:
-    """Give what became of a task of Dask to the future that stands for it."""
-    from distributed.client import Future as Task
-    from distributed.scheduler import KilledWorker
+class Task(Protocol):
+    """A task of Dask."""
 
-    assert isinstance(task, Task)
+    status: str
+
+    def result(self) -> object: ...
+
+    def exception(self) -> BaseException | None: ...
+
+
+def _passed_on(future: Future[T], task: Task) -> None:
+    """Give what became of a task of Dask to the future that stands for it."""
     if task.status == "finished":
-        future.set_result(task.result())
+        future.set_result(cast(T, task.result()))
         return
     error = task.exception() if task.status == "error" else None
-    if error is None or isinstance(error, KilledWorker):
+    if error is None or type(error).__name__ == "KilledWorker":
         error = Lost(f"its workers were lost ({error or task.status})")
     future.set_exception(error)
 
 
 @contextmanager
-def executor_at(scheduler: str | None) -> Iterator[Executor | None]:
+def executor_at(scheduler: str | None) -> Generator[Executor | None]:
     """The executor that a scheduler gives: of Dask at an address such as tcp://host:8786, or of MPI by the name "mpi"; None
     where none is named. Raises Refused for one that there is not."""
     if scheduler is None:
