@@ -47,7 +47,7 @@ def geometry_of(scene: Scene, number: int, formulation: Formulation, domain: Dom
             f'body {body.name!r}: its surface cannot be fitted: {why}; leave that out, or write surface = "stairs"'
         )
     if domain.size > 1:
-        reach, joined = _reach(scene, body, formulation)
+        reach, joined = reach_of(scene, body, formulation)
         who = f"body {body.name!r}"
         return slab_of(body.shape, body.spacing, body.lattice_rotate, domain, reach, joined=joined, who=who)
     if not is_fitted(scene, body, formulation):
@@ -60,7 +60,7 @@ def geometry_of(scene: Scene, number: int, formulation: Formulation, domain: Dom
         raise SceneError("scene", [Fault(0, f"{key}.surface", said + way)]) from None
 
 
-def _reach(scene: Scene, body: Body, formulation: Formulation) -> tuple[int, bool]:
+def reach_of(scene: Scene, body: Body, formulation: Formulation) -> tuple[int, bool]:
     """How many layers of cells away the acceleration of a particle depends on where others are, and whether particles are
     their own points, where stress is found. Points see the corners of their cells; along edges gradients and stresses are
     averaged, so that there are four steps from one particle to the next; of a kernel there are two of its support."""
