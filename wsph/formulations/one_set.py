@@ -171,6 +171,8 @@ class OneSetSystem(System):
             counts = f"not {len(plain)}, {len(timed)} and {len(squared)}"
             raise ValueError(f"combine takes one to three states and up to three rates, one of them squared, {counts}")
         span = {"all": (0, len(out.buffer)), "velocity": (0, out.split), "rest": (out.split, len(out.buffer))}[part]
+        if part != "velocity":
+            self.allowed = None
         terms = _buffers(plain), _buffers(timed), _buffers(squared)
         combine(self.space, self.clock, *terms, span, out.buffer)
 
@@ -201,7 +203,8 @@ class OneSetSystem(System):
     def accept(self, state: State) -> None:
         """Close the step: the stresses that the law allows, the prescribed values at t + dt."""
         self._closes(state)
-        self.project(state)
+        if self.allowed is not state:
+            self.project(state)
         self.constrain(state, 1.0)
         self.boundary.motions.lead(state, self.clock)
         self._accepted = state

@@ -77,6 +77,8 @@ class System:
     force_work: ForceWork
     response: Response | None = None
     """The answer of a point in place of its law, or None."""
+    allowed: State | None = None
+    """The state whose stresses were brought back last, while none has been changed since."""
     evaluations = 0
     """Rates of velocities asked for so far."""
     breaks = False
@@ -217,6 +219,7 @@ class System:
         """Bring the stresses of a state back to where the law allows them (a launch, where the law has a yield surface)."""
         laws = self.constitutive.laws
         if laws.project is not None:
+            self.allowed = state
             kernel = project_kernel(self.space, laws, state.layout)
             self.clock.launch(kernel, state.counts["stress"], [self.constitutive.params], [state.struct])
 

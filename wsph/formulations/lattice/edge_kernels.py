@@ -24,8 +24,7 @@ from wsph.formulations.lattice.edge_lanes import (
     passed_on,
     pull_along_edges,
 )
-from wsph.formulations.lattice.lanes import block_of, capacity_of, field_lanes, lane
-from wsph.formulations.lattice.total import lane_law
+from wsph.formulations.lattice.lanes import beside, block_of, capacity_of, field_lanes, lane
 from wsph.parts.body_force import BodyForceKinds, acceleration, inertia_struct
 
 
@@ -68,12 +67,13 @@ def gradient_kernel(space: Space, width: int) -> wp.Kernel:
 
 
 @cache
-def answer_kernel(space: Space, laws: Laws, width: int) -> wp.Kernel:
+def answer_kernel(space: Space, laws: Laws, own: Laws, width: int) -> wp.Kernel:
     """Columns of the first Piola stress of a total law, from those of the gradient."""
     real, Grid, Params, numbers = space.scalar, grid_struct(space), laws.Params, space.dim**2
     block, average = block_of(space.dim, width), averages(space, width)
     size, write = numbers * capacity_of(width), flat_lanes(space, width, numbers)
-    law, (get, put), seen = lane_law(space, laws, width)
+    rows_of = beside(space, laws, own, width)
+    law, (get, put), seen = rows_of.laws.total, rows_of.matrix, rows_of.widened
 
     @kernel(ranged=True, lanes=True)
     def answer(

@@ -64,9 +64,11 @@ class Grid(Protocol):
 class EdgeKernels:
     """The kernels of a composition, as `wsph.formulations.lagrangian.rates.LagrangianKernels` has them."""
 
-    def __init__(self, space: Space, laws: Laws, layout: Layout, parts: BodyForceKinds, form: Form, width: int):
+    def __init__(
+        self, space: Space, laws: Laws, own: Laws, layout: Layout, parts: BodyForceKinds, form: Form, width: int
+    ):
         self.gradient = gradient_kernel(space, width)
-        self.answer = answer_kernel(space, laws, width)
+        self.answer = answer_kernel(space, laws, own, width)
         self.spread = spread_kernel(space, width, form.stabilised)
         self.force = force_kernel(space, layout, parts, form, width)
         self.tell = telling_kernel(space, laws, layout, width)
@@ -160,7 +162,8 @@ class EdgeRates(BlockRates):
         host, space, dim = made.host, made.host.space, made.host.space.dim
         with blame(host.constitutive.who):
             laws, kinds = host.constitutive.laws, made.force.parts
-            self.kernels = _kernels(space, laws, made.layout, kinds, self.form, rows.width)
+            own = laws if rows.width == 1 else host.constitutive.beside
+            self.kernels = _kernels(space, laws, own, made.layout, kinds, self.form, rows.width)
         step, arrays = rows.boxes.steps(host.scales.length), self._arrays
         self._table = arrays.of("blocks", rows.runs.blocks.ravel(), wp.int32)
         self._count, self._ends = len(rows.runs.blocks), rows.runs.edges

@@ -10,22 +10,28 @@ from wsph.backend.tensors import determinant_and_inverse
 from wsph.constitutive.evolution import evolution
 from wsph.constitutive.laws import Laws
 from wsph.formulations.lattice.cell import cell_struct
-from wsph.formulations.lattice.lanes import block_of, capacity_of, corner_sums, field_lanes, lane
+from wsph.formulations.lattice.lanes import beside, block_of, capacity_of, corner_sums, field_lanes
 
 
-def flow_kernel(space: Space, laws: Laws, layout: Layout, width: int) -> wp.Kernel:
+def flow_kernel(space: Space, laws: Laws, own: Laws, layout: Layout, width: int) -> wp.Kernel:
     """Kernel of the rates, from the velocities of the corners."""
-    real, mat, dim, Fields = space.scalar, space.mat, space.dim, fields_struct(space, layout)
-    Params, internal, evolve, Cell = laws.Params, laws.internal, evolution(space, laws), cell_struct(space)
-    kept, inverse, size = "internals" in layout, determinant_and_inverse(space)[1], dim**2 * capacity_of(width)
-    stresses, memories = laws.stress._length_ * capacity_of(width), internal._length_ * capacity_of(width)
-    block, gather, get = block_of(dim, width), corner_sums(space, width, False), lane(space, width, mat)[0]
-    read_mat, (get_stress, put_stress) = field_lanes(space, width, mat)[0], lane(space, width, laws.stress)
-    (read_stress, write_stress), (get_memory, put_memory) = (
-        field_lanes(space, width, laws.stress),
-        lane(space, width, internal),
+    real, dim, Fields, Params, Cell = (
+        space.scalar,
+        space.dim,
+        fields_struct(space, layout),
+        laws.Params,
+        cell_struct(space),
     )
-    read_memory, write_memory = field_lanes(space, width, internal)
+    kept, size, law_dim = "internals" in layout, dim**2 * capacity_of(width), own.space.dim
+    stresses, memories = laws.stress._length_ * capacity_of(width), laws.internal._length_ * capacity_of(width)
+    block, gather, by_row = block_of(dim, width), corner_sums(space, width, False), beside(space, laws, own, width)
+    evolve, inverse, seen = evolution(own.space, own), determinant_and_inverse(own.space)[1], by_row.widened
+    get, (get_stress, put_stress), (get_memory, put_memory) = by_row.matrix[0], by_row.stress, by_row.memory
+    read_mat, (read_stress, write_stress), (read_memory, write_memory) = (
+        field_lanes(space, width, space.mat)[0],
+        field_lanes(space, width, laws.stress),
+        field_lanes(space, width, laws.internal),
+    )
 
     @kernel(ranged=True, lanes=True)
     def flow(
@@ -38,28 +44,29 @@ def flow_kernel(space: Space, laws: Laws, layout: Layout, width: int) -> wp.Kern
         fields: Fields,
         rate_out: Fields,
     ):
-        b, i, at, rows, own = block(blocks, first + wp.tid())
+        b, i, at, rows, many = block(blocks, first + wp.tid())
         dt = ahead * real(dt_of(clock))
         values = wp.zeros(shape=size, dtype=real)
         deformation = wp.zeros(shape=size, dtype=real)
         stress = wp.zeros(shape=stresses, dtype=real)
         memory = wp.zeros(shape=memories, dtype=real)
         gather(blocks, b, at, rows, fields.velocity, values)
-        read_mat(fields.deformation, i, own, deformation)
-        read_stress(fields.stress, i, own, stress)
+        read_mat(fields.deformation, i, many, deformation)
+        read_stress(fields.stress, i, many, stress)
         if wp.static(kept):
-            read_memory(fields.internals, i, own, memory)
+            read_memory(fields.internals, i, many, memory)
+        gradient = seen(cell.gradient)
         e = int(0)
-        while e < own:
-            change = get(values, e) * cell.gradient
-            later = wp.identity(n=dim, dtype=real) + get(deformation, e) + dt * change
+        while e < many:
+            change = get(values, e) * gradient
+            later = wp.identity(n=law_dim, dtype=real) + get(deformation, e) + dt * change
             L = change * inverse(later)
             ds, dq = evolve(p, get_stress(stress, e), get_memory(memory, e), later, L, dt)
             put_stress(stress, e, ds)
             put_memory(memory, e, dq)
             e += 1
-        write_stress(stress, i, own, rate_out.stress)
+        write_stress(stress, i, many, rate_out.stress)
         if wp.static(kept):
-            write_memory(memory, i, own, rate_out.internals)
+            write_memory(memory, i, many, rate_out.internals)
 
     return flow

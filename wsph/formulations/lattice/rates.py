@@ -57,6 +57,7 @@ class LatticeKernels:
         self,
         space: Space,
         laws: Laws,
+        own: Laws,
         layout: Layout,
         parts: BodyForceKinds,
         form: Form,
@@ -69,11 +70,11 @@ class LatticeKernels:
         if form.rate_term is not None:
             self.drag = drag_kernel(space, layout, form, width)
         if form.total:
-            self.answer = answer_kernel(space, laws, layout, width, stabilised=form.stabilised)
+            self.answer = answer_kernel(space, laws, own, layout, width, stabilised=form.stabilised)
             self.tell = telling_kernel(space, laws, layout, width)
         else:
-            self.strain = strain_kernel(space, laws, layout, form, width)
-            self.flow = flow_kernel(space, laws, layout, width)
+            self.strain = strain_kernel(space, laws, own, layout, form, width)
+            self.flow = flow_kernel(space, laws, own, layout, width)
 
 
 _kernels = cache(LatticeKernels)
@@ -140,7 +141,8 @@ class LatticeRates(BlockRates):
         host, self._width = made.host, rows.width
         with blame(host.constitutive.who):
             laws, kinds = host.constitutive.laws, made.force.parts
-            self.kernels = _kernels(self._space, laws, made.layout, kinds, self.form, rows.width, mixed=rows.mixed)
+            own = laws if rows.width == 1 else host.constitutive.beside
+            self.kernels = _kernels(self._space, laws, own, made.layout, kinds, self.form, rows.width, mixed=rows.mixed)
             self._rest: Rest | None = None
             if rows.mixed:
                 self._rest = Rest(made, len(rows.boxes.corners), self.form, made.stabilisation, state)

@@ -1,36 +1,34 @@
 """Kernels of cells whose stress follows from their deformation: what their nodes take, and the deformation and the stress
 themselves, which no step needs."""
 
-from functools import cache
-
 import warp as wp
 
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
-from wsph.backend.tensors import embedded
 from wsph.constitutive.laws import Laws
 from wsph.formulations.lattice.cell import cell_struct
 from wsph.formulations.lattice.lanes import (
+    beside,
     block_of,
     capacity_of,
     corner_sums,
     hand_over,
     lane,
-    plane_lane,
     quantities,
     set_lane,
 )
 
 
-def answer_kernel(space: Space, laws: Laws, layout: Layout, width: int, *, stabilised: bool) -> wp.Kernel:
+def answer_kernel(space: Space, laws: Laws, own: Laws, layout: Layout, width: int, *, stabilised: bool) -> wp.Kernel:
     """Kernel of what cells hand to their nodes."""
     real, Fields, Cell, Params = space.scalar, fields_struct(space, layout), cell_struct(space), laws.Params
     size = (space.dim**2 + space.dim + 1) * capacity_of(width)
     block, gather = block_of(space.dim, width), corner_sums(space, width, stabilised)
     hand = hand_over(space, width, quantities(space.dim, stabilised))
     put_share = set_lane(space, width, space.dim**2 + space.dim)
-    law, (get, put), seen = lane_law(space, laws, width)
+    rows_of = beside(space, laws, own, width)
+    law, (get, put), seen = rows_of.laws.total, rows_of.matrix, rows_of.widened
 
     @kernel(ranged=True, lanes=True)
     def answer(
@@ -61,25 +59,6 @@ def answer_kernel(space: Space, laws: Laws, layout: Layout, width: int, *, stabi
         hand(blocks, b, at, own, values, chunks_out)
 
     return answer
-
-
-def lane_law(space: Space, laws: Laws, width: int) -> tuple[wp.Function, tuple[wp.Function, wp.Function], wp.Function]:
-    """A total law, how rows get and put the matrices that it takes and gives, and how a matrix is made one of these."""
-    if (space.dim, space.precision) == (2, "f32") and laws.answer is not None:
-        # Compilers hold a 2x2 matrix of single precision in two vectors of two, which keeps rows from being taken together.
-        return laws.answer, plane_lane(space, width), embedded(space)
-    return laws.total, lane(space, width, space.mat), _itself(space.mat)
-
-
-@cache
-def _itself(dtype: type) -> wp.Function:
-    """Warp function that gives what it takes."""
-
-    @wp.func
-    def itself(a: dtype) -> dtype:
-        return a
-
-    return itself
 
 
 def telling_kernel(space: Space, laws: Laws, layout: Layout, width: int) -> wp.Kernel:
