@@ -29,7 +29,7 @@ from wsph.formulations.lattice.block_rates import PIECE_BYTES, BlockRates, answe
 from wsph.formulations.lattice.cell import cell_of
 from wsph.formulations.lattice.flow import flow_kernel
 from wsph.formulations.lattice.forces import force_kernel
-from wsph.formulations.lattice.held import CellFading, held_kernel
+from wsph.formulations.lattice.held import RowFading, fade_kernel, held_kernel
 from wsph.formulations.lattice.lanes import ACROSS, quantities
 from wsph.formulations.lattice.rest import Rest
 from wsph.formulations.lattice.runs import HEAD, VECTOR, Runs, pieces_of, runs_of
@@ -179,7 +179,8 @@ class LatticeRates(BlockRates):
         if flow is None or self.form.fades < 0:
             return {}
         part = arrays.part("fading")
-        own = CellFading(flow, self._space, self._cell, self._cells, count, state, self._clock, part)
+        kernel = fade_kernel(self._space, self._layout, flow[0])
+        own = RowFading(kernel, flow, self._cell, self._cells, count, state, self._clock, part)
         found: dict[str, Attached] = {"fading": own}
         if self._rest is not None:
             found["fading of the rest"] = self._rest.fading(flow, state, arrays.part("fading of the rest"))
