@@ -1,7 +1,6 @@
 """A material in a stress state, ready for kernels: its parameters, nondimensional, and its laws."""
 
-from dataclasses import replace
-from functools import cache, cached_property
+from functools import cache
 
 import warp as wp
 
@@ -74,7 +73,7 @@ class Constitutive:
     ):
         """`evolves`: its stress follows from its rate law in a body whose deformation is followed. It turns with the body,
         free normals thin it, and the energy that it stores is counted as it flows in."""
-        self.space, self.material, self.state, self.who, self._evolves = space, material, state, who, evolves
+        self.space, self.material, self.state, self.who = space, material, state, who
         bulk, shear = material.moduli()
         self.wave_speed = state.wave_speed(bulk, shear, material.density)
         self.internal_scales = {name: scales.of(unit) for name, unit in internal_units(material).items()}
@@ -93,17 +92,6 @@ class Constitutive:
         self.density = material.density / scales.density
         wave = self.density * (self.wave_speed / scales.velocity) ** 2
         self.largest_modulus = _largest_modulus(space.dim, wave, shear / scales.of("Pa"))
-
-    @cached_property
-    def beside(self) -> Laws:
-        """`laws` for rows side by side on a CPU: in single precision with room to spare (`Space.packed`), and of matrices
-        of three rows in a plane too, where the plane's turns are not wanted: four numbers are a vector of these."""
-        space = self.space
-        if space.precision == "f64":
-            return self.laws
-        dim = 3 if space.dim == 2 and not self.laws.turned else space.dim
-        with blame(self.who):
-            return laws_of(replace(space, dim=dim, spaced=True), self.material, self.state, self._evolves)
 
     @property
     def youngs_modulus(self) -> float:

@@ -19,7 +19,7 @@ of the material (`wsph.constitutive.turning`), or as the law itself says.
 
 import dataclasses
 import inspect
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 
 import warp as wp
@@ -76,6 +76,8 @@ class Laws:
     """
 
     space: Space
+    material: object
+    evolves: bool
     state: StressState
     kept: Kept
     turned: bool
@@ -95,6 +97,15 @@ class Laws:
     total_energy: wp.Function | None = None
     total_about: wp.Function | None = None
     total_energy_about: wp.Function | None = None
+
+    @property
+    def beside(self) -> "Laws":
+        """The same for rows side by side on a CPU: in single precision with room to spare (`Space.packed`), and of matrices
+        of three rows in a plane too, where the plane's turns are not wanted: four numbers are a vector of these."""
+        if self.space.precision == "f64":
+            return self
+        dim = 3 if self.space.dim == 2 and not self.turned else self.space.dim
+        return laws_of(replace(self.space, dim=dim, spaced=True), self.material, self.state, self.evolves)
 
 
 def user_law(space: Space, material: object, Params: type, internal: type) -> wp.Function:
@@ -322,6 +333,8 @@ def laws_of(space: Space, material: object, state: StressState, evolves: bool = 
     project = projection(space, material, state, Params, internal, kept)
     return Laws(
         space=space,
+        material=material,
+        evolves=evolves,
         state=state,
         kept=kept,
         turned=turned,

@@ -8,8 +8,10 @@ import pytest
 
 import wsph
 from tests import scenes
-from wsph.formulations.lattice import edge_rates, rates
+from wsph.formulations.lattice import rates
 from wsph.formulations.lattice.block_rates import BlockRates
+from wsph.formulations.lattice.edges import rates as edge_rates
+from wsph.formulations.lattice.edges import rows as edge_rows
 from wsph.simulation.compose import compose
 
 MISES = {"material": scenes.material("mises", yield_stress=2e-3, hardening_modulus=0.1)}
@@ -85,8 +87,15 @@ def test_what_acts_on_a_body_and_reads_it_is_that_of_pairs(name: str, monkeypatc
 
 ONE_SET = {"formulation": "total-lagrangian"}
 HELD = {"hourglass": {"coefficient": 0.1}, "viscosity": {"alpha": 0.1, "beta": 0.1}}
+STIFF = {"material": scenes.material("elastic", poisson_ratio=0.47), "state": "strain"}
 EDGES = {
-    **{name: case for name, case in CASES.items() if case[0].get("viscosity", {}).get("kind") is None and "rates" not in name},
+    **{name: case for name, case in CASES.items() if case[0].get("viscosity", {}).get("kind") is None},
+    "volumes of blocks": ({**STIFF, **MOVES}, {"boundary": PULLED, **SEEN}),
+    "relaxation of volumes of blocks": (STIFF, {"boundary": PULLED[:1], "gravity": {"x": 1e-4, "y": -1e-4}, "relax": {}, **SEEN}),
+    "volumes of blocks of a law by rates": ({**MISES, **MOVES, "state": "strain"}, {"boundary": PULLED, **SEEN}),
+    "the same beside hourglass and viscosity": ({**MISES, **MOVES, **HELD, "residual": {"coefficient": 0.1}, "state": "strain"}, {"boundary": PULLED, **SEEN}),
+    "an initial stress of a total law": ({"initial": {"stress": {"xx": "1e-3*y"}}}, {"boundary": PULLED, **SEEN}),
+    "an initial stress beside volumes of blocks": ({**STIFF, "initial": {"stress": {"xx": "1e-3*y"}}}, {"boundary": PULLED, **SEEN}),
     "hourglass and viscosity": (MOVES | HELD, {"boundary": PULLED, **SEEN}),
     "hourglass, viscosity and dashpots": (MOVES | HELD | {"residual": False}, {"boundary": RESISTED, **SEEN}),
 }  # fmt: skip
@@ -98,10 +107,19 @@ def test_so_it_is_along_edges(name: str, monkeypatch: pytest.MonkeyPatch) -> Non
     compare(made(*EDGES[name], **ONE_SET), monkeypatch)
 
 
-@pytest.mark.parametrize("name", ["sections, probes and reactions", "hourglass, viscosity and dashpots"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "sections, probes and reactions",
+        "hourglass, viscosity and dashpots",
+        "volumes of blocks",
+        "volumes of blocks of a law by rates",
+        "an initial stress of a total law",
+    ],
+)
 def test_so_it_is_along_edges_where_a_thread_has_a_row(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The kernels of a GPU, on the CPU."""
-    monkeypatch.setattr(edge_rates, "width_of", lambda device, precision: 1)
+    monkeypatch.setattr(edge_rows, "width_of", lambda device, precision: 1)
     compare(made(*EDGES[name], **ONE_SET), monkeypatch)
 
 
@@ -167,7 +185,17 @@ def test_a_total_law_about_an_initial_stress_takes_pairs() -> None:
     assert by_lattice(made(keys, {})) == [False]
 
 
-@pytest.mark.parametrize("keys", [{}, HELD], ids=["residual", "hourglass and viscosity"])
+BITS = {
+    "residual": {},
+    "hourglass and viscosity": HELD,
+    "by rates": MISES,
+    "by rates, of blocks": {**MISES, "state": "strain"},
+    "blocks": STIFF,
+    "begun with a stress": {"initial": {"stress": {"xx": "1e-3*y"}}},
+}
+
+
+@pytest.mark.parametrize("keys", BITS.values(), ids=list(BITS))
 @pytest.mark.parametrize("precision", ["f32", "f64"])
 def test_along_edges_it_has_the_same_bits_resumed_and_on_two_threads(
     keys: dict[str, Any], precision: str, tmp_path: Path

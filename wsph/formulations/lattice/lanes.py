@@ -245,9 +245,9 @@ class Beside:
 
 
 @cache
-def beside(space: Space, laws: Laws, own: Laws, width: int) -> Beside:
-    """What rows use of a material's `laws` whose fields they read, and of its `own` that they compute by
-    (`wsph.constitutive.constitutive.Constitutive.beside`)."""
+def beside(space: Space, laws: Laws, width: int) -> Beside:
+    """What rows use of a material's `laws` whose fields they read, `width` rows a thread."""
+    own = laws if width == 1 else laws.beside
     stress, memory = (
         lane(space, width, wide, 0, narrow._length_)
         for wide, narrow in ((own.stress, laws.stress), (own.internal, laws.internal))

@@ -29,7 +29,7 @@ from wsph.formulations.lattice.block_rates import PIECE_BYTES, BlockRates, answe
 from wsph.formulations.lattice.cell import cell_of
 from wsph.formulations.lattice.flow import flow_kernel
 from wsph.formulations.lattice.forces import force_kernel
-from wsph.formulations.lattice.held import CellFading, held_kernel
+from wsph.formulations.lattice.held import RowFading, fade_kernel, held_kernel
 from wsph.formulations.lattice.lanes import ACROSS, quantities
 from wsph.formulations.lattice.rest import Rest
 from wsph.formulations.lattice.runs import HEAD, VECTOR, Runs, pieces_of, runs_of
@@ -57,7 +57,6 @@ class LatticeKernels:
         self,
         space: Space,
         laws: Laws,
-        own: Laws,
         layout: Layout,
         parts: BodyForceKinds,
         form: Form,
@@ -70,11 +69,11 @@ class LatticeKernels:
         if form.rate_term is not None:
             self.drag = drag_kernel(space, layout, form, width)
         if form.total:
-            self.answer = answer_kernel(space, laws, own, layout, width, stabilised=form.stabilised)
+            self.answer = answer_kernel(space, laws, layout, width, stabilised=form.stabilised)
             self.tell = telling_kernel(space, laws, layout, width)
         else:
-            self.strain = strain_kernel(space, laws, own, layout, form, width)
-            self.flow = flow_kernel(space, laws, own, layout, width)
+            self.strain = strain_kernel(space, laws, layout, form, width)
+            self.flow = flow_kernel(space, laws, layout, width)
 
 
 _kernels = cache(LatticeKernels)
@@ -141,8 +140,7 @@ class LatticeRates(BlockRates):
         host, self._width = made.host, rows.width
         with blame(host.constitutive.who):
             laws, kinds = host.constitutive.laws, made.force.parts
-            own = laws if rows.width == 1 else host.constitutive.beside
-            self.kernels = _kernels(self._space, laws, own, made.layout, kinds, self.form, rows.width, mixed=rows.mixed)
+            self.kernels = _kernels(self._space, laws, made.layout, kinds, self.form, rows.width, mixed=rows.mixed)
             self._rest: Rest | None = None
             if rows.mixed:
                 self._rest = Rest(made, len(rows.boxes.corners), self.form, made.stabilisation, state)
@@ -181,7 +179,8 @@ class LatticeRates(BlockRates):
         if flow is None or self.form.fades < 0:
             return {}
         part = arrays.part("fading")
-        own = CellFading(flow, self._space, self._cell, self._cells, count, state, self._clock, part)
+        kernel = fade_kernel(self._space, self._layout, flow[0])
+        own = RowFading(kernel, flow, self._cell, self._cells, count, state, self._clock, part)
         found: dict[str, Attached] = {"fading": own}
         if self._rest is not None:
             found["fading of the rest"] = self._rest.fading(flow, state, arrays.part("fading of the rest"))

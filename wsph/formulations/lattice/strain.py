@@ -30,15 +30,20 @@ from wsph.formulations.lattice.lanes import (
 from wsph.parts.fading import faded
 
 
-def strain_kernel(space: Space, laws: Laws, own: Laws, layout: Layout, form: Form, width: int) -> wp.Kernel:
+def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, width: int) -> wp.Kernel:
     """Kernel of what cells hand to their nodes, and of their deformation."""
     real, Fields = space.scalar, fields_struct(space, layout)
     Cell, Coefficients = cell_struct(space), coefficients_of(space, form)
     size = (space.dim**2 + space.dim + 1) * capacity_of(width)
     block, gather = block_of(space.dim, width), corner_sums(space, width, form.stabilised)
     hand = hand_over(space, width, quantities(space.dim, form.stabilised))
-    put_share, by_row = set_lane(space, width, space.dim**2 + space.dim), beside(space, laws, own, width)
-    (get, put), seen, acting, left = by_row.matrix, by_row.widened, acting_stress(own.space, own), faded(space)
+    put_share, by_row = set_lane(space, width, space.dim**2 + space.dim), beside(space, laws, width)
+    (get, put), seen, acting, left = (
+        by_row.matrix,
+        by_row.widened,
+        acting_stress(by_row.laws.space, by_row.laws),
+        faded(space),
+    )
     stresses, memories = laws.stress._length_ * capacity_of(width), laws.internal._length_ * capacity_of(width)
     tensors, write_mat = space.dim**2 * capacity_of(width), field_lanes(space, width, space.mat)[1]
     kept, read_stress = "internals" in layout, field_lanes(space, width, laws.stress)[0]

@@ -20,14 +20,14 @@ from wsph.formulations.lattice.lanes import (
 )
 
 
-def answer_kernel(space: Space, laws: Laws, own: Laws, layout: Layout, width: int, *, stabilised: bool) -> wp.Kernel:
+def answer_kernel(space: Space, laws: Laws, layout: Layout, width: int, *, stabilised: bool) -> wp.Kernel:
     """Kernel of what cells hand to their nodes."""
     real, Fields, Cell, Params = space.scalar, fields_struct(space, layout), cell_struct(space), laws.Params
     size = (space.dim**2 + space.dim + 1) * capacity_of(width)
     block, gather = block_of(space.dim, width), corner_sums(space, width, stabilised)
     hand = hand_over(space, width, quantities(space.dim, stabilised))
     put_share = set_lane(space, width, space.dim**2 + space.dim)
-    rows_of = beside(space, laws, own, width)
+    rows_of = beside(space, laws, width)
     law, (get, put), seen = rows_of.laws.total, rows_of.matrix, rows_of.widened
 
     @kernel(ranged=True, lanes=True)
