@@ -283,9 +283,10 @@ class OneSetSystem(System):
 
     def project_free(self, velocity: np.ndarray, time: float | None = None) -> np.ndarray:
         """Velocities (n dim,), times the roots of masses, without what is prescribed of them, in the whole run or at a
-        `time` [s], by components and along faces' own normals, and without what parts particles that are one."""
-        free = self.free_components if time is None else self.conditions.free(self.count, self.space.dim, time)
-        return self._seam.project(self._prescribed.slides.project(velocity * free))
+        `time` [s], by components and along faces' own normals, and without what parts particles that are one. They may be
+        overwritten."""
+        velocity *= self.free_components if time is None else self.conditions.free(self.count, self.space.dim, time)
+        return self._seam.project(self._prescribed.slides.project(velocity))
 
     @property
     def symmetric(self) -> bool:
