@@ -58,7 +58,9 @@ class Moving(Protocol):
         """Its array of velocities, (n dim,), with what is prescribed taken out; that array, or another."""
         ...
 
-    def temporary(self) -> State: ...
+    def spares(self, count: int) -> list[State]:
+        """So many states, zero or to be thrown away."""
+        ...
 
     def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None: ...
 
@@ -78,9 +80,10 @@ class Products:
         self.kind = system.space.numpy
         self._eps = 1e-6 if system.space.precision == "f64" else 1e-2
         self._mass = np.sqrt(system.volume).astype(self.kind)[:, None]
-        self._start, self._moved = host(system.state.buffer), system.temporary()
+        self._start = host(system.state.buffer)
         # Forces that follow from where particles are may stand where their velocities do, which are zero.
-        self._change = system.temporary() if system.evolves or system.drags else self._moved
+        self._states = system.spares(2 if system.evolves or system.drags else 1)
+        self._moved, self._change = self._states[0], self._states[-1]
         self._numbers = host(self._moved.buffer)
         self._numbers[:] = self._start
         self._spans = {name: system.state.span(name) for name in FOLLOWING if name in system.state.start}
@@ -96,7 +99,9 @@ class Products:
         self._idle = self._drag(none) if self._closing is not None else 0.0
 
     def restore(self) -> None:
-        """Put the body back into the state that it was in."""
+        """Leave the body in the state that it was in; there are no products after."""
+        for state in self._states:
+            state.buffer.zero_()
         self.system.refresh(self.system.state)
 
     def _field(self, numbers: np.ndarray, name: str) -> np.ndarray:
