@@ -14,6 +14,7 @@ from typing import cast
 import numpy as np
 
 from wsph.backend.algebra import combine
+from wsph.backend.arrays import host as on_host
 from wsph.backend.space import Array
 from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.conditions import Conditions
@@ -68,6 +69,7 @@ class OneSetSystem(System):
         self.layout = self._find_layout(host)
         self._derived: Derived | None = None
         self._accepted: State | None = None
+        self._new: list[State] = []
         if any(field.derived for field in self.layout.fields):
             self._derived = Derived(space, self.layout, len(self.point_volume), self.device, shared)
             self.arrays.take("derived", self._derived.buffer)
@@ -124,7 +126,14 @@ class OneSetSystem(System):
 
     def new(self) -> State:
         """A state, zero but for the internals' initial values."""
-        return self._make(self.count, self.layout, len(self.point_volume), self._derived)
+        self._new.append(self._make(self.count, self.layout, len(self.point_volume), self._derived))
+        return self._new[-1]
+
+    def spares(self, count: int) -> list[State]:
+        """So many states to compute with for a moment: those of `new` that nothing has been put into yet, which have to be
+        zero again after it, then temporary ones."""
+        unused = [state for state in self._new if not on_host(state.buffer).any()]
+        return [*unused[:count], *(self.temporary() for _ in range(count - len(unused)))]
 
     def temporary(self) -> State:
         """A state that the caller owns: it is freed with the caller, not with the body."""
@@ -286,9 +295,10 @@ class OneSetSystem(System):
 
     def project_free(self, velocity: np.ndarray, time: float | None = None) -> np.ndarray:
         """Velocities (n dim,), times the roots of masses, without what is prescribed of them, in the whole run or at a
-        `time` [s], by components and along faces' own normals, and without what parts particles that are one."""
-        free = self.free_components if time is None else self.conditions.free(self.count, self.space.dim, time)
-        return self._seam.project(self._prescribed.slides.project(velocity * free))
+        `time` [s], by components and along faces' own normals, and without what parts particles that are one. They may be
+        overwritten."""
+        velocity *= self.free_components if time is None else self.conditions.free(self.count, self.space.dim, time)
+        return self._seam.project(self._prescribed.slides.project(velocity))
 
     @property
     def symmetric(self) -> bool:

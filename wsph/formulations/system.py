@@ -260,13 +260,14 @@ class System:
     def sample(self, points: np.ndarray, name: str) -> list[Averages]:
         """How to read the components of a field at `points` (m, dim) [m]: at a particle as frames do. Raises ValueError for
         a point with two values, on a crack."""
-        average = self._between(points, name)
         grid, sources = self.geometry.comparable(points, self.position)
         near = [np.flatnonzero(np.linalg.norm(sources - point, axis=1) < HERE) for point in grid]
         if several := [k for k, there in enumerate(near) if len(there) > 1]:
             raise ValueError(f"{points[several[0]].tolist()} is on a crack, with a value on either side")
         on = np.array([k for k, there in enumerate(near) if len(there)], int)
         particles = np.array([near[k][0] for k in on], int)
+        # What is a particle needs no neighbours.
+        average = self._between(points, name) if len(on) < len(points) else Averages.themselves(particles)
         return [average.but(on, there) for there in self.at_particles(particles, name)]
 
     def _between(self, points: np.ndarray, name: str) -> Averages:

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import warp as wp
 
+from wsph.backend.device import give_back
 from wsph.errors import Unstable
 from wsph.output import fields, formats
 from wsph.output.claim import Claim
@@ -72,6 +73,7 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
         with ONE_RUN, np.errstate(over="ignore", invalid="ignore"):  # the finite check speaks, numpy need not
             composition = compose(scene)
             composition.compile()
+            give_back(composition.particles)
             with Interrupts() as interrupts:
                 if claim is not None:
                     claim.make()
