@@ -23,6 +23,7 @@ ROOT = Path(__file__).resolve().parents[2]
 RECORD = ROOT / "docs" / "tried.json"
 
 EXTRAS = ("test", "video", "vtkhdf", "notebook")
+LEFT = ("dev", "docs")
 
 QUICK = (
     "catalogue",
@@ -95,8 +96,8 @@ def said(*words: str) -> str:
 def versions(python: Path) -> dict[str, str]:
     """The versions of what pyproject.toml names, as they are installed."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    every = [*project["dependencies"], *(each for extra in EXTRAS for each in project["optional-dependencies"][extra])]
-    names = sorted({re.split(r"[\[<>=]", each)[0] for each in every} - {"wsph"})
+    extras = [each for name, listed in project["optional-dependencies"].items() if name not in LEFT for each in listed]
+    names = sorted({re.split(r"[\[<>=]", each)[0] for each in (*project["dependencies"], *extras)} - {"wsph"})
     ask = f"import json; from importlib.metadata import version; print(json.dumps({{n: version(n) for n in {names}}}))"
     return json.loads(said(str(python), "-c", ask))
 
