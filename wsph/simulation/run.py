@@ -2,6 +2,7 @@
 
 # pyright: strict
 
+import math
 import signal
 import threading
 import time
@@ -34,7 +35,7 @@ from wsph.simulation.result import Result
 from wsph.simulation.starting.relaxation import NO_REST
 from wsph.simulation.starting.relaxations import Relaxations
 from wsph.simulation.step_control import StepControl
-from wsph.simulation.summary import Ending, summary
+from wsph.simulation.summary import Ending, TableUnits, summary
 
 CHECK_STEPS = 100
 """Steps between checks where steps are not captured in blocks; those are checked at the end of a block. A check costs about
@@ -176,6 +177,20 @@ class Running:
         return self._failure
 
     @property
+    def units(self) -> TableUnits:
+        """SI units of the columns of its history and of every probe, by name."""
+        return self._records.table_units()
+
+    def numbers(self) -> dict[str, float]:
+        """The columns of the history at the step that it has come to."""
+        return self._records.numbers(*self._last)
+
+    def latest(self, probe: str, column: str) -> float:
+        """The last record of a probe's column; NaN where there is none yet."""
+        values = self._records.probes()[probe][column]
+        return float(values[-1]) if len(values) else math.nan
+
+    @property
     def ledger(self) -> Ledger:
         """Its energies and works."""
         return self._ledger
@@ -259,6 +274,7 @@ class Running:
         if stop is not None:
             self._records.row(step, account)
             raise stop
+        self._last = step, account
         self._checks.findings.look(step, self._timeline.time(step), sums, account)
         if self._control.follow(step, sums):
             self._records.retimed()
