@@ -46,7 +46,7 @@ def _impose_kernel(space: Space, changes: bool) -> wp.Kernel:
     ):
         e = first + wp.tid()
         value = scale[e]
-        if wp.static(changes):
+        if wp.static(changes):  # noqa: SIM102 - what is static is left out by itself alone
             if program[e] != wp.static(CONSTANT):
                 which = holding(bank, program[e], clock, second, wp.max(from_dt, to_dt))
                 if which >= 0:
