@@ -14,7 +14,6 @@ from wsph.backend.arrays import Arrays
 from wsph.backend.reduce import total
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
-from wsph.constitutive.initial import INITIAL
 from wsph.formulations.lagrangian.edges import edge_reference
 from wsph.formulations.lagrangian.rates import LagrangianRates
 from wsph.formulations.lattice.block_rates import BlockRates, answers_apart
@@ -198,8 +197,7 @@ class EdgeRates(BlockRates):
                 Stage(made.close, [grid], [averaged, means, pulls], [nominal]),
             ]
         if self.form.total:
-            about = [getattr(fields, INITIAL)] if INITIAL in self._layout else []
-            return [gradient, Stage(made.answer, [law, grid], [columns, *about], [nominal])]
+            return [gradient, Stage(made.answer, [law, grid], [columns, fields], [nominal])]
         strain = Stage(made.strain, [self._coefficients, grid], [columns, means], [fields, nominal, self._grid.left])
         if not self.form.blocks:
             return [gradient, strain]
