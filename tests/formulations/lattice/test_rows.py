@@ -18,6 +18,7 @@ PARTS: dict[str, dict[str, Any]] = {
     "elastic": {},
     "without a residual": {"residual": False},
     "neo-hookean": {"material": scenes.material("neo-hookean")},
+    "begun with a stress": {"initial": {"stress": {"xx": "1e-3*x"}}},
     "viscous": {"viscosity": {"alpha": 0.5, "kind": "pair"}},
     "mises": {"material": scenes.material("mises", yield_stress=1e-3, hardening_modulus=0.1)},
     "jaumann and bulk viscosity": {"material": scenes.material("jaumann"), "viscosity": {"alpha": 0.5, "beta": 1.0}},
@@ -102,7 +103,9 @@ def test_so_they_are_of_fitted_bodies(name: str, monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.mark.parametrize("precision", ["f64", "f32"])
-@pytest.mark.parametrize("part", ["without a residual", "viscous", "mises", "jaumann and bulk viscosity"])
+@pytest.mark.parametrize(
+    "part", ["without a residual", "begun with a stress", "viscous", "mises", "jaumann and bulk viscosity"]
+)
 def test_so_they_are_of_every_law_on_them(part: str, precision: str, monkeypatch: pytest.MonkeyPatch) -> None:
     shape, spacing = FITTED["disc"]
     within = 1e-10 if precision == "f64" else 2e-3

@@ -36,6 +36,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "relaxation": ({}, {"boundary": PULLED[:1], "gravity": {"y": -1e-4}, "relax": {}, **SEEN}),
     "relaxation of a law by rates": (MISES, {"boundary": PULLED[:1], "gravity": {"y": -1e-4}, "relax": {}}),
     "an initial stress of a law by rates": ({**MISES, "initial": {"stress": {"xx": "1e-3*y"}}}, {"boundary": PULLED, **SEEN}),
+    "an initial stress of a total law": ({"initial": {"stress": {"xx": "1e-3*y"}}}, {"boundary": PULLED, **SEEN}),
     "steps": ({}, {"boundary": [PULLED[0], {**PULLED[1], "steps": ["pull"]}], "steps": [{"name": "pull", "duration": 0.5}, {"name": "free", "duration": 0.5}], **SEEN}),
 }  # fmt: skip
 
@@ -94,7 +95,6 @@ EDGES = {
     "relaxation of volumes of blocks": (STIFF, {"boundary": PULLED[:1], "gravity": {"x": 1e-4, "y": -1e-4}, "relax": {}, **SEEN}),
     "volumes of blocks of a law by rates": ({**MISES, **MOVES, "state": "strain"}, {"boundary": PULLED, **SEEN}),
     "the same beside hourglass and viscosity": ({**MISES, **MOVES, **HELD, "residual": {"coefficient": 0.1}, "state": "strain"}, {"boundary": PULLED, **SEEN}),
-    "an initial stress of a total law": ({"initial": {"stress": {"xx": "1e-3*y"}}}, {"boundary": PULLED, **SEEN}),
     "an initial stress beside volumes of blocks": ({**STIFF, "initial": {"stress": {"xx": "1e-3*y"}}}, {"boundary": PULLED, **SEEN}),
     "hourglass and viscosity": (MOVES | HELD, {"boundary": PULLED, **SEEN}),
     "hourglass, viscosity and dashpots": (MOVES | HELD | {"residual": False}, {"boundary": RESISTED, **SEEN}),
@@ -157,6 +157,7 @@ LAWS = {
     "mises": MISES,
     "viscous": {"viscosity": {"alpha": 0.5, "kind": "pair"}},
     "begun with a stress": {**MISES, "initial": {"stress": {"xx": "1e-3*y"}}},
+    "a total law about a stress": {"initial": {"stress": {"xx": "1e-3*y"}}},
 }
 
 
@@ -176,13 +177,6 @@ def test_its_bits_are_those_of_two_threads_and_of_a_resumed_run(law: str, tmp_pa
         assert np.array_equal(values, resumed.particles[name]), name
     for name in straight.history:
         assert straight.history[name][-1] == resumed.history[name][-1], name
-
-
-def test_a_total_law_about_an_initial_stress_takes_pairs() -> None:
-    """Its points have a stress of their own, which nothing of the lattice knows."""
-    keys = {"initial": {"stress": {"xx": "1e-3*y"}}}
-    assert by_lattice(made({**keys, **MISES}, {})) == [True]
-    assert by_lattice(made(keys, {})) == [False]
 
 
 BITS = {
