@@ -389,6 +389,10 @@ class SceneTables(Model):
             function = self.functions[value]
             if function.expression is not None:
                 return compile_expression(function.expression)
+            try:
+                function = function.within(unit)
+            except ValueError as error:
+                raise ValueError(f"functions.{value}.value: {error}") from None
             return function.program or function
         if isinstance(value, str):
             # What begins as a number with a unit is one: "1 MPa" where a velocity belongs is a wrong unit, no expression.
