@@ -28,6 +28,7 @@ from wsph.geometry.counts import block_counts, block_segments, lattice_counts, l
 from wsph.geometry.grid import plan
 from wsph.geometry.shapes.box import Box
 from wsph.geometry.shapes.combined import Shape
+from wsph.scene.messages import size_in_words
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body, CrackLine
 
@@ -137,10 +138,15 @@ def refuse_too_large(scene: Scene, device: str, set_up: SetUp, fitted: Fitted) -
             Fault(
                 0,
                 f"bodies.{scene.bodies.index(cut.body)}.spacing",
-                f"{text}, which take {whole}; {_way_out(scene, cuts, whole.share)}",
+                f"{text}, which take {whole}; {_way_out(scene, cuts, whole.share)}; {_size_of(cut)}",
             )
         ],
     )
+
+
+def _size_of(cut: _Cut) -> str:
+    low, high = cut.shape.bounds()
+    return size_in_words(cut.body.name, (high - low).tolist(), unscaled=bool(cut.body.unscaled))
 
 
 def estimate(scene: Scene, device: str, set_up: SetUp, fitted: Fitted) -> Need:

@@ -121,6 +121,11 @@ class BaseShape(BaseModel):
         return tuple(p.within(self.name) for p in self.surfaces()) if self.name is not None else self.surfaces()
 
     @property
+    def unscaled(self) -> bool:
+        """Whether lengths are those of a file, in metres because no `scale` says otherwise."""
+        return False
+
+    @property
     def axes(self) -> np.ndarray:
         """The rotation, (dim, dim): columns are the shape's own axes. Raises ValueError where its form is wrong."""
         return rotation_matrix(self.rotate, self.dim)
