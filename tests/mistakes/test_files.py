@@ -20,7 +20,11 @@ RUN = {"integrator": "leapfrog", "end": 1.0, "cfl": 0.3}
 
 def from_stl(folder: Path, **keys: Any) -> dict[str, Any]:
     write_stl(folder / "part.stl", 80.0 * cube_triangles())
-    return {"shape": {"type": "stl", "file": str(folder / "part.stl"), **keys}, "spacing": {"cells": 8}, "surface": "stairs"}
+    return {
+        "shape": {"type": "stl", "file": str(folder / "part.stl"), **keys},
+        "spacing": {"cells": 8},
+        "surface": "stairs",
+    }
 
 
 def with_a_hole(folder: Path, **keys: Any) -> dict[str, Any]:
@@ -65,7 +69,9 @@ def test_a_part_of_eighty_metres_without_a_scale_is_asked_about(tmp_path: Path, 
 
 def test_a_spacing_in_millimetres_of_such_a_part_is_refused_with_its_size(tmp_path: Path) -> None:
     body = {"name": "part", "material": scenes.material(), **from_stl(tmp_path), "spacing": "1.25 mm"}
-    with pytest.raises(wsph.SceneError, match=r"bodies.0.spacing: gives 2.62e\+14 particles.*'part' is 80 x 80 x 80 ") as error:
+    with pytest.raises(
+        wsph.SceneError, match=r"bodies.0.spacing: gives 2.62e\+14 particles.*'part' is 80 x 80 x 80 "
+    ) as error:
         wsph.Scene(schema=1, dim=3, run=RUN, bodies=[body])
     assert QUESTION in str(error.value)
 

@@ -22,6 +22,7 @@ import numpy as np
 
 from wsph.backend.device import free_memory
 from wsph.boundary.tables import Boundary
+from wsph.doubts import keeping
 from wsph.errors import Fault, Refused, SceneError
 from wsph.formulations.system import Segmented
 from wsph.geometry.counts import block_counts, block_segments, lattice_counts, line_segments
@@ -212,7 +213,7 @@ def _learned(scene: Scene, cut: _Cut, set_up: SetUp) -> tuple[np.ndarray, Segmen
     # All even: forms that join particles to blocks of two have other numbers of these at odd ones.
     first = max(FEWEST, 2 * math.ceil(0.5 * (scene.run.support or 0.0)) + 2)
     sizes = [*(first + 2 * k for k in range(scene.dim)), first + APART[scene.dim]]
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), keeping([]):
         warnings.simplefilter("ignore")
         # The first has its limit found too: what is imported and compiled for that is no body's.
         small = [set_up(_block(scene, cut, size), size == first) for size in sizes[:-1]]

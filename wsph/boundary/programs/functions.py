@@ -19,7 +19,6 @@ MOST_ENTRIES = 400
 """Of a table in time and place: every evaluation looks at all of them."""
 
 
-
 def _entry(value: object) -> object:
     """A number, or a string with a unit: which one it is to be is known where the function is used."""
     if isinstance(value, str):
