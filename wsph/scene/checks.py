@@ -22,7 +22,7 @@ from wsph.plugins import registry
 from wsph.plugins.options import build
 from wsph.plugins.traits import internal_units
 from wsph.quantities import Table, Value, is_sequence, is_table
-from wsph.scene.messages import nearest
+from wsph.scene.messages import nearest, size_in_words
 from wsph.scene.numbers import NUMBERS
 from wsph.scene.probes import Probe
 from wsph.scene.tables import Body, Boundary, SceneTables
@@ -161,7 +161,9 @@ def _body_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
         else:
             if count > MOST_CELLS:
                 most = f"gives {count:.3g} particles; a 32-bit index has room for {MOST_CELLS:.3g} and their pairs"
-                yield Fault(0, f"{key}.spacing", most)
+                low, high = body.shape.bounds()
+                size = size_in_words(body.name, (high - low).tolist(), unscaled=bool(body.unscaled))
+                yield Fault(0, f"{key}.spacing", f"{most}; {size}")
     for k, crack in enumerate(body.cracks):
         if {len(crack.start), len(crack.end)} != {scene.dim} or scene.dim == 1:
             text = "a crack needs 2D or 3D" if scene.dim == 1 else f"from and to need {scene.dim} coordinates each"

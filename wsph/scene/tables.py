@@ -312,6 +312,14 @@ class Body(_WithParts):
         return self
 
     @property
+    def unscaled(self) -> str:
+        """The key of a file whose lengths are metres because no `scale` says otherwise; "" where there is none."""
+        if self.shape is not None:
+            return "shape" if self.shape.unscaled else ""
+        files = {"mesh": self.mesh, "points": self.points}
+        return next((key for key, file in files.items() if file and "scale" not in file.model_fields_set), "")
+
+    @property
     def parts(self) -> dict[str, Part]:
         """The parts that the scene names, by their keys, those that it switches off included."""
         given = {key: getattr(self, key, None) for key in PARTS}
@@ -389,6 +397,10 @@ class SceneTables(Model):
             function = self.functions[value]
             if function.expression is not None:
                 return compile_expression(function.expression)
+            try:
+                function = function.within(unit)
+            except ValueError as error:
+                raise ValueError(f"functions.{value}.value: {error}") from None
             return function.program or function
         if isinstance(value, str):
             # What begins as a number with a unit is one: "1 MPa" where a velocity belongs is a wrong unit, no expression.

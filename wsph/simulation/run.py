@@ -14,6 +14,7 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.device import give_back
+from wsph.doubts import keeping
 from wsph.errors import Unstable
 from wsph.output import fields, formats
 from wsph.output.claim import Claim
@@ -116,6 +117,7 @@ class Running:
         self._first = self._step = 0
         self._failure: Unstable | None = None
         self._inside = 0.0
+        self._said_at_end: list[str] = []
 
     def run(self, progress: Progress | None, interrupts: Interrupts) -> Result:
         """Run to the end, to a failure or to an interrupt."""
@@ -259,6 +261,11 @@ class Running:
 
     def check(self, step: int) -> Account:
         """The ledger of a state that the run may go on from. Raises Unstable where it may not."""
+        # What is said of the end is not of a run that goes on from there.
+        with keeping(self._checks.said if step < self._timeline.last else self._said_at_end):
+            return self._look(step)
+
+    def _look(self, step: int) -> Account:
         bodies = self._composition.bodies
         if step > 0:
             self._composition.publish()
@@ -284,12 +291,16 @@ class Running:
     def _result(self, ending: Ending, failure: Unstable | None) -> Result:
         """The result of the run; written, where it has a folder."""
         scene, history = self._composition.scene, self._records.history()
-        said = summary(self._composition, self._ledger, history, ending, self._checks.findings.words)
+        with keeping(self._said_at_end):
+            for words in untouched(scene, history) if ending.first == 0 and failure is None else ():
+                warn(f"unlikely: {words}")
+        found = dict.fromkeys(
+            [*self._checks.findings.words, *self._composition.said, *self._checks.said, *self._said_at_end]
+        )
+        said = summary(self._composition, self._ledger, history, ending, list(found))
         if self._relaxations.asked:
             said["relaxation"] = self._relaxations.summary
         said["units"] = self._records.table_units()
-        for words in untouched(scene, history) if ending.first == 0 and failure is None else ():
-            warn(f"unlikely: {words}")
         if self._folder is not None:
             self._records.write_tables()
             self._folder.summary(said)

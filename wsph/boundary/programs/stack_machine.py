@@ -293,7 +293,7 @@ def bank_of(values: list[Prescribed], device: str) -> Bank:
             number.append(float(len(table_step)))
             table_step.append(int(value.interp == "step"))
             table_t += value.t or ()
-            table_value += value.value or ()
+            table_value += value.column
             table_start.append(len(table_t))
         start.append(len(code))
         window_start.append(len(window_from))

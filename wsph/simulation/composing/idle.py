@@ -50,7 +50,7 @@ def _moves(scene: Scene, condition: Boundary) -> bool:
     )
 
 
-MOST_FRAMES = 20_000
+MOST_FRAMES = 3_000
 """Frames of a run that nobody looks at."""
 
 
@@ -96,14 +96,29 @@ def _tables(scene: Scene) -> Iterator[str]:
         if name not in named:
             yield f'functions.{name}: nothing names it: write it where its value belongs, as in traction = {{ y = "{name}" }}'
             continue
-        if function.t is None or function.axis or len(set(function.column)) < 2:
+        if function.t is None or len(function.t) < 2:
             continue
-        if function.t[-1] > scene.end and function.at(scene.end) == function.at(0.0):
-            begins = next(t for t, value in zip(function.t, function.column, strict=True) if value != function.at(0.0))
+        if not function.axis and len(set(function.column)) < 2:
+            continue
+        yield from (f"functions.{name}: {said}" for said in _late(function, scene.end))
+
+
+def _late(function: Function, end: float) -> Iterator[str]:
+    """What of a table begins to act after the `end` [s] alone."""
+    t = function.t or (0.0,)
+    if function.axis or (t[-1] > end and function.at(end) != function.at(0.0)):
+        if t[1] > end:
+            reached = "" if function.axis else f", where it is {function.at(end):.3g} of {function.column[1]:g}"
             yield (
-                f"functions.{name}: is {function.at(0.0):g} to the end of the run at {scene.end:g} s: its table changes towards"
-                f' {begins:g} s alone; is t in ms (write "{begins:g} ms"), or run.end too short?'
+                f"its table begins to act after the end of the run at {end:g} s{reached}: its next entry is at {t[1]:g} s; is t in ms"
+                f' (write "{t[1]:g} ms"), or run.end too short?'
             )
+    elif t[-1] > end:
+        begins = next(t for t, value in zip(t, function.column, strict=True) if value != function.at(0.0))
+        yield (
+            f"is {function.at(0.0):g} to the end of the run at {end:g} s: its table changes towards {begins:g} s alone; is t in ms"
+            f' (write "{begins:g} ms"), or run.end too short?'
+        )
 
 
 def _chosen(condition: Boundary) -> tuple[str, str | None, str | None, str | None]:
