@@ -105,7 +105,7 @@ def _tables(scene: Scene) -> Iterator[str]:
 
 def _late(function: Function, end: float) -> Iterator[str]:
     """What of a table begins to act after the `end` [s] alone."""
-    t = function.t or (0.0,)
+    t: tuple[float, ...] = function.t or (0.0,)
     if function.axis or (t[-1] > end and function.at(end) != function.at(0.0)):
         if t[1] > end:
             reached = "" if function.axis else f", where it is {function.at(end):.3g} of {function.column[1]:g}"
