@@ -1,5 +1,6 @@
 """Scenes of a body by its lattice: what acts on it, reads it and interrupts it, against the same body by its pairs."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -167,7 +168,10 @@ def test_a_fitted_body_is_that_of_pairs(law: str, monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_its_bits_are_those_of_two_threads_and_of_a_resumed_run(law: str, tmp_path: Path) -> None:
+def test_its_bits_are_those_of_two_threads_and_of_a_resumed_run(
+    law: str, tmp_path: Path, share: Callable[[], None]
+) -> None:
+    share()
     scene = fitted(LAWS[law], threads=1)
     straight, two = wsph.run(scene), wsph.run(fitted(LAWS[law], threads=2))
     wsph.run(scene.with_(end=0.5, checkpoint={"every": 5}), tmp_path / "out")
@@ -192,9 +196,12 @@ BITS = {
 @pytest.mark.parametrize("keys", BITS.values(), ids=list(BITS))
 @pytest.mark.parametrize("precision", ["f32", "f64"])
 def test_along_edges_it_has_the_same_bits_resumed_and_on_two_threads(
-    keys: dict[str, Any], precision: str, tmp_path: Path
+    keys: dict[str, Any], precision: str, tmp_path: Path, share: Callable[[], None]
 ) -> None:
-    scene = made({**MOVES, **keys}, {"boundary": [PULLED[1], RESISTED[0]], **SEEN}, precision=precision, **ONE_SET)
+    share()
+    scene = made(
+        {**MOVES, **keys}, {"boundary": [PULLED[1], RESISTED[0]], **SEEN}, precision=precision, threads=1, **ONE_SET
+    )
     assert by_lattice(scene) == [True]
     straight = wsph.run(scene)
     two = wsph.run(scene.with_(run={**scene.data()["run"], "threads": 2}))
