@@ -276,7 +276,9 @@ class Running:
         with keeping(self._said_at_end):
             for words in untouched(scene, history) if ending.first == 0 and failure is None else ():
                 warn(f"unlikely: {words}")
-        found = dict.fromkeys([*self._checks.findings.words, *self._composition.said, *self._checks.said, *self._said_at_end])
+        found = dict.fromkeys(
+            [*self._checks.findings.words, *self._composition.said, *self._checks.said, *self._said_at_end]
+        )
         said = summary(self._composition, self._ledger, history, ending, list(found))
         if self._relaxations.asked:
             said["relaxation"] = self._relaxations.summary
