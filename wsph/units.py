@@ -255,7 +255,9 @@ def _is_plain(text: str) -> bool:
 def _hint(text: str, given: Dimension, wanted: Dimension) -> str:
     """What may have been meant where a value has another dimension than it should."""
     if given == (1, 1, -2, 0) and wanted == (1, -1, -2, 0):
-        return ": a force is spread over an area, as in N/mm2"
+        return ": a force is spread over an area, as in N/mm2; force = { ... } of a boundary takes it whole"
+    if given == (1, 1, -2, 0) and wanted == (1, 0, -2, 0):
+        return ": in 2D a force is per metre of depth, as in N/mm"
     if given == (1, 0, 0, 0) and wanted == (1, -3, 0, 0):
         return f": a density is a mass per volume, as in {text}/cm3"
     if given == (0, 0, 1, 0) and wanted == (0, 1, -1, 0):

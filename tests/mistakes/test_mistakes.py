@@ -80,6 +80,7 @@ SILENT: dict[str, Mistake] = {
     "bodies that overlap": ({"ball": True, "bodies.1.shape.min": [0.02, 0.0], "bodies.1.shape.max": [0.03, 0.01]}, r"overlap at .*nothing acts between them"),
     "nothing that moves": ({"boundary.1": None, "functions": {}}, r"nothing moves: no body has a velocity"),
     "a load on the face that is held": ({"boundary.1.face": "-x"}, r"boundary.1.traction.y: pulls at particles that boundary.0 holds"),
+    "a whole force on the face that is held": ({"boundary.1": {"body": "beam", "face": "-x", "force": {"y": "push"}}, "run.cfl": "auto"}, r"boundary.1.force.y: pulls at particles that boundary.0 holds|the velocity y"),
     "a body that is held throughout": ({"boundary.0": {"body": "beam", "where": "x >= 0", "fixed": ["x", "y"]}}, r"selects every particle of body 'beam'"),
     "frames of nothing between": ({"output": {"fields": ["stress"]}}, r"output.fields: frames are those of the start and the end alone, as output.every is not given"),
     "a probe of every second": ({"probes.0.every": "1 s"}, r"probes.0.every: 1 s is longer than the run"),

@@ -28,6 +28,7 @@ from wsph.errors import Fault, SceneError
 from wsph.expressions import constant_program
 from wsph.geometry.faces import Faces
 from wsph.geometry.selection import select
+from wsph.geometry.shapes.stair_patches import StairPatches
 from wsph.output.fields import AXES
 
 Owned = tuple[tuple[float, float, int], ...]
@@ -169,6 +170,8 @@ def _of_patch(k: int, name: str, body: str, faces: Faces) -> np.ndarray:
         there = f"it has {', '.join(faces.patches)}"
         if not faces.patches:
             there = "particles alone have none; select by where"
+        if isinstance(faces.patches, StairPatches) and name in (each.name for each in faces.patches.shape.patches()):
+            there += "; no side of a cell stands for that one, in steps of this spacing: choose a smaller one"
         raise SceneError("scene", [Fault(0, f"boundary.{k}.patch", f"{body!r} has no patch {name!r}: {there}")])
     return faces.of_patch(name)
 

@@ -38,6 +38,7 @@ class _Selection(Model):
     symmetry: Literal["x", "y", "z"] | None = None
     stress: dict[str, Annotated[Value, Measured("Pa")]] = {}
     traction: dict[str, Annotated[Value, Measured("Pa")]] = {}
+    force: dict[str, Annotated[Value, Measured("N, in 2D N/m, in 1D N/m2")]] = {}
     normal: Annotated[Value, Measured("m/s")] | None = None
     periodic: Annotated[str, AfterValidator(_face), Choice(FACES)] | None = None
     steps: Strings = ()
@@ -65,11 +66,13 @@ class Boundary(_WithLoads):
     def _complete(self) -> "Boundary":
         if [self.where, self.face, self.patch].count(None) != 2:
             raise ValueError("exactly one of where, face and patch is needed")
-        own = ("velocity", "displacement", "acceleration", "fixed", "symmetry", "stress", "traction")
+        own = ("velocity", "displacement", "acceleration", "fixed", "symmetry", "stress", "traction", "force")
         given = (*(getattr(self, key) for key in own), self.normal is not None, self.periodic is not None)
         if not (any(given) or self.acting):
             kinds = [*own, "normal", "periodic", *LOADS]
             raise ValueError(f"nothing is prescribed: give {', '.join(kinds[:-1])} or {kinds[-1]}")
+        if self.force and self.traction:
+            raise ValueError("force is a total one, and traction one per area: give one of them, or another entry")
         if self.periodic is not None and (any(given[:-1]) or self.acting or self.face is None):
             raise ValueError("periodic goes with face alone: write another entry for what else acts there")
         return self

@@ -10,8 +10,10 @@ the file is `wsph.scene.lines`' business.
 import inspect
 import math
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 
 from wsph.boundary.loads.regions import GRAVITY, UNIT
+from wsph.boundary.loads.rows import FORCE
 from wsph.boundary.programs.motion import UNITS, Motion
 from wsph.constitutive.stress_state import STRESS_STATES
 from wsph.errors import Fault, PluginError
@@ -259,12 +261,14 @@ def _boundary_faults(scene: SceneTables, condition: Boundary, key: str) -> Itera
         *((table, axes, unit) for table, unit in UNITS.items()),
         ("stress", COMPONENTS[scene.dim], "Pa"),
         ("traction", axes, "Pa"),
+        ("force", axes, FORCE[scene.dim]),
     ):
         for component, value in getattr(condition, table).items():
             if component not in allowed:
                 yield Fault(0, f"{key}.{table}.{component}", f"is none of {', '.join(allowed)}")
             place = f"{key}.{table}.{component}"
             yield from value_faults(scene, lambda v=value, u=unit: scene.value(v, u), value, place, unit)
+    yield from _place_faults(scene, condition, key)
     for component, value in condition.displacement.items():
         yield from _rate_fault(scene, value, f"{key}.displacement.{component}")
     if condition.normal is not None:
@@ -286,6 +290,16 @@ def _boundary_faults(scene: SceneTables, condition: Boundary, key: str) -> Itera
         yield Fault(0, key, f"{component!r} is prescribed twice: by fixed or symmetry, and again")
     for component in dict.fromkeys(c for c in moved if moved.count(c) > 1):
         yield Fault(0, key, f"{component!r} is prescribed twice: give one of {', '.join(UNITS)}")
+
+
+def _place_faults(scene: SceneTables, condition: Boundary, key: str) -> Iterator[Fault]:
+    """Faults of a total force, which is spread evenly."""
+    for axis, value in condition.force.items():
+        with suppress(ValueError):  # told of the value itself
+            made = scene.value(value, FORCE[scene.dim])
+            if isinstance(made, Expression) and any(made.uses(name) for name in AXES):
+                text = f"{value!r} depends on the place; a total force is spread evenly: write traction, one per area"
+                yield Fault(0, f"{key}.force.{axis}", text)
 
 
 def _rate_fault(scene: SceneTables, value: Value, key: str) -> Iterator[Fault]:

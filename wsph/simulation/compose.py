@@ -37,6 +37,7 @@ from wsph.simulation.composing.composition import BodyRun, Composition, Step, re
 from wsph.simulation.composing.idle import idle
 from wsph.simulation.composing.setting import BareBody, Method, Setting, bare_bodies, materials_of, method_of, scales_of
 from wsph.simulation.composing.slips import slips
+from wsph.simulation.composing.stairs import stepped
 from wsph.simulation.composing.together import joined_bodies, stiffen
 from wsph.simulation.probing.numbers import NumberRecorder
 from wsph.simulation.probing.points import PointRecorder
@@ -89,7 +90,12 @@ def _compose(scene: Scene) -> Composition:
         if joint is not None:
             stiffen(setting, joint, list(together.values()))
     # Before a step is refused: what has the wrong unit may be why.
-    for said in (*slips(scene, bodies, time_step.dt, time_step.timeline.last), *idle(scene, bodies, time_step.dt)):
+    steps = time_step.timeline.last
+    for said in (
+        *slips(scene, bodies, time_step.dt, steps),
+        *idle(scene, bodies, time_step.dt),
+        *stepped(scene, bodies),
+    ):
         doubt(f"unlikely: {said}", stacklevel=4)
     _guard(setting, bare, bodies, space, time_step, set(together))
     probes = _probes(setting, bodies, reported(bodies, (*between, *forces)), space, time_step)

@@ -9,6 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
+from wsph.boundary.loads.rows import FORCE
 from wsph.boundary.programs.functions import Function
 from wsph.boundary.programs.motion import UNITS
 from wsph.boundary.programs.prescribed import nonzero
@@ -43,7 +44,7 @@ def _acts(scene: Scene) -> bool:
 
 def _moves(scene: Scene, condition: Boundary) -> bool:
     tables = [(getattr(condition, key), unit) for key, unit in UNITS.items()]
-    tables += [(condition.stress, "Pa"), (condition.traction, "Pa")]
+    tables += [(condition.stress, "Pa"), (condition.traction, "Pa"), (condition.force, FORCE[scene.dim])]
     tables += [({"": condition.normal}, "m/s")] if condition.normal is not None else []
     return "pressure" in condition.acting or any(
         nonzero(scene.value(value, unit)) for table, unit in tables for value in table.values()
@@ -128,13 +129,13 @@ def _chosen(condition: Boundary) -> tuple[str, str | None, str | None, str | Non
 def _held_loads(scene: Scene) -> Iterator[str]:
     """Loads on particles that another entry holds, by the same selection."""
     for k, condition in enumerate(scene.boundary):
-        for axis in condition.traction:
+        for load, axis in ((load, axis) for load in ("traction", "force") for axis in getattr(condition, load)):
             for j, other in enumerate(scene.boundary):
                 holds = axis in (*other.fixed, other.symmetry, *(a for key in UNITS for a in getattr(other, key)))
                 meets = not (condition.steps and other.steps) or bool({*condition.steps} & {*other.steps})
                 if holds and meets and _chosen(condition) == _chosen(other):
                     yield (
-                        f"boundary.{k}.traction.{axis}: pulls at particles that boundary.{j} holds or moves along {axis}: it changes"
+                        f"boundary.{k}.{load}.{axis}: pulls at particles that boundary.{j} holds or moves along {axis}: it changes"
                         " nothing there; load another face, or leave one of both out"
                     )
 
