@@ -183,6 +183,8 @@ class OneSetSystem(System):
         span = {"all": (0, len(out.buffer)), "velocity": (0, out.split), "rest": (out.split, len(out.buffer))}[part]
         if part != "velocity":
             self.allowed = None
+        if part != "rest":
+            self._prescribed.combined(out, plain, self.clock)
         terms = _buffers(plain), _buffers(timed), _buffers(squared)
         combine(self.space, self.clock, *terms, span, out.buffer)
 
@@ -224,6 +226,12 @@ class OneSetSystem(System):
     def begin(self) -> None:
         self._seam.join(self.state, self.clock)
         super().begin()
+
+    def watch(self) -> None:
+        self._prescribed.watch()
+
+    def watched(self) -> bool:
+        return self._prescribed.watched()
 
     def kinetic(self, state: State) -> float:
         """sum m |v|^2/2 over the free components of a state's velocity, nondimensional (a copy)."""

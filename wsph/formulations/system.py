@@ -134,6 +134,13 @@ class System:
         self.work.start(self.state, self.clock)
         self.force_work.start(self.state, self.clock)
 
+    def watch(self) -> None:
+        """Until `watched` steps are listed, to find out what reactions have to take account of."""
+
+    def watched(self) -> bool:
+        """Have it taken account of; whether there is anything."""
+        return False
+
     def close(self) -> None:
         """Close a step, after all that acts on the body: its works, with the velocities at the end (launches)."""
         raise NotImplementedError
