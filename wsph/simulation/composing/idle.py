@@ -106,7 +106,7 @@ def _tables(scene: Scene) -> Iterator[str]:
 
 def _late(function: Function, end: float) -> Iterator[str]:
     """What of a table begins to act after the `end` [s] alone."""
-    t: tuple[float, ...] = function.t or (0.0,)
+    t = tuple(function.t or ())
     if function.axis or (t[-1] > end and function.at(end) != function.at(0.0)):
         if t[1] > end:
             reached = "" if function.axis else f", where it is {function.at(end):.3g} of {function.column[1]:g}"
@@ -129,7 +129,7 @@ def _chosen(condition: Boundary) -> tuple[str, str | None, str | None, str | Non
 def _held_loads(scene: Scene) -> Iterator[str]:
     """Loads on particles that another entry holds, by the same selection."""
     for k, condition in enumerate(scene.boundary):
-        for load, axis in ((load, axis) for load in ("traction", "force") for axis in getattr(condition, load)):
+        for load, axis in ((key, axis) for key in ("traction", "force") for axis in getattr(condition, key)):
             for j, other in enumerate(scene.boundary):
                 holds = axis in (*other.fixed, other.symmetry, *(a for key in UNITS for a in getattr(other, key)))
                 meets = not (condition.steps and other.steps) or bool({*condition.steps} & {*other.steps})
