@@ -69,6 +69,7 @@ class TwoSetSystem(System):
     _faces               # what is prescribed at the real particles: `wsph.formulations.taylor.faces`
     """
 
+    listed = "weights between its two sets differ at faces"
     widenings = 2
     """Times that the support of a target may grow by half where it spans too few directions (a corner) and `_spanning` asks
     for all."""
