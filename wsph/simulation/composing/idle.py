@@ -129,7 +129,7 @@ def _chosen(condition: Boundary) -> tuple[str, str | None, str | None, str | Non
 def _held_loads(scene: Scene) -> Iterator[str]:
     """Loads on particles that another entry holds, by the same selection."""
     for k, condition in enumerate(scene.boundary):
-        for load, axis in ((load, axis) for load in ("traction", "force") for axis in getattr(condition, load)):
+        for load, axis in ((key, axis) for key in ("traction", "force") for axis in getattr(condition, key)):
             for j, other in enumerate(scene.boundary):
                 holds = axis in (*other.fixed, other.symmetry, *(a for key in UNITS for a in getattr(other, key)))
                 meets = not (condition.steps and other.steps) or bool({*condition.steps} & {*other.steps})
