@@ -18,7 +18,9 @@ NEXT = {
 def _declare(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("kind", choices=list(NEXT), help="what to begin")
     parser.add_argument("name", metavar="NAME")
-    parser.add_argument("--total", action="store_true", help="of a material: a law of the deformation, for large strain")
+    parser.add_argument(
+        "--total", action="store_true", help="of a material: a law of the deformation, for large strain"
+    )
 
 
 def _act(options: argparse.Namespace) -> int:
