@@ -3,7 +3,7 @@
 # pyright: strict
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
@@ -11,7 +11,7 @@ _KEPT: ContextVar[list[str] | None] = ContextVar("kept", default=None)
 
 
 @contextmanager
-def keeping(said: list[str]) -> Iterator[list[str]]:
+def keeping(said: list[str]) -> Generator[list[str]]:
     """Append to `said` what is warned of inside, each text once, whatever filters do with the warnings."""
     token = _KEPT.set(said)
     try:

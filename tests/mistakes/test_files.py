@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import wsph
+from examples.bracket import write_stl
 from tests import scenes
 from tests.geometry.test_stl import cube_triangles
-from examples.bracket import write_stl
 
 QUESTION = "m large; is its file in millimetres? Write scale = 0.001"
 RUN = {"integrator": "leapfrog", "end": 1.0, "cfl": 0.3}

@@ -3,10 +3,10 @@
 # pyright: strict
 
 import json
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from wsph.catalogue.docstrings import first_sentence
 from wsph.declarations import QUANTITY
 from wsph.quantities import Table, is_list, is_sequence, is_table
 
@@ -54,7 +54,7 @@ def said_of(part: Table, root: Table) -> str:
     for each in _choices(part) if "description" not in part else [part]:
         said = resolved(each, root).get("description")
         if isinstance(said, str):
-            return " ".join(re.split(r"(?<=[.])\s+(?=[A-Z`])", said.strip(), maxsplit=1)[0].split()).removesuffix(".")
+            return first_sentence(said)
     return ""
 
 

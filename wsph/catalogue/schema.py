@@ -6,7 +6,7 @@ installed plugin."""
 from pydantic import BaseModel
 from pydantic.json_schema import JsonSchemaValue
 
-from wsph.catalogue.groups import attribute_docstrings
+from wsph.catalogue.docstrings import attribute_docstrings
 from wsph.errors import PluginError
 from wsph.plugins import registry
 from wsph.plugins.declared import integrator_schema, material_schema

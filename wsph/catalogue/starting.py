@@ -30,8 +30,9 @@ _BAR = {
 
 
 def start(kind: str, name: str, folder: Path, *, total: bool = False) -> list[Path]:
-    """Write the starting point of a kind under a name into a folder; returns what was written. `total`: of a material, the
-    law is one of the deformation, for large strain. Raises WsphError for a name that is none, and where something of that name is there."""
+    """Write the starting point of a kind under a name into a folder; returns what was written. `total`: of a material,
+    the law is one of the deformation, for large strain. Raises WsphError for a name that is none, and where something of
+    that name is there."""
     wanted = r"[A-Za-z0-9_][A-Za-z0-9_.-]*" if kind in ("scene", "study") else r"[a-z][a-z0-9]*(-[a-z0-9]+)*"
     if not re.fullmatch(wanted, name):
         letters = (
