@@ -280,7 +280,7 @@ def glance() -> list[str]:
         rows.append(f"| {said} | {size['rates'][form] / 1e6:.2f}M | {over} |")
     for name in PEERS:
         rows.append(f"| {WHO[name]} | {size['rates'][name] / 1e6:.3f}M | | |")
-    return [*rows, "", f"`wsph run examples/shock_bar.toml` takes {shell['shell_warm_seconds']:.1f} s from the shell, {shell['shell_cold_seconds']:.1f} s the first time, when its kernels are compiled.", "A first run in 3D compiles more of them, for 30 to 50 s on a machine that is busy."]  # fmt: skip
+    return [*rows, "", f"`wsph run examples/shock_bar.toml` takes {shell['shell_warm_seconds']:.1f} s from the shell, {shell['shell_cold_seconds']:.1f} s the first time, when its kernels are compiled."]  # fmt: skip
 
 
 def answer() -> list[str]:
