@@ -22,6 +22,7 @@ from wsph.output.view.look import CAMERAS, Look, Plane, chosen, plane, span
 from wsph.output.view.page import Frame
 from wsph.output.view.pictures import picture, prepared, save_figure
 from wsph.output.view.recorded import Shot, frames, read, shot
+from wsph.output.view.scalars import scalar
 from wsph.output.view.window import window
 
 pytest.importorskip("pyvista")
@@ -215,6 +216,7 @@ def test_words_of_options() -> None:
         (lambda: span("2:1"), "less than the second"),
         (lambda: chosen(times, "4:5", False), "no frame from 4 to 5 s; there are 4 from 0 to 0.003 s"),
         (lambda: picture(block((1.0, 1.0), (2, 2)), Look("heat")), "no field 'heat' in the frame; there is velocity"),
+        (lambda: picture(block((1.0, 1.0), (2, 2)), Look("velocty")), "no field 'velocty' in the frame; did you mean 'velocity'"),
         (lambda: picture(block((1.0, 1.0), (2, 2)), Look(body="c")), "no body 'c'; there is b"),
         (lambda: picture(block((1.0, 1.0), (2, 2)), Look(slice=plane("x=3"))), "does not meet the body, which is from 0 to 1 m"),
         (lambda: picture(shot({"position": np.eye(3)}, 0.0), Look(warp=2.0)), "--warp needs displacements"),
@@ -398,3 +400,11 @@ def test_a_window_to_turn_bodies_in(
     monkeypatch.setattr("sys.platform", "linux")
     assert main(["view", str(run)]) == 2
     assert "there is no display" in capsys.readouterr().err
+
+
+def test_without_a_name_the_first_field_is_drawn_that_there_is() -> None:
+    places = np.eye(3)
+    assert (
+        scalar(shot({"position": places, "damage": np.zeros(3), "stress": np.ones((3, 6))}, 0.0), "").name == "damage"
+    )
+    assert scalar(shot({"position": places, "damage": np.zeros(3), "velocity": places}, 0.0), "").name == "|velocity|"

@@ -27,21 +27,37 @@ class _Selection(Model):
     """Where something is prescribed, and what is prescribed there of the body's own fields."""
 
     name: Annotated[str, AfterValidator(file_name)] | None = None
+    """of its reaction and work in history.csv; without it BODY-1 and so on"""
     body: str
+    """the body that it is of"""
     where: str | None = None
+    """a comparison of x, y, z that selects particles"""
     face: Annotated[str, AfterValidator(_face), Choice(FACES)] | None = None
+    """the outermost faces that look along an axis"""
     patch: Annotated[str, Field(min_length=1)] | None = None
+    """a part of the surface by its name: `wsph check` lists them"""
     velocity: dict[str, Annotated[Value, Measured("m/s")]] = {}
+    """by component, of the selected particles"""
     displacement: dict[str, Annotated[Value, Measured("m")]] = {}
+    """the same, zero at t = 0"""
     acceleration: dict[str, Annotated[Value, Measured("m/s2")]] = {}
+    """the same"""
     fixed: Strings = ()
+    """components of the velocity that are held at zero"""
     symmetry: Literal["x", "y", "z"] | None = None
+    """the axis across which nothing moves"""
     stress: dict[str, Annotated[Value, Measured("Pa")]] = {}
+    """nominal, by component, along the axes of the shape"""
     traction: dict[str, Annotated[Value, Measured("Pa")]] = {}
+    """force per reference area, by component"""
     force: dict[str, Annotated[Value, Measured("N, in 2D N/m, in 1D N/m2")]] = {}
+    """a whole force, by component, in even parts of the area"""
     normal: Annotated[Value, Measured("m/s")] | None = None
+    """velocity along the faces' own normals: 0 slides"""
     periodic: Annotated[str, AfterValidator(_face), Choice(FACES)] | None = None
+    """the face opposite, which is one with `face`"""
     steps: Strings = ()
+    """the steps of the run in which it holds: all"""
 
 
 def _key_of(load: type[Load]) -> object:

@@ -334,7 +334,9 @@ def _where_faults(scene: SceneTables, text: str, key: str) -> Iterator[Fault]:
         yield Fault(0, key, str(error))
         return
     if not expression.logical:
-        yield Fault(0, key, f'{text!r} is no comparison; write one, as in "x <= 0.1"')
+        yield Fault(
+            0, key, f'{text!r} is no comparison; write one, as in "x <= 0.1", or several, as in "x <= 0.1 and y > 0"'
+        )
     if expression.uses("t"):
         yield Fault(0, key, f"{text!r} uses t; particles are selected once, by reference position")
     yield from _axis_faults(scene, expression, key)

@@ -54,12 +54,19 @@ class Function(Model):
 
     model_config = example({"t": [0.0, "1 ms"], "value": [0.0, "5 MPa"], "interp": "linear"})
     t: Annotated[tuple[Annotated[float, Unit("s")], ...], BeforeValidator(as_tuple)] | None = None
+    """times, increasing: the first value holds before, the last one after"""
     x: _Places = None
+    """places of the columns of `value`"""
     y: _Places = None
+    """the same along y"""
     z: _Places = None
+    """the same along z"""
     value: _Values | None = None
+    """a value a time, or a row of them: numbers in SI, or strings with a unit"""
     interp: Literal["linear", "step"] = "linear"
+    """between the times; a step holds from one entry to the next"""
     expression: str | None = None
+    """of x, y, z and t, in place of a table"""
 
     @model_validator(mode="after")
     def _table_or_expression(self) -> "Function":

@@ -101,12 +101,11 @@ def _tables(scene: Scene) -> Iterator[str]:
             continue
         if not function.axis and len(set(function.column)) < 2:
             continue
-        yield from (f"functions.{name}: {said}" for said in _late(function, scene.end))
+        yield from (f"functions.{name}: {said}" for said in _late(function, function.t, scene.end))
 
 
-def _late(function: Function, end: float) -> Iterator[str]:
-    """What of a table begins to act after the `end` [s] alone."""
-    t = tuple(function.t or ())
+def _late(function: Function, t: tuple[float, ...], end: float) -> Iterator[str]:
+    """What of a table with entries at `t` [s] begins to act after the `end` [s] alone."""
     if function.axis or (t[-1] > end and function.at(end) != function.at(0.0)):
         if t[1] > end:
             reached = "" if function.axis else f", where it is {function.at(end):.3g} of {function.column[1]:g}"

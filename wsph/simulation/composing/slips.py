@@ -10,6 +10,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from wsph.boundary.conditions import selected_conditions
+from wsph.boundary.loads.rows import FORCE
 from wsph.boundary.programs.functions import Function
 from wsph.boundary.programs.motion import UNITS
 from wsph.expressions import Expression
@@ -65,6 +67,8 @@ def slips(scene: Scene, bodies: Sequence[BodyRun], dt: float, steps: int) -> Ite
             for component, value in table.items():
                 most = _largest(scene, run, value, "Pa")
                 yield from _too_much(run, most, f"boundary.{k}.{key}.{component}".removesuffix("."))
+    for run in bodies:
+        yield from _of_forces(scene, run)
     for k, tool in enumerate(scene.tools):
         if isinstance(tool.shape, Stl) and tool.shape.unscaled:
             yield from _unscaled(f"tools.{k}.shape", tool.name, np.ptp(tool.shape.bounds(), axis=0))
@@ -76,6 +80,19 @@ def slips(scene: Scene, bodies: Sequence[BodyRun], dt: float, steps: int) -> Ite
             most = max(sizes, default=0.0)
             yield from _too_fast(run, most, f"tools.{k}.velocity", "m/s")
     yield from _of_time(scene, bodies, dt, steps)
+
+
+def _of_forces(scene: Scene, run: BodyRun) -> Iterator[str]:
+    """Total forces on a body, over the areas that they act on."""
+    if not any(each.force for each in scene.boundary if each.body == run.body.name):
+        return
+    geometry, position = run.system.geometry, run.system.position
+    faces = geometry.sides
+    on = faces.nodes if len(position) == len(geometry.nodes) else faces.cell[:, None]
+    for k, condition, _, rows in selected_conditions(scene, run.body.name, faces, geometry.spacing, position, on):
+        for axis, value in condition.force.items():
+            most = _largest(scene, run, value, FORCE[scene.dim]) / float(faces.area[rows].sum())
+            yield from _too_much(run, most, f"boundary.{k}.force.{axis}, over its faces")
 
 
 def _of_size(run: BodyRun, key: str) -> Iterator[str]:
