@@ -61,7 +61,8 @@ class Split:
 
 
 class Halo(Protocol):
-    """Keeps the copies of rows that other processes own up to date."""
+    """Keeps the copies of rows that other processes own up to date. Where those of accelerations are, all that a step makes
+    of them the copies of particles go through as their owners do, to the bit."""
 
     def update(self, field: Array) -> None:
         """Overwrite the copies in an array over the rows held by what their owners have, on the host, in the order in which

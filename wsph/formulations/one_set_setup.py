@@ -102,13 +102,18 @@ class Placement:
                 raise Refused(f"body {host.name!r}: {error}") from error
             return cls(points, host.at_nodes, position, found.volume, found.volume, split.nodes, split.nodes, found)
         share = split.nodes if host.at_nodes else split.points
-        own = (body.cell_volume / unit, share, split.points) if points else (volume, share, share)
+        own = (_over(body.cell_volume, unit), share, split.points) if points else (volume, share, share)
         return cls(points, host.at_nodes, position, volume, *own)
 
     @property
     def count(self) -> int:
         """Particles."""
         return len(self.position)
+
+
+def _over(volume: np.ndarray, unit: float) -> np.ndarray:
+    """Volumes of points (k,) over a unit; where they are one number for all, so are these."""
+    return np.broadcast_to(volume[0] / unit, len(volume)) if volume.strides == (0,) else volume / unit
 
 
 class Loads:

@@ -12,6 +12,7 @@ from wsph.errors import Fault, Refused, SceneError
 from wsph.expressions import compile_expression
 from wsph.geometry.fitted.fit import fit
 from wsph.geometry.fitted.gate import OUT
+from wsph.geometry.fitted.outline import too_fine
 from wsph.geometry.fitted.planning import on_grid_lines, unmet
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.grid import plan
@@ -63,13 +64,14 @@ def geometry_of(scene: Scene, number: int, formulation: Formulation, domain: Dom
 def reach_of(scene: Scene, body: Body, formulation: Formulation) -> tuple[int, bool]:
     """How many layers of cells away the acceleration of a particle depends on where others are, and whether particles are
     their own points, where stress is found. Points see the corners of their cells; along edges gradients and stresses are
-    averaged, so that there are four steps from one particle to the next; of a kernel there are two of its support."""
+    averaged, so that there are four steps from one particle to the next, and volumes may be of blocks of two; of a kernel
+    there are two of its support."""
     traits, run = formulation.traits, scene.run
     if traits.corners and not run.kernel_by:
         return 1, False
     own = [part.support for part in body.parts.values() if part.support is not None]
     support = run.support or (own[0] if own else traits.support)
-    return max(4, 2 * math.ceil(support)), traits.pairwise
+    return max(8, 2 * math.ceil(support)), traits.pairwise
 
 
 def refuse_misfits(scene: Scene, formulation: Formulation) -> None:
@@ -129,7 +131,8 @@ def stairs_in_words(scene: Scene, body: Body, formulation: Formulation) -> str:
     why = (
         'the body asks for surface = "stairs"' if body.surface == "stairs" else stairs_because(scene, body, formulation)
     )
-    names = unmet(body.shape, float(np.min(body.spacing)))
+    spacing = float(np.min(body.spacing))
+    names = () if too_fine(body.shape, spacing) else unmet(body.shape, spacing)
     there = f" at {', '.join(names)}" if names else ""
     return f"in steps of a cell{there}: {why}"
 

@@ -11,14 +11,13 @@ its material can take.
 
 import json
 import math
-import warnings
 from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
 
 from wsph.backend.clock import Clock
-from wsph.backend.device import pick_device
+from wsph.backend.device import give_back, pick_device
 from wsph.backend.domain import WHOLE, Domain
 from wsph.backend.graph import Program
 from wsph.backend.space import Space
@@ -26,6 +25,7 @@ from wsph.contact.between import Interaction
 from wsph.contact.overlap import EASED, overlapping, solid_of
 from wsph.contact.refusals import refuse as refuse_contact
 from wsph.contact.table import couplings, interactions
+from wsph.doubts import doubt, keeping
 from wsph.errors import Refused, SceneError
 from wsph.formulations import memory
 from wsph.formulations.system import System
@@ -41,6 +41,7 @@ from wsph.simulation.composing.idle import idle
 from wsph.simulation.composing.setting import BareBody, Method, Setting, bare_bodies, materials_of, method_of, scales_of
 from wsph.simulation.composing.shared import refuse_shared
 from wsph.simulation.composing.slips import slips
+from wsph.simulation.composing.stairs import stepped
 from wsph.simulation.composing.together import joined_bodies, stiffen
 from wsph.simulation.probing.numbers import NumberRecorder
 from wsph.simulation.probing.placed import PlacedRecorder
@@ -59,7 +60,10 @@ def compose(scene: Scene, domain: Domain = WHOLE) -> Composition:
     """Set up a scene, or the part of it that this process has of a `domain`. Raises SceneError, Refused or PluginError;
     compiles the set-up's kernels, runs nothing."""
     try:
-        return _compose(scene, domain)
+        with keeping([]) as said:
+            composition = _compose(scene, domain)
+        composition.said = said
+        return composition
     except SceneError as error:
         raise scene.located(error) from None
 
@@ -80,6 +84,7 @@ def _compose(scene: Scene, domain: Domain) -> Composition:
     time_step = given_step(scene.run, scene.end, scales.time, device, method.who)
     setting = Setting(scene, method, scales)
     made = [standing(setting, each, space, time_step) for each in bare]
+    give_back(sum(each.system.count for each in made))
     put_states(scene, made)
     _part(scene, made)
     once = integrators.once(method.plugin)
@@ -96,9 +101,14 @@ def _compose(scene: Scene, domain: Domain) -> Composition:
         if joint is not None:
             stiffen(setting, joint, list(together.values()))
     # Before a step is refused: what has the wrong unit may be why.
-    hints = (*slips(scene, bodies, time_step.dt, time_step.timeline.last), *idle(scene, bodies, time_step.dt))
+    steps = time_step.timeline.last
+    hints = (
+        *slips(scene, bodies, time_step.dt, steps),
+        *idle(scene, bodies, time_step.dt),
+        *stepped(scene, bodies),
+    )
     for said in domain.common(hints):
-        warnings.warn(f"unlikely: {said}", RuntimeWarning, stacklevel=4)
+        doubt(f"unlikely: {said}", stacklevel=4)
     _guard(setting, bare, bodies, space, time_step, set(together))
     probes = _probes(setting, bodies, reported(bodies, (*between, *forces)), space, time_step, domain)
     step = Step(bodies, joint, between, time_step.clock, [probe for probe in probes if probe.every_step])
@@ -146,7 +156,7 @@ def _first_system(scene: Scene, bounded: bool) -> System:
 def _part(scene: Scene, bodies: Sequence[Standing]) -> None:
     """Warn of bodies that overlap at the start. Raises Refused where contact is to keep them apart."""
     for contact in (each for each in (*scene.contact, *scene.tools) if each.warning):
-        warnings.warn(contact.warning, RuntimeWarning, stacklevel=4)
+        doubt(contact.warning, stacklevel=4)
     touching = {frozenset(contact.names): contact.law for contact in scene.contact}
     solids = [solid_of(run.system.geometry, at_nodes=True) for run in bodies] if len(bodies) > 1 else []
     for (one, solid), (other, beside) in combinations(zip(bodies, solids, strict=False), 2):
@@ -161,9 +171,8 @@ def _part(scene: Scene, bodies: Sequence[Standing]) -> None:
         )
         if law is not None:
             raise Refused(f"{where}: contact keeps apart what is apart; move or shorten one of them")
-        warnings.warn(
+        doubt(
             f"{where}: nothing acts between them; move one, or write [[contact]] between = {json.dumps(names)} where they are to touch",
-            RuntimeWarning,
             stacklevel=4,
         )
 

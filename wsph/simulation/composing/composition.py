@@ -4,7 +4,7 @@
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import warp as wp
@@ -32,6 +32,9 @@ from wsph.simulation.probing.recorder import Recorder
 from wsph.simulation.timeline import TimeStep
 from wsph.stability.limit import StepLimit
 from wsph.units import Scales
+
+WATCHED = 4
+"""Steps that are listed to see what goes into a step: methods of up to so many steps are seen through."""
 
 
 @dataclass
@@ -138,6 +141,8 @@ class Composition:
     """The part of the scene that this process has."""
     pairs: int
     """Directed pairs of all operators, of all processes."""
+    said: list[str] = field(default_factory=list[str])
+    """What was warned of while it was composed."""
 
     @property
     def between(self) -> tuple[Interaction | Coupling, ...]:
@@ -192,11 +197,24 @@ class Composition:
         """The kernels that a step launches, in order."""
         return [launch.kernel for launch in self.clock.launches(self.program.step)]
 
+    def _watch(self) -> None:
+        """Find out from a few steps whether the method hands on what was set in its stages."""
+        for run in self.bodies:
+            run.system.watch()
+        for _ in range(WATCHED):
+            self.launches()
+        found = [run.system.watched() for run in self.bodies]
+        if any(found):
+            # What was set where they began is to be known too.
+            for integrator in integrators_of(self.bodies):
+                integrators.begin(integrator)
+
     def compile(self) -> None:
         """Compile what a run launches: the step and the diagnostics. Raises PluginError where a law does not compile."""
         with blame(self.integrator, integrators.SIGNATURE):
             for run in self.bodies:
                 _check_step(run)
+            self._watch()
             launched = self.launches()
             home = _package(type(self.bodies[0].integrator).__module__)
             self.program.compile([kernel for kernel in launched if _package(kernel.func.__module__) == home])
