@@ -90,8 +90,7 @@ class OneSetSystem(System):
             setup, host, self.placement, self.layout, self.conditions, self.loads, self.force, self.arrays, self.walls
         )
         self.moved, self.held = made.moved, any_of(self.domain, bool(self.conditions.entries or self.conditions.slides))
-        self._halo = self.domain.halo(self.placement.share)
-        self.rates = rates(made, self.state)
+        self._halo, self.rates = self.domain.halo(self.share), rates(made, self.state)
         self.form, self.stabilisation, self._host = self.rates.form, made.stabilisation, host
         self.response, self.breaks, self.total = self.form.response, self.form.breaks, self.form.total
         self.attached = self._attach(host)
@@ -426,10 +425,9 @@ class OneSetSystem(System):
         if not self._apart(name):
             return values
         averaged = bounded_average if self.state.bounded(name) else average
-        if self.domain.size == 1:
-            return averaged(self._outwards, values)
-        self._around = self._around or Around(self.geometry)
-        return self._around.averaged(values, averaged)
+        if self.domain.size > 1:
+            self._around = self._around or Around(self.geometry)
+        return averaged(self._outwards, values) if self._around is None else self._around.averaged(values, averaged)
 
     @cached_property
     def _outwards(self) -> Weights:
