@@ -4,9 +4,12 @@
 
 import os
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
-from wsph.backend.domain import WHOLE, Domain
 from wsph.errors import Refused
+
+if TYPE_CHECKING:
+    from wsph.backend.domain import Domain
 
 LAUNCHERS = {
     "OMPI_COMM_WORLD_SIZE": "Open MPI",
@@ -38,9 +41,11 @@ def refuse_copies(what: str) -> None:
         raise Refused(f"{what} was started {count} times together: start it once, without mpiexec or srun")
 
 
-def domain() -> Domain:
+def domain() -> "Domain":
     """The part of a scene that this process is to have: one among those that were started together. Raises Refused where
     MPI is missing, or joins fewer."""
+    from wsph.backend.domain import WHOLE
+
     if (count := started()) == 1:
         return WHOLE
     try:
