@@ -10,8 +10,8 @@ from wsph.cli.command import Command
 NEXT = {
     "scene": "wsph run {0}",
     "study": "wsph study {0}",
-    "material": "cd {1} && pip install -e . && pytest",
-    "integrator": "cd {1} && pip install -e . && pytest",
+    "material": "cd {1} && pip install -e . pytest && pytest",
+    "integrator": "cd {1} && pip install -e . pytest && pytest",
 }
 
 
