@@ -59,15 +59,15 @@ class Rows:
             else:
                 return cells
 
-    def make(self, cells: int, to_come: float = 0.0) -> Row:
-        """Run a lattice; `to_come`: the work that is expected after it. Raises Halted where it does not come to its end."""
+    def make(self, cells: int) -> Row:
+        """Run a lattice. Raises Halted where it does not come to its end."""
         plan = self.costs.plan(cells)
         seconds = self.rate.seconds(plan)
         took = f", about {in_seconds(seconds)}" if seconds == seconds else ""
         self.tell(
             f"{cells} cells: {plan.particles:.0f} particles, {plan.steps:.0f} steps, {plan.work:.3g} pair visits{took}"
         )
-        row = self.run(self.lattices.scene_at(cells), cells, plan.work, self._told(plan.work, to_come))
+        row = self.run(self.lattices.scene_at(cells), cells, plan.work, self._progress)
         self.made.append(row)
         inside = min(row.result.seconds, row.wall_seconds)
         self.rate.learn(Took(plan, row.work, inside, row.wall_seconds - inside))
@@ -93,18 +93,6 @@ class Rows:
         row = Row(cells, self.lattices.spacing(cells), planned, wall, cpu, result)
         self.spent += row.work
         return row
-
-    def _told(self, work: float, to_come: float) -> Progress | None:
-        """The progress of a row as that of the whole search, in parts of its work."""
-        tell = self._progress
-        if tell is None:
-            return None
-        before, total = self.spent, self.spent + work + to_come
-
-        def told(step: int, steps: int, now: float) -> None:
-            tell(round(1000.0 * (before + work * step / steps) / total), 1000, now)
-
-        return told
 
 
 def clear(folder: Path) -> None:
