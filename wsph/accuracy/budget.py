@@ -15,6 +15,7 @@ from wsph.accuracy.limits import SHARE, Limit
 from wsph.accuracy.row import Halted
 from wsph.accuracy.rows import Rows
 from wsph.accuracy.search import Found, seen_of
+from wsph.accuracy.values import check_periods
 from wsph.errors import Refused, SceneError
 
 COARSER = (2.0 * 2.0**0.5, 2.0)
@@ -35,7 +36,7 @@ def spend(rows: Rows, asked: Mapping[str, Aim], limit: Limit) -> Found:
                 "out of reach",
                 f"{limit} pays for no row: the coarsest has {rows.costs.plan(rows.first).work:.3g} pair visits",
             )
-        rows.make(rows.first)
+        check_periods(rows.make(rows.first), asked)
         for part in (*COARSER, 1.0):
             if (cells := _affordable(rows, limit, part)) >= WORTH * rows.made[-1].cells:
                 rows.make(cells)

@@ -17,6 +17,7 @@ from wsph.accuracy.envelope import BAR, FEWEST, KEEP
 from wsph.accuracy.limits import Limit
 from wsph.accuracy.row import Halted, in_seconds
 from wsph.accuracy.rows import Rows
+from wsph.accuracy.values import check_periods
 from wsph.errors import Refused, SceneError
 
 SAFE = 1.1
@@ -58,7 +59,7 @@ def search(rows: Rows, asked: Mapping[str, Aim], limit: Limit, sure: bool = Fals
             cells = rows.lattices.next(max(start * rows.first, rows.made[-1].cells + 0.5 if rows.made else rows.first))
             if (refusal := _refusal(rows, limit, cells, {}, factor)) is not None:
                 return refusal
-            rows.make(cells, 4.0 * rows.costs.plan(cells).work)
+            check_periods(rows.make(cells), asked)
         for _ in range(ROUNDS):
             seen = seen_of(rows, asked)
             if not seen:
@@ -69,7 +70,7 @@ def search(rows: Rows, asked: Mapping[str, Aim], limit: Limit, sure: bool = Fals
             cells, wanted = _next(rows, seen, factor)
             if (refusal := _refusal(rows, limit, cells, seen, factor, wanted)) is not None:
                 return refusal
-            rows.make(cells, max(rows.scaled(wanted).work - rows.costs.plan(cells).work, 0.0))
+            rows.make(cells)
         return Found("out of reach", f"{len(rows.made)} rows have not met it", seen_of(rows, asked))
     except Halted as halt:
         return Found(halt.status, str(halt), seen_of(rows, asked))
