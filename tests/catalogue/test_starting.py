@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import wsph
+from wsph.catalogue import groups
 from wsph.catalogue.starting import start
 from wsph.cli import main
 from wsph.errors import WsphError
@@ -37,6 +38,18 @@ def test_a_new_study_can_be_read(tmp_path: Path) -> None:
     study, scene = load_study(written[0])
     assert len(study.variants) == 2
     assert scene.bodies[0].name == "beam"
+
+
+def test_every_example_is_written_with_what_it_reads(tmp_path: Path) -> None:
+    for row in groups.examples():
+        folder = tmp_path / row.name
+        folder.mkdir()
+        written = start("example", row.name, folder)
+        assert wsph.load(written[0]).bodies, row.name
+        assert len(row.description) > 20, row.name
+    assert {path.name for path in (tmp_path / "bracket").iterdir()} == {"bracket.toml", "bracket.stl"}
+    with pytest.raises(WsphError, match=r"'shock-bar' is none of .*; did you mean 'shock_bar'\?"):
+        start("example", "shock-bar", tmp_path)
 
 
 def pytest_of(folder: Path) -> "subprocess.CompletedProcess[str]":

@@ -22,7 +22,7 @@ from parts import block
 from registers import uses
 from seconds import BODIES
 
-from wsph.formulations.lattice import rates
+from wsph.formulations.lattice import block_rates
 from wsph.simulation.compose import compose
 
 PER_MULTIPROCESSOR, MOST_THREADS, STEP = 65536, 2048, 8
@@ -43,7 +43,7 @@ def main() -> int:
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     wp.config.log_level = wp.LOG_WARNING
-    rates.WIDTH.update(dict.fromkeys(rates.WIDTH, 1))  # rows a thread, of a body that is set up on a CPU
+    block_rates.WIDTH.update(dict.fromkeys(block_rates.WIDTH, 1))  # rows a thread, of a body that is set up on a CPU
     rows: list[dict[str, object]] = []
     with tempfile.TemporaryDirectory() as folder:
         for dim, precision, (name, keys) in itertools.product((2, 3), ("f64", "f32"), BODIES.items()):

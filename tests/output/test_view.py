@@ -17,6 +17,7 @@ from wsph.errors import OutputError
 from wsph.output.cells import Gathered
 from wsph.output.folder import OutputFolder
 from wsph.output.view import tables
+from wsph.output.view.bodies import edges
 from wsph.output.view.look import CAMERAS, Look, Plane, chosen, plane, span
 from wsph.output.view.page import Frame
 from wsph.output.view.pictures import picture, prepared, save_figure
@@ -178,6 +179,21 @@ def test_what_is_asked_for_is_shown() -> None:
     assert reference.warped(0.0).grid.points[:, 1] == pytest.approx(
         np.asarray(made.grid.points)[:, 1] - 0.1 * np.asarray(made.grid.points)[:, 0]
     )
+
+
+def test_a_clip_beside_the_nodes_has_its_rim_and_no_slivers() -> None:
+    """Nodes that a motion has moved by 1e-5 of a cell from the plane: of what is laid open the rim alone is drawn."""
+    made = block((1.0, 1.0, 1.0), (6, 6, 6))
+    points = np.asarray(made.grid.points)
+    points[:, 1] += 1e-6 * np.random.default_rng(1).uniform(-1.0, 1.0, len(points))
+    look = Look(clip=plane("y>0.5", "<>"))
+    surface = prepared(made, look).bodies.surface
+    lines = edges(surface, look, flat=False)
+    middles = np.asarray(lines.cell_centers().points)
+    laid = middles[np.abs(middles[:, 1] - 0.5) < 1e-9]
+    rim = np.abs(laid[:, [0, 2]] - 0.5).max(1)
+    assert len(laid) >= 24
+    assert np.allclose(rim, 0.5)
 
 
 def test_words_of_options() -> None:

@@ -41,6 +41,7 @@ FILES = {
         "wsph.sph.misfit",
         "wsph.formulations.lagrangian.held_energy",
         "wsph.formulations.lattice.held",
+        "wsph.formulations.lattice.edges.held",
         "wsph.formulations.updated.memory",
     ),
 }

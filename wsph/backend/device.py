@@ -2,6 +2,8 @@
 
 # pyright: strict
 
+import contextlib
+import ctypes
 import os
 import re
 import sys
@@ -11,6 +13,9 @@ from pathlib import Path
 import warp as wp
 
 from wsph.errors import Refused
+
+LARGE = 100_000
+"""Particles whose set-up leaves some megabytes."""
 
 
 def start_warp() -> None:
@@ -75,6 +80,15 @@ def free_memory(device: str) -> tuple[float | None, float | None]:
     """Memory left to this process [bytes], on the device and on the host; None where the system does not say."""
     host = _free_on_host()
     return (host if device == "cpu" else float(wp.get_device(device).free_memory)), host
+
+
+def give_back(particles: int) -> None:
+    """Give the system back what a set-up of so many particles has freed and the C library keeps, where that can (glibc) and
+    they are LARGE."""
+    if particles < LARGE:
+        return
+    with contextlib.suppress(OSError, TypeError, AttributeError):
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 def _free_on_host() -> float | None:

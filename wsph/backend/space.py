@@ -31,10 +31,13 @@ def _matrix(shape: tuple[int, int], scalar: type) -> type:
 
 @dataclass(frozen=True)
 class Space:
-    """Dimension (1, 2, 3) and precision ("f32", "f64"). Equal spaces share their compiled kernels."""
+    """Dimension (1, 2, 3) and precision ("f32", "f64"). Equal spaces share their compiled kernels.
+
+    `spaced`: what laws take and give has room to spare (`packed`)."""
 
     dim: int
     precision: str = "f64"
+    spaced: bool = False
 
     @property
     def scalar(self) -> type:
@@ -78,6 +81,12 @@ class Space:
     def vector(self, length: int) -> type:
         """A vector type of `length` scalars."""
         return _vector(length, self.scalar)
+
+    def packed(self, length: int) -> type:
+        """A vector type for `length` numbers that a law takes or gives. Compilers hold vectors of two to four numbers of
+        single precision in registers for two of them, which keeps rows side by side from being taken together: where it is
+        `spaced` there are five."""
+        return self.vector(max(length, 5) if self.spaced and length > 1 else length)
 
     def matrix(self, rows: int, columns: int) -> type:
         """A matrix type."""

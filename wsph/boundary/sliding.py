@@ -11,6 +11,7 @@ from wsph.backend.kernels import kernel
 from wsph.backend.reduce import Segments, totals
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
+from wsph.boundary.loads.carried import Carried
 from wsph.boundary.loads.forces import LoadForces
 from wsph.boundary.slide import Slides
 from wsph.parts.works import work_and_force
@@ -100,6 +101,8 @@ class Sliding:
     """
 
     _still: wp.array | None = None
+    _places: wp.array | None = None
+    """Where the velocities of the k stand in the buffer of a state, once they have been asked for."""
 
     def __init__(
         self,
@@ -120,6 +123,9 @@ class Sliding:
         self._given = arrays.zeros("given", len(position), space.vec, kept=True)
         self._values = LoadForces(space, slides.given, self._given, position, *units, arrays.device)
         self._before = arrays.zeros("before", self._count, space.vec)
+        self._sliding = slides.particle
+        size = self._count * space.dim
+        self._flat = wp.array(ptr=self._before.ptr, dtype=space.scalar, shape=size, device=arrays.device, copy=False)
         self._segments = segments = Segments.of(slides.owner)
         order = segments.order
         place = slides.row[order]
@@ -143,6 +149,13 @@ class Sliding:
             self._values.impose(clock, c)
         inputs = [self._particle, self._free, given]
         clock.launch(self._slide, self._count, inputs, [state.struct, self._before])
+
+    def settled(self, state: State, carried: Carried, clock: Clock) -> None:
+        """Take what was set in the states that this one was made from for a part of what its work is of (launches)."""
+        if self._places is None:
+            each = [state.index("velocity", self._sliding, a) for a in range(self._space.dim)]
+            self._places = wp.array(np.stack(each, 1).ravel(), dtype=wp.int32, device=clock.device)
+        carried.count(state, self._places, self._flat, clock)
 
     def count_work(self, state: State, clock: Clock) -> None:
         """Add the work of having set them (a launch)."""

@@ -14,6 +14,7 @@ from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.backend.tensors import determinant_and_inverse
 from wsph.boundary.conditions import Conditions, Owned
+from wsph.boundary.loads.carried import Carried
 from wsph.boundary.values import BoundaryValues
 from wsph.constitutive.evolution import volume_ratio
 from wsph.constitutive.laws import Laws
@@ -232,6 +233,11 @@ class ConstraintWork:
             outputs = [self._old, self._sums, self._last]
             _, work = _constraint_kernels(self._space, self._shared)
             clock.launch(work, self._segments.count, inputs, outputs)
+
+    def settled(self, state: State, carried: Carried, clock: Clock) -> None:
+        """Between the two: take what was set in the states that this one was made from for a part of it (launches)."""
+        if self.count:
+            carried.count(state, self._place, self._free, clock)
 
     def kept(self) -> dict[str, wp.array]:
         """The arrays that a checkpoint holds of it, by name."""

@@ -1,4 +1,5 @@
-"""Lists of the names that a scene can use beside plugins: formulations, parts, formats, smoothing functions, shapes.
+"""Lists of the names that a scene can use beside plugins: formulations, parts, formats, smoothing functions, shapes;
+and of the scenes that ship.
 
 Each list is read from the table that a scene's key is looked up in, and says of an entry what its own docstring says.
 """
@@ -130,6 +131,16 @@ def tables() -> list[Row]:
     return [Row(path, first_sentence(str(others[path]["description"]))) for path in shown]
 
 
+def examples() -> list[Row]:
+    """The scenes that ship with wsph."""
+    from wsph.catalogue import shipped
+
+    return [
+        Row(name, shipped.about(name), source="wsph, examples", example=f"# wsph new example {name}")
+        for name in shipped.names()
+    ]
+
+
 def shapes() -> list[Row]:
     """Shapes of bodies, for `type`, and their other keys."""
     from wsph.geometry.shapes.combined import Shape
@@ -145,7 +156,7 @@ def shapes() -> list[Row]:
 
 
 GROUPS: dict[str, Callable[[], list[Row]]] = {
-    each.__name__: each for each in (formulations, parts, formats, fields, kernels, shapes, tables)
+    each.__name__: each for each in (formulations, parts, formats, fields, kernels, shapes, tables, examples)
 }
 """The lists by the names that `wsph list` takes, beside those of plugins."""
 

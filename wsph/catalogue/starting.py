@@ -1,4 +1,4 @@
-"""Starting points: a scene, a study, and packages of a material or an integrator, written from templates.
+"""Starting points: a scene, a study, and packages of a material or an integrator, written from templates; and examples.
 
 What is written runs as it is. The test of a package fails until the one change is made that its message asks for.
 """
@@ -11,7 +11,11 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from string import Template
 
+from wsph.catalogue import shipped
 from wsph.errors import WsphError
+
+SINGLE = ("scene", "study", "example")
+"""What is written as files; the others are packages, in a folder of their own."""
 
 _MATERIAL = 'model = "elastic"\ndensity = "7850 kg/m3"\nyoungs_modulus = "210 GPa"\npoisson_ratio = 0.3'
 _BAR = {
@@ -30,26 +34,28 @@ _BAR = {
 
 
 def start(kind: str, name: str, folder: Path, *, total: bool = False) -> list[Path]:
-    """Write the starting point of a kind under a name into a folder; returns what was written. `total`: of a material,
-    the law is one of the deformation, for large strain. Raises WsphError for a name that is none, and where something of
-    that name is there."""
-    wanted = r"[A-Za-z0-9_][A-Za-z0-9_.-]*" if kind in ("scene", "study") else r"[a-z][a-z0-9]*(-[a-z0-9]+)*"
+    """Write the starting point of a kind under a name, or the example of a name, into a folder; returns what was written.
+    `total`: of a material, the law is one of the deformation, for large strain. Raises WsphError for a name that is none,
+    and where something of that name is there."""
+    wanted = r"[A-Za-z0-9_][A-Za-z0-9_.-]*" if kind in SINGLE else r"[a-z][a-z0-9]*(-[a-z0-9]+)*"
     if not re.fullmatch(wanted, name):
-        letters = (
-            "letters, digits, _ . and -" if kind in ("scene", "study") else "small letters and digits, joined by -"
-        )
+        letters = "letters, digits, _ . and -" if kind in SINGLE else "small letters and digits, joined by -"
         raise WsphError(f"{name!r} is no name of a {kind}: it has {letters}")
     if total and kind != "material":
-        raise WsphError(f"--total is of a material, whose law it is about; a {kind} has none")
-    files = _files(kind, name, "total" if total else kind)
-    root = folder if kind in ("scene", "study") else folder / f"wsph-{name}"
+        raise WsphError(f"--total is of a material, whose law it is about; of {kind} there is no such choice")
+    if kind == "example":
+        files = shipped.example(name)
+    else:
+        made = _files(kind, name, "total" if total else kind)
+        files = {path: text.encode() for path, text in made.items()}
+    root = folder if kind in SINGLE else folder / f"wsph-{name}"
     there = [root / path for path in files if (root / path).exists()]
     if there:
         raise WsphError(f"{there[0]} is there already: choose another name, or take it away")
     try:
-        for path, text in files.items():
+        for path, data in files.items():
             (root / path).parent.mkdir(parents=True, exist_ok=True)
-            (root / path).write_text(text, encoding="utf-8")
+            (root / path).write_bytes(data)
     except OSError as error:
         raise WsphError(f"{error.filename or root}: cannot be written: {error.strerror or error}") from error
     return [root / path for path in files]

@@ -62,7 +62,7 @@ def face_return(
     if project is None or not gives(material, "project"):
         return None
     count, static_mask, thinning = len(own_internals(material)), sum(1 << k for k in state.free), kept.thinning
-    real, point, stress = space.scalar, space.point, space.vector(len(state.components))
+    real, point, stress = space.scalar, space.point, space.packed(len(state.components))
     own, (unpack, pack), last = space.vector(max(count, 1)), packing(space, state), kept.dissipation
     returned = returning(space, material.project(space, Params), Params, count)
     strained, plastic, (compliance, apart) = straining(space, Params), flowed(space, Params), _unknown(space, Params)

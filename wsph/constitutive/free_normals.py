@@ -158,7 +158,7 @@ def total_laws(space: Space, material: object, state: StressState, Params: type)
         raise PluginError(f"{type(material).__name__}.stress gave no law of two arguments; expected {TOTAL_SIGNATURE}")
     real, tensor, mat = space.scalar, space.tensor, space.mat
     (unpack, pack), whole, plane = packing(space, state), _whole_gradient(space, law, state, Params), in_plane(space)
-    linear, packed = linear_energy(space, Params), space.vector(len(state.components))
+    linear, packed = linear_energy(space, Params), space.packed(len(state.components))
     # A law may give its first Piola stress itself: that is what forces take, and cheaper than there and back.
     direct = gives(material, "piola")
     nominal = material.piola(space, Params) if direct else law
@@ -190,8 +190,6 @@ def total_laws(space: Space, material: object, state: StressState, Params: type)
         return pack(cauchy + more * wp.transpose(F) / wp.determinant(F)), plane(piola + more)
 
     found = {"total": total, "total_about": total_about}
-    if not state.free:
-        found["answer"] = answer
     if gives(material, "energy"):
         density = material.energy(space, Params)
 
@@ -276,7 +274,7 @@ def projection(
     if not isinstance(law, wp.Function) or len(inspect.signature(law.func).parameters) != (3 if count else 2):
         wanted = f"{3 if count else 2} arguments"
         raise PluginError(f"{type(material).__name__}.project gave no law of {wanted}; expected {PROJECT_SIGNATURE}")
-    real, stress = space.scalar, space.vector(len(state.components))
+    real, stress = space.scalar, space.packed(len(state.components))
     own = space.vector(max(count, 1))
     (unpack, pack), unit, secant, free = packing(space, state), unit_normal(space), _secant(space), len(state.free)
     first = state.free[0] if free else 0

@@ -19,7 +19,7 @@ of the material (`wsph.constitutive.turning`), or as the law itself says.
 
 import dataclasses
 import inspect
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 
 import warp as wp
@@ -68,7 +68,6 @@ class Laws:
                                                                kk is to stay what it is, its normal strain free
     total(p, H) -> (stress, first Piola stress dim x dim)      of a total law, static free normals at zero stress;
                                                                None: the law is a rate
-    answer(p, H) -> (Cauchy, first Piola stress), all 3x3      the same of the whole gradient, where no normal is free
     total_energy(p, H) -> energy per reference volume          where a total law gives it
     total_about(p, H, S), total_energy_about(p, H, S)          the same about an initial stress S, packed
 
@@ -76,6 +75,9 @@ class Laws:
     skew part of L is the spin that it turns with, and the law itself sees the symmetric part.
     """
 
+    space: Space
+    material: object
+    evolves: bool
     state: StressState
     kept: Kept
     turned: bool
@@ -92,10 +94,18 @@ class Laws:
     project: wp.Function | None = None
     project_face: wp.Function | None = None
     total: wp.Function | None = None
-    answer: wp.Function | None = None
     total_energy: wp.Function | None = None
     total_about: wp.Function | None = None
     total_energy_about: wp.Function | None = None
+
+    @property
+    def beside(self) -> "Laws":
+        """The same for rows side by side on a CPU: in single precision with room to spare (`Space.packed`), and of matrices
+        of three rows in a plane too, where the plane's turns are not wanted: four numbers are a vector of these."""
+        if self.space.precision == "f64":
+            return self
+        dim = 3 if self.space.dim == 2 and not self.turned else self.space.dim
+        return laws_of(replace(self.space, dim=dim, spaced=True), self.material, self.state, self.evolves)
 
 
 def user_law(space: Space, material: object, Params: type, internal: type) -> wp.Function:
@@ -161,7 +171,7 @@ def _dissipation(space: Space, Params: type) -> wp.Function:
 
 def _stored(space: Space, Params: type, state: StressState) -> wp.Function:
     """Warp function (p, packed stress) -> elastic energy density."""
-    real, stress, (unpack, _) = space.scalar, space.vector(len(state.components)), packing(space, state)
+    real, stress, (unpack, _) = space.scalar, space.packed(len(state.components)), packing(space, state)
     linear = linear_energy(space, Params)
 
     @wp.func
@@ -176,7 +186,7 @@ def _face_law(
 ) -> wp.Function:
     """`Laws.linear_faces` of a plugin's law."""
     real, tensor, mat, point = space.scalar, space.tensor, space.mat, space.point
-    stress, (unpack, pack) = space.vector(len(state.components)), packing(space, state)
+    stress, (unpack, pack) = space.packed(len(state.components)), packing(space, state)
     unit, (seen, turn), static_mask = unit_normal(space), _parted(space, turned), sum(1 << k for k in state.free)
 
     @wp.func
@@ -257,6 +267,14 @@ def _parted(space: Space, turned: bool) -> tuple[wp.Function, wp.Function]:
     return seen, turn
 
 
+@cache
+def _params(material: str, names: tuple[str, ...], real: type) -> type:
+    """Struct of a material's parameters. Not id-based: the same fields give the same struct, and so the same compiled
+    kernel, in every process."""
+    annotations = dict.fromkeys(names, real)
+    return wp.struct(type(f"{material}Params", (), {"__annotations__": annotations, "__module__": __name__}))
+
+
 @lru_cache(maxsize=64)
 def laws_of(space: Space, material: object, state: StressState, evolves: bool = False) -> Laws:
     """The laws of a material, by its values: `rate` is a third party's code and may branch on any of them.
@@ -268,11 +286,8 @@ def laws_of(space: Space, material: object, state: StressState, evolves: bool = 
     kept = Kept.of(material, state, evolves)
     turned = evolves and space.dim > 1 and not turns_itself(material)
     real, tensor, mat = space.scalar, space.tensor, space.mat
-    stress, internal = space.vector(len(state.components)), space.vector(max(kept.count, 1))
-    # Not id-based: the same fields give the same struct, and so the same compiled kernel, in every process.
-    annotations = dict.fromkeys(parameters(material), real)
-    name = f"{type(material).__name__}Params"
-    Params = wp.struct(type(name, (), {"__annotations__": annotations, "__module__": __name__}))
+    stress, internal = space.packed(len(state.components)), space.packed(max(kept.count, 1))
+    Params = _params(type(material).__name__, tuple(parameters(material)), real)
     own_law = user_law(space, material, Params, internal)
     law = _thinning_law(space, own_law, Params, internal, state, kept.thinning)
     last = kept.dissipation
@@ -317,6 +332,9 @@ def laws_of(space: Space, material: object, state: StressState, evolves: bool = 
 
     project = projection(space, material, state, Params, internal, kept)
     return Laws(
+        space=space,
+        material=material,
+        evolves=evolves,
         state=state,
         kept=kept,
         turned=turned,

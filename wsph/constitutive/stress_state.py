@@ -45,7 +45,7 @@ STRESS_STATES: dict[tuple[int, str | None], StressState] = {
 @cache
 def packing(space: Space, state: StressState) -> tuple[wp.Function, wp.Function]:
     """Warp functions unpack(packed) -> 3x3 tensor and pack(tensor) -> packed."""
-    stress, tensor = space.vector(len(state.components)), space.tensor
+    stress, tensor = space.packed(len(state.components)), space.tensor
     count = len(state.components)
     # Constant vectors, not wp.static of a loop variable: Warp 1.19 resolves those only when it compiles, so a kernel's hash
     # then depends on what else was compiled before, and the first warm start compiles again.

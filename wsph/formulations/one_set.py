@@ -14,6 +14,7 @@ from typing import cast
 import numpy as np
 
 from wsph.backend.algebra import combine
+from wsph.backend.arrays import host as on_host
 from wsph.backend.space import Array
 from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.conditions import Conditions
@@ -33,13 +34,14 @@ from wsph.formulations.one_set_setup import (
 )
 from wsph.formulations.one_set_works import Prescribed
 from wsph.formulations.setup import Setup
-from wsph.formulations.system import HERE, System
+from wsph.formulations.system import System
 from wsph.parts.body_force import BodyForce
 from wsph.parts.body_force_work import WayWork
 from wsph.parts.part import Attached, Host
 from wsph.protocols import Entry
-from wsph.sph.averages import Averages, average, bounded_average, outward_weights, spanning_weights
+from wsph.sph.averages import Averages, average, bounded_average, outward_weights
 from wsph.sph.pairs import Pairs
+from wsph.sph.second_order import between
 from wsph.sph.weights import Weights
 from wsph.stability.krylov import Moving
 from wsph.stability.small_motions import SmallMotions
@@ -68,6 +70,7 @@ class OneSetSystem(System):
         self.layout = self._find_layout(host)
         self._derived: Derived | None = None
         self._accepted: State | None = None
+        self._new: list[State] = []
         if any(field.derived for field in self.layout.fields):
             self._derived = Derived(space, self.layout, len(self.point_volume), self.device, shared)
             self.arrays.take("derived", self._derived.buffer)
@@ -124,7 +127,14 @@ class OneSetSystem(System):
 
     def new(self) -> State:
         """A state, zero but for the internals' initial values."""
-        return self._make(self.count, self.layout, len(self.point_volume), self._derived)
+        self._new.append(self._make(self.count, self.layout, len(self.point_volume), self._derived))
+        return self._new[-1]
+
+    def spares(self, count: int) -> list[State]:
+        """So many states to compute with for a moment: those of `new` that nothing has been put into yet, which have to be
+        zero again after it, then temporary ones."""
+        unused = [state for state in self._new if not on_host(state.buffer).any()]
+        return [*unused[:count], *(self.temporary() for _ in range(count - len(unused)))]
 
     def temporary(self) -> State:
         """A state that the caller owns: it is freed with the caller, not with the body."""
@@ -171,6 +181,10 @@ class OneSetSystem(System):
             counts = f"not {len(plain)}, {len(timed)} and {len(squared)}"
             raise ValueError(f"combine takes one to three states and up to three rates, one of them squared, {counts}")
         span = {"all": (0, len(out.buffer)), "velocity": (0, out.split), "rest": (out.split, len(out.buffer))}[part]
+        if part != "velocity":
+            self.allowed = None
+        if part != "rest":
+            self._prescribed.combined(out, plain, self.clock)
         terms = _buffers(plain), _buffers(timed), _buffers(squared)
         combine(self.space, self.clock, *terms, span, out.buffer)
 
@@ -201,7 +215,8 @@ class OneSetSystem(System):
     def accept(self, state: State) -> None:
         """Close the step: the stresses that the law allows, the prescribed values at t + dt."""
         self._closes(state)
-        self.project(state)
+        if self.allowed is not state:
+            self.project(state)
         self.constrain(state, 1.0)
         self.boundary.motions.lead(state, self.clock)
         self._accepted = state
@@ -211,6 +226,12 @@ class OneSetSystem(System):
     def begin(self) -> None:
         self._seam.join(self.state, self.clock)
         super().begin()
+
+    def watch(self) -> None:
+        self._prescribed.watch()
+
+    def watched(self) -> bool:
+        return self._prescribed.watched()
 
     def kinetic(self, state: State) -> float:
         """sum m |v|^2/2 over the free components of a state's velocity, nondimensional (a copy)."""
@@ -283,9 +304,10 @@ class OneSetSystem(System):
 
     def project_free(self, velocity: np.ndarray, time: float | None = None) -> np.ndarray:
         """Velocities (n dim,), times the roots of masses, without what is prescribed of them, in the whole run or at a
-        `time` [s], by components and along faces' own normals, and without what parts particles that are one."""
-        free = self.free_components if time is None else self.conditions.free(self.count, self.space.dim, time)
-        return self._seam.project(self._prescribed.slides.project(velocity * free))
+        `time` [s], by components and along faces' own normals, and without what parts particles that are one. They may be
+        overwritten."""
+        velocity *= self.free_components if time is None else self.conditions.free(self.count, self.space.dim, time)
+        return self._seam.project(self._prescribed.slides.project(velocity))
 
     @property
     def symmetric(self) -> bool:
@@ -415,15 +437,4 @@ class OneSetSystem(System):
         return [Averages.of(self._outwards).only(particles)] * self.state.widths[name]
 
     def _between(self, points: np.ndarray, name: str) -> Averages:
-        """Linear-exact; a point where the field stands reads that place."""
-        body = self.geometry
-        at_nodes = self.placement.at_nodes and not self._apart(name)
-        grid, sources = body.comparable(points, body.nodes if at_nodes else body.cells)
-        weights = spanning_weights(body, 1.6, (grid, sources), (grid, sources), np.ones(len(sources)))
-        found = Averages.of(weights)
-        for n, point in enumerate(grid):
-            there, _ = found.terms(n)
-            on = there[np.linalg.norm(sources[there] - point, axis=1) < HERE]
-            if len(on):
-                found = found.but(np.array([n]), Averages.themselves(on[:1]))
-        return found
+        return between(self.geometry, points, self.placement.at_nodes and not self._apart(name))

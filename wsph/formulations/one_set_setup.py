@@ -97,12 +97,17 @@ class Placement:
             except ValueError as error:
                 raise Refused(f"body {host.name!r}: {error}") from error
             return cls(points, host.at_nodes, position, found.volume, found.volume, found)
-        return cls(points, host.at_nodes, position, volume, body.cell_volume / unit if points else volume)
+        return cls(points, host.at_nodes, position, volume, _over(body.cell_volume, unit) if points else volume)
 
     @property
     def count(self) -> int:
         """Particles."""
         return len(self.position)
+
+
+def _over(volume: np.ndarray, unit: float) -> np.ndarray:
+    """Volumes of points (k,) over a unit; where they are one number for all, so are these."""
+    return np.broadcast_to(volume[0] / unit, len(volume)) if volume.strides == (0,) else volume / unit
 
 
 class Loads:

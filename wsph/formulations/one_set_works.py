@@ -3,6 +3,9 @@
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
 
+from collections.abc import Generator
+from contextlib import contextmanager
+
 import numpy as np
 
 from wsph.backend.arrays import Arrays
@@ -10,6 +13,7 @@ from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.boundary.conditions import Conditions
+from wsph.boundary.loads.carried import Carried, Forms
 from wsph.boundary.loads.reactions import Terms
 from wsph.boundary.loads.work import LoadWork
 from wsph.boundary.slide import slides_of
@@ -38,6 +42,9 @@ class Prescribed:
     ):
         """`holding`: forces per mass that hold spurious modes, (n,) vec, where there are any."""
         device = arrays.device
+        self._forms: Forms | None = None
+        self._carried: list[Carried] = []
+        self._space, self._state, self._arrays = space, state, arrays.part("carried")
         self.values = BoundaryValues(
             space, conditions, state, position, {"velocity": scales.velocity}, scales.time, device
         )
@@ -62,21 +69,63 @@ class Prescribed:
     def impose(self, state: State, clock: Clock, c: float | tuple[float, float], *, counted: bool) -> None:
         """Set the prescribed velocities of a state, and the loads for the rates to come, at t + c dt. `counted`: of the
         state that the run continues from, whose work is counted too."""
+        if self._forms is not None:
+            self._forms.set(state, counted)
         if counted:
             self._constraint_work.before(state, clock)
-        self.values.impose(state, clock, c, leads=counted)
+        with self._changing(0, state, clock) as carried:
+            self.values.impose(state, clock, c, leads=counted)
         if counted:
+            if carried is not None:
+                self._constraint_work.settled(state, carried, clock)
             self._constraint_work.after(state, clock, c)
         if self._sliding is not None:
-            self._sliding.impose(state, clock, c)
-        if self._sliding is not None and counted:
-            self._sliding.count_work(state, clock)
+            with self._changing(1, state, clock) as carried:
+                self._sliding.impose(state, clock, c)
+            if counted and carried is not None:
+                self._sliding.settled(state, carried, clock)
+            if counted:
+                self._sliding.count_work(state, clock)
         self._loads.impose(clock, c)
+
+    @contextmanager
+    def _changing(self, kind: int, state: State, clock: Clock) -> Generator[Carried | None]:
+        """Values of a kind are set in a state: what a method that hands it on carries of it."""
+        carried = self._carried[kind] if self._carried else None
+        if carried is not None:
+            carried.changes(state, -1.0, clock)
+        yield carried
+        if carried is not None:
+            carried.changes(state, 1.0, clock)
+
+    def combined(self, out: State, plain: list[tuple[float, State]], clock: Clock) -> None:
+        """The velocity of `out` is a sum of states, and of rates (launches, where what was set is handed on)."""
+        if len(plain) == 1 and plain[0][0] == 1.0 and plain[0][1] is out:
+            return
+        if self._forms is not None:
+            self._forms.combined(out, plain)
+        for each in self._carried:
+            each.combined(out, plain, clock)
+
+    def watch(self) -> None:
+        """Find out, from steps that are listed until `watched`, whether the method hands on what was set."""
+        if (self.values.count or self._sliding is not None) and not self._carried:
+            self._forms = Forms()
+
+    def watched(self) -> bool:
+        """Have what was set carried, where the method hands it on; whether it does."""
+        if self._forms is not None and self._forms.found:
+            kinds = ("values", "slides")[: 1 if self._sliding is None else 2]
+            self._carried = [Carried(self._space, self._state, self._arrays.part(kind)) for kind in kinds]
+        self._forms = None
+        return bool(self._carried)
 
     def start(self, state: State, clock: Clock) -> None:
         """Take what is there at the start of the run."""
         for each in (self._constraint_work, self._load_work, self.drag):
             each.start(state, clock)
+        for each in self._carried:
+            each.start()
         if self._sliding is not None:
             self._sliding.start(state)
         for load in self._loads.acting:

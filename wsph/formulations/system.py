@@ -77,6 +77,8 @@ class System:
     force_work: ForceWork
     response: Response | None = None
     """The answer of a point in place of its law, or None."""
+    allowed: State | None = None
+    """The state whose stresses were brought back last, while none has been changed since."""
     evaluations = 0
     """Rates of velocities asked for so far."""
     breaks = False
@@ -86,7 +88,7 @@ class System:
     regular = 0.0
     """The share of its rows that follow from its lattice, and need no list of pairs."""
     listed = ""
-    """What it has lists of pairs for, in words, where a body of its form may do without."""
+    """What it has lists of pairs for, in words; empty where it needs none."""
     segmented: Segmented | None = None
     """Memory that goes by the segments of its lines, or None."""
     joined = False
@@ -131,6 +133,13 @@ class System:
         """Note the powers of the current state, as those at the start of the run."""
         self.work.start(self.state, self.clock)
         self.force_work.start(self.state, self.clock)
+
+    def watch(self) -> None:
+        """Until `watched` steps are listed, to find out what reactions have to take account of."""
+
+    def watched(self) -> bool:
+        """Have it taken account of; whether there is anything."""
+        return False
 
     def close(self) -> None:
         """Close a step, after all that acts on the body: its works, with the velocities at the end (launches)."""
@@ -217,6 +226,7 @@ class System:
         """Bring the stresses of a state back to where the law allows them (a launch, where the law has a yield surface)."""
         laws = self.constitutive.laws
         if laws.project is not None:
+            self.allowed = state
             kernel = project_kernel(self.space, laws, state.layout)
             self.clock.launch(kernel, state.counts["stress"], [self.constitutive.params], [state.struct])
 
@@ -257,13 +267,14 @@ class System:
     def sample(self, points: np.ndarray, name: str) -> list[Averages]:
         """How to read the components of a field at `points` (m, dim) [m]: at a particle as frames do. Raises ValueError for
         a point with two values, on a crack."""
-        average = self._between(points, name)
         grid, sources = self.geometry.comparable(points, self.position)
         near = [np.flatnonzero(np.linalg.norm(sources - point, axis=1) < HERE) for point in grid]
         if several := [k for k, there in enumerate(near) if len(there) > 1]:
             raise ValueError(f"{points[several[0]].tolist()} is on a crack, with a value on either side")
         on = np.array([k for k, there in enumerate(near) if len(there)], int)
         particles = np.array([near[k][0] for k in on], int)
+        # What is a particle needs no neighbours.
+        average = self._between(points, name) if len(on) < len(points) else Averages.themselves(particles)
         return [average.but(on, there) for there in self.at_particles(particles, name)]
 
     def _between(self, points: np.ndarray, name: str) -> Averages:

@@ -41,7 +41,7 @@ FORMULATIONS = [
         Traits(
             one_set=True, pairwise=True, reference=True, maps=True, edges=True, measures=True, cuts=True, pushable=True
         ),
-        "wsph.formulations.lattice.edge_rates:build",
+        "wsph.formulations.lattice.edges.rates:build",
     ),
     Formulation(
         "stress-points",

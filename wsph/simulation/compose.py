@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from itertools import combinations
 
 from wsph.backend.clock import Clock
-from wsph.backend.device import pick_device
+from wsph.backend.device import give_back, pick_device
 from wsph.backend.graph import Program
 from wsph.backend.space import Space
 from wsph.contact.between import Interaction
@@ -73,6 +73,7 @@ def _compose(scene: Scene) -> Composition:
     time_step = given_step(scene.run, scene.end, scales.time, device, method.who)
     setting = Setting(scene, method, scales)
     made = [standing(setting, each, space, time_step) for each in bare]
+    give_back(sum(each.system.count for each in made))
     put_states(scene, made)
     _part(scene, made)
     once = integrators.once(method.plugin)

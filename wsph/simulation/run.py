@@ -2,6 +2,7 @@
 
 # pyright: strict
 
+import math
 import signal
 import threading
 import time
@@ -12,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import warp as wp
 
+from wsph.backend.device import give_back
 from wsph.doubts import keeping
 from wsph.errors import Unstable
 from wsph.output import fields, formats
@@ -34,7 +36,7 @@ from wsph.simulation.result import Result
 from wsph.simulation.starting.relaxation import NO_REST
 from wsph.simulation.starting.relaxations import Relaxations
 from wsph.simulation.step_control import StepControl
-from wsph.simulation.summary import Ending, summary
+from wsph.simulation.summary import Ending, TableUnits, summary
 
 CHECK_STEPS = 100
 """Steps between checks where steps are not captured in blocks; those are checked at the end of a block. A check costs about
@@ -73,6 +75,7 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
         with ONE_RUN, np.errstate(over="ignore", invalid="ignore"):  # the finite check speaks, numpy need not
             composition = compose(scene)
             composition.compile()
+            give_back(composition.particles)
             with Interrupts() as interrupts:
                 if claim is not None:
                     claim.make()
@@ -176,6 +179,20 @@ class Running:
         return self._failure
 
     @property
+    def units(self) -> TableUnits:
+        """SI units of the columns of its history and of every probe, by name."""
+        return self._records.table_units()
+
+    def numbers(self) -> dict[str, float]:
+        """The columns of the history at the step that it has come to."""
+        return self._records.numbers(*self._last)
+
+    def latest(self, probe: str, column: str) -> float:
+        """The last record of a probe's column; NaN where there is none yet."""
+        values = self._records.probes()[probe][column]
+        return float(values[-1]) if len(values) else math.nan
+
+    @property
     def ledger(self) -> Ledger:
         """Its energies and works."""
         return self._ledger
@@ -264,6 +281,7 @@ class Running:
         if stop is not None:
             self._records.row(step, account)
             raise stop
+        self._last = step, account
         self._checks.findings.look(step, self._timeline.time(step), sums, account)
         if self._control.follow(step, sums):
             self._records.retimed()

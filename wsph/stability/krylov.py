@@ -3,6 +3,7 @@
 # pyright: strict
 
 import math
+from collections.abc import Iterator
 from typing import Protocol
 
 import numpy as np
@@ -19,6 +20,12 @@ NOTHING = 1e-12
 
 LARGE = 1_000_000
 """Numbers in a vector from which on vectors are kept in single precision: a limit needs two digits."""
+
+ROWS = 2**14
+"""Particles whose numbers are computed at once."""
+
+FOLLOWING = ("stress", "deformation", "deviation")
+"""Fields that follow from the displacements, and are integrated where a law or a form evolves them."""
 
 
 class Moving(Protocol):
@@ -47,9 +54,13 @@ class Moving(Protocol):
     @property
     def free_components(self) -> np.ndarray: ...
 
-    def project_free(self, velocity: np.ndarray) -> np.ndarray: ...
+    def project_free(self, velocity: np.ndarray) -> np.ndarray:
+        """Its array of velocities, (n dim,), with what is prescribed taken out; that array, or another."""
+        ...
 
-    def temporary(self) -> State: ...
+    def spares(self, count: int) -> list[State]:
+        """So many states, zero or to be thrown away."""
+        ...
 
     def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None: ...
 
@@ -57,76 +68,116 @@ class Moving(Protocol):
 
 
 class Products:
-    """K and D of a body about its current state times mass-weighted vectors, prescribed components held."""
+    """K and D of a body about its current state times mass-weighted vectors, prescribed components held.
+
+    Of a large body a vector is as much as its state. So they are in the run's own precision, of which a limit needs two
+    digits, what is put into the body is written where it takes it, some rows at a time, and a product stands where the body
+    left it, until the next is asked for.
+    """
 
     def __init__(self, system: Moving):
         self.system = system
-        # In the run's own precision: a limit needs two digits, and of a large body a vector is as much as its state.
         self.kind = system.space.numpy
-        self.mass = np.sqrt(np.repeat(system.volume, system.space.dim)).astype(self.kind)
-        self._moved, self._change = system.temporary(), system.temporary()
-        self._start = host(system.state.buffer).copy()
-        self._velocity, self._place = system.state.span("velocity"), system.state.span("displacement")
-        self.count = n = len(self.mass)
         self._eps = 1e-6 if system.space.precision == "f64" else 1e-2
-        self._resting = self._changes(np.zeros(n)) if system.evolves else None
-        self._rest = self._accelerations(np.zeros(n))
+        self._root = np.sqrt(system.volume).astype(self.kind)[:, None]
+        self._start = host(system.state.buffer)
+        # Forces that follow from where particles are may stand where their velocities do, which are zero.
+        self._states = system.spares(2 if system.evolves or system.drags else 1)
+        self._moved, self._change = self._states[0], self._states[-1]
+        self._numbers = host(self._moved.buffer)
+        self._there = np.shares_memory(self._numbers, host(self._moved.buffer))
+        self._numbers[:] = self._start
+        self._spans = {name: system.state.span(name) for name in FOLLOWING if name in system.state.start}
+        self.count = len(self._root) * system.space.dim
+        none = np.broadcast_to(np.zeros(1), self.count)
+        self._resting = self._changes(none, kept=True) if system.evolves else None
+        self._rest = self._accelerations(none).copy()
         self._closing: np.ndarray | None = None
         if system.one_sided:
             # All pairs approach each other, so fast that a vector changes nothing in that.
-            place = system.position / system.scales.length + self._start[self._place].reshape(system.position.shape)
-            self._closing = -20.0 * (place - place.mean(0)).ravel() * system.scales.length / system.spacing
-        self._idle = self._drag(np.zeros(n)) if self._closing is not None else 0.0
+            place = system.position / system.scales.length + self._field(self._start, "displacement")
+            self._closing = -20.0 * (place - place.mean(0)) * system.scales.length / system.spacing
+        self._idle = self._drag(none) if self._closing is not None else 0.0
 
     def restore(self) -> None:
-        """Put the body back into the state that it was in."""
-        put(self.system.state.buffer, self._start)
+        """Leave the body in the state that it was in; there are no products after."""
+        for state in self._states:
+            state.buffer.zero_()
         self.system.refresh(self.system.state)
 
-    def _assign(self, values: np.ndarray) -> None:
-        put(self._moved.buffer, values.astype(self.kind, copy=False))
+    def _field(self, numbers: np.ndarray, name: str) -> np.ndarray:
+        """Vectors of the particles among those of a state, (n, dim), a view."""
+        return self._rows(numbers[self.system.state.span(name)])
 
-    def _changes(self, w: np.ndarray) -> np.ndarray:
-        """The rates of stress or deformation under velocities eps w, and those at rest."""
-        moved = self._start.copy()
-        moved[self._velocity] = self._eps * w
-        self._assign(moved)
+    def _rows(self, x: np.ndarray) -> np.ndarray:
+        return x.reshape(-1, self.system.space.dim)
+
+    def _pieces(self) -> Iterator[slice]:
+        """Rows of particles, some at a time."""
+        return (slice(first, first + ROWS) for first in range(0, len(self._root), ROWS))
+
+    def _put(self) -> None:
+        """Have the body take the numbers, which on the CPU stand where it does."""
+        if not self._there:
+            put(self._moved.buffer, self._numbers)
+
+    def _changes(self, x: np.ndarray, *, kept: bool = False) -> dict[str, np.ndarray]:
+        """The rates of stress or deformation under velocities eps M^(-1/2) x; copies, or views until the next."""
+        self._numbers[:] = self._start
+        velocity, x = self._field(self._numbers, "velocity"), self._rows(x)
+        for rows in self._pieces():
+            velocity[rows] = self._eps * (x[rows] / self._root[rows])
+        self._put()
         self.system.refresh(self._moved)
         self.system.rate(self._moved, self._change, "rest")
-        return host(self._change.buffer).astype(np.float64)
+        found = host(self._change.buffer)
+        return {name: found[span].copy() if kept else found[span] for name, span in self._spans.items()}
 
-    def _accelerations(self, w: np.ndarray) -> np.ndarray:
-        """a(u + eps w) with the velocities at rest."""
-        shifted, base = self._start.copy(), self.system.state
+    def _accelerations(self, x: np.ndarray) -> np.ndarray:
+        """a(u + eps M^(-1/2) x) with the velocities at rest, (n, dim)."""
         if self._resting is not None:
-            increment = self._changes(w) - self._resting
-            for span in (base.span(name) for name in ("stress", "deformation", "deviation") if name in base.start):
-                shifted[span] += increment[span]
-        shifted[self._velocity] = 0.0
-        shifted[self._place] += self._eps * w
-        self._assign(shifted)
+            for name, change in self._changes(x).items():
+                resting, moved = self._resting[name], self._numbers[self._spans[name]]
+                for first in range(0, len(moved), ROWS):
+                    some = slice(first, first + ROWS)
+                    moved[some] += change[some].astype(np.float64) - resting[some]
+        self._field(self._numbers, "velocity")[:] = 0.0
+        start, moved = (self._field(each, "displacement") for each in (self._start, self._numbers))
+        x = self._rows(x)
+        for rows in self._pieces():
+            moved[rows] = start[rows] + self._eps * (x[rows] / self._root[rows])
+        self._put()
         self.system.rate(self._moved, self._change, "velocity")
-        return host(self._change.buffer)[self._velocity].copy()
+        return self._field(host(self._change.buffer), "velocity")
 
     def stiffness(self, x: np.ndarray) -> np.ndarray:
-        """K x."""
-        change = self._accelerations(x / self.mass)
-        change -= self._rest
-        change *= self.mass
-        change *= -1.0 / self._eps
-        return self.system.project_free(change)
+        """K x, (n dim,), which the next product overwrites."""
+        change = self._accelerations(x)
+        for rows in self._pieces():
+            change[rows] -= self._rest[rows]
+            change[rows] *= self._root[rows]
+            change[rows] *= -1.0 / self._eps
+        return self.system.project_free(change.reshape(-1))
 
-    def _drag(self, w: np.ndarray) -> np.ndarray:
-        state = self._start.astype(np.float64)
-        state[self._velocity] = 1e-9 * (w if self._closing is None else w + self._closing)
-        self._assign(state)
+    def _drag(self, x: np.ndarray, size: float = 1.0) -> np.ndarray:
+        """Minus the drag of velocities M^(-1/2) x/size, (n, dim), in double precision."""
+        self._numbers[:] = self._start
+        velocity, x = self._field(self._numbers, "velocity"), self._rows(x)
+        for rows in self._pieces():
+            w = x[rows] / self._root[rows] / size
+            velocity[rows] = 1e-9 * (w if self._closing is None else w + self._closing[rows])
+        self._put()
         self.system.rate(self._moved, self._change, "velocity")
-        return -host(self._change.flat("drag")).astype(np.float64) / 1e-9
+        return -self._rows(host(self._change.flat("drag"))).astype(np.float64) / 1e-9
 
     def damping(self, x: np.ndarray) -> np.ndarray:
-        """D x, of all pairs."""
-        size = float(np.abs(x / self.mass).max())
-        return self.system.project_free((self._drag(x / self.mass / size) - self._idle) * size * self.mass)
+        """D x, (n dim,), of all pairs."""
+        size = float(max(np.abs(self._rows(x)[rows] / self._root[rows]).max() for rows in self._pieces()))
+        drag = self._drag(x, size)
+        drag -= self._idle
+        drag *= size
+        drag *= self._root
+        return self.system.project_free(drag.reshape(-1))
 
 
 class _Span:
@@ -190,28 +241,37 @@ def _products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.einsum("in,jn->ij", a, b, dtype=np.float64)
 
 
-def _symmetric(products: Products, start: np.ndarray, rate: float, still: float) -> Spectrum:
+def _start(system: Moving) -> np.ndarray:
+    """A vector at random in both signs, (n dim,), which has its share of every free mode."""
+    count = len(system.volume) * system.space.dim
+    return system.project_free(np.random.default_rng(0).standard_normal(count))
+
+
+def _symmetric(system: Moving, rate: float, still: float) -> Spectrum:
     """The spectrum of an undamped body of symmetric stiffness from Lanczos' three terms: w_(j+1) beta_(j+1) = K w_j -
     alpha_j w_j - beta_j w_(j-1), so that K projected on the w is tridiagonal, K W = W T + beta_(m+1) w_(m+1) e_m^T, and
     of the vectors two are kept. They lose their orthogonality where an eigenvalue is found to rounding, which changes no
     outermost one."""
-    size = math.sqrt(_dot(start, start))
-    last = (start / (size or 1.0)).astype(products.kind)
-    before = np.zeros_like(last)
+    kind, last = system.space.numpy, _start(system)
+    size = math.sqrt(_dot(last, last))
+    last /= size or 1.0
+    last = last.astype(kind, copy=False)
+    before, products = np.zeros_like(last), Products(system)
     diagonal, beside = np.zeros(VECTORS), np.zeros(VECTORS)
     m, beta = 0, 0.0
     while m < VECTORS and size > 0.0:
-        new = products.stiffness(last).astype(products.kind, copy=False)
-        new -= products.kind(beta) * before
+        new = products.stiffness(last)
+        before *= kind(beta)
+        new -= before
         diagonal[m] = _dot(new, last)
-        new -= products.kind(diagonal[m]) * last
+        new -= np.multiply(last, kind(diagonal[m]), out=before)
         beta = math.sqrt(_dot(new, new))
         beside[m] = beta
         m += 1
         if not np.isfinite(beta) or beta <= NOTHING * np.abs(diagonal[:m]).max():
             break
-        new /= products.kind(beta)
-        before, last = last, new
+        before, last = last, np.divide(new, kind(beta), out=before)
+    products.restore()
     projected = (
         np.diag(diagonal[:m]) + np.diag(beside[: m - 1], 1) + np.diag(beside[: m - 1], -1) if m else np.zeros((0, 0))
     )
@@ -225,21 +285,17 @@ def _symmetric(products: Products, start: np.ndarray, rate: float, still: float)
 def spectrum(system: Moving) -> Spectrum:
     """The spectrum of a body about its current state, in at most 50 right-hand sides.
 
-    A start vector at random in both signs has its share of every mode. Lanczos' method on K finds the outermost of the
-    undamped modes. With viscosity the vectors r_(j+1) = -(D r_j + K r_(j-1)) of Bai & Su's second-order Krylov space (SIAM
-    J. Matrix Anal. Appl. 26, 2005) follow, in which the modes of both are found; those that lie in the span already (all of
-    them at first where D is as K) cost nothing and are gone through.
+    Lanczos' method on K finds the outermost of the undamped modes. With viscosity the vectors r_(j+1) = -(D r_j + K r_(j-1))
+    of Bai & Su's second-order Krylov space (SIAM J. Matrix Anal. Appl. 26, 2005) follow, in which the modes of both are
+    found; those that lie in the span already (all of them at first where D is as K) cost nothing and are gone through.
     """
     rate, still = system.damping_rate, STILL[system.space.precision]
     if not system.free_components.any():
         none = np.zeros((0, 0))
         return Spectrum(none, none, (none, none, none), rate, still)
-    products = Products(system)
-    start = system.project_free(np.random.default_rng(0).standard_normal(products.count))
     if system.symmetric and not system.drags:
-        found = _symmetric(products, start, rate, still)
-        products.restore()
-        return found
+        return _symmetric(system, rate, still)
+    products, start = Products(system), _start(system)
     lanczos, most = DAMPED_VECTORS if system.drags else (VECTORS, VECTORS)
     span = _Span(products, most, system.drags)
     span.add(start)

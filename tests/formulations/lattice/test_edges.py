@@ -1,5 +1,6 @@
 """Nodes that see each other along the edges of a lattice, by rows of it and by rows of pairs: the same body to rounding."""
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -7,10 +8,16 @@ import pytest
 
 from tests import scenes
 from tests.formulations.lattice.bodies import CELL, answers, random_body
+from wsph.backend.arrays import Arrays
+from wsph.backend.space import Space
 from wsph.checking import described
-from wsph.formulations.lattice import edge_rates
-from wsph.formulations.lattice.edge_rates import EdgeRates
-from wsph.formulations.lattice.runs import CLOSES, FIRST, HEAD, OPENS, OWN, edge_runs
+from wsph.formulations.lagrangian.blocks import blocks_of
+from wsph.formulations.lattice.edges import rates as edge_rates
+from wsph.formulations.lattice.edges import rows as edge_rows
+from wsph.formulations.lattice.edges.blocks import block_runs
+from wsph.formulations.lattice.edges.rates import EdgeRates
+from wsph.formulations.lattice.edges.rows import Rows
+from wsph.formulations.lattice.runs import CLOSES, FIRST, HEAD, OPENS, OWN, edge_runs, staged_pieces
 from wsph.geometry.edges import cell_edges
 from wsph.simulation.compose import compose
 from wsph.simulation.composing.composition import Composition
@@ -24,6 +31,27 @@ PARTS: dict[str, dict[str, Any]] = {
     "all": {"residual": {"coefficient": 0.2}, **HOURGLASS, **VISCOSITY},
     "neo-hookean": {"material": scenes.material("neo-hookean")},
 }
+MISES = {"material": scenes.material("mises", yield_stress=1e-3, hardening_modulus=0.1)}
+BEGUN = {"initial": {"stress": {"xx": "1e-3*x"}}}
+STIFF = {"poisson_ratio": 0.47}
+LAWS: dict[str, dict[str, Any]] = {
+    "jaumann": {"material": scenes.material("jaumann")},
+    "jaumann without a residual": {"material": scenes.material("jaumann"), "residual": False},
+    "jaumann begun with a stress": {"material": scenes.material("jaumann"), **BEGUN},
+    "stiff jaumann": {"material": scenes.material("jaumann", **STIFF)},
+    "perzyna": {
+        "material": scenes.material("perzyna", yield_stress=1e-3, hardening_modulus=0.1, fluidity=1.0, exponent=1.0)
+    },
+    "mises": MISES,
+    "mises and all parts": {**MISES, **PARTS["all"]},
+    "stiff mises": {"material": scenes.material("mises", yield_stress=1e-3, hardening_modulus=0.1, **STIFF)},
+    "stiff": {"material": scenes.material("elastic", **STIFF)},
+    "stiff neo-hookean and all parts": {"material": scenes.material("neo-hookean", **STIFF), **PARTS["all"]},
+    "begun with a stress": BEGUN,
+    "stiff, begun with a stress": {"material": scenes.material("elastic", **STIFF), **BEGUN},
+}
+"""Laws that integrate their stress, volumes of blocks, and stresses that a body begins with; of bodies that flow the
+residual fades."""
 
 
 def composed(shape: dict[str, Any], precision: str = "f64", **keys: Any) -> Composition:
@@ -64,23 +92,38 @@ def test_so_they_are_of_every_law_and_part(name: str, dim: int, monkeypatch: pyt
     assert both(monkeypatch, 3, dim, "f64", **PARTS[name]) < 1e-11
 
 
+@pytest.mark.parametrize("dim", [1, 2, 3])
+@pytest.mark.parametrize("name", list(LAWS))
+def test_so_they_are_of_rates_of_blocks_and_of_initial_stresses(
+    name: str, dim: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert both(monkeypatch, 5, dim, "f64", **LAWS[name]) < 1e-10
+
+
+@pytest.mark.parametrize("name", ["elastic", *LAWS])
 @pytest.mark.parametrize("state", ["stress", "strain"])
-def test_so_they_are_in_both_states_of_a_plane(state: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert both(monkeypatch, 2, 2, "f64", state=state) < 1e-11
+def test_so_they_are_in_both_states_of_a_plane(state: str, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert both(monkeypatch, 2, 2, "f64", state=state, **LAWS.get(name, {})) < 1e-10
+
+
+SOME = {
+    **{name: PARTS[name] for name in ("residual", "all")},
+    **{name: LAWS[name] for name in ("mises and all parts", "stiff", "stiff, begun with a stress")},
+}
 
 
 @pytest.mark.parametrize("dim", [1, 2, 3])
-@pytest.mark.parametrize("name", ["residual", "all"])
+@pytest.mark.parametrize("name", SOME)
 def test_so_they_are_in_single_precision(name: str, dim: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert both(monkeypatch, 2, dim, "f32", **PARTS[name]) < 2e-4
+    assert both(monkeypatch, 2, dim, "f32", **SOME[name]) < 2e-4
 
 
 @pytest.mark.parametrize("dim", [1, 2, 3])
-@pytest.mark.parametrize("name", ["residual", "all"])
+@pytest.mark.parametrize("name", SOME)
 def test_so_they_are_where_a_thread_has_a_row(name: str, dim: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """The kernels of a GPU, on the CPU."""
-    monkeypatch.setattr(edge_rates, "width_of", lambda device, precision: 1)
-    assert both(monkeypatch, 3, dim, "f64", **PARTS[name]) < 1e-11
+    monkeypatch.setattr(edge_rows, "width_of", lambda device, precision: 1)
+    assert both(monkeypatch, 3, dim, "f64", **SOME[name]) < 1e-10
 
 
 @pytest.mark.parametrize("width", [16, 32])
@@ -112,24 +155,44 @@ def test_pieces_take_what_was_found_before() -> None:
     body = composed(scenes.box(0.5, 0.6, 1.7)).bodies[0].system.lattice
     assert body.boxes is not None
     runs = edge_runs(body.boxes, 16)
-    pieces = runs.pieces(20, 4)
+    rows = Rows.of(composed(scenes.box(0.5, 0.6, 1.7), **MISES).bodies[0].system.rates._host, body.boxes, "cpu")
+    assert rows.blocks is not None
+    counts = [len(runs.blocks), len(runs.blocks), len(rows.blocks.runs), len(runs.blocks), len(runs.blocks)]
+    waits = [runs.reach, rows.to_means, rows.to_rows, runs.reach]
+    pieces = staged_pieces(counts[0], 20, waits)
     assert len(pieces) > 5
-    done = [0, 0, 0, 0]
+    done = [0] * len(counts)
     for piece in pieces:
         for stage, (first, end) in enumerate(piece):
             assert first == done[stage]
             done[stage] = end
-            assert stage == 0 or end == first or runs.reach[first:end].max() < done[stage - 1]
-    assert done == [len(runs.blocks)] * 4
+            assert stage == 0 or end == first or waits[stage - 1][first:end].max() < done[stage - 1]
+    assert done == counts
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("seed", range(6))
+def test_runs_of_blocks_hold_the_nodes_of_blocks(seed: int, dim: int) -> None:
+    """Those of lists."""
+    shape, _ = random_body(seed, dim)
+    body = composed(shape).bodies[0].system.lattice
+    count, rows = blocks_of(body, Space(dim), Arrays("cpu"))
+    ends, nodes = rows.offsets.numpy(), rows.indices.numpy()
+    expected = {tuple(nodes[a:b].tolist()) for a, b in pairwise(ends)}
+    found = block_runs(body.index, 8)
+    seen: set[tuple[int, ...]] = set()
+    for many, *first in found.runs.tolist():
+        assert many <= 8
+        for k in range(many):
+            seen.add(tuple(sorted(at + 2 * k for at in first if at >= 0)))
+    assert len(seen) == count
+    assert seen == expected
 
 
 LISTED: dict[str, dict[str, Any]] = {
-    "volumes are those of blocks of particles": {"material": scenes.material("elastic", poisson_ratio=0.47), "state": "strain"},
-    "its law gives rates": {"material": scenes.material("jaumann")},
-    "it begins with a stress": {"initial": {"stress": {"xx": 1e-3}}},
     "its cells differ": {"jitter": 0.1},
     "its pairs are a kernel's": {"viscosity": {"alpha": 0.5, "kind": "pair"}},
-}  # fmt: skip
+}
 
 
 def told(composition: Composition) -> str:
@@ -144,5 +207,7 @@ def test_other_bodies_keep_their_pairs_and_say_why(why: str) -> None:
     assert told(composition) == f"0 % follow from the lattice, without lists of pairs: {why}"
 
 
-def test_a_body_that_needs_no_list_says_so() -> None:
-    assert told(composed(scenes.box(0.5, 0.5))) == "100 % follow from the lattice, without lists of pairs"
+@pytest.mark.parametrize("name", ["elastic", "jaumann", "stiff", "stiff mises", "stiff, begun with a stress"])
+def test_a_body_that_needs_no_list_says_so(name: str) -> None:
+    keys = {"state": "strain", **LAWS.get(name, {})}
+    assert told(composed(scenes.box(0.5, 0.5), **keys)) == "100 % follow from the lattice, without lists of pairs"

@@ -221,6 +221,30 @@ def holding(bank: Bank, program: int, clock: wp.array(dtype=wp.float64), second:
 
 
 @wp.func
+def evaluate_between(
+    bank: Bank,
+    program: int,
+    x: wp.vec3d,
+    clock: wp.array(dtype=wp.float64),
+    second: wp.float64,
+    from_dt: wp.float64,
+    to_dt: wp.float64,
+) -> wp.float64:
+    """A value, of a program without windows, at t + from_dt dt, or the mean of that and the one at t + to_dt dt where these
+    differ; t and dt are those of a clock in units of `second` [s]."""
+    dt = dt_of(clock) * second
+    t = time_of(clock) * second
+    value = wp.float64(0.0)
+    # A loop, so that the machine is compiled once.
+    k = int(0)
+    while k < wp.where(from_dt == to_dt, 1, 2):
+        each = evaluate(bank, program, x, t + wp.where(k == 0, from_dt, to_dt) * dt, wp.float64(1.0e-9) * dt)
+        value = wp.where(k == 0, each, wp.float64(0.5) * (value + each))
+        k += 1
+    return value
+
+
+@wp.func
 def evaluate_mean(
     bank: Bank,
     program: int,
@@ -230,18 +254,11 @@ def evaluate_mean(
     from_dt: wp.float64,
     to_dt: wp.float64,
 ) -> wp.float64:
-    """A value at t + from_dt dt, or the mean of that and the one at t + to_dt dt where these differ; t and dt are those of
-    a clock in units of `second` [s]. Zero where the value is one of windows, and none is open at the later time."""
-    dt = dt_of(clock) * second
-    t = time_of(clock) * second
-    slack = wp.float64(1.0e-9) * dt
+    """The same of any program: zero where the value is one of windows, and none is open at the later time."""
     which = holding(bank, program, clock, second, wp.max(from_dt, to_dt))
     if which < 0:
         return wp.float64(0.0)
-    value = evaluate(bank, which, x, t + from_dt * dt, slack)
-    if to_dt != from_dt:
-        value = wp.float64(0.5) * (value + evaluate(bank, which, x, t + to_dt * dt, slack))
-    return value
+    return evaluate_between(bank, which, x, clock, second, from_dt, to_dt)
 
 
 def interval(c: float | tuple[float, float]) -> list[wp.float64]:

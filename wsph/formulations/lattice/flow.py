@@ -1,5 +1,7 @@
 """Rates of stress and internals of a rate law at the cells of a lattice."""
 
+from functools import cache
+
 import warp as wp
 
 from wsph.backend.clock import dt_of
@@ -10,22 +12,70 @@ from wsph.backend.tensors import determinant_and_inverse
 from wsph.constitutive.evolution import evolution
 from wsph.constitutive.laws import Laws
 from wsph.formulations.lattice.cell import cell_struct
-from wsph.formulations.lattice.lanes import block_of, capacity_of, corner_sums, field_lanes, lane
+from wsph.formulations.lattice.lanes import beside, block_of, capacity_of, corner_sums, field_lanes, lane
+
+
+@cache
+def evolving(space: Space, laws: Laws, layout: Layout, width: int, blocks: bool) -> wp.Function:
+    """Warp function (dt, p, turn, first, rows, values, theta, fields, rate_out) that writes the rates of neighbouring rows,
+    dt ahead: the gradients of the velocities are the rows' `values` times `turn`; with `blocks` their volumes' rates are
+    `theta`."""
+    real, mat, dim, Fields = space.scalar, space.mat, space.dim, fields_struct(space, layout)
+    by_row, capacity, kept = beside(space, laws, width), capacity_of(width), "internals" in layout
+    own, seen, size = by_row.laws, by_row.widened, dim**2 * capacity
+    Params, evolve, inverse = laws.Params, evolution(own.space, own), determinant_and_inverse(own.space)[1]
+    law_dim, get, read_mat = own.space.dim, by_row.matrix[0], field_lanes(space, width, mat)[0]
+    stresses, memories = laws.stress._length_ * capacity, laws.internal._length_ * capacity
+    (get_stress, put_stress), (get_memory, put_memory) = by_row.stress, by_row.memory
+    read_stress, write_stress = field_lanes(space, width, laws.stress)
+    read_memory, write_memory = field_lanes(space, width, laws.internal)
+    number_of = lane(space, width, space.vector(1))[0]
+
+    @wp.func
+    def rates(
+        dt: real,
+        p: Params,
+        turn: mat,
+        first: int,
+        rows: int,
+        values: wp.array(dtype=real),
+        theta: wp.array(dtype=real),
+        fields: Fields,
+        rate_out: Fields,
+    ):
+        deformation = wp.zeros(shape=size, dtype=real)
+        stress = wp.zeros(shape=stresses, dtype=real)
+        memory = wp.zeros(shape=memories, dtype=real)
+        read_mat(fields.deformation, first, rows, deformation)
+        read_stress(fields.stress, first, rows, stress)
+        if wp.static(kept):
+            read_memory(fields.internals, first, rows, memory)
+        one = wp.identity(n=law_dim, dtype=real)
+        widened = seen(turn)
+        within = seen(wp.identity(n=dim, dtype=real))
+        e = int(0)
+        while e < rows:
+            change = get(values, e) * widened
+            later = one + get(deformation, e) + dt * change
+            L = change * inverse(later)
+            if wp.static(blocks):
+                L += (real(wp.static(1.0 / dim)) * (number_of(theta, e)[0] - wp.trace(L))) * within
+            ds, dq = evolve(p, get_stress(stress, e), get_memory(memory, e), later, L, dt)
+            put_stress(stress, e, ds)
+            put_memory(memory, e, dq)
+            e += 1
+        write_stress(stress, first, rows, rate_out.stress)
+        if wp.static(kept):
+            write_memory(memory, first, rows, rate_out.internals)
+
+    return rates
 
 
 def flow_kernel(space: Space, laws: Laws, layout: Layout, width: int) -> wp.Kernel:
     """Kernel of the rates, from the velocities of the corners."""
-    real, mat, dim, Fields = space.scalar, space.mat, space.dim, fields_struct(space, layout)
-    Params, internal, evolve, Cell = laws.Params, laws.internal, evolution(space, laws), cell_struct(space)
-    kept, inverse, size = "internals" in layout, determinant_and_inverse(space)[1], dim**2 * capacity_of(width)
-    stresses, memories = laws.stress._length_ * capacity_of(width), internal._length_ * capacity_of(width)
-    block, gather, get = block_of(dim, width), corner_sums(space, width, False), lane(space, width, mat)[0]
-    read_mat, (get_stress, put_stress) = field_lanes(space, width, mat)[0], lane(space, width, laws.stress)
-    (read_stress, write_stress), (get_memory, put_memory) = (
-        field_lanes(space, width, laws.stress),
-        lane(space, width, internal),
-    )
-    read_memory, write_memory = field_lanes(space, width, internal)
+    real, dim, Fields, Cell = space.scalar, space.dim, fields_struct(space, layout), cell_struct(space)
+    Params, size, evolve = laws.Params, dim**2 * capacity_of(width), evolving(space, laws, layout, width, False)
+    block, gather = block_of(dim, width), corner_sums(space, width, False)
 
     @kernel(ranged=True, lanes=True)
     def flow(
@@ -39,27 +89,8 @@ def flow_kernel(space: Space, laws: Laws, layout: Layout, width: int) -> wp.Kern
         rate_out: Fields,
     ):
         b, i, at, rows, own = block(blocks, first + wp.tid())
-        dt = ahead * real(dt_of(clock))
         values = wp.zeros(shape=size, dtype=real)
-        deformation = wp.zeros(shape=size, dtype=real)
-        stress = wp.zeros(shape=stresses, dtype=real)
-        memory = wp.zeros(shape=memories, dtype=real)
         gather(blocks, b, at, rows, fields.velocity, values)
-        read_mat(fields.deformation, i, own, deformation)
-        read_stress(fields.stress, i, own, stress)
-        if wp.static(kept):
-            read_memory(fields.internals, i, own, memory)
-        e = int(0)
-        while e < own:
-            change = get(values, e) * cell.gradient
-            later = wp.identity(n=dim, dtype=real) + get(deformation, e) + dt * change
-            L = change * inverse(later)
-            ds, dq = evolve(p, get_stress(stress, e), get_memory(memory, e), later, L, dt)
-            put_stress(stress, e, ds)
-            put_memory(memory, e, dq)
-            e += 1
-        write_stress(stress, i, own, rate_out.stress)
-        if wp.static(kept):
-            write_memory(memory, i, own, rate_out.internals)
+        evolve(ahead * real(dt_of(clock)), p, cell.gradient, i, own, values, values, fields, rate_out)
 
     return flow

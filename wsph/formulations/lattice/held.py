@@ -9,7 +9,7 @@ from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State, fields_struct
-from wsph.formulations.lattice.cell import Cell, cell_struct
+from wsph.formulations.lattice.cell import cell_struct
 from wsph.formulations.lattice.lanes import block_of, corner_misfit, places_of
 from wsph.formulations.lattice.runs import HEAD, PLACE
 from wsph.parts.fading import faded
@@ -46,7 +46,7 @@ def held_kernel(space: Space, layout: Layout, width: int, fades: bool) -> wp.Ker
 
 
 @cache
-def _fade_kernel(space: Space, layout: Layout, internal: int) -> wp.Kernel:
+def fade_kernel(space: Space, layout: Layout, internal: int) -> wp.Kernel:
     """What the residual of each cell has set free in a step."""
     real, zeta, Fields, square = space.scalar, faded(space), fields_struct(space, layout), corner_misfit(space)
     block, Cells = block_of(space.dim, 2), cell_struct(space)
@@ -74,31 +74,30 @@ def _fade_kernel(space: Space, layout: Layout, internal: int) -> wp.Kernel:
     return fade
 
 
-class CellFading(Attached):
-    """`wsph.parts.fading.Fading` of the cells of a lattice: evaluations write what is left of the residual to their
-    slots."""
+class RowFading(Attached):
+    """`wsph.parts.fading.Fading` of the rows of a lattice: evaluations write what is left of the residual themselves."""
 
     def __init__(
         self,
+        fade: wp.Kernel,
         flow: tuple[int, float],
-        space: Space,
-        cell: Cell,
+        common: object,
         blocks: Array,
         count: tuple[int, int],
         state: State,
         clock: Clock,
         arrays: Arrays,
     ):
-        """`flow`: which of the internals is the plastic strain, and E/sigma_y; `count` blocks and cells."""
-        self._internal, self._yields = flow[0], space.scalar(flow[1])
-        self._space, self._cell, self._blocks, self._state, self._clock = space, cell, blocks, state, clock
+        """`fade`: the kernel of what a step sets free; `flow`: which of the internals is the plastic strain, and E/sigma_y;
+        `common` to all rows; `count` blocks and rows."""
+        real = state.space.scalar
+        self._fade, self._state, self._clock = fade, state, clock
+        self._inputs = [real(flow[1]), common, blocks]
         self._count, m = count
-        self._zeta = arrays.changes("zeta", wp.ones(m, dtype=space.scalar, device=arrays.device))
-        self._freed = arrays.zeros("freed", m, space.scalar, kept=True)
+        self._zeta = arrays.changes("zeta", wp.ones(m, dtype=real, device=arrays.device))
+        self._freed = arrays.zeros("freed", m, real, kept=True)
         self.ledger = (Entry("dissipated", lambda: float(host(self._freed).sum())),)
 
     def advance(self) -> None:
         """Book what the step has set free (a launch)."""
-        kernel = _fade_kernel(self._space, self._state.layout, self._internal)
-        inputs = [self._yields, self._cell, self._blocks, self._state.struct]
-        self._clock.launch(kernel, self._count, inputs, [self._zeta, self._freed])
+        self._clock.launch(self._fade, self._count, [*self._inputs, self._state.struct], [self._zeta, self._freed])

@@ -6,12 +6,15 @@ numbers is a Warp function as everywhere. On a GPU a thread has one row, the cap
 neighbouring numbers.
 """
 
+from dataclasses import dataclass
 from functools import cache
 from itertools import product
 
 import warp as wp
 
 from wsph.backend.space import Space
+from wsph.backend.tensors import embedded
+from wsph.constitutive.laws import Laws
 from wsph.formulations.lattice.runs import BEFORE, BEHIND, COMPUTED, COPY, HEAD, OWN, PLACE
 
 ACROSS = 32
@@ -207,21 +210,62 @@ def pull_of_cells(space: Space, width: int, held: bool) -> wp.Function:
 
 
 @cache
-def lane(space: Space, width: int, dtype: type, first: int = 0) -> tuple[wp.Function, wp.Function]:
+def lane(
+    space: Space, width: int, dtype: type, first: int = 0, count: int | None = None
+) -> tuple[wp.Function, wp.Function]:
     """Warp functions (values, row) -> the numbers of a row, from the `first` quantity on, as a vector or a matrix, and
-    (values_out, row, that) that sets them."""
-    capacity, places = capacity_of(width), range(dtype._length_)
+    (values_out, row, that) that sets them. `count`: how many there are, where the type has room for more."""
+    capacity, places = capacity_of(width), range(dtype._length_ if count is None else count)
     S = ctype_of_real(space)
     stores = " ".join(f"a_out.data[{(first + k) * capacity}+e] = ((const {S}*)&v)[{k}];" for k in places)
     loads = " ".join(f"(({S}*)&v)[{k}] = a.data[{(first + k) * capacity}+e];" for k in places)
 
-    @wp.func_native(f"{_ctype(space, dtype)} v; {loads} return v;")
+    @wp.func_native(f"{ctype_of(space, dtype)} v; {loads} return v;")
     def get(a: wp.array(dtype=space.scalar), e: int) -> dtype: ...
 
     @wp.func_native(stores)
     def put(a_out: wp.array(dtype=space.scalar), e: int, v: dtype): ...
 
     return get, put
+
+
+@dataclass(frozen=True)
+class Beside:
+    """The laws of rows side by side, and how rows get and put what these take and give, from and to the numbers of a block.
+
+    matrix, stress, memory  # (values, row) -> matrix, packed stress, internals; and (values_out, row, that)
+    widened                 # matrix of the space -> matrix of the laws
+    """
+
+    laws: Laws
+    matrix: tuple[wp.Function, wp.Function]
+    stress: tuple[wp.Function, wp.Function]
+    memory: tuple[wp.Function, wp.Function]
+    widened: wp.Function
+
+
+@cache
+def beside(space: Space, laws: Laws, width: int) -> Beside:
+    """What rows use of a material's `laws` whose fields they read, `width` rows a thread."""
+    own = laws if width == 1 else laws.beside
+    stress, memory = (
+        lane(space, width, wide, 0, narrow._length_)
+        for wide, narrow in ((own.stress, laws.stress), (own.internal, laws.internal))
+    )
+    if own.space.dim == space.dim:
+        return Beside(own, lane(space, width, space.mat), stress, memory, _itself(space.mat))
+    return Beside(own, plane_lane(space, width), stress, memory, embedded(space))
+
+
+@cache
+def _itself(dtype: type) -> wp.Function:
+    """Warp function that gives what it takes."""
+
+    @wp.func
+    def itself(a: dtype) -> dtype:
+        return a
+
+    return itself
 
 
 @cache
@@ -232,7 +276,7 @@ def plane_lane(space: Space, width: int) -> tuple[wp.Function, wp.Function]:
     loads = " ".join(f"v.data[{a}][{b}] = a.data[{at}+e];" for a, b, at in places)
     stores = " ".join(f"a_out.data[{at}+e] = ((const {S}*)&v)[{3 * a + b}];" for a, b, at in places)
 
-    @wp.func_native(f"{_ctype(space, space.tensor)} v(0); {loads} return v;")
+    @wp.func_native(f"{ctype_of(space, space.tensor)} v(0); {loads} return v;")
     def get(a: wp.array(dtype=space.scalar), e: int) -> space.tensor: ...
 
     @wp.func_native(stores)
@@ -241,7 +285,7 @@ def plane_lane(space: Space, width: int) -> tuple[wp.Function, wp.Function]:
     return get, put
 
 
-def _ctype(space: Space, dtype: type) -> str:
+def ctype_of(space: Space, dtype: type) -> str:
     """A vector or matrix type in C++."""
     shape, kind = dtype._shape_, "vec_t" if len(dtype._shape_) == 1 else "mat_t"
     return f"wp::{kind}<{','.join(str(n) for n in shape)},wp::float{space.precision[1:]}>"

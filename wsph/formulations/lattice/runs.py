@@ -13,6 +13,7 @@ neighbours of all its rows are. Runs end at holes, notches and cracks; a node be
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -129,6 +130,18 @@ def _last(boxes: Boxes) -> np.ndarray:
     return np.rint(last - last.min()).astype(np.int32)
 
 
+def staged_pieces(count: int, most: int, waits: Sequence[np.ndarray]) -> list[list[tuple[int, int]]]:
+    """So many blocks in pieces of at most `most`: from which to which each of the stages goes, the first and one for each of
+    `waits`, which says of every block of a stage the last one of the stage before that it takes of."""
+    ends = _ends(count, most)
+    found: list[list[tuple[int, int]]] = []
+    for waiting in (None, *waits):
+        if waiting is not None:
+            ends = np.searchsorted(np.maximum.accumulate(waiting), ends, side="left")
+        found.append(list(zip([0, *ends[:-1].tolist()], ends.tolist(), strict=True)))
+    return [list(piece) for piece in zip(*found, strict=True)]
+
+
 @dataclass(frozen=True)
 class EdgeRuns:
     """`blocks` of the nodes of a lattice that see each other along the edges of its cells, int32, a row each, how many
@@ -137,16 +150,6 @@ class EdgeRuns:
     blocks: np.ndarray
     edges: int
     reach: np.ndarray
-
-    def pieces(self, most: int, stages: int) -> list[list[tuple[int, int]]]:
-        """The blocks in pieces of at most `most`: from which to which block each of so many stages goes, of which each
-        takes what the neighbours have from the one before."""
-        ends = _ends(len(self.blocks), most)
-        found: list[list[tuple[int, int]]] = []
-        for _ in range(stages):
-            found.append(list(zip([0, *ends[:-1].tolist()], ends.tolist(), strict=True)))
-            ends = np.searchsorted(self.reach, ends, side="left")
-        return [list(piece) for piece in zip(*found, strict=True)]
 
 
 def edge_runs(boxes: Boxes, width: int) -> EdgeRuns:

@@ -17,6 +17,7 @@ from wsph.formulations.lagrangian.form import Form, coefficients_of
 from wsph.formulations.lagrangian.strain import cofactor_of
 from wsph.formulations.lattice.cell import cell_struct
 from wsph.formulations.lattice.lanes import (
+    beside,
     block_of,
     capacity_of,
     corner_sums,
@@ -31,18 +32,23 @@ from wsph.parts.fading import faded
 
 def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, width: int) -> wp.Kernel:
     """Kernel of what cells hand to their nodes, and of their deformation."""
-    real, mat, Fields = space.scalar, space.mat, fields_struct(space, layout)
+    real, Fields = space.scalar, fields_struct(space, layout)
     Cell, Coefficients = cell_struct(space), coefficients_of(space, form)
     size = (space.dim**2 + space.dim + 1) * capacity_of(width)
     block, gather = block_of(space.dim, width), corner_sums(space, width, form.stabilised)
     hand = hand_over(space, width, quantities(space.dim, form.stabilised))
-    (get, put), put_share = lane(space, width, mat), set_lane(space, width, space.dim**2 + space.dim)
-    acting, left = acting_stress(space, laws), faded(space)
+    put_share, by_row = set_lane(space, width, space.dim**2 + space.dim), beside(space, laws, width)
+    (get, put), seen, acting, left = (
+        by_row.matrix,
+        by_row.widened,
+        acting_stress(by_row.laws.space, by_row.laws),
+        faded(space),
+    )
     stresses, memories = laws.stress._length_ * capacity_of(width), laws.internal._length_ * capacity_of(width)
-    tensors, write_mat = space.dim**2 * capacity_of(width), field_lanes(space, width, mat)[1]
+    tensors, write_mat = space.dim**2 * capacity_of(width), field_lanes(space, width, space.mat)[1]
     kept, read_stress = "internals" in layout, field_lanes(space, width, laws.stress)[0]
-    get_stress, read_memory = lane(space, width, laws.stress)[0], field_lanes(space, width, laws.internal)[0]
-    get_memory = lane(space, width, laws.internal)[0]
+    get_stress, read_memory = by_row.stress[0], field_lanes(space, width, laws.internal)[0]
+    get_memory = by_row.memory[0]
 
     @kernel(ranged=True, lanes=True)
     def strain(
@@ -54,31 +60,34 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form, width: i
         fields_out: Fields,
         chunks_out: wp.array(dtype=real),
     ):
-        b, i, at, rows, own = block(blocks, first + wp.tid())
+        b, i, at, rows, many = block(blocks, first + wp.tid())
         values = wp.zeros(shape=size, dtype=real)
         stress = wp.zeros(shape=stresses, dtype=real)
         memory = wp.zeros(shape=memories, dtype=real)
         tensor = wp.zeros(shape=tensors, dtype=real)
         gather(blocks, b, at, rows, others.displacement, values)
-        read_stress(fields_out.stress, i, own, stress)
+        read_stress(fields_out.stress, i, many, stress)
         if wp.static(kept):
-            read_memory(fields_out.internals, i, own, memory)
+            read_memory(fields_out.internals, i, many, memory)
+        gradient = seen(cell.gradient)
+        force = seen(cell.force)
+        restoring = seen(cell.restoring)
         e = int(0)
-        while e < own:
-            H = get(values, e) * cell.gradient
+        while e < many:
+            H = get(values, e) * gradient
             q = get_memory(memory, e)
             put(tensor, e, H)
-            A = acting(get_stress(stress, e), q, H) * cell.force
+            A = acting(get_stress(stress, e), q, H) * force
             if wp.static(form.stabilised):
                 share = cell.share
                 if wp.static(form.fades >= 0):
                     share = share * left(c.yields * q[wp.static(form.fades)])
                 put_share(values, e, cell.hold * share)
-                A = A - share * (H * cell.restoring)
+                A = A - share * (H * restoring)
             put(values, e, A)
             e += 1
-        write_mat(tensor, i, own, fields_out.deformation)
-        hand(blocks, b, at, own, values, chunks_out)
+        write_mat(tensor, i, many, fields_out.deformation)
+        hand(blocks, b, at, many, values, chunks_out)
 
     return strain
 

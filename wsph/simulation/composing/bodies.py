@@ -124,13 +124,15 @@ def alone(setting: Setting, made: Standing, time_step: TimeStep, *, bounded: boo
     method, bare = setting.method, made.bare
     with law_named(bare.material, bare.who), blame(method.who, integrators.SIGNATURE):
         integrator = method.on(made.system)
-        integrators.begin(integrator)
 
         def ask() -> tuple[float | None, str]:
             with blame(method.who, integrators.SIGNATURE):
                 return integrators.limit(integrator) if bounded else (None, "it is not asked for")
 
-        return made.by(integrator, ask, time_step)
+        # The limit first, which is found in states that hold nothing yet.
+        run = made.by(integrator, ask, time_step)
+        integrators.begin(integrator)
+        return run
 
 
 def give_velocity(scene: Scene, body: Body, system: System) -> None:

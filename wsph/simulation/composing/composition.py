@@ -31,6 +31,9 @@ from wsph.simulation.timeline import TimeStep
 from wsph.stability.limit import StepLimit
 from wsph.units import Scales
 
+WATCHED = 4
+"""Steps that are listed to see what goes into a step: methods of up to so many steps are seen through."""
+
 
 @dataclass
 class BodyRun:
@@ -193,11 +196,24 @@ class Composition:
         """The kernels that a step launches, in order."""
         return [launch.kernel for launch in self.clock.launches(self.program.step)]
 
+    def _watch(self) -> None:
+        """Find out from a few steps whether the method hands on what was set in its stages."""
+        for run in self.bodies:
+            run.system.watch()
+        for _ in range(WATCHED):
+            self.launches()
+        found = [run.system.watched() for run in self.bodies]
+        if any(found):
+            # What was set where they began is to be known too.
+            for integrator in integrators_of(self.bodies):
+                integrators.begin(integrator)
+
     def compile(self) -> None:
         """Compile what a run launches: the step and the diagnostics. Raises PluginError where a law does not compile."""
         with blame(self.integrator, integrators.SIGNATURE):
             for run in self.bodies:
                 _check_step(run)
+            self._watch()
             launched = self.launches()
             home = _package(type(self.bodies[0].integrator).__module__)
             self.program.compile([kernel for kernel in launched if _package(kernel.func.__module__) == home])

@@ -8,6 +8,8 @@ With n_- and n_+ of the N cells at a node behind and before it on an axis of ste
     T_k = avg(P e)_k/2 - kappa/(2 dim) D_k                                   what forces take, kappa the stabilisation
     f/V = sum_k 2/h (c_+ (T + T_+) - c_- (T + T_-))_k + 2 kappa/(dim h^2) (c_+ (u_+ - u) + c_- (u_- - u))
 
+Where the stabilisation fades (`wsph.parts.fading`) kappa is what is left of it, of a pair the mean of both.
+
 Numbers of a row that go from one loop to the next stand in flat arrays, number m of row i at m `stride` + i. What is the
 same everywhere leaves no rounding: differences come first.
 """
@@ -113,10 +115,12 @@ def averages(space: Space, width: int) -> wp.Function:
 
 
 @cache
-def passed_on(space: Space, width: int, stabilised: bool) -> wp.Function:
-    """Warp function (blocks, block, lane, rows, nominal, columns, hold, stride, values_out): what forces take, from the
-    columns of the stress and, where there is a stabilisation of strength `hold`, of the gradient."""
-    held = " - hold*columns.data[m*(int64_t)stride + at[0] + lane + e]" if stabilised else ""
+def passed_on(space: Space, width: int, stabilised: bool, fades: bool) -> wp.Function:
+    """Warp function (blocks, block, lane, rows, nominal, columns, hold, left, stride, values_out): what forces take, from
+    the columns of the stress and, where there is a stabilisation of strength `hold`, of the gradient; `left` of it is where
+    it fades."""
+    kept = "*left.data[at[0] + lane + e]" if fades else ""
+    held = f" - hold*columns.data[m*(int64_t)stride + at[0] + lane + e]{kept}" if stabilised else ""
 
     @wp.func_native(_averaging(space, width, f"S(0.5)*(x[e] + change){held}", "nominal"))
     def passed(
@@ -127,6 +131,7 @@ def passed_on(space: Space, width: int, stabilised: bool) -> wp.Function:
         nominal: wp.array(dtype=space.scalar),
         columns: wp.array(dtype=space.scalar),
         hold: space.scalar,
+        left: wp.array(dtype=space.scalar),
         stride: int,
         values_out: wp.array(dtype=space.scalar),
     ): ...
@@ -154,10 +159,13 @@ def _averaging(space: Space, width: int, result: str, flat: str = "flat") -> str
 
 
 @cache
-def pull_along_edges(space: Space, width: int, stabilised: bool) -> wp.Function:
-    """Warp function (blocks, block, lane, rows, passed, displacement, inverse, hold, stride, pull_out): forces per volume
-    of the stress and of a stabilisation of strength `hold`."""
+def pull_along_edges(space: Space, width: int, stabilised: bool, fades: bool) -> wp.Function:
+    """Warp function (blocks, block, lane, rows, passed, displacement, inverse, hold, left, stride, pull_out): forces per
+    volume of the stress and of a stabilisation of strength `hold`, of which `left` is where it fades."""
     dim, capacity, lines = space.dim, capacity_of(width), []
+    if fades:
+        for k in range(dim):
+            lines.append(f"const S z{k} = S(0.5)*(l[e] + n{k}[e]), y{k} = S(0.5)*(l[e] + m{k}[e]);")
     for a in range(dim):
         terms: list[str] = []
         for k in range(dim):
@@ -166,7 +174,8 @@ def pull_along_edges(space: Space, width: int, stabilised: bool) -> wp.Function:
             terms.append(f"c{k}*(({behind}*q{k}[{m}] - {before}*p{k}[{m}]) + ({behind} - {before})*x[{m}])")
             if stabilised:
                 own, low, high = (f"{name}[{dim}*e+{a}]" for name in ("u", f"v{k}", f"w{k}"))
-                terms.append(f"d{k}*({behind}*({high} - {own}) + {before}*({low} - {own}))")
+                after, ahead = (f"{behind}*z{k}", f"{before}*y{k}") if fades else (behind, before)
+                terms.append(f"d{k}*({after}*({high} - {own}) + {ahead}*({low} - {own}))")
         lines.append(f"o[{a * capacity}+e] = {' + '.join(terms)};")
     constants = " ".join(
         f"const S c{k} = S(2)*inverse[{k}], d{k} = S(4)*hold*inverse[{k}]*inverse[{k}];" for k in range(dim)
@@ -176,6 +185,7 @@ def pull_along_edges(space: Space, width: int, stabilised: bool) -> wp.Function:
         {_opened(space, width)}
         {_starts(space, "passed", 1)}
         {_starts(space, "displacement", dim, "uvw")}
+        {_starts(space, "left", 1, "lmn") if fades else ""}
         {constants}
         S* o = pull_out.data;
         {VECTORS}
@@ -190,6 +200,7 @@ def pull_along_edges(space: Space, width: int, stabilised: bool) -> wp.Function:
         displacement: wp.array(dtype=space.vec),
         inverse: space.vec,
         hold: space.scalar,
+        left: wp.array(dtype=space.scalar),
         stride: int,
         pull_out: wp.array(dtype=space.scalar),
     ): ...
@@ -198,11 +209,12 @@ def pull_along_edges(space: Space, width: int, stabilised: bool) -> wp.Function:
 
 
 @cache
-def pairs_of(space: Space, width: int) -> wp.Function:
-    """Warp function (blocks, block, lane, rows, side, columns, displacement, velocity, step, stride, values_out): of every
-    row and its neighbour on a `side`, 2 k before and 2 k + 1 behind on axis k: what their displacements differ by, their
-    velocities, what both gradients say of that together, dim numbers each, and the share of the row's cells between them.
-    Where there are none the row is its own neighbour."""
+def pairs_of(space: Space, width: int, fades: bool) -> wp.Function:
+    """Warp function (blocks, block, lane, rows, side, columns, displacement, velocity, step, left, stride, values_out): of
+    every row and its neighbour on a `side`, 2 k before and 2 k + 1 behind on axis k: what their displacements differ by,
+    their velocities, what both gradients say of that together, dim numbers each, and the share of the row's cells between
+    them, where it fades times what is left. Where there are none the row is its own neighbour."""
+    kept = "*(S(0.5)*(left.data[from + e] + left.data[to + e]))" if fades else ""
     dim, capacity = space.dim, capacity_of(width)
     cases = " ".join(f"if (side/2 == {k}) {{ before = a{k}; behind = b{k}; }}" for k in range(dim))
     lines: list[str] = []
@@ -232,7 +244,7 @@ def pairs_of(space: Space, width: int) -> wp.Function:
         for (int e = 0; e < rows; ++e) {{
             const bool there = share[e] > S(0);
             {" ".join(lines)}
-            o[{3 * dim * capacity}+e] = share[e];
+            o[{3 * dim * capacity}+e] = share[e]{kept};
         }}
     """)
     def pairs(
@@ -245,6 +257,7 @@ def pairs_of(space: Space, width: int) -> wp.Function:
         displacement: wp.array(dtype=space.vec),
         velocity: wp.array(dtype=space.vec),
         step: space.scalar,
+        left: wp.array(dtype=space.scalar),
         stride: int,
         values_out: wp.array(dtype=space.scalar),
     ): ...
@@ -253,9 +266,26 @@ def pairs_of(space: Space, width: int) -> wp.Function:
 
 
 @cache
-def flat_lanes(space: Space, width: int, numbers: int) -> wp.Function:
-    """Warp function (values, first, rows, stride, flat_out): so many numbers of neighbouring rows go to a flat array."""
+def flat_lanes(space: Space, width: int, numbers: int) -> tuple[wp.Function, wp.Function]:
+    """Warp functions (flat, first, rows, stride, values_out): so many numbers of neighbouring rows of a flat array; and
+    (values, first, rows, stride, flat_out), back."""
     S = ctype_of_real(space)
+
+    @wp.func_native(f"""
+        for (int m = 0; m < {numbers}; ++m) {{
+            const {S}* from = flat.data + m*(int64_t)stride + first;
+            {S}* to = values_out.data + m*{capacity_of(width)};
+            {VECTORS}
+            for (int e = 0; e < rows; ++e) to[e] = from[e];
+        }}
+    """)
+    def read(
+        flat: wp.array(dtype=space.scalar),
+        first: int,
+        rows: int,
+        stride: int,
+        values_out: wp.array(dtype=space.scalar),
+    ): ...
 
     @wp.func_native(f"""
         for (int m = 0; m < {numbers}; ++m) {{
@@ -273,7 +303,49 @@ def flat_lanes(space: Space, width: int, numbers: int) -> wp.Function:
         flat_out: wp.array(dtype=space.scalar),
     ): ...
 
-    return write
+    return read, write
+
+
+@cache
+def flat_means(space: Space, width: int) -> wp.Function:
+    """Warp function (runs, run, lane, many, weights, values_out): numbers of a flat array, at every member of so many blocks
+    of a run, become the mean of their block by weight (`wsph.formulations.lattice.edges.blocks`)."""
+    corners, size = range(2**space.dim), 1 if width == 1 else width
+    sums = " ".join(
+        f"""if (at[{1 + c}] >= 0) {{
+            const S *w = weights.data + at[{1 + c}] + 2*lane, *x = values_out.data + at[{1 + c}] + 2*lane;
+            {VECTORS}
+            for (int e = 0; e < many; ++e) {{ whole[e] += w[2*e]; sum[e] += w[2*e]*x[2*e]; }}
+        }}"""
+        for c in corners
+    )
+    stores = " ".join(
+        f"""if (at[{1 + c}] >= 0) {{
+            S* o = values_out.data + at[{1 + c}] + 2*lane;
+            for (int e = 0; e < many; ++e) o[2*e] = sum[e];
+        }}"""
+        for c in corners
+    )
+
+    @wp.func_native(f"""
+        typedef {ctype_of_real(space)} S;
+        const int32_t* at = runs.data + {1 + 2**space.dim}*(int64_t)run;
+        S whole[{size}], sum[{size}];
+        for (int e = 0; e < many; ++e) {{ whole[e] = S(0); sum[e] = S(0); }}
+        {sums}
+        for (int e = 0; e < many; ++e) sum[e] /= whole[e];
+        {stores}
+    """)
+    def means(
+        runs: wp.array(dtype=wp.int32),
+        run: int,
+        lane: int,
+        many: int,
+        weights: wp.array(dtype=space.scalar),
+        values_out: wp.array(dtype=space.scalar),
+    ): ...
+
+    return means
 
 
 @cache

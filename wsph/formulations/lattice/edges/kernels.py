@@ -1,5 +1,5 @@
-"""Kernels of the nodes of a lattice that see each other along the edges of its cells (`wsph.formulations.lattice.edge_lanes`
-has the equations): gradients, the answer of the law to their average, what forces take of the averaged answer, forces."""
+"""Kernels of the nodes of a lattice that see each other along the edges of its cells: gradients, what forces take of the
+averaged answer to their average, forces. `wsph.formulations.lattice.edges.lanes` has the equations."""
 
 # What `wp.static` leaves out is not compiled: a function that is not there is not called.
 # pyright: reportOptionalCall=false
@@ -12,43 +12,25 @@ from wsph.backend.kernels import kernel
 from wsph.backend.pair_loops import element
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
-from wsph.constitutive.laws import Laws
 from wsph.formulations.lagrangian.forces import loaded_force
 from wsph.formulations.lagrangian.form import Form, coefficients_of
-from wsph.formulations.lattice.edge_lanes import (
-    averages,
+from wsph.formulations.lattice.edges.grid import grid_struct
+from wsph.formulations.lattice.edges.lanes import (
     differences,
-    edge_misfit,
     flat_lanes,
     pairs_of,
     passed_on,
     pull_along_edges,
 )
 from wsph.formulations.lattice.lanes import block_of, capacity_of, field_lanes, lane
-from wsph.formulations.lattice.total import lane_law
 from wsph.parts.body_force import BodyForceKinds, acceleration, inertia_struct
-
-
-@cache
-def grid_struct(space: Space) -> type:
-    """Struct of what the nodes of a grid have in common, and of their volumes.
-
-    axes           # mat: the grid's axes, columns, and `back` their transpose
-    step, inverse  # vec: its steps, and their inverse
-    hold           # strength of the stabilisation, over twice the dimension
-    stride         # of flat arrays
-    volume         # of the nodes, (n,)
-    """
-    annotations = dict.fromkeys(("axes", "back"), space.mat) | dict.fromkeys(("step", "inverse"), space.vec)
-    annotations |= {"hold": space.scalar, "stride": int, "volume": wp.array(dtype=space.scalar)}
-    return wp.struct(type("Grid", (), {"__annotations__": annotations, "__module__": __name__}))
 
 
 @cache
 def gradient_kernel(space: Space, width: int) -> wp.Kernel:
     """Columns of the gradient of a field along the axes."""
     real, Grid, numbers = space.scalar, grid_struct(space), space.dim**2
-    block, find, write = block_of(space.dim, width), differences(space, width), flat_lanes(space, width, numbers)
+    block, find, write = block_of(space.dim, width), differences(space, width), flat_lanes(space, width, numbers)[1]
     size = numbers * capacity_of(width)
 
     @kernel(ranged=True, lanes=True)
@@ -68,43 +50,11 @@ def gradient_kernel(space: Space, width: int) -> wp.Kernel:
 
 
 @cache
-def answer_kernel(space: Space, laws: Laws, width: int) -> wp.Kernel:
-    """Columns of the first Piola stress of a total law, from those of the gradient."""
-    real, Grid, Params, numbers = space.scalar, grid_struct(space), laws.Params, space.dim**2
-    block, average = block_of(space.dim, width), averages(space, width)
-    size, write = numbers * capacity_of(width), flat_lanes(space, width, numbers)
-    law, (get, put), seen = lane_law(space, laws, width)
-
-    @kernel(ranged=True, lanes=True)
-    def answer(
-        first: int,
-        p: Params,
-        grid: Grid,
-        blocks: wp.array(dtype=wp.int32),
-        columns: wp.array(dtype=real),
-        nominal_out: wp.array(dtype=real),
-    ):
-        b, i, at, rows, own = block(blocks, first + wp.tid())
-        values = wp.zeros(shape=size, dtype=real)
-        average(blocks, b, at, rows, columns, grid.stride, values)
-        back = seen(grid.back)
-        axes = seen(grid.axes)
-        e = int(0)
-        while e < rows:
-            _cauchy, P = law(p, get(values, e) * back)
-            put(values, e, P * axes)
-            e += 1
-        write(values, i, own, grid.stride, nominal_out)
-
-    return answer
-
-
-@cache
-def spread_kernel(space: Space, width: int, stabilised: bool) -> wp.Kernel:
+def spread_kernel(space: Space, width: int, stabilised: bool, fades: bool) -> wp.Kernel:
     """What forces take."""
     real, Grid, numbers = space.scalar, grid_struct(space), space.dim**2
-    block, find = block_of(space.dim, width), passed_on(space, width, stabilised)
-    size, write = numbers * capacity_of(width), flat_lanes(space, width, numbers)
+    block, find = block_of(space.dim, width), passed_on(space, width, stabilised, fades)
+    size, write = numbers * capacity_of(width), flat_lanes(space, width, numbers)[1]
 
     @kernel(ranged=True, lanes=True)
     def spread(
@@ -117,38 +67,10 @@ def spread_kernel(space: Space, width: int, stabilised: bool) -> wp.Kernel:
     ):
         b, i, at, rows, own = block(blocks, first + wp.tid())
         values = wp.zeros(shape=size, dtype=real)
-        find(blocks, b, at, rows, nominal, columns, grid.hold, grid.stride, values)
+        find(blocks, b, at, rows, nominal, columns, grid.hold, grid.left, grid.stride, values)
         write(values, i, own, grid.stride, passed_out)
 
     return spread
-
-
-@cache
-def telling_kernel(space: Space, laws: Laws, layout: Layout, width: int) -> wp.Kernel:
-    """Deformation and stress of a total law, which no step needs."""
-    real, Grid, Params, Fields = space.scalar, grid_struct(space), laws.Params, fields_struct(space, layout)
-    block, average, get = block_of(space.dim, width), averages(space, width), lane(space, width, space.mat)[0]
-    size, total = space.dim**2 * capacity_of(width), laws.total
-
-    @kernel(ranged=True, lanes=True)
-    def tell(
-        first: int,
-        p: Params,
-        grid: Grid,
-        blocks: wp.array(dtype=wp.int32),
-        columns: wp.array(dtype=real),
-        fields_out: Fields,
-    ):
-        b, i, at, rows, own = block(blocks, first + wp.tid())
-        values = wp.zeros(shape=size, dtype=real)
-        average(blocks, b, at, rows, columns, grid.stride, values)
-        for e in range(own):
-            H = get(values, e) * grid.back
-            s, _P = total(p, H)
-            fields_out.deformation[i + e] = H
-            fields_out.stress[i + e] = s
-
-    return tell
 
 
 def force_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: Form, width: int) -> wp.Kernel:
@@ -160,7 +82,7 @@ def force_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: Form
         coefficients_of(space, form),
     )
     block, size, loaded = block_of(dim, width), dim * capacity_of(width), loaded_force(space, form)
-    pull, act = pull_along_edges(space, width, form.stabilised), _terms(space, form, width)
+    pull, act = pull_along_edges(space, width, form.stabilised, form.fades >= 0), _terms(space, form, width)
     (get, put), write, at = lane(space, width, vec), field_lanes(space, width, vec)[1], element(real, vec)
 
     @kernel(ranged=True, lanes=True)
@@ -182,7 +104,9 @@ def force_kernel(space: Space, layout: Layout, parts: BodyForceKinds, form: Form
         forces = wp.zeros(shape=size, dtype=real)
         drag = wp.zeros(shape=wp.static(size if form.drags else 1), dtype=real)
         hold = wp.zeros(shape=wp.static(size if form.holds else 1), dtype=real)
-        pull(blocks, b, lane, rows, passed, fields.displacement, grid.inverse, grid.hold, grid.stride, forces)
+        pull(
+            blocks, b, lane, rows, passed, fields.displacement, grid.inverse, grid.hold, grid.left, grid.stride, forces
+        )
         if wp.static(len(form.pair_terms) > 0):
             act(body.density, c, grid, blocks, b, lane, rows, columns, fields.displacement, fields.velocity, drag, hold)
         e = int(0)
@@ -217,7 +141,11 @@ def _terms(space: Space, form: Form, width: int) -> wp.Function:
     """Warp function (density, c, grid, blocks, block, lane, rows, columns, displacement, velocity, drag_out, hold_out) that
     adds the pair terms of the rows of a block, per volume."""
     real, vec, dim, capacity = space.scalar, space.vec, space.dim, capacity_of(width)
-    Grid, Coefficients, pairs_along = grid_struct(space), coefficients_of(space, form), pairs_of(space, width)
+    Grid, Coefficients, pairs_along = (
+        grid_struct(space),
+        coefficients_of(space, form),
+        pairs_of(space, width, form.fades >= 0),
+    )
     made = {t.sum: t.along(space, Coefficients) for t in form.pair_terms if t.along is not None}
     dragged, held, damps, holds = made.get("drag"), made.get("hold"), "drag" in made, "hold" in made
     size, (get, put) = (3 * dim + 1) * capacity, lane(space, width, vec)
@@ -246,7 +174,9 @@ def _terms(space: Space, form: Form, width: int) -> wp.Function:
             step = grid.step[k]
             r = (real(2 * (side - 2 * k) - 1) * step) * grid.back[k]
             weight = real(wp.static(2.0 / dim)) / (step * step)
-            pairs_along(blocks, b, at, rows, side, columns, displacement, velocity, step, grid.stride, values)
+            pairs_along(
+                blocks, b, at, rows, side, columns, displacement, velocity, step, grid.left, grid.stride, values
+            )
             e = int(0)
             while e < rows:
                 apart = r + get(values, e)
@@ -262,21 +192,3 @@ def _terms(space: Space, form: Form, width: int) -> wp.Function:
             side += 1
 
     return act
-
-
-@cache
-def held_kernel(space: Space, layout: Layout) -> wp.Kernel:
-    """Energy of the stabilisation, a sum for every block."""
-    real, Fields, Grid, square = space.scalar, fields_struct(space, layout), grid_struct(space), edge_misfit(space)
-    block = block_of(space.dim, 2)
-
-    @kernel()
-    def held(grid: Grid, blocks: wp.array(dtype=wp.int32), fields: Fields, energy_out: wp.array(dtype=wp.float64)):
-        b, i, _lane, _rows, own = block(blocks, wp.tid())
-        total = wp.float64(0.0)
-        for e in range(own):
-            stiffness = real(0.5) * grid.hold * grid.volume[i + e]
-            total += wp.float64(stiffness * square(blocks, b, e, fields.displacement, grid.inverse))
-        energy_out[b] = total
-
-    return held

@@ -1,0 +1,1 @@
+"""Nodes of equal cells that see each other along the edges of these."""
