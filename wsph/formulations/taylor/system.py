@@ -41,7 +41,7 @@ from wsph.parts.body_force import BodyForce
 from wsph.parts.body_force_work import MiddleWork
 from wsph.plugins.blame import blame
 from wsph.sph.averages import Averages, average, outward_weights, ranges, visible
-from wsph.sph.pairs import Pairs, find_pairs
+from wsph.sph.pairs import Pairs, find_pairs_once
 from wsph.sph.weights import Weights, gradient_weights, interpolation_weights
 
 JITTERED = 1.8
@@ -205,7 +205,7 @@ class TwoSetSystem(System):
         reach = np.full(len(targets), self._support)
 
         def seen() -> Pairs:
-            return visible(find_pairs(targets, sources, reach, self.device), self.lattice, *off_cracks)
+            return visible(find_pairs_once(targets, sources, reach, self.device), self.lattice, *off_cracks)
 
         pairs = seen()
         gradient = gradient_weights(self.space, pairs, targets, sources, volume, smoothing)
@@ -443,6 +443,6 @@ class TwoSetSystem(System):
         cells = self.lattice.index[self.lattice.corners].mean(1)
         points = self.lattice.frame.coordinates(points)
         # Two virtual particles along every axis even next to a face: 1.5 spacings and a little.
-        pairs = visible(find_pairs(points, cells, max(self._support, 1.6), "cpu"), self.lattice, points, cells)
+        pairs = visible(find_pairs_once(points, cells, max(self._support, 1.6)), self.lattice, points, cells)
         between = interpolation_weights(Space(self.space.dim), pairs, points, cells, self.lattice.cell_volume)
         return Averages.of(between).through(Averages.of(self.to_virtual[0]))
