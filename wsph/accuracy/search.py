@@ -8,7 +8,7 @@ rows show no convergence, or before a row that would go beyond the limit, with w
 # pyright: strict
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -31,6 +31,14 @@ START = (1.0, 2.0**0.5, 2.0)
 
 ROUNDS = 8
 """Rows after the first three at most."""
+
+UNKNOWN = 0.5
+"""An estimate of the finest of four rows from which nothing is extrapolated: one row more is made before a search is ended
+for what it would take."""
+
+UNLIKE = 0.35
+"""Difference of the two finest rows from which, where no finer one can be had, they have not been seen to converge: rows
+that have nothing in common but the range of their values differ by 0.5 to 1.3."""
 
 
 @dataclass
@@ -71,7 +79,8 @@ def search(rows: Rows, asked: Mapping[str, Aim], limit: Limit, sure: bool = Fals
             if (refusal := _refusal(rows, limit, cells, seen, factor, wanted)) is not None:
                 return refusal
             rows.make(cells)
-        return Found("out of reach", f"{len(rows.made)} rows have not met it", seen_of(rows, asked))
+        seen = seen_of(rows, asked)
+        return _unlike(rows, seen) or Found("out of reach", f"{len(rows.made)} rows have not met it", seen)
     except Halted as halt:
         return Found(halt.status, str(halt), seen_of(rows, asked))
     except KeyboardInterrupt:
@@ -90,10 +99,29 @@ def _ended(rows: Rows, seen: Mapping[str, Seen], factor: float) -> Found | None:
     if within and whole and not lost:
         return Found("met", f"{factor:g} times the estimate is within the tolerance of every column", seen)
     if len(rows.made) > KEEP and lost:
-        words = "; ".join(f"{name}: {', '.join(f'{d:.2g}' for d in seen[name].estimate.differences)}" for name in lost)
-        why = f"no convergence observed, differences of neighbours from the finest on: {words}; no bar"
-        return Found("no convergence", why, seen)
+        return _lost(seen, lost)
     return None
+
+
+def _lost(seen: Mapping[str, Seen], lost: list[str]) -> Found:
+    """The end of a search that sees no convergence of some columns."""
+    words = "; ".join(f"{name}: {', '.join(f'{d:.2g}' for d in seen[name].estimate.differences)}" for name in lost)
+    return Found(
+        "no convergence",
+        f"no convergence observed, differences of neighbours from the finest on: {words}; no bar",
+        seen,
+    )
+
+
+def _unlike(rows: Rows, seen: Mapping[str, Seen]) -> Found | None:
+    """The end of a search that can have no finer row, and whose two finest are of one range and else unlike."""
+    lost = [name for name, each in seen.items() if each.estimate.differences[0] > UNLIKE]
+    if len(rows.made) <= KEEP or not lost:
+        return None
+    return _lost(
+        {name: replace(each, estimate=each.estimate.lost) if name in lost else each for name, each in seen.items()},
+        lost,
+    )
 
 
 def _next(rows: Rows, seen: Mapping[str, Seen], factor: float) -> tuple[int, float]:
@@ -118,11 +146,14 @@ def _refusal(
     left = limit.left(rows)
     # Where no convergence is seen yet what is wanted says nothing: one row more will tell.
     sees = bool(seen) and len(rows.made) >= KEEP and all(each.estimate.converges for each in seen.values())
+    sees = sees and (len(rows.made) > KEEP or max(each.estimate.error for each in seen.values()) < UNKNOWN)
     far = sees and limit.cost(rows, rows.scaled(wanted)) > left
     if limit.cost(rows, rows.costs.plan(cells)) <= left and not far:
         return None
     if not seen:
         return Found("out of reach", f"{limit} allows no ladder: the row with {cells} cells is beyond it", seen)
+    if (lost := _unlike(rows, seen)) is not None:
+        return lost
     plan, last = rows.scaled(max(cells, wanted)), rows.made[-1]
     reach = last.cells * max(left / limit.cost(rows, rows.scaled(last.cells)), 0.0) ** (1.0 / (rows.scene.dim + 1))
     name = worst(seen)
