@@ -59,6 +59,7 @@ def test_the_state_that_a_result_is_taken_at_is_recorded(scene: wsph.Scene, inte
     changes = {"output.history": 8, "probes.0.every": every, "run.integrator": integrator}
     changes["run.formulation"] = "total-lagrangian"
     name, probe = scene.bodies[0].name, scene.probes[0].name
+    whole = 0.0
     for factor in (None, 0.5):
         with wsph.Simulation(scene, **changes) as sim:
             assert (sim.steps, sim.steps_total > 10) == (0, True)
@@ -76,13 +77,13 @@ def test_the_state_that_a_result_is_taken_at_is_recorded(scene: wsph.Scene, inte
         assert np.allclose(result.particles["velocity"], v, rtol=1e-6, atol=1e-12)
         energy = result.summary["energy"]
         assert result.summary["energy_step"] == 10
-        momentum_size = 0.5 * result.particles["velocity"][:, 0] @ result.particles["velocity"][:, 0]
+        size = 0.5 * result.particles["velocity"][:, 0] @ result.particles["velocity"][:, 0]
         assert energy["kinetic"] > 0.0
         if factor is None:
-            whole = energy["kinetic"] / momentum_size
+            whole = energy["kinetic"] / size
         else:
             # The sum of squares over the same particles, whose masses are as they were.
-            assert energy["kinetic"] / momentum_size == pytest.approx(whole, rel=1e-3)
+            assert energy["kinetic"] / size == pytest.approx(whole, rel=1e-3)
             assert abs(energy["residual"]) < 0.02 * energy["kinetic"]
 
 
