@@ -39,6 +39,7 @@ INTRODUCTIONS = {
     "formats": "For `output.formats`.",
     "fields": "For `output.fields` and `fields` of a probe.",
     "kernels": "Smoothing functions, for `run.kernel`.",
+    "examples": "Scenes that ship: `wsph new example NAME` writes one, with the files that it reads. The gallery has their pictures.",
 }
 """The pages, and what a page says first."""
 
@@ -51,7 +52,7 @@ def page(group: str) -> str:
     rows = list(dict.fromkeys(_rows(group)))
     lines = [f"# {group.capitalize()}", "", INTRODUCTIONS[group], "", "| name | what it is |", "| --- | --- |"]
     lines += [f"| `{name}` | {escaped(said)} |" for name, said in rows]
-    if group == "fields":
+    if group in ("fields", "examples"):
         return "\n".join([*lines, ""])
     done: set[tuple[str, str]] = set()
     for name, _ in rows:

@@ -22,6 +22,7 @@ from choosing import choose, single
 from covered import coverage
 from markers import between
 from roofline import roofline
+from trying import suite, tried
 
 import wsph
 from wsph.validation import measures, oracles, validate
@@ -32,12 +33,13 @@ PAGES = {
     **dict.fromkeys(
         ("growth", "trade", "speed", "peers", "methods", "accuracy", "coverage"), "docs/benchmarks/measured.md"
     ),
-    **dict.fromkeys(("glance", "answer", "alone"), "README.md"),
+    **dict.fromkeys(("glance", "answer", "alone", "suite"), "README.md"),
+    "tried": "docs/howto/install.md",
     **dict.fromkeys(("choose", "single"), "docs/howto/choose.md"),
 }
 """The page that a table stands in, between markers of its name."""
 
-ALSO = dict.fromkeys(("glance", "answer"), "docs/paper/paper.md")
+ALSO = {**dict.fromkeys(("glance", "answer"), "docs/paper/paper.md"), "suite": "CONTRIBUTING.md"}
 """A second page with the same table."""
 
 _NAME, _ROW = (
@@ -201,23 +203,29 @@ WHO = {
 
 
 def _peers_picture(size: dict, there: list[str]) -> None:
-    """docs/peers.png: particle-steps per second, a bar a side."""
-    import pyvista as pv
+    """docs/peers.png: particle-steps per second, a bar a side; ours dark and theirs light, in grey too."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
 
     names = ["stress points", "bare", "residual", "viscosity", "pair damping", "hourglass and viscosity", *there]
     rates = [size["rates"][name] / 1e6 for name in names]
-    plotter = pv.Plotter(off_screen=True, window_size=[1200, 420])
-    chart = pv.Chart2D(x_label="", y_label="million particle-steps per second, one core")
-    places, theirs = np.arange(len(names), dtype=float), np.isin(names, there)
-    stacks = [np.where(theirs, 0.0, rates), np.where(theirs, rates, 0.0)]
-    chart.bar(places, stacks, color=["#1f5fa8", "#c0392b"], label=["wsph", "peers"])
-    chart.x_axis.tick_locations = places
-    chart.x_axis.tick_labels = [name.replace("hourglass and ", "hourglass, ") for name in names]
-    chart.x_range = [-0.6, len(names) - 0.4]
-    chart.title = f"{size['particles']} particles in 3D, f64"
-    plotter.add_chart(chart)
-    plotter.screenshot(str(ROOT / "docs" / "peers.png"))
-    plotter.close()
+    figure = Figure(figsize=(8.6, 3.6), dpi=100, layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    for label, colour, own in (("wsph", "#1f5fa8", True), ("peers", "#e8b36a", False)):
+        chosen = [k for k, name in enumerate(names) if (name not in there) is own]
+        axes.bar(chosen, [rates[k] for k in chosen], color=colour, edgecolor="black", linewidth=0.6, label=label)
+    for k, rate in enumerate(rates):
+        axes.text(k, rate, f"{rate:.3g}", ha="center", va="bottom", fontsize=9)
+    axes.set_xticks(
+        range(len(names)), [name.replace(" and ", ",\n").replace("s p", "s\np") for name in names], fontsize=9
+    )
+    axes.set_ylabel("million particle-steps per second,\none core")
+    axes.set_title(f"{size['particles']} particles in 3D, f64", loc="left", fontsize=11)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.margins(y=0.1)
+    axes.legend(frameon=False)
+    figure.savefig(ROOT / "docs" / "peers.png")
 
 
 def methods() -> list[str]:
@@ -353,6 +361,8 @@ def main() -> None:
         alone,
         choose,
         single,
+        suite,
+        tried,
     )
     tables = {f.__name__: f for f in every}
     parser.add_argument("--only", nargs="+", choices=list(tables), help="these tables, and no pictures")

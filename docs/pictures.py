@@ -52,7 +52,7 @@ PICTURES = {
     "shock_bar_ul": "--field stress_xx",
     "vibrating_bar": "--field stress_xx",
     "magnesium_bar": "--field stress_xx",
-    "shear_band": "--field plastic_strain",
+    "shear_band": "--field plastic_strain --range 0:0.02",
     "crack_dsif": "--field stress_yy",
     "cantilever": "--field displacement_y",
     "plate_with_void": "--field stress_yy --smooth",
@@ -86,7 +86,7 @@ OPTIONS = {
     "view_smooth": ("plate_with_void", "--field stress_xx --smooth"),
     "view_mesh": ("ring", "--field stress_xx --mesh"),
     "view_broken": ("kalthoff_winkler", "--field von_mises --warp 3 --broken 0.9"),
-    "view_colours": ("shear_band", "--field plastic_strain --colours cividis"),
+    "view_colours": ("shear_band", "--field plastic_strain --range 0:0.02 --colours cividis"),
 }
 """Run and options of a picture of every option of `wsph view`."""
 

@@ -67,9 +67,11 @@ def script(name: str) -> str:
     shell = [run.replace(" --quiet --overwrite", ""), view.replace("docs/pictures/", "")]
     lines = ['r"""', title, "=" * len(title), "", f".. image:: /pictures/{name}.png", f"   :alt: {title}", ""]
     lines += [_plain(line) for line in _said(text)]
-    lines += ['"""', "", f"# sphinx_gallery_thumbnail_path = 'pictures/{name}.png'", "# %%", "# From the shell:", "#"]
+    lines += ['"""', "", "# %%", "# From the shell:", "#"]
     lines += ["# .. code-block:: sh", "#", *(f"#     {line}" for line in shell), "#", "# From Python:", ""]
-    lines += ["import wsph", "", f'result = wsph.run("examples/{scene.name}")', f'result.plot("{_shown(name)}")', ""]
+    # In the block of code, from which the site leaves it out: alone it would be an empty block.
+    lines += [f"# sphinx_gallery_thumbnail_path = 'pictures/{name}.png'", "import wsph", ""]
+    lines += [f'result = wsph.run("examples/{scene.name}")', f'result.plot("{_shown(name)}")', ""]
     lines += ["# %%", f"# ``examples/{scene.name}``:", "#", f"# .. literalinclude:: /../examples/{scene.name}"]
     return "\n".join([*lines, "#    :language: toml", ""])
 

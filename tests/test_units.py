@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wsph.units import Scales, quantity, unit
+from wsph.units import Scales, in_si, quantity, unit
 
 
 @pytest.mark.parametrize(
@@ -70,3 +70,18 @@ def test_what_was_meant_is_said(value: object, expected: str, message: str) -> N
 def test_a_milli_inch_is_no_minute() -> None:
     assert quantity("1 min", "s") == 60.0
     assert unit("min")[1] == (0, 0, 1, 0)
+
+
+@pytest.mark.parametrize(
+    ("text", "number", "name"),
+    [("-5 MPa", -5e6, "Pa"), ("2 km/h", 2 / 3.6, "m/s"), ("3 kN/mm", 3e6, "N/m"), ("20 degC", 293.15, "K"),
+     ("2 kg m2/s", 2.0, "kg^1 m^2 s^-1"), ("5 %", 0.05, "1")],
+)  # fmt: skip
+def test_a_string_is_converted_whatever_its_unit_is(text: str, number: float, name: str) -> None:
+    assert in_si(text) == (pytest.approx(number, rel=1e-15), name)
+
+
+@pytest.mark.parametrize(("given", "written"), [("-5 MPa", "-5000000, in Pa"), ("2 mm", "0.002, in m"), ("7", "7")])
+def test_a_plain_number_is_offered_in_si(given: str, written: str) -> None:
+    with pytest.raises(ValueError, match=f"this is a plain number: write {written}$"):
+        quantity(given, "")

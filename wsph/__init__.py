@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from wsph.simulation.compose import compose
     from wsph.simulation.result import Result
     from wsph.simulation.run import run
-    from wsph.simulation.stepping import Simulation
+    from wsph.simulation.stepping.simulation import Simulation
 
 __version__: str
 __all__ = [
@@ -89,7 +89,7 @@ _HOME = {
     "Run": "scene.tables",
     "Scene": "scene.scene",
     "Section": "scene.numbers",
-    "Simulation": "simulation.stepping",
+    "Simulation": "simulation.stepping.simulation",
     "Stl": "geometry.shapes.stl",
     "Tool": "scene.touch.tools",
     "compose": "simulation.compose",

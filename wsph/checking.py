@@ -5,6 +5,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+from wsph.accuracy.planning.shrinking import shrinks
 from wsph.backend.graph import Program
 from wsph.boundary.selections import selections
 from wsph.errors import WsphError
@@ -15,7 +16,7 @@ from wsph.reporting import Reported
 from wsph.scene.scene import Scene
 from wsph.scene.touch.tools import Tool
 from wsph.simulation.compose import compose, memory_need, stairs
-from wsph.simulation.composing.composition import BodyRun
+from wsph.simulation.composing.composition import BodyRun, Composition
 from wsph.simulation.starting.initial import initial_in_words
 
 Row = tuple[str, str]
@@ -40,7 +41,7 @@ def described(scene: Scene, source: str) -> list[Row]:
             f"{name} ({registry.origin('integrators', name)}), order {_order(composition.bodies[0].integrator)}",
         ),
         ("memory", _needed(scene)),
-        ("time step", f"{composition.dt:.6g} s, {composition.steps} steps to {scene.end:g} s"),
+        ("time step", _stepped(composition)),
         *_relaxed(scene),
         *_stages(scene),
         ("kernels", f"{len(set(kernels))} in {len(kernels)} launches per step: {', '.join(kernels)}"),
@@ -97,6 +98,12 @@ def _lists(run: BodyRun) -> str:
     """How many of the rows of a body do without lists of pairs and, where none does, why."""
     why = f": {run.system.listed}" if run.system.listed else ""
     return f"{100.0 * run.system.regular:.0f} % follow from the lattice, without lists of pairs{why}"
+
+
+def _stepped(composition: Composition) -> str:
+    why = shrinks(composition)
+    least, more = ("at least ", f": steps get shorter, {why}") if why else ("", "")
+    return f"{composition.dt:.6g} s, {least}{composition.steps} steps to {composition.scene.end:g} s{more}"
 
 
 def _of_body(scene: Scene, run: BodyRun, steps: str) -> list[Row]:

@@ -139,10 +139,20 @@ def _parsed(text: str) -> ast.expr:
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         compares = re.search(r"[^<>=!]=[^=]", text) is not None
         hint = "; write == to compare, and better <= or >=" if compares else ""
-        raise ValueError(f"cannot read the expression {text!r}{hint}") from None
+        raise ValueError(f"cannot read the expression {text!r}{_foreign(text) or hint}") from None
     if sum(1 for _ in ast.walk(tree)) > MAX_NODES:
         raise ValueError(f"the expression {text!r} has more than {MAX_NODES} parts")
     return tree
+
+
+_FOREIGN = {r"&&?": "and", r"\|\|?": "or", r"!(?!=)|~": "not"}
+"""What other languages write for the words that join comparisons."""
+
+
+def _foreign(text: str) -> str:
+    """What to write in place of the signs of other languages."""
+    found = [(match[0], word) for sign, word in _FOREIGN.items() if (match := re.search(sign, text))]
+    return "".join(f"; write {word} for {sign}" for sign, word in found)
 
 
 def names_in(text: str) -> tuple[str, ...]:
@@ -242,4 +252,4 @@ def _emit(node: ast.AST, program: list[tuple[int, float]], text: str, names: Seq
                 + (f"did you mean {close[0]!r}?" if close else f"known: {', '.join(FUNCTIONS)}")
             )
         case _:
-            raise ValueError(f"{text!r} has a part that is not arithmetic over x, y, z, t")
+            raise ValueError(f"{text!r} has a part that is not arithmetic over x, y, z, t{_foreign(text)}")

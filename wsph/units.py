@@ -178,9 +178,7 @@ def quantity(value: object, expected: str) -> float:
     if isinstance(value, str):
         match = _NUMBER.fullmatch(value)
         if not expected and not (match and _is_plain(match[2])):
-            raise ValueError(
-                f"{value!r} is a string; this is a plain number" + (f": write {match[1]}" if match else "")
-            )
+            raise ValueError(f"{value!r} is a string; this is a plain number" + _in_si(match))
         if not match:
             raise ValueError(f'{value!r} is not a number with a unit, as in "1 {expected}"')
         if not match[2]:
@@ -211,6 +209,41 @@ def quantity(value: object, expected: str) -> float:
     return number
 
 
+def _in_si(match: re.Match[str] | None) -> str:
+    """What to write where a plain number is wanted and a string is given: of one with a unit the number in SI."""
+    if match is None:
+        return ""
+    if not match[2]:
+        return f": write {match[1]}"
+    try:
+        number, name = in_si(match[0])
+    except ValueError as error:
+        return f"; {error}"
+    return f": write {number:.12g}, in {name}"
+
+
+def in_si(text: str) -> tuple[float, str]:
+    """The number of a string with any unit, in SI, and that SI unit. Raises ValueError as `quantity` does."""
+    match = _NUMBER.fullmatch(text)
+    if not match:
+        raise ValueError(f'{text!r} is not a number, nor one with a unit, as in "1 MPa"')
+    if not match[2]:
+        raise ValueError(f'{text!r} has no unit: write {match[1]} without quotes (in SI), or as in "{match[1]} MPa"')
+    name = _si_name(unit(match[2])[1])
+    return quantity(text, name), name
+
+
+_SI = ("Pa", "m/s", "m/s2", "kg/m3", "N", "J", "W", "N/m", "N/m3", "m2", "m3", "kg", "m", "s", "K", "1/s", "1")
+"""Names of SI units, as messages tell them."""
+
+
+def _si_name(dimension: Dimension) -> str:
+    """The SI unit of a dimension."""
+    known = next((name for name in _SI if unit(name)[1] == dimension), None)
+    powers = zip(("kg", "m", "s", "K"), dimension, strict=True)
+    return known or " ".join(f"{name}^{power}" for name, power in powers if power)
+
+
 def _is_plain(text: str) -> bool:
     """Whether a unit is one of plain numbers: 1 %, 1 mm/m, 1 rad."""
     try:
@@ -222,7 +255,9 @@ def _is_plain(text: str) -> bool:
 def _hint(text: str, given: Dimension, wanted: Dimension) -> str:
     """What may have been meant where a value has another dimension than it should."""
     if given == (1, 1, -2, 0) and wanted == (1, -1, -2, 0):
-        return ": a force is spread over an area, as in N/mm2"
+        return ": a force is spread over an area, as in N/mm2; force = { ... } of a boundary takes it whole"
+    if given == (1, 1, -2, 0) and wanted == (1, 0, -2, 0):
+        return ": in 2D a force is per metre of depth, as in N/mm"
     if given == (1, 0, 0, 0) and wanted == (1, -3, 0, 0):
         return f": a density is a mass per volume, as in {text}/cm3"
     if given == (0, 0, 1, 0) and wanted == (0, 1, -1, 0):

@@ -3,9 +3,9 @@
     python tests/benchmarks/small.py BASE_PYTHON BASE_ROOT [HERE_PYTHON [HERE_ROOT]] [--rounds 5] [--cold 2]
 
 Of `wsph run` from the shell to the answer, with the kernel cache as it is (warm) and empty (cold): the bar of 100 particles
-of `examples/shock_bar.toml`, and a small plate of stress points; of the import alone; and of a step of the bar. CPU time of
-a process is what other processes on the machine disturb least; the smallest of each side is taken. A ratio above one: the
-checkout here takes longer than the base.
+of `examples/shock_bar.toml`, a small plate and, cold, a small block of stress points; of the import alone; and of a step of
+the bar. CPU time of a process is what other processes on the machine disturb least; the smallest of each side is taken. A
+ratio above one: the checkout here takes longer than the base.
 """
 
 import argparse
@@ -43,6 +43,15 @@ name = "end"
 at = [[1.0, 0.25]]
 fields = ["velocity"]
 """
+
+BLOCK = (
+    PLATE.replace("dim = 2", "dim = 3")
+    .replace("[0.0, 0.0], max = [1.0, 0.5]", "[0.0, 0.0, 0.0], max = [1.0, 0.5, 0.5]")
+    .replace("spacing = 0.05", "spacing = 0.1")
+    .replace('state = "strain"\n', "")
+    .replace('"x", "y"', '"x", "y", "z"')
+    .replace("[[1.0, 0.25]]", "[[1.0, 0.25, 0.25]]")
+)
 
 STEPS = """
 import time, wsph
@@ -119,8 +128,9 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         pairs = enumerate((options.base, here))
         sides = [Side(python.absolute(), root.absolute(), Path(folder) / str(k)) for k, (python, root) in pairs]
-        plate = Path(folder) / "plate.toml"
+        plate, block = Path(folder) / "plate.toml", Path(folder) / "block.toml"
         plate.write_text(PLATE)
+        block.write_text(BLOCK)
         bar = Path("examples/shock_bar.toml")
         figures: dict[str, tuple[int, Callable[[Side], float]]] = {
             "import": (options.rounds, lambda side: side.cpu(["-c", "import wsph.cli; wsph.run, wsph.load"])),
@@ -129,6 +139,7 @@ def main() -> None:
             "plate, warm": (options.rounds, lambda side: side.run(plate)),
             "bar, cold": (options.cold, lambda side: side.cold(bar)),
             "plate, cold": (options.cold, lambda side: side.cold(plate)),
+            "block, cold": (options.cold, lambda side: side.cold(block)),
         }
         for name, (rounds, figure) in figures.items():
             for side in sides if rounds and "cold" not in name else ():

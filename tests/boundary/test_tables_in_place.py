@@ -77,3 +77,22 @@ WRONG: list[tuple[dict[str, Any], str]] = [
 def test_what_is_no_such_table_is_refused(function: dict[str, Any], message: str) -> None:
     with pytest.raises(SceneError, match=message):
         scene({"velocity": {"x": "f"}}, function)
+
+
+def test_values_with_units_are_those_in_si() -> None:
+    plain = Function(t=[0.0, 1.0], value=[0.0, -5e6])
+    given = Function(t=[0.0, "1 s"], value=["0 MPa", "-5 MPa"])
+    assert given.column == plain.column == given.within("Pa").column == (0.0, -5e6)
+    assert given.at(0.5) == -2.5e6
+    rows = Function(t=[0.0, 1.0], x=[0.0, "1 m"], value=[[0.0, "1 MPa"], ["2 bar", 3.0]])
+    assert rows.rows == rows.within("Pa").rows == ((0.0, 1e6), (2e5, 3.0))
+    with pytest.raises(ValueError, match="'-5 MPa' is not in units of m"):
+        Function(t=[0.0, 1.0], value=[0.0, "-5 MPa"]).within("m")
+
+
+@pytest.mark.parametrize("key", ["traction", "velocity", "displacement", "acceleration", "stress"])
+def test_every_key_takes_tables_with_units(key: str) -> None:
+    unit, component = {"velocity": ("m/s", "y"), "displacement": ("m", "y"), "acceleration": ("m/s2", "y"),
+                       "traction": ("Pa", "y"), "stress": ("Pa", "xx")}[key]  # fmt: skip
+    made = scene({key: {component: "f"}}, {"t": [0.0, 1e-5], "value": [f"0 {unit}", f"-2 {unit}"]})
+    assert made.value("f", unit) == Function(t=[0.0, 1e-5], value=[0.0, -2.0])

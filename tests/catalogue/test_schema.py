@@ -5,6 +5,7 @@ import json
 import sys
 import tomllib
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +17,13 @@ from validator import faults
 
 from wsph.catalogue.entries import find, names
 from wsph.catalogue.examples import example_of
+from wsph.catalogue.keys import keys_of
 from wsph.catalogue.schema import plugin_schemas, scene_schema, schema_of
 from wsph.catalogue.tables import places
 from wsph.cli import main
 from wsph.errors import WsphError
 from wsph.geometry.shapes.shape import BaseShape
+from wsph.plugins.declared import material_schema
 from wsph.plugins.options import build
 from wsph.quantities import Model
 from wsph.scene.scene import Scene
@@ -120,6 +123,34 @@ def test_a_name_is_described_with_keys_units_defaults_ranges_source_and_example(
     (found,) = json.loads(capsys.readouterr().out)
     assert [key["name"] for key in found["keys"]] == ["alpha", "beta", "kind", "correction"]
     assert "taken by total-lagrangian (1 set)" in found["words"][0]
+
+
+@pytest.mark.parametrize("name", ["boundary", "bodies", "functions"])
+def test_every_key_of_the_tables_that_a_scene_is_made_of_is_described(name: str) -> None:
+    (found,) = (each for each in find(name) if each.group == "tables")
+    assert [key.name for key in found.keys if not key.said] == []
+    shown = {key.name: key.said for key in found.keys}
+    words = {"boundary": ("traction", "force per reference area, by component"), "bodies": ("viscosity", "Artificial viscosity"),
+             "functions": ("t", "times, increasing")}[name]  # fmt: skip
+    assert shown[words[0]].startswith(words[1])
+
+
+@dataclass(frozen=True)
+class Rubber:
+    """A law whose fields say what they are."""
+
+    bulk_modulus: float = field(metadata={"unit": "Pa", "example": "50 MPa", "help": "at small strain"})
+    name: float = field(metadata={"unit": "", "example": 0.25})
+
+
+def test_examples_and_helps_of_a_materials_fields_are_shown() -> None:
+    made = material_schema(Rubber, "rubber")
+    assert example_of(made, made) == {"model": "rubber", "bulk_modulus": "50 MPa", "name": 0.25}
+    assert [(key.name, key.said) for key in keys_of(made)] == [
+        ("model", ""),
+        ("bulk_modulus", "at small strain"),
+        ("name", ""),
+    ]
 
 
 def test_all_names_are_described() -> None:

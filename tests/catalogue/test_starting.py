@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import wsph
+from wsph.catalogue import groups
 from wsph.catalogue.starting import start
 from wsph.cli import main
 from wsph.errors import WsphError
@@ -39,6 +40,18 @@ def test_a_new_study_can_be_read(tmp_path: Path) -> None:
     assert scene.bodies[0].name == "beam"
 
 
+def test_every_example_is_written_with_what_it_reads(tmp_path: Path) -> None:
+    for row in groups.examples():
+        folder = tmp_path / row.name
+        folder.mkdir()
+        written = start("example", row.name, folder)
+        assert wsph.load(written[0]).bodies, row.name
+        assert len(row.description) > 20, row.name
+    assert {path.name for path in (tmp_path / "bracket").iterdir()} == {"bracket.toml", "bracket.stl"}
+    with pytest.raises(WsphError, match=r"'shock-bar' is none of .*; did you mean 'shock_bar'\?"):
+        start("example", "shock-bar", tmp_path)
+
+
 def pytest_of(folder: Path) -> "subprocess.CompletedProcess[str]":
     """The tests of a package in a process of their own, which sees it as installed."""
     info = folder / "plugin.dist-info"
@@ -52,9 +65,9 @@ def pytest_of(folder: Path) -> "subprocess.CompletedProcess[str]":
     return subprocess.run(command, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, check=False)
 
 
-@pytest.mark.parametrize("kind", ["material", "integrator"])
-def test_a_new_package_fails_its_test_until_the_change_is_made(kind: str, tmp_path: Path) -> None:
-    written = start(kind, "my-own", tmp_path)
+@pytest.mark.parametrize(("kind", "total"), [("material", False), ("material", True), ("integrator", False)])
+def test_a_new_package_fails_its_test_until_the_change_is_made(kind: str, total: bool, tmp_path: Path) -> None:
+    written = start(kind, "my-own", tmp_path, total=total)
     folder = written[0].parent
     before = pytest_of(folder)
     assert before.returncode == 1, before.stdout + before.stderr
@@ -79,3 +92,16 @@ def test_a_name_that_is_none_is_refused(kind: str, name: str, tmp_path: Path) ->
     with pytest.raises(WsphError, match="is no name of a"):
         start(kind, name, tmp_path)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_total_law_is_of_a_material_alone(tmp_path: Path) -> None:
+    with pytest.raises(WsphError, match="--total is of a material"):
+        start("integrator", "mine", tmp_path, total=True)
+
+
+def test_what_comes_next_installs_pytest_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "material", "my-rubber", "--total"]) == 0
+    assert capsys.readouterr().out.endswith("next: cd wsph-my-rubber && pip install -e . pytest && pytest\n")

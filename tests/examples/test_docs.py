@@ -28,7 +28,7 @@ def test_the_reference_has_all_that_a_scene_can_name(tmp_path: Path) -> None:
     subprocess.run([sys.executable, str(DOCS / "declared.py"), str(tmp_path)], check=True)
     pages = {path.stem: path.read_text(encoding="utf-8") for path in tmp_path.glob("*.md")}
     for group, make in groups.GROUPS.items():
-        mark = "`{}`" if group == "fields" else "## {}\n"
+        mark = "`{}`" if group in ("fields", "examples") else "## {}\n"
         assert all(mark.format(row.name) in pages[group] for row in make()), group
     for group in registry.GROUPS:
         own = [entry.name for entry in registry.entries(group) if entry.distribution == "wsph"]

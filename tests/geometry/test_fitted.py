@@ -1,5 +1,6 @@
 """Fitted bodies: cells, patches and corners are those of the shape, or the body is refused with the place."""
 
+import re
 from functools import cache
 from itertools import product
 from pathlib import Path
@@ -165,7 +166,7 @@ class TestRefused:
         ("data", "spacing", "message"),
         [
             ({"type": "ring", "center": [0.0, 0.0], "inner": 0.75, "outer": 1.0}, 0.1,
-             r"the wall at \[.*\] m, between (outer and inner|inner and outer), is 0.25 m thick, 2.5 spacings, and a fitted surface needs 4: a spacing of at most 0.0625 m"),
+             r"the wall at \[.*\] m, between (outer and inner|inner and outer), is 0.25 m thick, 2.5 spacings, and a fitted surface needs 4: a spacing of 0.0562 m does for all walls"),
             ({"type": "difference", "shapes": [box(1.0, 1.0), {"type": "disc", "name": "hole", "center": [0.45, 0.5], "radius": 0.2}]}, 0.1,
              r"the wall at \[0.12\d*, 0.5\d*\] m, between hole and box-1/-x, is 0.25\d* m thick, 2.5 spacings, and a fitted surface needs 3"),
             ({"type": "union", "shapes": [box(2.0, 2.0, 0.5), {"type": "difference", "shapes": [
@@ -182,6 +183,23 @@ class TestRefused:
     def test_with_the_place_and_the_reason(self, data: dict, spacing: float, message: str) -> None:
         with pytest.raises(ValueError, match=message):
             fit(shape(**data), spacing)
+
+    @pytest.mark.parametrize(
+        ("data", "spacing"),
+        [
+            ({"type": "ring", "center": [0.0, 0.0], "inner": 0.75, "outer": 1.0}, 0.1),
+            ({"type": "difference", "shapes": [box(1.0, 1.0), {"type": "disc", "center": [0.45, 0.5], "radius": 0.2}]}, 0.1),
+            ({"type": "difference", "shapes": [box(1.0, 1.0), {"type": "disc", "center": [0.3, 0.5], "radius": 0.2},
+                                               {"type": "disc", "center": [0.71, 0.5], "radius": 0.11}]}, 0.1),
+            ({"type": "stl", "file": "examples/bracket.stl", "scale": "1 mm"}, 3e-3),
+        ],
+        ids=["ring", "hole", "two holes", "bracket"],
+    )  # fmt: skip
+    def test_a_wall_with_a_spacing_that_does_for_all_walls(self, data: dict, spacing: float) -> None:
+        with pytest.raises(ValueError, match="does for all") as error:
+            fit(shape(**data), spacing)
+        (offered,) = re.findall(r"a spacing of (\S+) m does for all walls", str(error.value))
+        assert fit(shape(**data), float(offered)).nodes.size
 
     def test_with_the_place_after_the_rotation(self) -> None:
         hole = {"type": "disc", "name": "hole", "center": [0.45, 0.5], "radius": 0.2}

@@ -23,7 +23,7 @@ import warp as wp
 sys.path.insert(0, str(Path(__file__).parent))
 from scenes import example_scenes, kernels_of, part_scenes
 
-from wsph.formulations.lattice import rates
+from wsph.formulations.lattice import block_rates
 
 PROCESSES = 2
 LEFT_OUT = {
@@ -46,7 +46,7 @@ def _said(file: Path) -> Iterator[None]:
 
 
 def _begin(cache: str) -> None:
-    rates.WIDTH.update(dict.fromkeys(rates.WIDTH, 1))  # a row a thread, as a GPU has them
+    block_rates.WIDTH.update(dict.fromkeys(block_rates.WIDTH, 1))  # a row a thread, as a GPU has them
     wp.config.kernel_cache_dir = cache
     wp.config.log_level = wp.LOG_WARNING
     wp.init()

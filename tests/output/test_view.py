@@ -17,10 +17,12 @@ from wsph.errors import OutputError
 from wsph.output.cells import Gathered
 from wsph.output.folder import OutputFolder
 from wsph.output.view import tables
+from wsph.output.view.bodies import edges
 from wsph.output.view.look import CAMERAS, Look, Plane, chosen, plane, span
 from wsph.output.view.page import Frame
 from wsph.output.view.pictures import picture, prepared, save_figure
 from wsph.output.view.recorded import Shot, frames, read, shot
+from wsph.output.view.scalars import scalar
 from wsph.output.view.window import window
 
 pytest.importorskip("pyvista")
@@ -179,6 +181,21 @@ def test_what_is_asked_for_is_shown() -> None:
     )
 
 
+def test_a_clip_beside_the_nodes_has_its_rim_and_no_slivers() -> None:
+    """Nodes that a motion has moved by 1e-5 of a cell from the plane: of what is laid open the rim alone is drawn."""
+    made = block((1.0, 1.0, 1.0), (6, 6, 6))
+    points = np.asarray(made.grid.points)
+    points[:, 1] += 1e-6 * np.random.default_rng(1).uniform(-1.0, 1.0, len(points))
+    look = Look(clip=plane("y>0.5", "<>"))
+    surface = prepared(made, look).bodies.surface
+    lines = edges(surface, look, flat=False)
+    middles = np.asarray(lines.cell_centers().points)
+    laid = middles[np.abs(middles[:, 1] - 0.5) < 1e-9]
+    rim = np.abs(laid[:, [0, 2]] - 0.5).max(1)
+    assert len(laid) >= 24
+    assert np.allclose(rim, 0.5)
+
+
 def test_words_of_options() -> None:
     assert plane("x = 5 mm") == Plane(0, 0.005)
     assert plane("y>0.1", "<>") == Plane(1, 0.1, True)
@@ -199,6 +216,7 @@ def test_words_of_options() -> None:
         (lambda: span("2:1"), "less than the second"),
         (lambda: chosen(times, "4:5", False), "no frame from 4 to 5 s; there are 4 from 0 to 0.003 s"),
         (lambda: picture(block((1.0, 1.0), (2, 2)), Look("heat")), "no field 'heat' in the frame; there is velocity"),
+        (lambda: picture(block((1.0, 1.0), (2, 2)), Look("velocty")), "no field 'velocty' in the frame; did you mean 'velocity'"),
         (lambda: picture(block((1.0, 1.0), (2, 2)), Look(body="c")), "no body 'c'; there is b"),
         (lambda: picture(block((1.0, 1.0), (2, 2)), Look(slice=plane("x=3"))), "does not meet the body, which is from 0 to 1 m"),
         (lambda: picture(shot({"position": np.eye(3)}, 0.0), Look(warp=2.0)), "--warp needs displacements"),
@@ -382,3 +400,11 @@ def test_a_window_to_turn_bodies_in(
     monkeypatch.setattr("sys.platform", "linux")
     assert main(["view", str(run)]) == 2
     assert "there is no display" in capsys.readouterr().err
+
+
+def test_without_a_name_the_first_field_is_drawn_that_there_is() -> None:
+    places = np.eye(3)
+    assert (
+        scalar(shot({"position": places, "damage": np.zeros(3), "stress": np.ones((3, 6))}, 0.0), "").name == "damage"
+    )
+    assert scalar(shot({"position": places, "damage": np.zeros(3), "velocity": places}, 0.0), "").name == "|velocity|"

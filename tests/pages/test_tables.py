@@ -10,7 +10,7 @@ import make
 
 ROOT = make.ROOT
 
-TABLES = ("speed", "methods", "accuracy", "glance", "answer", "alone", "choose", "single")
+TABLES = ("suite", "tried", "speed", "methods", "accuracy", "glance", "answer", "alone", "choose", "single")
 """Those that are made of files; the others are measured, or draw pictures."""
 
 

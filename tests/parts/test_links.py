@@ -121,6 +121,13 @@ def test_a_particle_without_links_is_harmless() -> None:
     assert np.abs(system.state.read("deformation")).max() == 0.0
 
 
+def test_links_that_are_nowhere_are_refused_with_where_the_particles_are() -> None:
+    with pytest.raises(
+        wsph.Refused, match=r"links.where: 'x > 9' selects no particle: they have x from -0\.\d+ to 0\.\d+ m"
+    ):
+        compose(block(links={**STRETCH, "where": "x > 9"}))
+
+
 def test_links_break_only_where_the_scene_says() -> None:
     system = held(compose(block(links={**STRETCH, "where": "x < 0"})), np.diag([0.2, 0.0]))
     assert broken(system)["broken_links"] == 9 * 20

@@ -11,7 +11,7 @@ import wsph
 from tests import scenes
 from tests.scenes import Data, body, box, held, scene
 from wsph.cli import main
-from wsph.simulation.checks import HELD_FINDING, HELD_FLOOR, Held
+from wsph.simulation.checks import HELD_FLOOR, HELD_WARNING, Held
 
 SAID = r"step \d+: control of spurious modes .* % of the internal energy of body 'b': .* finer spacing, or another"
 
@@ -29,7 +29,7 @@ def test_a_bent_row_of_cells_is_warned_of_once_and_found() -> None:
     (finding,) = result.summary["findings"]
     part = float(finding.partition(" has ")[2].partition(" %")[0]) / 100.0
     energy = result.summary["energy"]
-    assert part > 0.9 * energy["hourglass"] / (energy["hourglass"] + energy["strain"]) > HELD_FINDING
+    assert part > 0.9 * energy["hourglass"] / (energy["hourglass"] + energy["strain"]) > HELD_WARNING
 
 
 @pytest.mark.parametrize(("formulation", "keys"), [
@@ -43,7 +43,8 @@ def test_a_body_that_flies_and_turns_undeformed_is_not() -> None:
     """Its internal energies are roundings of each other."""
     turning = scenes.block(velocity=["1e-3*(1 - y)", "1e-3*x"], run={"end": 0.5, "precision": "f32"})
     assert wsph.run(turning).summary["findings"] == []
-    assert wsph.run(scenes.block(run={"end": 0.5})).summary["findings"] == []
+    (finding,) = wsph.run(scenes.block(run={"end": 0.5})).summary["findings"]
+    assert finding.startswith("unlikely: nothing moves")
 
 
 def test_the_largest_part_is_of_the_largest_energies_so_far() -> None:
@@ -55,6 +56,34 @@ def test_the_largest_part_is_of_the_largest_energies_so_far() -> None:
     assert (mine.worst, mine.step) == (pytest.approx(0.04), 21)
     assert Held().look(21, 0.0, 1.0, 1e-4) == pytest.approx(1e-4 / HELD_FLOOR)
     assert Held().look(21, 0.0, 0.0, 0.0) == 0.0
+
+
+def test_what_is_unlikely_is_a_finding_with_its_key(tmp_path: Path) -> None:
+    soft = body(box(1.0, 0.1), 0.05, material=scenes.material(density=7850.0, youngs_modulus=210.0))
+    made = scene(soft, run={"end": 2.0}, boundary=[held("-x", 2), {"body": "b", "face": "+x", "traction": {"y": 1e3}}])
+    found = wsph.run(made, tmp_path / "out", throw=False).summary["findings"]
+    assert any("bodies.0.material: a modulus of 210 Pa" in each and "slower than in a gel" in each for each in found)
+    assert any("boundary.1.traction.y: 1000 Pa is 4.76 times Young's modulus" in each for each in found)
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["findings"] == found
+
+
+def test_what_a_run_warns_of_is_a_finding_once_also_after_a_checkpoint(tmp_path: Path) -> None:
+    """Beyond the limit of its steps, with energy from nowhere: said of both, whatever filters do with warnings."""
+    made = scenes.block(
+        velocity=["0.1*x*(1 - x)", "0"],
+        run={"integrator": "rk4", "cfl": 1.5, "end": 6.0, "guard": "warn"},
+        tables={"stop": {"energy": 1e9}, "checkpoint": {"every": 5}},
+    )
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        straight = wsph.run(made, tmp_path / "straight").summary["findings"]
+    warned = list(dict.fromkeys(str(each.message) for each in caught))
+    assert straight == warned
+    assert len(straight) == 2
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        wsph.run(made.with_(**{"run.end": 5.0}), tmp_path / "cut")
+        assert wsph.run(made, tmp_path / "cut", resume=True).summary["findings"] == straight
 
 
 def test_what_is_little_beside_what_comes_later_is_no_finding() -> None:

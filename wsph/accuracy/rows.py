@@ -62,18 +62,26 @@ class Rows:
     def make(self, cells: int) -> Row:
         """Run a lattice. Raises Halted where it does not come to its end."""
         plan = self.costs.plan(cells)
-        seconds = self.rate.seconds(plan)
-        took = f", about {in_seconds(seconds)}" if seconds == seconds else ""
-        self.tell(
-            f"{cells} cells: {plan.particles:.0f} particles, {plan.steps:.0f} steps, {plan.work:.3g} pair visits{took}"
-        )
-        row = self.run(self.lattices.scene_at(cells), cells, plan.work, self._progress)
+        self.tell(self._in_words(cells, plan))
+        expected = self.rate.expected(plan).work
+        row = self.run(self.lattices.scene_at(cells), cells, expected, self._progress)
         self.made.append(row)
         inside = min(row.result.seconds, row.wall_seconds)
         self.rate.learn(Took(plan, row.work, inside, row.wall_seconds - inside))
         if self._folder is not None:
             _replace(self._folder, self._folder / ROW)
         return row
+
+    def _in_words(self, cells: int, plan: Plan) -> str:
+        """What a row will take, by the rows before it; the least where there are none and steps get shorter."""
+        expected, seconds = self.rate.expected(plan), self.rate.seconds(plan)
+        took = f", about {in_seconds(seconds)}" if seconds == seconds else ""
+        least = "at least " if plan.shrinks and not self.made else ""
+        why = f" (steps get shorter: {plan.shrinks})" if least else ""
+        return (
+            f"{cells} cells: {plan.particles:.0f} particles, {least}{expected.steps:.0f} steps, {expected.work:.3g} pair"
+            f" visits{took}{why}"
+        )
 
     def scaled(self, cells: float) -> Plan:
         """The plan of a lattice that need not be one, by that of the last row."""

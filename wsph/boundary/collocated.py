@@ -58,9 +58,9 @@ def face_conditions(scene: Prescribing, body: str, lattice: Lattice, labels: tup
         for key in condition.acting:
             text = "two-set bodies prescribe stress on their faces: use an integrator of one set"
             raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
-        if condition.traction:
+        for key in (key for key in ("traction", "force") if getattr(condition, key)):
             text = "two-set bodies prescribe stress on their faces: write stress = { xx = ... }"
-            raise SceneError("scene", [Fault(0, f"boundary.{k}.traction", text)])
+            raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
         for label, given in condition.stress.items():
             value = in_steps(scene, condition, scene.value(given, "Pa"))
             key = f"boundary.{k}.stress.{label}"

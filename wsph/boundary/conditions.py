@@ -27,7 +27,8 @@ from wsph.boundary.tables import Boundary, Prescribing
 from wsph.errors import Fault, SceneError
 from wsph.expressions import constant_program
 from wsph.geometry.faces import Faces
-from wsph.geometry.selection import select
+from wsph.geometry.selection import ranges, select
+from wsph.geometry.shapes.stair_patches import StairPatches
 from wsph.output.fields import AXES
 
 Owned = tuple[tuple[float, float, int], ...]
@@ -155,8 +156,10 @@ def refuse_jump(value: Moved, places: np.ndarray, key: str) -> None:
         raise SceneError("scene", [Fault(0, key, text)])
 
 
-def _nothing_selected(k: int, condition: Boundary, faces: Faces) -> SceneError:
+def _nothing_selected(k: int, condition: Boundary, faces: Faces, position: np.ndarray) -> SceneError:
     text = f"{condition.where!r} selects no particle of {condition.body!r}"
+    if condition.where:
+        text += f", whose particles have {ranges(condition.where, position)}"
     if condition.face:
         text = f"{condition.face!r} is no face of {condition.body!r}, which has {', '.join(faces.names)}"
     key = "face" if condition.face else "patch" if condition.patch else "where"
@@ -169,6 +172,8 @@ def _of_patch(k: int, name: str, body: str, faces: Faces) -> np.ndarray:
         there = f"it has {', '.join(faces.patches)}"
         if not faces.patches:
             there = "particles alone have none; select by where"
+        if isinstance(faces.patches, StairPatches) and name in (each.name for each in faces.patches.shape.patches()):
+            there += "; no side of a cell stands for that one, in steps of this spacing: choose a smaller one"
         raise SceneError("scene", [Fault(0, f"boundary.{k}.patch", f"{body!r} has no patch {name!r}: {there}")])
     return faces.of_patch(name)
 
@@ -191,5 +196,5 @@ def selected_conditions(
             chosen = select(condition.where or "", position, spacing)
             particles, rows = np.flatnonzero(chosen), np.all(chosen[on], axis=1)
         if not len(particles):
-            raise _nothing_selected(k, condition, faces)
+            raise _nothing_selected(k, condition, faces, position)
         yield k, condition, particles, rows

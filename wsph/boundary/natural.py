@@ -17,7 +17,7 @@ from wsph.boundary.conditions import (
     velocity_key,
 )
 from wsph.boundary.loads.acting import Load, LoadedFaces
-from wsph.boundary.loads.rows import FaceLoad, stress_load, traction_load
+from wsph.boundary.loads.rows import FORCE, FaceLoad, stress_load, total_load, traction_load
 from wsph.boundary.periodic import partners
 from wsph.boundary.programs.prescribed import Prescribed
 from wsph.boundary.slide import Slide
@@ -94,9 +94,9 @@ def _natural_conditions(
             refuse_jump(value, position[particles], velocity_key(k, condition, axis))
             if k not in walls:
                 result.put("velocity", AXES.index(axis), particles, value, k)
-            if axis in condition.traction:
+            for key in (key for key in ("traction", "force") if axis in getattr(condition, key)):
                 text = f"the velocity {axis} is prescribed too: a load there moves nothing"
-                raise SceneError("scene", [Fault(0, f"boundary.{k}.traction.{axis}", text)])
+                raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}.{axis}", text)])
         mapped = isinstance(geometry, Lattice) and geometry.mapped
         if condition.stress and (mapped or (faces.axis[rows] < 0).any()):
             text = "faces turn from place to place: write traction = { x = ... } along the coordinate axes, or pressure"
@@ -133,6 +133,7 @@ def _natural_conditions(
             if not len(load.particle):
                 text = "acts on no face selected here" + (
                     "; it is a stress on a face across one of its axes" * key.startswith("stress")
+                    + "; inside of a body write [bodies.body_force], a force per volume" * key.startswith("force")
                 )
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
             result.loads.append(replace(load, owner=k))
@@ -187,6 +188,9 @@ def prescribed_loads(
     for axis, value in condition.traction.items():
         program = in_steps(scene, condition, scene.value(value, "Pa"))
         yield f"traction.{axis}", traction_load(faces, on, rows, axis, program, scene.dim)
+    for axis, value in condition.force.items():
+        program = in_steps(scene, condition, scene.value(value, FORCE[scene.dim]))
+        yield f"force.{axis}", total_load(faces, on, rows, axis, program, scene.dim)
 
 
 def loaded_faces(

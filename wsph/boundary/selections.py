@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wsph.boundary.conditions import selected_conditions
-from wsph.boundary.loads.rows import FaceLoad
+from wsph.boundary.loads.rows import FORCE, FaceLoad
 from wsph.boundary.natural import loaded_faces, prescribed_loads
 from wsph.boundary.programs.functions import Function
 from wsph.boundary.tables import Boundary, Prescribing
@@ -20,8 +20,8 @@ LOOKS = 101
 ROUNDING = 1e-12
 """Part of the sum of all forces below which a component of the resultant is rounding."""
 
-UNITS = {1: ("", "N/m2"), 2: (" m", "N/m"), 3: (" m2", "N")}
-"""Units of areas and of forces, by the dimension."""
+AREAS = {1: "", 2: " m", 3: " m2"}
+"""Units of areas, by the dimension."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Selection:
 
     def __str__(self) -> str:
         """In words."""
-        condition, (unit, force) = self.condition, UNITS[self.dim]
+        condition, unit, force = self.condition, AREAS[self.dim], FORCE[self.dim]
         named = [(key, text) for key in ("face", "patch", "where") if (text := getattr(condition, key))]
         where = " ".join(named[0])
         areas = ", ".join(f"{name} {area:.6g}{unit}" for name, area in self.faces.items())

@@ -27,20 +27,37 @@ class _Selection(Model):
     """Where something is prescribed, and what is prescribed there of the body's own fields."""
 
     name: Annotated[str, AfterValidator(file_name)] | None = None
+    """of its reaction and work in history.csv; without it BODY-1 and so on"""
     body: str
+    """the body that it is of"""
     where: str | None = None
+    """a comparison of x, y, z that selects particles"""
     face: Annotated[str, AfterValidator(_face), Choice(FACES)] | None = None
+    """the outermost faces that look along an axis"""
     patch: Annotated[str, Field(min_length=1)] | None = None
+    """a part of the surface by its name: `wsph check` lists them"""
     velocity: dict[str, Annotated[Value, Measured("m/s")]] = {}
+    """by component, of the selected particles"""
     displacement: dict[str, Annotated[Value, Measured("m")]] = {}
+    """the same, zero at t = 0"""
     acceleration: dict[str, Annotated[Value, Measured("m/s2")]] = {}
+    """the same"""
     fixed: Strings = ()
+    """components of the velocity that are held at zero"""
     symmetry: Literal["x", "y", "z"] | None = None
+    """the axis across which nothing moves"""
     stress: dict[str, Annotated[Value, Measured("Pa")]] = {}
+    """nominal, by component, along the axes of the shape"""
     traction: dict[str, Annotated[Value, Measured("Pa")]] = {}
+    """force per reference area, by component"""
+    force: dict[str, Annotated[Value, Measured("N, in 2D N/m, in 1D N/m2")]] = {}
+    """a whole force, by component, in even parts of the area"""
     normal: Annotated[Value, Measured("m/s")] | None = None
+    """velocity along the faces' own normals: 0 slides"""
     periodic: Annotated[str, AfterValidator(_face), Choice(FACES)] | None = None
+    """the face opposite, which is one with `face`"""
     steps: Strings = ()
+    """the steps of the run in which it holds: all"""
 
 
 def _key_of(load: type[Load]) -> object:
@@ -65,11 +82,13 @@ class Boundary(_WithLoads):
     def _complete(self) -> "Boundary":
         if [self.where, self.face, self.patch].count(None) != 2:
             raise ValueError("exactly one of where, face and patch is needed")
-        own = ("velocity", "displacement", "acceleration", "fixed", "symmetry", "stress", "traction")
+        own = ("velocity", "displacement", "acceleration", "fixed", "symmetry", "stress", "traction", "force")
         given = (*(getattr(self, key) for key in own), self.normal is not None, self.periodic is not None)
         if not (any(given) or self.acting):
             kinds = [*own, "normal", "periodic", *LOADS]
             raise ValueError(f"nothing is prescribed: give {', '.join(kinds[:-1])} or {kinds[-1]}")
+        if self.force and self.traction:
+            raise ValueError("force is a total one, and traction one per area: give one of them, or another entry")
         if self.periodic is not None and (any(given[:-1]) or self.acting or self.face is None):
             raise ValueError("periodic goes with face alone: write another entry for what else acts there")
         return self

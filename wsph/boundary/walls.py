@@ -7,7 +7,6 @@ velocity across it is prescribed, the same all over the face.
 
 # pyright: strict
 
-import warnings
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -15,6 +14,7 @@ import numpy as np
 
 from wsph.boundary.programs.prescribed import Moved, nonzero, varies
 from wsph.boundary.tables import Boundary
+from wsph.doubts import doubt
 from wsph.geometry.lattice import Lattice
 
 
@@ -136,7 +136,7 @@ class Walls:
             f"body {self._body!r}, {where}: {why}, so that its first layer of particles is held in place of it: within three"
             ' spacings of it the stress is off by up to a quarter; formulation = "stress-points" has particles on the face'
         )
-        warnings.warn(text, RuntimeWarning, stacklevel=2)
+        doubt(text, stacklevel=2)
 
     def found(self) -> list[Wall]:
         """The walls that all conditions together make."""

@@ -83,7 +83,7 @@ def _tables(name: str) -> Iterator[Described]:
         if name not in (path, path.rpartition(".")[2]):
             continue
         row = rows.get(name)
-        keys, said = tuple(keys_of(schema)), str(schema.get("description", ""))
+        keys, said = tuple(keys_of(schema, schemas)), str(schema.get("description", ""))
         example = example_of(schema, schemas)
         header = path.removesuffix(f".{example['type']}") if "type" in example else path
         words = row.words if row is not None else ()

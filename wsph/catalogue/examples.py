@@ -2,7 +2,7 @@
 
 # pyright: strict
 
-from wsph.catalogue.keys import bounds_of, unit_of, written
+from wsph.catalogue.keys import bounds_of, resolved, unit_of, written
 from wsph.quantities import Table, is_list, is_table
 
 PLAIN: dict[str, object] = {
@@ -38,22 +38,15 @@ def example_of(schema: Table, root: Table) -> Table:
     if is_list(given := schema.get("examples")) and given and is_table(shown := given[0]):
         return {name: shown[name] for name in properties if name in shown}
     needs = {name: part for name, part in properties.items() if name in needed and is_table(part)}
-    own = {name: BY_NAME[name] for name, part in needs.items() if name in BY_NAME and "const" not in part}
+    own = {
+        name: BY_NAME[name] for name, part in needs.items() if name in BY_NAME and not {"const", "examples"} & set(part)
+    }
     return {name: own.get(name) or _value(part, root) for name, part in needs.items()}
 
 
 def toml(header: str, table: Table) -> str:
     """A table as a scene has it, under its header."""
     return "\n".join([header, *(f"{key} = {written(value)}" for key, value in table.items())])
-
-
-def resolved(part: Table, root: Table) -> Table:
-    """A schema, or the definition that it refers to."""
-    definitions = root.get("$defs")
-    if isinstance(name := part.get("$ref"), str) and is_table(definitions):
-        found = definitions.get(name.rpartition("/")[2])
-        return found if is_table(found) else part
-    return part
 
 
 def _value(part: Table, root: Table) -> object:

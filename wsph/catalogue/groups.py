@@ -1,19 +1,19 @@
-"""Lists of the names that a scene can use beside plugins: formulations, parts, formats, smoothing functions, shapes.
+"""Lists of the names that a scene can use beside plugins: formulations, parts, formats, smoothing functions, shapes;
+and of the scenes that ship.
 
 Each list is read from the table that a scene's key is looked up in, and says of an entry what its own docstring says.
 """
 
 # pyright: strict
 
-import ast
 import dataclasses
 import importlib.util
 import inspect
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, get_args
 
+from wsph.catalogue.docstrings import attribute_docstrings, first_sentence
 from wsph.plugins import registry
 
 if TYPE_CHECKING:
@@ -131,6 +131,16 @@ def tables() -> list[Row]:
     return [Row(path, first_sentence(str(others[path]["description"]))) for path in shown]
 
 
+def examples() -> list[Row]:
+    """The scenes that ship with wsph."""
+    from wsph.catalogue import shipped
+
+    return [
+        Row(name, shipped.about(name), source="wsph, examples", example=f"# wsph new example {name}")
+        for name in shipped.names()
+    ]
+
+
 def shapes() -> list[Row]:
     """Shapes of bodies, for `type`, and their other keys."""
     from wsph.geometry.shapes.combined import Shape
@@ -146,7 +156,7 @@ def shapes() -> list[Row]:
 
 
 GROUPS: dict[str, Callable[[], list[Row]]] = {
-    each.__name__: each for each in (formulations, parts, formats, fields, kernels, shapes, tables)
+    each.__name__: each for each in (formulations, parts, formats, fields, kernels, shapes, tables, examples)
 }
 """The lists by the names that `wsph list` takes, beside those of plugins."""
 
@@ -161,28 +171,11 @@ def sentence(described: object) -> str:
     return first_sentence(inspect.getdoc(described) or "")
 
 
-def first_sentence(said: str) -> str:
-    """The first sentence of a text, on one line."""
-    text = " ".join(said.split("\n\n")[0].split())
-    return re.split(r"(?<=\.)\s+(?=[A-Z`])", text, maxsplit=1)[0].removesuffix(".")
-
-
 def in_words(traits: "Traits") -> list[str]:
     """The abilities of a formulation, in the words that `Traits` has for them."""
     said = attribute_docstrings(type(traits))
     held = [name for name, value in dataclasses.asdict(traits).items() if value is True]
     return [said[name].removeprefix("Whether ").partition(": ")[0].removesuffix(".") for name in held]
-
-
-def attribute_docstrings(cls: type) -> dict[str, str]:
-    """The docstrings that stand below the attributes of a class, from its source; of others the attribute's name."""
-    body = next(node.body for node in ast.walk(ast.parse(inspect.getsource(cls))) if isinstance(node, ast.ClassDef))
-    found: dict[str, str] = {}
-    for node, below in zip(body, [*body[1:], ast.Pass()], strict=True):
-        if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
-            said = below.value.value if isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant) else None
-            found[node.target.id] = " ".join(said.split()) if isinstance(said, str) else node.target.id
-    return found
 
 
 def _sets(count: int) -> str:

@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from wsph.catalogue.docstrings import first_sentence
 from wsph.declarations import QUANTITY
 from wsph.quantities import Table, is_list, is_sequence, is_table
 
@@ -15,18 +16,19 @@ BOUNDS = {">": "exclusiveMinimum", ">=": "minimum", "<": "exclusiveMaximum", "<=
 
 @dataclass(frozen=True)
 class Key:
-    """A key of a table: what it is, in which unit, what it is where it is left out ("needed" where it may not be), and its
-    range; "" where there is nothing to say."""
+    """A key of a table: what it is, in which unit, what it is where it is left out ("needed" where it may not be), its
+    range, and what its declaration says of it; "" where there is nothing to say."""
 
     name: str
     kind: str
     unit: str
     default: str
     range: str
+    said: str = ""
 
 
-def keys_of(schema: Table) -> list[Key]:
-    """The keys of a table by its schema."""
+def keys_of(schema: Table, root: Table | None = None) -> list[Key]:
+    """The keys of a table by its schema; definitions are those of `root`."""
     properties, needed = schema.get("properties"), schema.get("required", [])
     if not is_table(properties) or not is_list(needed):
         return []
@@ -34,8 +36,26 @@ def keys_of(schema: Table) -> list[Key]:
     for name, given in properties.items():
         part = given if is_table(given) else {}
         default = "needed" if name in needed else written(part["default"]) if "default" in part else ""
-        found.append(Key(name, kind_of(part), unit_of(part), default, range_of(part)))
+        found.append(Key(name, kind_of(part), unit_of(part), default, range_of(part), said_of(part, root or {})))
     return found
+
+
+def resolved(part: Table, root: Table) -> Table:
+    """A schema, or the definition that it refers to."""
+    definitions = root.get("$defs")
+    if isinstance(name := part.get("$ref"), str) and is_table(definitions):
+        found = definitions.get(name.rpartition("/")[2])
+        return found if is_table(found) else part
+    return part
+
+
+def said_of(part: Table, root: Table) -> str:
+    """What the declaration of a key says, or that of the table that it is, in a sentence."""
+    for each in _choices(part) if "description" not in part else [part]:
+        said = resolved(each, root).get("description")
+        if isinstance(said, str):
+            return first_sentence(said)
+    return ""
 
 
 def kind_of(part: Table) -> str:

@@ -6,6 +6,7 @@ installed plugin."""
 from pydantic import BaseModel
 from pydantic.json_schema import JsonSchemaValue
 
+from wsph.catalogue.docstrings import attribute_docstrings
 from wsph.errors import PluginError
 from wsph.plugins import registry
 from wsph.plugins.declared import integrator_schema, material_schema
@@ -34,8 +35,27 @@ def scene_schema() -> Table:
 def bare_scene_schema() -> Table:
     """The JSON schema of a scene without the keys of plugins; none is imported."""
     from wsph.scene.scene import Scene
+    from wsph.scene.tables import Body, Boundary, Function
 
-    return schema_of(Scene)
+    found = schema_of(Scene)
+    for model in (Body, Boundary, Function):
+        _describe(found, model)
+    return found
+
+
+def _describe(schema: Table, model: type[BaseModel]) -> None:
+    """Give the keys of a table what stands below them in its classes, and those before it."""
+    definitions = schema.get("$defs")
+    table = definitions.get(model.__name__) if is_table(definitions) else None
+    properties = table.get("properties") if is_table(table) else None
+    if not is_table(properties):
+        return
+    # Classes that are made of tables have no source.
+    own = (each for each in model.__mro__ if each.__module__.startswith("wsph.") and "_With" not in each.__name__)
+    for cls in own:
+        for name, said in attribute_docstrings(cls).items():
+            if is_table(key := properties.get(name)) and said != name:
+                properties[name] = {"description": said, **key}
 
 
 def schema_of(model: type[BaseModel]) -> Table:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from functools import cache
 from typing import cast
 
-from wsph.catalogue.examples import resolved
+from wsph.catalogue.keys import resolved
 from wsph.catalogue.schema import bare_scene_schema
 from wsph.quantities import Table, is_list, is_table
 

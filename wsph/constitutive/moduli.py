@@ -2,12 +2,11 @@
 
 # pyright: strict
 
-import warnings
-
 import numpy as np
 
 from wsph.backend.space import Space
 from wsph.constitutive.stress_state import StressState
+from wsph.doubts import doubt
 from wsph.errors import Refused
 from wsph.plugins.blame import blame
 from wsph.protocols import Material
@@ -37,9 +36,8 @@ def warn_of_lost_digits(body: str, material: Material, space: Space, who: str) -
     bulk, shear = material.moduli()
     if space.precision == "f32" and bulk > MOST_STIFFER * shear:
         digits = 7.2 - np.log10(bulk / shear)
-        warnings.warn(
+        doubt(
             f"body {body!r}: the bulk modulus of {who} is {bulk / shear:.3g} times its shear modulus: in single precision"
             f' about {max(digits, 0.0):.1f} digits are left for shear stresses; use run.precision = "f64", or a smaller poisson_ratio',
-            RuntimeWarning,
             stacklevel=6,
         )

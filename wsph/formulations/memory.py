@@ -22,12 +22,14 @@ import numpy as np
 
 from wsph.backend.device import free_memory
 from wsph.boundary.tables import Boundary
+from wsph.doubts import keeping
 from wsph.errors import Fault, Refused, SceneError
 from wsph.formulations.system import Segmented
 from wsph.geometry.counts import block_counts, block_segments, lattice_counts, line_segments
 from wsph.geometry.grid import plan
 from wsph.geometry.shapes.box import Box
 from wsph.geometry.shapes.combined import Shape
+from wsph.scene.messages import size_in_words
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body, CrackLine
 
@@ -137,10 +139,15 @@ def refuse_too_large(scene: Scene, device: str, set_up: SetUp, fitted: Fitted) -
             Fault(
                 0,
                 f"bodies.{scene.bodies.index(cut.body)}.spacing",
-                f"{text}, which take {whole}; {_way_out(scene, cuts, whole.share)}",
+                f"{text}, which take {whole}; {_way_out(scene, cuts, whole.share)}; {_size_of(cut)}",
             )
         ],
     )
+
+
+def _size_of(cut: _Cut) -> str:
+    low, high = cut.shape.bounds()
+    return size_in_words(cut.body.name, (high - low).tolist(), unscaled=bool(cut.body.unscaled))
 
 
 def estimate(scene: Scene, device: str, set_up: SetUp, fitted: Fitted) -> Need:
@@ -206,7 +213,7 @@ def _learned(scene: Scene, cut: _Cut, set_up: SetUp) -> tuple[np.ndarray, Segmen
     # All even: forms that join particles to blocks of two have other numbers of these at odd ones.
     first = max(FEWEST, 2 * math.ceil(0.5 * (scene.run.support or 0.0)) + 2)
     sizes = [*(first + 2 * k for k in range(scene.dim)), first + APART[scene.dim]]
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), keeping([]):
         warnings.simplefilter("ignore")
         # The first has its limit found too: what is imported and compiled for that is no body's.
         small = [set_up(_block(scene, cut, size), size == first) for size in sizes[:-1]]

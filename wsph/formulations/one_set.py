@@ -34,13 +34,14 @@ from wsph.formulations.one_set_setup import (
 )
 from wsph.formulations.one_set_works import Prescribed
 from wsph.formulations.setup import Setup
-from wsph.formulations.system import HERE, System
+from wsph.formulations.system import System
 from wsph.parts.body_force import BodyForce
 from wsph.parts.body_force_work import WayWork
 from wsph.parts.part import Attached, Host
 from wsph.protocols import Entry
-from wsph.sph.averages import Averages, average, bounded_average, outward_weights, spanning_weights
+from wsph.sph.averages import Averages, average, bounded_average, outward_weights
 from wsph.sph.pairs import Pairs
+from wsph.sph.second_order import between
 from wsph.sph.weights import Weights
 from wsph.stability.krylov import Moving
 from wsph.stability.small_motions import SmallMotions
@@ -436,15 +437,4 @@ class OneSetSystem(System):
         return [Averages.of(self._outwards).only(particles)] * self.state.widths[name]
 
     def _between(self, points: np.ndarray, name: str) -> Averages:
-        """Linear-exact; a point where the field stands reads that place."""
-        body = self.geometry
-        at_nodes = self.placement.at_nodes and not self._apart(name)
-        grid, sources = body.comparable(points, body.nodes if at_nodes else body.cells)
-        weights = spanning_weights(body, 1.6, (grid, sources), (grid, sources), np.ones(len(sources)))
-        found = Averages.of(weights)
-        for n, point in enumerate(grid):
-            there, _ = found.terms(n)
-            on = there[np.linalg.norm(sources[there] - point, axis=1) < HERE]
-            if len(on):
-                found = found.but(np.array([n]), Averages.themselves(on[:1]))
-        return found
+        return between(self.geometry, points, self.placement.at_nodes and not self._apart(name))

@@ -88,7 +88,7 @@ class System:
     regular = 0.0
     """The share of its rows that follow from its lattice, and need no list of pairs."""
     listed = ""
-    """What it has lists of pairs for, in words, where a body of its form may do without."""
+    """What it has lists of pairs for, in words; empty where it needs none."""
     segmented: Segmented | None = None
     """Memory that goes by the segments of its lines, or None."""
     joined = False

@@ -39,6 +39,18 @@ class Crack:
         low, high = np.minimum(way, 0.0) - FIT, np.maximum(way, 0.0) + FIT
         return apart & (((at >= low) & (at <= high)) | ~flat).all(1)
 
+    def holds(self, points: np.ndarray) -> np.ndarray:
+        """Which of points (n, dim) lie on the crack, its ends left out, (n,) bool."""
+        way = self.end - self.start
+        off = points - self.start
+        if len(way) == 2:
+            along = off @ way / (way @ way)
+            return (np.linalg.norm(off - along[:, None] * way, axis=1) < FIT) & (along > FIT) & (along < 1.0 - FIT)
+        flat = np.abs(way) < FIT
+        low, high = np.minimum(way, 0.0) + FIT, np.maximum(way, 0.0) - FIT
+        on: np.ndarray = np.where(flat, np.abs(off) < FIT, (off > low) & (off < high))
+        return np.asarray(on.all(1))
+
 
 def parts_cells(crack: Crack, inside: np.ndarray, index: np.ndarray) -> bool:
     """Whether a crack passes between two neighbouring cells of the body."""

@@ -39,7 +39,7 @@ from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.declarations import example
 from wsph.errors import Refused
-from wsph.geometry.selection import select
+from wsph.geometry.selection import ranges, select
 from wsph.parts.part import Attached, Host, Neighbourhood, Part
 from wsph.parts.terms import points_struct
 from wsph.parts.viscosity import Viscosity
@@ -124,6 +124,10 @@ class Links(Part):
     def attach(self, host: Host, seen: Neighbourhood, state: State, clock: Clock, arrays: Arrays) -> Attached | None:
         spacing = host.geometry.spacing
         may = np.ones(len(seen.position), bool) if self.where is None else select(self.where, seen.position, spacing)
+        if self.where is not None and not may.any():
+            raise Refused(
+                f"body {host.name!r}: links.where: {self.where!r} selects no particle: they have {ranges(self.where, seen.position)}"
+            )
         if self.fracture_energy is not None:
             threshold = stretch_of_energy(self.fracture_energy, host.youngs_modulus, spacing)
         else:

@@ -25,7 +25,7 @@ _KINDS: dict[object, JsonSchemaValue] = {
 
 def material_schema(plugin: type, name: str) -> JsonSchemaValue:
     """The table of a material: `model` and the fields of its dataclass, with their units, bounds and defaults. A field's
-    metadata may have an "example"."""
+    metadata may have an "example", and a "help" that says what it is."""
     fields = dataclasses.fields(cast(Any, plugin)) if dataclasses.is_dataclass(plugin) else ()
     keys = {field.name: _field_schema(field) for field in fields if field.init}
     needed = [field.name for field in fields if field.init and field.name in keys and "default" not in keys[field.name]]
@@ -79,7 +79,8 @@ def _field_schema(field: dataclasses.Field[Any]) -> JsonSchemaValue:
         schema["default"] = field.default
     elif field.default_factory is not dataclasses.MISSING:
         schema["default"] = field.default_factory()
-    return schema | ({"examples": [rules["example"]]} if "example" in rules else {})
+    said = {"description": str(rules["help"])} if "help" in rules else {}
+    return schema | said | ({"examples": [rules["example"]]} if "example" in rules else {})
 
 
 def _option_schema(option: inspect.Parameter) -> JsonSchemaValue:

@@ -10,8 +10,10 @@ the file is `wsph.scene.lines`' business.
 import inspect
 import math
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 
 from wsph.boundary.loads.regions import GRAVITY, UNIT
+from wsph.boundary.loads.rows import FORCE
 from wsph.boundary.programs.motion import UNITS, Motion
 from wsph.constitutive.stress_state import STRESS_STATES
 from wsph.errors import Fault, PluginError
@@ -22,7 +24,7 @@ from wsph.plugins import registry
 from wsph.plugins.options import build
 from wsph.plugins.traits import internal_units
 from wsph.quantities import Table, Value, is_sequence, is_table
-from wsph.scene.messages import nearest
+from wsph.scene.messages import nearest, size_in_words
 from wsph.scene.numbers import NUMBERS
 from wsph.scene.probes import Probe
 from wsph.scene.tables import Body, Boundary, SceneTables
@@ -161,7 +163,9 @@ def _body_faults(scene: SceneTables, body: Body, key: str) -> Iterator[Fault]:
         else:
             if count > MOST_CELLS:
                 most = f"gives {count:.3g} particles; a 32-bit index has room for {MOST_CELLS:.3g} and their pairs"
-                yield Fault(0, f"{key}.spacing", most)
+                low, high = body.shape.bounds()
+                size = size_in_words(body.name, (high - low).tolist(), unscaled=bool(body.unscaled))
+                yield Fault(0, f"{key}.spacing", f"{most}; {size}")
     for k, crack in enumerate(body.cracks):
         if {len(crack.start), len(crack.end)} != {scene.dim} or scene.dim == 1:
             text = "a crack needs 2D or 3D" if scene.dim == 1 else f"from and to need {scene.dim} coordinates each"
@@ -257,12 +261,14 @@ def _boundary_faults(scene: SceneTables, condition: Boundary, key: str) -> Itera
         *((table, axes, unit) for table, unit in UNITS.items()),
         ("stress", COMPONENTS[scene.dim], "Pa"),
         ("traction", axes, "Pa"),
+        ("force", axes, FORCE[scene.dim]),
     ):
         for component, value in getattr(condition, table).items():
             if component not in allowed:
                 yield Fault(0, f"{key}.{table}.{component}", f"is none of {', '.join(allowed)}")
             place = f"{key}.{table}.{component}"
             yield from value_faults(scene, lambda v=value, u=unit: scene.value(v, u), value, place, unit)
+    yield from _place_faults(scene, condition, key)
     for component, value in condition.displacement.items():
         yield from _rate_fault(scene, value, f"{key}.displacement.{component}")
     if condition.normal is not None:
@@ -284,6 +290,16 @@ def _boundary_faults(scene: SceneTables, condition: Boundary, key: str) -> Itera
         yield Fault(0, key, f"{component!r} is prescribed twice: by fixed or symmetry, and again")
     for component in dict.fromkeys(c for c in moved if moved.count(c) > 1):
         yield Fault(0, key, f"{component!r} is prescribed twice: give one of {', '.join(UNITS)}")
+
+
+def _place_faults(scene: SceneTables, condition: Boundary, key: str) -> Iterator[Fault]:
+    """Faults of a total force, which is spread evenly."""
+    for axis, value in condition.force.items():
+        with suppress(ValueError):  # told of the value itself
+            made = scene.value(value, FORCE[scene.dim])
+            if isinstance(made, Expression) and any(made.uses(name) for name in AXES):
+                text = f"{value!r} depends on the place; a total force is spread evenly: write traction, one per area"
+                yield Fault(0, f"{key}.force.{axis}", text)
 
 
 def _rate_fault(scene: SceneTables, value: Value, key: str) -> Iterator[Fault]:
@@ -318,7 +334,9 @@ def _where_faults(scene: SceneTables, text: str, key: str) -> Iterator[Fault]:
         yield Fault(0, key, str(error))
         return
     if not expression.logical:
-        yield Fault(0, key, f'{text!r} is no comparison; write one, as in "x <= 0.1"')
+        yield Fault(
+            0, key, f'{text!r} is no comparison; write one, as in "x <= 0.1", or several, as in "x <= 0.1 and y > 0"'
+        )
     if expression.uses("t"):
         yield Fault(0, key, f"{text!r} uses t; particles are selected once, by reference position")
     yield from _axis_faults(scene, expression, key)

@@ -10,6 +10,7 @@ from wsph.errors import Fault, Refused, SceneError
 from wsph.expressions import compile_expression
 from wsph.geometry.fitted.fit import fit
 from wsph.geometry.fitted.gate import OUT
+from wsph.geometry.fitted.outline import too_fine
 from wsph.geometry.fitted.planning import on_grid_lines, unmet
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.grid import plan
@@ -110,7 +111,8 @@ def stairs_in_words(scene: Scene, body: Body, formulation: Formulation) -> str:
     why = (
         'the body asks for surface = "stairs"' if body.surface == "stairs" else stairs_because(scene, body, formulation)
     )
-    names = unmet(body.shape, float(np.min(body.spacing)))
+    spacing = float(np.min(body.spacing))
+    names = () if too_fine(body.shape, spacing) else unmet(body.shape, spacing)
     there = f" at {', '.join(names)}" if names else ""
     return f"in steps of a cell{there}: {why}"
 

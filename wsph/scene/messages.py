@@ -31,6 +31,19 @@ def none_of(given: object, allowed: Sequence[str]) -> str:
     return f"{given!r} is none of {', '.join(most)}{' or ' if most else ''}{last}" + (f"; {hint}" if hint else "")
 
 
+LARGE = 10.0
+"""The longest side of a part [m] beyond which its file may have been in millimetres."""
+
+
+def size_in_words(name: str, sides: Iterable[float], *, unscaled: bool) -> str:
+    """How large a body is, `sides` [m]; with a question where it is large and no scale was given for its file."""
+    lengths = list(sides)
+    said = f"{name!r} is {' x '.join(f'{side:.4g}' for side in lengths)} m large"
+    return said + (
+        "; is its file in millimetres? Write scale = 0.001" if unscaled and max(lengths, default=0.0) > LARGE else ""
+    )
+
+
 def of_validation(error: ErrorDetails, root: type[BaseModel]) -> Fault:
     """A pydantic error in the words of a scene's author."""
     keys = [str(k) for k in scene_path(error["loc"])]

@@ -2,12 +2,13 @@
 
 # pyright: strict
 
+import json
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from wsph.declarations import example
-from wsph.quantities import Cadence, Model, Point, Strings, Unit, as_tuple, file_name
+from wsph.quantities import Cadence, Model, Point, Strings, Unit, as_tuple, file_name, is_sequence
 from wsph.scene.messages import none_of
 from wsph.scene.numbers import NUMBERS
 from wsph.scene.outputs import Judged, Quantity
@@ -30,6 +31,15 @@ class Line(Model):
         )
 
 
+def _points(value: object) -> object:
+    """Points, each a list of coordinates."""
+    if is_sequence(value) and value and not any(is_sequence(each) for each in value):
+        raise ValueError(
+            f"{json.dumps(list(value))} is one point, and at is a list of them: write at = [{json.dumps(list(value))}]"
+        )
+    return as_tuple(value)
+
+
 class Probe(Model):
     """A record of fields `at` material points or along a `line`, or of the particles that `where` selects, reduced to one
     number ("integral": over their volume at the start, per depth in 2D); or of the numbers `of` a boundary, contact, tool or
@@ -39,7 +49,7 @@ class Probe(Model):
     model_config = example({"name": "tip", "at": [["100 mm", "10 mm"]], "fields": ["displacement", "stress_xx"]})
     name: Annotated[str, AfterValidator(file_name)]
     body: str | None = None
-    at: Annotated[tuple[Point, ...], BeforeValidator(as_tuple)] | None = None
+    at: Annotated[tuple[Point, ...], BeforeValidator(_points)] | None = None
     where: str | None = None
     of: str | None = None
     line: Line | None = None

@@ -237,22 +237,35 @@ class _Matter(Model):
     """The keys of a body, without those of its parts."""
 
     name: Annotated[str, Field(max_length=100), AfterValidator(printable)]
+    """of messages, files and columns"""
     mesh: MeshFile | None = None
+    """cells from a file, in place of a shape"""
     points: PointsFile | None = None
+    """particles alone from a file, in place of a shape"""
     shape: Annotated[Shape | None, Also(_POINTS)] = None
+    """its region, cut into cells or fitted"""
     spacing: Annotated[
         Annotated[float | tuple[float, ...], BeforeValidator(_spacing), WithJsonSchema(_SPACING)] | None,
         AfterValidator(_spaced),
         Field(validate_default=True),
     ] = None
+    """edge of a cell, one or one an axis, or { cells = n } across it"""
     lattice_rotate: Rotation = 0.0
+    """turns the lattice inside the shape"""
     map: Annotated[tuple[str, ...], BeforeValidator(as_tuple)] | None = None
+    """expressions of x, y, z that move the lattice"""
     state: Literal["stress", "strain"] | None = None
+    """plane stress or plane strain; in 1D a bar or a column"""
     surface: Literal["fitted", "stairs"] | None = None
+    """whether its surface is fitted or in steps of a cell"""
     jitter: Annotated[float, Unit("", ge=0, le=0.5)] = 0.0
+    """moves nodes at random, a part of the spacing"""
     cracks: Annotated[tuple[CrackLine, ...], BeforeValidator(as_tuple)] = ()
+    """cuts from the start"""
     damping: Damping | None = None
+    """a = -rate v"""
     body_force: Annotated[tuple[RegionForce, ...], BeforeValidator(_listed), Also({"type": "object"})] = ()
+    """force per volume, by component"""
 
 
 def _key_of(part: type[Part]) -> object:
@@ -284,9 +297,13 @@ class Body(_WithParts):
 
     model_config = example(_BODY)
     placement: Literal["cells", "nodes"] | None = None
+    """where particles of one set are"""
     velocity: Annotated[tuple[Annotated[Value, Measured("m/s")], ...], BeforeValidator(as_tuple)] | None = None
+    """initial, by component"""
     initial: Initial | None = None
+    """what it begins with beside its velocity"""
     material: Annotated[MaterialSpec, BeforeValidator(_material)]
+    """its law, by `model`, and the fields of that"""
 
     @model_validator(mode="before")
     @classmethod
@@ -310,6 +327,14 @@ class Body(_WithParts):
         if self.shape is None and given:
             raise ValueError(f"{', '.join(given)} is of bodies with a shape; a file has its own cells or particles")
         return self
+
+    @property
+    def unscaled(self) -> str:
+        """The key of a file whose lengths are metres because no `scale` says otherwise; "" where there is none."""
+        if self.shape is not None:
+            return "shape" if self.shape.unscaled else ""
+        files = {"mesh": self.mesh, "points": self.points}
+        return next((key for key, file in files.items() if file and "scale" not in file.model_fields_set), "")
 
     @property
     def parts(self) -> dict[str, Part]:
@@ -389,6 +414,10 @@ class SceneTables(Model):
             function = self.functions[value]
             if function.expression is not None:
                 return compile_expression(function.expression)
+            try:
+                function = function.within(unit)
+            except ValueError as error:
+                raise ValueError(f"functions.{value}.value: {error}") from None
             return function.program or function
         if isinstance(value, str):
             # What begins as a number with a unit is one: "1 MPa" where a velocity belongs is a wrong unit, no expression.

@@ -2,8 +2,8 @@
 
 A finding makes an answer worth less without ending the run. The energy of whatever holds a body's spurious modes (a column
 of the ledger) is that of a stiffness which the material does not have. It is measured by the largest internal energy that
-the body has had so far, what it stores and what it has dissipated: 5 % is warned of, 10 % is a finding. Near rest, and where
-a body flies or turns almost undeformed, that is no measure: a twentieth of its largest energy stands in its place.
+the body has had so far, what it stores and what it has dissipated: beyond 5 % it is warned of, and a finding. Near rest, and
+where a body flies or turns almost undeformed, that is no measure: a twentieth of its largest energy stands in its place.
 """
 
 # pyright: strict
@@ -18,6 +18,7 @@ import numpy as np
 
 from wsph.constitutive.sampling import fault_of_law
 from wsph.contact.watch import Watch
+from wsph.doubts import doubt
 from wsph.errors import Unstable
 from wsph.plugins import integrators, registry
 from wsph.simulation.composing.composition import BodyRun, integrators_of
@@ -34,7 +35,7 @@ _SWINGS = "energy swings and does not grow, as that of motions which few steps r
 
 def warn(text: str) -> None:
     """Warn of something that a run has met."""
-    warnings.warn(text, RuntimeWarning, stacklevel=5)
+    doubt(text, stacklevel=5)
 
 
 def unstable(
@@ -64,8 +65,8 @@ def _claim(run: BodyRun) -> str:
     return " (the integrator's own claim, which may be wrong: wsph.testing.check_limit measures it)"
 
 
-HELD_WARNING, HELD_FINDING, HELD_FLOOR, HELD_MATTERS = 0.05, 0.10, 0.05, 0.01
-"""Parts of the internal energy that are warned of and that are a finding; part of the whole energy that is the least
+HELD_WARNING, HELD_FLOOR, HELD_MATTERS = 0.05, 0.05, 0.01
+"""Part of the internal energy that is warned of and is a finding; part of the whole energy that is the least
 measure, and of the largest internal energy that a finding has at least. Before a wave has crossed a body a front of few
 cells can be all of its energy: that is no measure of it."""
 
@@ -96,7 +97,7 @@ class Held:
     @property
     def found(self) -> bool:
         """Whether the worst is a finding: it was a part that counts, also beside all that the body had later."""
-        return self.worst > HELD_FINDING and self.held > HELD_MATTERS * self.internal
+        return self.worst > HELD_WARNING and self.held > HELD_MATTERS * self.internal
 
 
 @dataclass
@@ -154,12 +155,13 @@ def _words(run: BodyRun, step: int, part: float) -> str:
 
 
 class CheckFacts(TypedDict):
-    """What a checkpoint holds of the checks: the largest energy seen, in hexadecimal, whether a growth was warned of, and
-    the numbers of the findings."""
+    """What a checkpoint holds of the checks: the largest energy seen, in hexadecimal, whether a growth was warned of,
+    the numbers of the findings, and what else was warned of."""
 
     largest: str
     warned: bool
     findings: list[list[float]]
+    said: list[str]
 
 
 class Checks:
@@ -172,6 +174,8 @@ class Checks:
         of bodies that contact keeps apart, and whether their surfaces do."""
         self._bodies, self._timeline, self._stop = bodies, timeline, energy
         self._largest, self._warned, self._swung = 0.0, False, False
+        self.said: list[str] = []
+        """What a run has warned of, beside its findings."""
         self.findings, self.watch = Findings(bodies), Watch(bodies, touching)
 
     def relaxing(self, sums: Sequence[BodySums], steps: int) -> None:
@@ -196,8 +200,8 @@ class Checks:
                 raise unstable(self._timeline, step, run, name, what, each.bad, run.system.position[each.bad])
             if fault := run.system.fault():
                 raise unstable(self._timeline, step, run, "displacement", fault)
-            if step == self._timeline.last and (doubt := run.system.doubt()):
-                warn(doubt)
+            if step == self._timeline.last and (said := run.system.doubt()):
+                warn(said)
 
     def apart(self, step: int) -> None:
         """Warn of bodies that have run into each other; raise Unstable where contact was to keep them apart."""
@@ -254,12 +258,18 @@ class Checks:
 
     def kept(self) -> CheckFacts:
         """The numbers that a checkpoint holds of the checks."""
-        return {"largest": self._largest.hex(), "warned": self._warned, "findings": self.findings.kept()}
+        return {
+            "largest": self._largest.hex(),
+            "warned": self._warned,
+            "findings": self.findings.kept(),
+            "said": self.said,
+        }
 
     def restore(self, facts: CheckFacts) -> None:
         """Put back what `kept` gave."""
         self._largest, self._warned = float.fromhex(facts["largest"]), facts["warned"]
         self.findings.restore(facts["findings"])
+        self.said[:] = facts["said"]
 
 
 def _fault_of_law(run: BodyRun) -> str:

@@ -11,7 +11,6 @@ its material can take.
 
 import json
 import math
-import warnings
 from collections.abc import Sequence
 from itertools import combinations
 
@@ -23,6 +22,7 @@ from wsph.contact.between import Interaction
 from wsph.contact.overlap import EASED, overlapping, solid_of
 from wsph.contact.refusals import refuse as refuse_contact
 from wsph.contact.table import couplings, interactions
+from wsph.doubts import doubt, keeping
 from wsph.errors import Refused, SceneError
 from wsph.formulations import memory
 from wsph.formulations.system import System
@@ -37,6 +37,7 @@ from wsph.simulation.composing.composition import BodyRun, Composition, Step, re
 from wsph.simulation.composing.idle import idle
 from wsph.simulation.composing.setting import BareBody, Method, Setting, bare_bodies, materials_of, method_of, scales_of
 from wsph.simulation.composing.slips import slips
+from wsph.simulation.composing.stairs import stepped
 from wsph.simulation.composing.together import joined_bodies, stiffen
 from wsph.simulation.probing.numbers import NumberRecorder
 from wsph.simulation.probing.points import PointRecorder
@@ -51,7 +52,10 @@ from wsph.stability.guard import guard
 def compose(scene: Scene) -> Composition:
     """Set up a scene. Raises SceneError, Refused or PluginError; compiles the set-up's kernels, runs nothing."""
     try:
-        return _compose(scene)
+        with keeping([]) as said:
+            composition = _compose(scene)
+        composition.said = said
+        return composition
     except SceneError as error:
         raise scene.located(error) from None
 
@@ -86,8 +90,13 @@ def _compose(scene: Scene) -> Composition:
         if joint is not None:
             stiffen(setting, joint, list(together.values()))
     # Before a step is refused: what has the wrong unit may be why.
-    for said in (*slips(scene, bodies, time_step.dt, time_step.timeline.last), *idle(scene, bodies, time_step.dt)):
-        warnings.warn(f"unlikely: {said}", RuntimeWarning, stacklevel=4)
+    steps = time_step.timeline.last
+    for said in (
+        *slips(scene, bodies, time_step.dt, steps),
+        *idle(scene, bodies, time_step.dt),
+        *stepped(scene, bodies),
+    ):
+        doubt(f"unlikely: {said}", stacklevel=4)
     _guard(setting, bare, bodies, space, time_step, set(together))
     probes = _probes(setting, bodies, reported(bodies, (*between, *forces)), space, time_step)
     step = Step(bodies, joint, between, time_step.clock, [probe for probe in probes if probe.every_step])
@@ -132,7 +141,7 @@ def _first_system(scene: Scene, bounded: bool) -> System:
 def _part(scene: Scene, bodies: Sequence[Standing]) -> None:
     """Warn of bodies that overlap at the start. Raises Refused where contact is to keep them apart."""
     for contact in (each for each in (*scene.contact, *scene.tools) if each.warning):
-        warnings.warn(contact.warning, RuntimeWarning, stacklevel=4)
+        doubt(contact.warning, stacklevel=4)
     touching = {frozenset(contact.names): contact.law for contact in scene.contact}
     solids = [solid_of(run.system.geometry, at_nodes=True) for run in bodies] if len(bodies) > 1 else []
     for (one, solid), (other, beside) in combinations(zip(bodies, solids, strict=False), 2):
@@ -147,9 +156,8 @@ def _part(scene: Scene, bodies: Sequence[Standing]) -> None:
         )
         if law is not None:
             raise Refused(f"{where}: contact keeps apart what is apart; move or shorten one of them")
-        warnings.warn(
+        doubt(
             f"{where}: nothing acts between them; move one, or write [[contact]] between = {json.dumps(names)} where they are to touch",
-            RuntimeWarning,
             stacklevel=4,
         )
 

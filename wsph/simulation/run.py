@@ -2,6 +2,7 @@
 
 # pyright: strict
 
+import math
 import signal
 import threading
 import time
@@ -13,6 +14,7 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.device import give_back
+from wsph.doubts import keeping
 from wsph.errors import Unstable
 from wsph.output import fields, formats
 from wsph.output.claim import Claim
@@ -35,7 +37,7 @@ from wsph.simulation.result import Result
 from wsph.simulation.starting.relaxation import NO_REST
 from wsph.simulation.starting.relaxations import Relaxations
 from wsph.simulation.step_control import StepControl
-from wsph.simulation.summary import Ending, summary
+from wsph.simulation.summary import Ending, TableUnits, summary
 
 CHECK_STEPS = 100
 """Steps between checks where steps are not captured in blocks; those are checked at the end of a block. A check costs about
@@ -116,6 +118,7 @@ class Running:
         self._first = self._step = 0
         self._failure: Unstable | None = None
         self._inside = 0.0
+        self._said_at_end: list[str] = []
 
     def run(self, progress: Progress | None, interrupts: Interrupts) -> Result:
         """Run to the end, to a failure or to an interrupt."""
@@ -175,6 +178,20 @@ class Running:
     def failure(self) -> Unstable | None:
         """What ended it before its time."""
         return self._failure
+
+    @property
+    def units(self) -> TableUnits:
+        """SI units of the columns of its history and of every probe, by name."""
+        return self._records.table_units()
+
+    def numbers(self) -> dict[str, float]:
+        """The columns of the history at the step that it has come to."""
+        return self._records.numbers(*self._last)
+
+    def latest(self, probe: str, column: str) -> float:
+        """The last record of a probe's column; NaN where there is none yet."""
+        values = self._records.probes()[probe][column]
+        return float(values[-1]) if len(values) else math.nan
 
     @property
     def ledger(self) -> Ledger:
@@ -246,8 +263,10 @@ class Running:
     def record(self) -> None:
         """Record the state that the run has come to, which its result is taken at, in place of what was recorded at this
         step before the state was changed."""
+        account = self._ledger.account(self._sums(self._step))
+        self._last = self._step, account
         self._records.collect(self._step)
-        self._records.end(self._step, self._ledger.account(self._sums(self._step)))
+        self._records.end(self._step, account)
 
     def _sums(self, step: int) -> list[BodySums]:
         """Bring the state of a step up to date, and sum it up. Raises Unstable where it is not finite."""
@@ -263,6 +282,11 @@ class Running:
 
     def check(self, step: int) -> Account:
         """The ledger of a state that the run may go on from. Raises Unstable where it may not."""
+        # What is said of the end is not of a run that goes on from there.
+        with keeping(self._checks.said if step < self._timeline.last else self._said_at_end):
+            return self._look(step)
+
+    def _look(self, step: int) -> Account:
         sums = self._sums(step)
         self._checks.apart(step)
         account = self._ledger.account(sums) if step > 0 else self._ledger.open(sums)
@@ -271,6 +295,7 @@ class Running:
         if stop is not None:
             self._records.row(step, account)
             raise stop
+        self._last = step, account
         self._checks.findings.look(step, self._timeline.time(step), sums, account)
         if self._control.follow(step, sums):
             self._records.retimed()
@@ -280,12 +305,16 @@ class Running:
     def _result(self, ending: Ending, failure: Unstable | None) -> Result:
         """The result of the run; written, where it has a folder."""
         scene, history = self._composition.scene, self._records.history()
-        said = summary(self._composition, self._ledger, history, ending, self._checks.findings.words)
+        with keeping(self._said_at_end):
+            for words in untouched(scene, history) if ending.first == 0 and failure is None else ():
+                warn(f"unlikely: {words}")
+        found = dict.fromkeys(
+            [*self._checks.findings.words, *self._composition.said, *self._checks.said, *self._said_at_end]
+        )
+        said = summary(self._composition, self._ledger, history, ending, list(found))
         if self._relaxations.asked:
             said["relaxation"] = self._relaxations.summary
         said["units"] = self._records.table_units()
-        for words in untouched(scene, history) if ending.first == 0 and failure is None else ():
-            warn(f"unlikely: {words}")
         if self._folder is not None:
             self._records.write_tables()
             self._folder.summary(said)

@@ -27,12 +27,12 @@ from wsph.sph.rows import rows_of, rows_struct
 from wsph.sph.smoothing import SMOOTHING, SUPPORT
 
 
-def _interpolation_kernel(space: Space, smoothing: str) -> wp.Kernel:
+def _interpolation_kernel(space: Space, smoothing: str, module: wp.Module | str) -> wp.Kernel:
     real, vec, mat, Rows = space.scalar, space.vec, space.mat, rows_struct(space)
     value, _ = SMOOTHING[smoothing](space)
     inverse = generalized_inverse(space)
 
-    @kernel(module=space.module(f"weights.{smoothing}"))
+    @kernel(module=module)
     def interpolation(
         rows: Rows,
         targets: wp.array(dtype=vec),
@@ -75,12 +75,12 @@ def _interpolation_kernel(space: Space, smoothing: str) -> wp.Kernel:
     return interpolation
 
 
-def _gradient_kernel(space: Space, smoothing: str) -> wp.Kernel:
+def _gradient_kernel(space: Space, smoothing: str, module: wp.Module | str) -> wp.Kernel:
     real, vec, mat, dim, Rows = space.scalar, space.vec, space.mat, space.dim, rows_struct(space)
     _, slope = SMOOTHING[smoothing](space)
     inverse = generalized_inverse(space)
 
-    @kernel(module=space.module(f"weights.{smoothing}"))
+    @kernel(module=module)
     def gradient(
         rows: Rows,
         targets: wp.array(dtype=vec),
@@ -113,10 +113,28 @@ def _gradient_kernel(space: Space, smoothing: str) -> wp.Kernel:
     return gradient
 
 
+_together: set[tuple[Space, str]] = set()
+"""Of which interpolation and gradients are asked for."""
+
+
 @cache
 def _weight_kernels(space: Space, smoothing: str) -> tuple[wp.Kernel, wp.Kernel]:
     """Kernels of interpolation and of gradient weights, together: they are in one module."""
-    return _interpolation_kernel(space, smoothing), _gradient_kernel(space, smoothing)
+    _together.add((space, smoothing))
+    module = space.module(f"weights.{smoothing}")
+    return _interpolation_kernel(space, smoothing, module), _gradient_kernel(space, smoothing, module)
+
+
+@cache
+def _alone(space: Space, smoothing: str) -> wp.Kernel:
+    return _interpolation_kernel(space, smoothing, "unique")
+
+
+def _interpolating(space: Space, smoothing: str) -> wp.Kernel:
+    """The kernel of interpolation weights: by itself where nobody has asked for gradients, which halves the compiling."""
+    if (space, smoothing) in _together:
+        return _weight_kernels(space, smoothing)[0]
+    return _alone(space, smoothing)
 
 
 @dataclass(frozen=True)
@@ -167,7 +185,7 @@ def interpolation_weights(
     """
     if order not in ("linear", "constant"):
         raise ValueError(f"order {order!r} is neither 'linear' nor 'constant'")
-    made = _weight_kernels(Space(space.dim), smoothing)[0]
+    made = _interpolating(Space(space.dim), smoothing)
     values, rank = _found(made, wp.float64, pairs, (targets, sources), volume, int(order == "linear"))
     return Weights(pairs, wp.array(values, dtype=space.scalar, device=pairs.offsets.device), rank)
 

@@ -2,10 +2,9 @@
 
 # pyright: strict
 
-import warnings
-
 import numpy as np
 
+from wsph.doubts import doubt
 from wsph.errors import Refused
 from wsph.plugins.integrators import begin
 from wsph.protocols import Again, LimitedBody
@@ -72,7 +71,7 @@ def guard(scene: Scene, run: LimitedBody, dt: float, steps: int, double: Again) 
     if faults and scene.run.guard == "refuse":
         raise Refused("\n".join(f'{f}; run.guard = "warn" runs it all the same' for f in faults))
     for fault in faults:
-        warnings.warn(fault, RuntimeWarning, stacklevel=2)
+        doubt(fault, stacklevel=2)
 
 
 def _rounded_down(number: float) -> str:

@@ -79,15 +79,16 @@ class Products:
         self.system = system
         self.kind = system.space.numpy
         self._eps = 1e-6 if system.space.precision == "f64" else 1e-2
-        self._mass = np.sqrt(system.volume).astype(self.kind)[:, None]
+        self._root = np.sqrt(system.volume).astype(self.kind)[:, None]
         self._start = host(system.state.buffer)
         # Forces that follow from where particles are may stand where their velocities do, which are zero.
         self._states = system.spares(2 if system.evolves or system.drags else 1)
         self._moved, self._change = self._states[0], self._states[-1]
         self._numbers = host(self._moved.buffer)
+        self._there = np.shares_memory(self._numbers, host(self._moved.buffer))
         self._numbers[:] = self._start
         self._spans = {name: system.state.span(name) for name in FOLLOWING if name in system.state.start}
-        self.count = len(self._mass) * system.space.dim
+        self.count = len(self._root) * system.space.dim
         none = np.broadcast_to(np.zeros(1), self.count)
         self._resting = self._changes(none, kept=True) if system.evolves else None
         self._rest = self._accelerations(none).copy()
@@ -113,15 +114,20 @@ class Products:
 
     def _pieces(self) -> Iterator[slice]:
         """Rows of particles, some at a time."""
-        return (slice(first, first + ROWS) for first in range(0, len(self._mass), ROWS))
+        return (slice(first, first + ROWS) for first in range(0, len(self._root), ROWS))
+
+    def _put(self) -> None:
+        """Have the body take the numbers, which on the CPU stand where it does."""
+        if not self._there:
+            put(self._moved.buffer, self._numbers)
 
     def _changes(self, x: np.ndarray, *, kept: bool = False) -> dict[str, np.ndarray]:
         """The rates of stress or deformation under velocities eps M^(-1/2) x; copies, or views until the next."""
         self._numbers[:] = self._start
         velocity, x = self._field(self._numbers, "velocity"), self._rows(x)
         for rows in self._pieces():
-            velocity[rows] = self._eps * (x[rows] / self._mass[rows])
-        put(self._moved.buffer, self._numbers)
+            velocity[rows] = self._eps * (x[rows] / self._root[rows])
+        self._put()
         self.system.refresh(self._moved)
         self.system.rate(self._moved, self._change, "rest")
         found = host(self._change.buffer)
@@ -136,10 +142,11 @@ class Products:
                     some = slice(first, first + ROWS)
                     moved[some] += change[some].astype(np.float64) - resting[some]
         self._field(self._numbers, "velocity")[:] = 0.0
-        start, moved, x = self._field(self._start, "displacement"), self._field(self._numbers, "displacement"), self._rows(x)
+        start, moved = (self._field(each, "displacement") for each in (self._start, self._numbers))
+        x = self._rows(x)
         for rows in self._pieces():
-            moved[rows] = start[rows] + self._eps * (x[rows] / self._mass[rows])
-        put(self._moved.buffer, self._numbers)
+            moved[rows] = start[rows] + self._eps * (x[rows] / self._root[rows])
+        self._put()
         self.system.rate(self._moved, self._change, "velocity")
         return self._field(host(self._change.buffer), "velocity")
 
@@ -148,7 +155,7 @@ class Products:
         change = self._accelerations(x)
         for rows in self._pieces():
             change[rows] -= self._rest[rows]
-            change[rows] *= self._mass[rows]
+            change[rows] *= self._root[rows]
             change[rows] *= -1.0 / self._eps
         return self.system.project_free(change.reshape(-1))
 
@@ -157,19 +164,19 @@ class Products:
         self._numbers[:] = self._start
         velocity, x = self._field(self._numbers, "velocity"), self._rows(x)
         for rows in self._pieces():
-            w = x[rows] / self._mass[rows] / size
+            w = x[rows] / self._root[rows] / size
             velocity[rows] = 1e-9 * (w if self._closing is None else w + self._closing[rows])
-        put(self._moved.buffer, self._numbers)
+        self._put()
         self.system.rate(self._moved, self._change, "velocity")
         return -self._rows(host(self._change.flat("drag"))).astype(np.float64) / 1e-9
 
     def damping(self, x: np.ndarray) -> np.ndarray:
         """D x, (n dim,), of all pairs."""
-        size = float(max(np.abs(self._rows(x)[rows] / self._mass[rows]).max() for rows in self._pieces()))
+        size = float(max(np.abs(self._rows(x)[rows] / self._root[rows]).max() for rows in self._pieces()))
         drag = self._drag(x, size)
         drag -= self._idle
         drag *= size
-        drag *= self._mass
+        drag *= self._root
         return self.system.project_free(drag.reshape(-1))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from wsph.constitutive.sampling import LawSampler
 from wsph.plugins.traits import depends_on_stress, gives, relaxes, turns_itself
 from wsph.protocols import Material
-from wsph.testing.total_laws import check_total_law
+from wsph.testing.total_laws import check_total_law, of_constants
 
 SAMPLES = 200
 ROUNDING = {"f64": 1e-12, "f32": 1e-5}
@@ -34,7 +34,9 @@ class Trial:
     def same(self, a: np.ndarray, b: np.ndarray, what: str, size: float) -> None:
         """Both have to be the same, to rounding of numbers of a size."""
         gap = float(np.abs(a - b).max()) / size if a.size else 0.0
-        assert gap <= 100.0 * self.tolerance, f"{self.name}: {what}: differs by {gap:.2e} of the largest"
+        assert gap <= 100.0 * self.tolerance, (
+            f"{self.name}: {what}: differs by {gap:.2e} of the largest" + of_constants(gap, self.law.space.precision)
+        )
 
     def finite(self, a: np.ndarray, what: str) -> None:
         """All of it has to be numbers."""

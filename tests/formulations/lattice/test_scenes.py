@@ -1,5 +1,6 @@
 """Scenes of a body by its lattice: what acts on it, reads it and interrupts it, against the same body by its pairs."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +37,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "relaxation": ({}, {"boundary": PULLED[:1], "gravity": {"y": -1e-4}, "relax": {}, **SEEN}),
     "relaxation of a law by rates": (MISES, {"boundary": PULLED[:1], "gravity": {"y": -1e-4}, "relax": {}}),
     "an initial stress of a law by rates": ({**MISES, "initial": {"stress": {"xx": "1e-3*y"}}}, {"boundary": PULLED, **SEEN}),
+    "an initial stress of a total law": ({"initial": {"stress": {"xx": "1e-3*y"}}}, {"boundary": PULLED, **SEEN}),
     "steps": ({}, {"boundary": [PULLED[0], {**PULLED[1], "steps": ["pull"]}], "steps": [{"name": "pull", "duration": 0.5}, {"name": "free", "duration": 0.5}], **SEEN}),
 }  # fmt: skip
 
@@ -94,7 +96,6 @@ EDGES = {
     "relaxation of volumes of blocks": (STIFF, {"boundary": PULLED[:1], "gravity": {"x": 1e-4, "y": -1e-4}, "relax": {}, **SEEN}),
     "volumes of blocks of a law by rates": ({**MISES, **MOVES, "state": "strain"}, {"boundary": PULLED, **SEEN}),
     "the same beside hourglass and viscosity": ({**MISES, **MOVES, **HELD, "residual": {"coefficient": 0.1}, "state": "strain"}, {"boundary": PULLED, **SEEN}),
-    "an initial stress of a total law": ({"initial": {"stress": {"xx": "1e-3*y"}}}, {"boundary": PULLED, **SEEN}),
     "an initial stress beside volumes of blocks": ({**STIFF, "initial": {"stress": {"xx": "1e-3*y"}}}, {"boundary": PULLED, **SEEN}),
     "hourglass and viscosity": (MOVES | HELD, {"boundary": PULLED, **SEEN}),
     "hourglass, viscosity and dashpots": (MOVES | HELD | {"residual": False}, {"boundary": RESISTED, **SEEN}),
@@ -157,6 +158,7 @@ LAWS = {
     "mises": MISES,
     "viscous": {"viscosity": {"alpha": 0.5, "kind": "pair"}},
     "begun with a stress": {**MISES, "initial": {"stress": {"xx": "1e-3*y"}}},
+    "a total law about a stress": {"initial": {"stress": {"xx": "1e-3*y"}}},
 }
 
 
@@ -166,7 +168,10 @@ def test_a_fitted_body_is_that_of_pairs(law: str, monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_its_bits_are_those_of_two_threads_and_of_a_resumed_run(law: str, tmp_path: Path) -> None:
+def test_its_bits_are_those_of_two_threads_and_of_a_resumed_run(
+    law: str, tmp_path: Path, share: Callable[[], None]
+) -> None:
+    share()
     scene = fitted(LAWS[law], threads=1)
     straight, two = wsph.run(scene), wsph.run(fitted(LAWS[law], threads=2))
     wsph.run(scene.with_(end=0.5, checkpoint={"every": 5}), tmp_path / "out")
@@ -176,13 +181,6 @@ def test_its_bits_are_those_of_two_threads_and_of_a_resumed_run(law: str, tmp_pa
         assert np.array_equal(values, resumed.particles[name]), name
     for name in straight.history:
         assert straight.history[name][-1] == resumed.history[name][-1], name
-
-
-def test_a_total_law_about_an_initial_stress_takes_pairs() -> None:
-    """Its points have a stress of their own, which nothing of the lattice knows."""
-    keys = {"initial": {"stress": {"xx": "1e-3*y"}}}
-    assert by_lattice(made({**keys, **MISES}, {})) == [True]
-    assert by_lattice(made(keys, {})) == [False]
 
 
 BITS = {
@@ -198,9 +196,12 @@ BITS = {
 @pytest.mark.parametrize("keys", BITS.values(), ids=list(BITS))
 @pytest.mark.parametrize("precision", ["f32", "f64"])
 def test_along_edges_it_has_the_same_bits_resumed_and_on_two_threads(
-    keys: dict[str, Any], precision: str, tmp_path: Path
+    keys: dict[str, Any], precision: str, tmp_path: Path, share: Callable[[], None]
 ) -> None:
-    scene = made({**MOVES, **keys}, {"boundary": [PULLED[1], RESISTED[0]], **SEEN}, precision=precision, **ONE_SET)
+    share()
+    scene = made(
+        {**MOVES, **keys}, {"boundary": [PULLED[1], RESISTED[0]], **SEEN}, precision=precision, threads=1, **ONE_SET
+    )
     assert by_lattice(scene) == [True]
     straight = wsph.run(scene)
     two = wsph.run(scene.with_(run={**scene.data()["run"], "threads": 2}))

@@ -32,6 +32,33 @@ def scene_of(name: str) -> wsph.Scene:
     return scenes.scene(scenes.body(shape, spacing, **keys), run=run)
 
 
+LISTED = {
+    "tsph": ("small-strain", "weights between its two sets differ at faces"),
+    "ul-tsph": ("updated-lagrangian", "weights between its two sets differ at faces"),
+    "leapfrog": ("updated-lagrangian", "its pairs follow the motion"),
+}
+"""What integrators have lists for, in their forms."""
+
+
+@pytest.mark.parametrize("integrator", list(LISTED))
+def test_forms_that_have_lists_alone_say_why(integrator: str) -> None:
+    formulation, why = LISTED[integrator]
+    run = {"integrator": integrator, "formulation": formulation, "guard": "off", "cfl": 0.2, "end": 1.0}
+    said = dict(described(scenes.scene(scenes.body(scenes.box(1.0, 1.0), 0.1), run=run), "a scene"))["  rows"]
+    assert said == f"0 % follow from the lattice, without lists of pairs: {why}"
+
+
+@pytest.mark.parametrize(
+    "keys", [{"run": {"support": 1.8}}, {"phase_field": {"fracture_energy": 1e-3, "length": 0.25}}]
+)
+def test_stress_points_say_what_they_have_lists_for(keys: dict[str, Any]) -> None:
+    run = {"formulation": "stress-points", "guard": "off", "cfl": 0.2, "end": 1.0, **keys.get("run", {})}
+    parts = {name: each for name, each in keys.items() if name != "run"}
+    said = dict(described(scenes.scene(scenes.body(scenes.box(1.0, 1.0), 0.1, **parts), run=run), "a scene"))["  rows"]
+    why = "phase_field" if parts else "its points see more than their own corners"
+    assert said == f"0 % follow from the lattice, without lists of pairs: {why}"
+
+
 @pytest.mark.parametrize("name", list(BODIES))
 def test_the_share_is_told_and_what_is_told_of_is_what_runs(name: str) -> None:
     scene = scene_of(name)

@@ -2,16 +2,17 @@
 
 A scene is set up for it, some hundredths of a second, and nothing of its step is compiled: its pairs, its time step and the
 right-hand sides of its integrator are then what the run itself will have. Beyond LARGEST cells it is scaled from a smaller
-lattice of the same scene. Steps that shrink with the deformation are more than were planned: `wsph.accuracy.planning.rate`
-learns by how much, and what a visit takes in seconds, from the rows that were run.
+lattice of the same scene. Steps that shrink with the deformation are more than were planned, which is said before the first
+row: `wsph.accuracy.planning.rate` learns by how much, and what a visit takes in seconds, from the rows that were run.
 """
 
 # pyright: strict
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from wsph.accuracy.planning.lattices import Lattices
+from wsph.accuracy.planning.shrinking import shrinks
 from wsph.scene.scene import Scene
 from wsph.simulation.compose import compose
 
@@ -21,13 +22,15 @@ LARGEST = 2e5
 
 @dataclass(frozen=True)
 class Plan:
-    """What a run will take: `particles`, `pairs`, `steps` and `right_hand_sides`; its largest Courant number."""
+    """What a run will take: `particles`, `pairs`, `steps` and `right_hand_sides`; its largest Courant number; why its steps
+    may get shorter (`shrinks`, empty where they do not)."""
 
     particles: float
     pairs: float
     steps: float
     right_hand_sides: float
     courant: float
+    shrinks: str = ""
 
     @property
     def work(self) -> float:
@@ -37,7 +40,12 @@ class Plan:
     def finer(self, by: float, dim: int) -> "Plan":
         """That of a lattice with `by` times the cells along every axis, scaled."""
         much = by**dim
-        return Plan(self.particles * much, self.pairs * much, self.steps * by, self.right_hand_sides * by, self.courant)
+        found = replace(self, particles=self.particles * much, pairs=self.pairs * much)
+        return found.longer(by)
+
+    def longer(self, by: float) -> "Plan":
+        """The same in `by` times the steps."""
+        return replace(self, steps=self.steps * by, right_hand_sides=self.right_hand_sides * by)
 
 
 def plan(scene: Scene) -> Plan:
@@ -46,7 +54,7 @@ def plan(scene: Scene) -> Plan:
         warnings.simplefilter("ignore")  # the run itself gives them
         made = compose(scene)
     courant = max(run.courant for run in made.bodies)
-    return Plan(made.particles, made.pairs, made.steps, made.steps * made.evaluations, courant)
+    return Plan(made.particles, made.pairs, made.steps, made.steps * made.evaluations, courant, shrinks(made))
 
 
 class Costs:

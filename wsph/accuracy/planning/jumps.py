@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from wsph.boundary.loads.rows import FORCE
 from wsph.boundary.programs.functions import Function
 from wsph.boundary.programs.motion import UNITS
 from wsph.boundary.tables import Boundary
@@ -30,7 +31,7 @@ def of_loads(scene: Scene) -> Iterator[str]:
     """Loads and prescribed motions that step, or begin at once, in words."""
     for number, condition in enumerate(scene.boundary):
         body = next(each for each in scene.bodies if each.name == condition.body)
-        for key, value, unit in _values(condition):
+        for key, value, unit in _values(condition, scene.dim):
             series = _over_time(scene, body, value, unit)
             size = float(np.abs(series).max(initial=0.0))
             if size > 0.0 and float(np.abs(np.diff(series)).max()) > STEEP * size:
@@ -60,9 +61,9 @@ def of_motions(scene: Scene) -> Iterator[str]:
                 yield f"boundary.{k} holds what moves at the start"
 
 
-def _values(condition: Boundary) -> Iterator[tuple[str, Value, str]]:
+def _values(condition: Boundary, dim: int) -> Iterator[tuple[str, Value, str]]:
     """What a condition prescribes: key, value, unit. What is fixed, and springs, begin with nothing."""
-    for table, unit in (*UNITS.items(), ("stress", "Pa"), ("traction", "Pa")):
+    for table, unit in (*UNITS.items(), ("stress", "Pa"), ("traction", "Pa"), ("force", FORCE[dim])):
         for component, value in getattr(condition, table).items():
             yield f"{table}.{component}", value, unit
     if condition.normal is not None:
@@ -90,7 +91,7 @@ def _at_once(scene: Scene, condition: Boundary, body: Body, key: str) -> bool:
         return key.startswith("displacement")
     if key.startswith("velocity") and condition.face is not None and body.velocity is not None:
         return False  # `of_motions` compares it with the body's own
-    return not (key.startswith(("stress", "traction", "pressure")) and body.initial is not None)
+    return not (key.startswith(("stress", "traction", "force", "pressure")) and body.initial is not None)
 
 
 def _initial(scene: Scene, body: Body, points: np.ndarray) -> np.ndarray:

@@ -22,6 +22,10 @@ class Rate:
         """Work of the last run as a multiple of its plan."""
         return max((row.work / row.plan.work for row in self._rows[-1:]), default=1.0)
 
+    def expected(self, asked: Plan) -> Plan:
+        """A plan with as many times its steps as the last run had of its own."""
+        return asked.longer(self.more)
+
     def learn(self, row: "Took") -> None:
         """Note what a run took."""
         self._rows.append(row)

@@ -17,7 +17,7 @@ from wsph.boundary.tables import Prescribing
 from wsph.declarations import Measured, example
 from wsph.errors import Fault, SceneError
 from wsph.expressions import Expression, constant_program
-from wsph.geometry.selection import select
+from wsph.geometry.selection import ranges, select
 from wsph.output.fields import AXES
 from wsph.quantities import Model, Value
 
@@ -66,7 +66,7 @@ def volume_loads(
         if force.where is not None:
             chosen = np.flatnonzero(select(force.where, position, spacing))
         if not len(chosen):
-            text = f"{force.where!r} selects no particle"
+            text = f"{force.where!r} selects no particle: they have {ranges(force.where or '', position)}"
             raise SceneError("scene", [Fault(0, f"bodies.{body}.body_force.{k}.where", text)])
         for axis, value in force.components.items():
             found.append(_load(scene.value(value, UNIT), chosen, axis, 1.0, position))

@@ -20,8 +20,8 @@ from wsph.output.fields import AXES
 @dataclass(frozen=True)
 class FaceLoad:
     """One prescribed value [Pa] on faces of a body, by r rows: `particle` (r,), `push` (r, dim) the force per unit of the
-    value [m^(dim-1)], in the reference configuration, along the coordinate axes; `face` (r,) the row of the face that it
-    comes from; `owner` the number of the boundary that it is of."""
+    value [m^(dim-1)], of a total force a part of one, in the reference configuration, along the coordinate axes; `face`
+    (r,) the row of the face that it comes from; `owner` the number of the boundary that it is of."""
 
     value: Prescribed
     particle: np.ndarray
@@ -42,10 +42,21 @@ def face_load(faces: Faces, on: np.ndarray, face: np.ndarray, pushed: np.ndarray
     return FaceLoad(value, on[face].ravel(), push.reshape(-1, pushed.shape[1]), face.repeat(on.shape[1]))
 
 
+FORCE = {1: "N/m2", 2: "N/m", 3: "N"}
+"""Units of total forces, by the dimension: of a bar per cross section, in the plane per depth."""
+
+
 def traction_load(faces: Faces, on: np.ndarray, acting: np.ndarray, axis: str, value: Prescribed, dim: int) -> FaceLoad:
     """A traction along a coordinate axis on the faces `acting` (m,) bool."""
     face = np.flatnonzero(acting)
     return face_load(faces, on, face, np.tile(np.eye(dim)[AXES.index(axis)], (len(face), 1)), value)
+
+
+def total_load(faces: Faces, on: np.ndarray, acting: np.ndarray, axis: str, value: Prescribed, dim: int) -> FaceLoad:
+    """A total force along a coordinate axis, in units of `FORCE`, in even parts of the area of the faces `acting` (m,) bool:
+    its rows add up to it, whatever their area is."""
+    load = traction_load(faces, on, acting, axis, value, dim)
+    return replace(load, push=load.push / max(float(faces.area[acting].sum()), np.finfo(float).tiny))
 
 
 def stress_load(

@@ -8,16 +8,28 @@ from itertools import pairwise
 from typing import Annotated, Literal, cast
 
 import numpy as np
-from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, WithJsonSchema, model_validator
 
-from wsph.declarations import example
+from wsph.declarations import QUANTITY, example
 from wsph.expressions import OPERATIONS, Expression
 from wsph.quantities import Model, Unit, as_tuple, is_list
+from wsph.units import in_si, quantity
 
 MOST_ENTRIES = 400
 """Of a table in time and place: every evaluation looks at all of them."""
 
-_Row = Annotated[tuple[Annotated[float, Unit("")], ...], BeforeValidator(as_tuple)]
+
+def _entry(value: object) -> object:
+    """A number, or a string with a unit: which one it is to be is known where the function is used."""
+    if isinstance(value, str):
+        in_si(value)
+        return value
+    return quantity(value, "")
+
+
+_NUMBER_OR_QUANTITY = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": QUANTITY}], "unit": "of its use"}
+_Entry = Annotated[float | str, BeforeValidator(_entry), WithJsonSchema(_NUMBER_OR_QUANTITY)]
+_Row = Annotated[tuple[_Entry, ...], BeforeValidator(as_tuple)]
 _Places = Annotated[tuple[Annotated[float, Unit("m")], ...], BeforeValidator(as_tuple), Field(min_length=2)] | None
 
 
@@ -37,16 +49,24 @@ _Values = Annotated[
 
 class Function(Model):
     """A function of time: a table (t, value, interp), or an expression of x, y, z, t; or a table of time and place, where
-    x, y or z has coordinates of the reference and `value` a row a time, linear between and constant beyond."""
+    x, y or z has coordinates of the reference and `value` a row a time, linear between and constant beyond. Values are
+    numbers in SI, or strings with a unit, "-5 MPa"."""
 
-    model_config = example({"t": [0.0, "1 ms"], "value": [0.0, 1.0], "interp": "linear"})
+    model_config = example({"t": [0.0, "1 ms"], "value": [0.0, "5 MPa"], "interp": "linear"})
     t: Annotated[tuple[Annotated[float, Unit("s")], ...], BeforeValidator(as_tuple)] | None = None
+    """times, increasing: the first value holds before, the last one after"""
     x: _Places = None
+    """places of the columns of `value`"""
     y: _Places = None
+    """the same along y"""
     z: _Places = None
+    """the same along z"""
     value: _Values | None = None
+    """a value a time, or a row of them: numbers in SI, or strings with a unit"""
     interp: Literal["linear", "step"] = "linear"
+    """between the times; a step holds from one entry to the next"""
     expression: str | None = None
+    """of x, y, z and t, in place of a table"""
 
     @model_validator(mode="after")
     def _table_or_expression(self) -> "Function":
@@ -92,13 +112,24 @@ class Function(Model):
 
     @property
     def rows(self) -> tuple[tuple[float, ...], ...]:
-        """The rows of a table in time and place, one a time."""
-        return tuple(each if isinstance(each, tuple) else (each,) for each in self.value or ())
+        """The rows of a table in time and place, one a time, in SI."""
+        return tuple(tuple(map(_number, each if isinstance(each, tuple) else (each,))) for each in self.value or ())
 
     @property
     def column(self) -> tuple[float, ...]:
-        """The values of a table of the time alone."""
-        return tuple(each for each in self.value or (0.0,) if not isinstance(each, tuple))
+        """The values of a table of the time alone, in SI."""
+        return tuple(_number(each) for each in self.value or (0.0,) if not isinstance(each, tuple))
+
+    def within(self, unit: str) -> "Function":
+        """The table with its values as numbers in an SI unit. Raises ValueError where one has another."""
+        value = self.value or ()
+        if not any(isinstance(each, str) for row in value for each in (row if isinstance(row, tuple) else (row,))):
+            return self
+        numbers = tuple(
+            tuple(_number(each, unit) for each in row) if isinstance(row, tuple) else _number(row, unit)
+            for row in value
+        )
+        return self.model_copy(update={"value": numbers})
 
     @property
     def program(self) -> Expression | None:
@@ -122,6 +153,13 @@ class Function(Model):
         if self.interp == "linear":
             return float(np.interp(time, t, value))
         return value[max(bisect_left(t, time) - 1, 0)]
+
+
+def _number(entry: float | str, unit: str | None = None) -> float:
+    """An entry in SI; of a `unit`, where that is given."""
+    if not isinstance(entry, str):
+        return entry
+    return in_si(entry)[0] if unit is None else quantity(entry, unit)
 
 
 Instruction = tuple[int, float]

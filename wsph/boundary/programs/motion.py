@@ -31,7 +31,7 @@ class Motion:
             return rate_of(self.of)
         if self.of.interp == "step":
             raise ValueError('a displacement cannot jump: give interp = "linear", or an expression')
-        t, value = np.array(self.of.t), np.array(self.of.value)
+        t, value = np.array(self.of.t), np.array(self.of.column)
         # A step table holds its first value before its first entry, and the value of an entry from just after it.
         times = (float(t[0]) - 1.0, *t.tolist())
         slopes = (0.0, *(np.diff(value) / np.diff(t)).tolist(), 0.0)

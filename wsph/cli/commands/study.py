@@ -25,11 +25,16 @@ def _declare(parser: argparse.ArgumentParser) -> None:
     again = parser.add_mutually_exclusive_group()
     again.add_argument("--resume", action="store_true", help="make only the rows that the folder does not have")
     again.add_argument("--overwrite", action="store_true", help="replace an earlier study in the folder")
-    again.add_argument("--dry-run", action="store_true", help="print what every row will take, and run nothing")
+    again.add_argument(
+        "--dry-run",
+        action="store_true",
+        help="print what every row will take, and run nothing; by the rows that the folder has",
+    )
 
 
 def _act(options: argparse.Namespace) -> int:
     # 1 where rows are lost.
+    from wsph.errors import OutputError
     from wsph.output.claim import Claim
     from wsph.study import files
     from wsph.study.forecast import in_words
@@ -41,11 +46,17 @@ def _act(options: argparse.Namespace) -> int:
     study, scene = load_study(options.study)
     beside, plan = options.study.parent, planned(study, scene)
     warnings.simplefilter("ignore")  # of energy that some of the rows create or lose: the table says it
+    folder, names = folder_of(options, *OUT), [row.name for row in plan]
     if options.dry_run:
-        print("\n".join(in_words(plan)))
+        there: dict[int, Made] = {}
+        if files.is_a_study(folder):
+            try:
+                there = files.known_rows(folder, facts(study, plan, beside), names)
+            except OutputError as error:
+                print(f"the rows in {folder} tell nothing: {str(error).partition(': ')[2].partition(': give')[0]}")
+        for line in in_words(plan, there):
+            print(line)
         return 0
-    folder = folder_of(options, *OUT)
-    names = [row.name for row in plan]
     with Claim(folder, options.overwrite, options.resume, files.STUDY) as claim:
         of = facts(study, plan, beside)
         made = files.known_rows(folder, of, names) if options.resume else {}

@@ -10,7 +10,9 @@ from wsph.cli.command import Command
 
 def _declare(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=Path, metavar="DIR")
-    parser.add_argument("--field", default="velocity", help="field to draw, e.g. stress_xx (default: velocity)")
+    parser.add_argument(
+        "--field", default="", help="field to draw, e.g. stress_xx (default: velocity, or the first that there is)"
+    )
     parser.add_argument(
         "--save", type=Path, metavar="FILE", help="a .png, .pdf or .svg of the last frame, a .gif or .mp4 of all"
     )

@@ -80,11 +80,21 @@ _kernels = cache(LatticeKernels)
 
 
 def boxes_of(host: Host) -> Boxes | None:
-    """The cells of a body that are alike, where their points see their corners and none has an answer of its own: what a
-    part does to it, or an initial stress that its total law is about."""
-    apart = any(part.acts and answers_apart(part, host) for part in host.parts.values())
-    apart |= host.stressed and host.constitutive.laws.total is not None
-    return host.geometry.boxes if host.corners and host.correction != "paper" and not apart else None
+    """The cells of a body that are alike, where their points see their corners and none has an answer of its own
+    (`listed_for`)."""
+    return None if listed_for(host) else host.geometry.boxes
+
+
+def listed_for(host: Host) -> str:
+    """What a body has lists of pairs for, in words; empty where it needs none, but for a layer of cells that differ."""
+    apart = [key for key, part in host.parts.items() if part.acts and answers_apart(part, host)]
+    boxes = host.geometry.boxes
+    reasons = {
+        "its points see more than their own corners": not host.corners or host.correction == "paper",
+        "its cells differ": boxes is None or len(boxes.corners) < LEAST * len(host.geometry.cell_volume),
+        " and ".join(apart): bool(apart),
+    }
+    return next((reason for reason, holds in reasons.items() if holds), "")
 
 
 @dataclass(frozen=True)
@@ -124,8 +134,8 @@ class Rows:
         body, dim, width = host.geometry, host.space.dim, width_of(device, host.space.precision)
         across, mixed = ACROSS if width == 1 else width, len(boxes.corners) < len(body.cell_volume)
         numbers = quantities(dim, is_stabilised(host))
-        # Other points write their derived fields in every evaluation.
-        shares = host.constitutive.laws.total is not None and not mixed
+        # Other points write their derived fields in every evaluation, and an initial stress is one of them.
+        shares = host.constitutive.laws.total is not None and not mixed and not host.stressed
         derived = len(body.cell_volume) * (dim**2 + host.constitutive.width) if shares else 0
         runs = runs_of(boxes, len(body.nodes), across, numbers, derived)
         made = cls(boxes, mixed, runs, width, across // width, numbers, 0)
@@ -272,8 +282,10 @@ class LatticeRates(BlockRates):
 def build(setup: Setup) -> OneSetSystem:
     """A body whose points have places of their own: by its lattice where all of its cells are alike, else by its pairs."""
     boxes = boxes_of(setup.host)
-    if boxes is None or len(boxes.corners) < LEAST * len(setup.geometry.cell_volume):
-        return OneSetSystem(setup, LagrangianRates)
+    if boxes is None:
+        listed = OneSetSystem(setup, LagrangianRates)
+        listed.listed = listed_for(setup.host)
+        return listed
     rows = Rows.of(setup.host, boxes, setup.device)
     system = OneSetSystem(setup, partial(LatticeRates, rows), rows.shared)
     system.regular = len(boxes.corners) / len(setup.geometry.cell_volume)

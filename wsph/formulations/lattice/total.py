@@ -6,6 +6,7 @@ import warp as wp
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
+from wsph.constitutive.initial import INITIAL, total_of
 from wsph.constitutive.laws import Laws
 from wsph.formulations.lattice.cell import cell_struct
 from wsph.formulations.lattice.lanes import (
@@ -13,6 +14,7 @@ from wsph.formulations.lattice.lanes import (
     block_of,
     capacity_of,
     corner_sums,
+    field_lanes,
     hand_over,
     lane,
     quantities,
@@ -27,8 +29,10 @@ def answer_kernel(space: Space, laws: Laws, layout: Layout, width: int, *, stabi
     block, gather = block_of(space.dim, width), corner_sums(space, width, stabilised)
     hand = hand_over(space, width, quantities(space.dim, stabilised))
     put_share = set_lane(space, width, space.dim**2 + space.dim)
-    rows_of = beside(space, laws, width)
-    law, (get, put), seen = rows_of.laws.total, rows_of.matrix, rows_of.widened
+    about, stresses, read = began(space, laws, layout, width)
+    by_row = beside(space, laws, width)
+    law = by_row.laws.total_about if about else by_row.laws.total
+    (get, put), seen, get_stress = by_row.matrix, by_row.widened, by_row.stress[0]
 
     @kernel(ranged=True, lanes=True)
     def answer(
@@ -39,9 +43,12 @@ def answer_kernel(space: Space, laws: Laws, layout: Layout, width: int, *, stabi
         fields: Fields,
         chunks_out: wp.array(dtype=real),
     ):
-        b, _i, at, rows, own = block(blocks, first + wp.tid())
+        b, i, at, rows, own = block(blocks, first + wp.tid())
         values = wp.zeros(shape=size, dtype=real)
         gather(blocks, b, at, rows, fields.displacement, values)
+        stress = wp.zeros(shape=stresses, dtype=real)
+        if wp.static(about):
+            read(fields.initial_stress, i, own, stress)
         gradient = seen(cell.gradient)
         force = seen(cell.force)
         restoring = seen(cell.share * cell.restoring)
@@ -49,8 +56,12 @@ def answer_kernel(space: Space, laws: Laws, layout: Layout, width: int, *, stabi
         e = int(0)
         while e < rows:
             H = get(values, e) * gradient
-            _cauchy, P = law(p, H)
-            A = P * force
+            if wp.static(about):
+                _cauchy, P = law(p, H, get_stress(stress, e))
+                A = P * force
+            else:
+                _cauchy, P = law(p, H)
+                A = P * force
             if wp.static(stabilised):
                 A = A - H * restoring
                 put_share(values, e, hold)
@@ -61,9 +72,17 @@ def answer_kernel(space: Space, laws: Laws, layout: Layout, width: int, *, stabi
     return answer
 
 
+def began(space: Space, laws: Laws, layout: Layout, width: int) -> tuple[bool, int, wp.Function]:
+    """Whether a total law is about an initial stress, how many numbers a block of rows has of that, one where there is none,
+    and how rows read it."""
+    about, numbers = INITIAL in layout, laws.stress._length_ * capacity_of(width)
+    return about, numbers if about else 1, field_lanes(space, width, laws.stress)[0]
+
+
 def telling_kernel(space: Space, laws: Laws, layout: Layout, width: int) -> wp.Kernel:
     """Kernel of the deformation and the stress."""
-    real, mat, Fields, Params, total = space.scalar, space.mat, fields_struct(space, layout), laws.Params, laws.total
+    real, mat, Fields, Params = space.scalar, space.mat, fields_struct(space, layout), laws.Params
+    total = total_of(space, laws, layout)
     Cell, size = cell_struct(space), space.dim**2 * capacity_of(width)
     block, gather, get = block_of(space.dim, width), corner_sums(space, width, False), lane(space, width, mat)[0]
 
@@ -81,7 +100,7 @@ def telling_kernel(space: Space, laws: Laws, layout: Layout, width: int) -> wp.K
         gather(blocks, b, at, rows, others.displacement, values)
         for e in range(own):
             H = get(values, e) * cell.gradient
-            s, _P = total(p, H)
+            s, _P = total(p, fields_out, H, i + e)
             fields_out.deformation[i + e] = H
             fields_out.stress[i + e] = s
 

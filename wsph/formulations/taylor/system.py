@@ -16,7 +16,7 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import host
-from wsph.backend.space import Array, Space
+from wsph.backend.space import Array
 from wsph.backend.state import Layout, State
 from wsph.boundary.collocated import face_conditions
 from wsph.boundary.conditions import Conditions
@@ -41,7 +41,8 @@ from wsph.parts.body_force import BodyForce
 from wsph.parts.body_force_work import MiddleWork
 from wsph.plugins.blame import blame
 from wsph.sph.averages import Averages, average, outward_weights, ranges, visible
-from wsph.sph.pairs import Pairs, find_pairs
+from wsph.sph.pairs import Pairs, find_pairs_once
+from wsph.sph.second_order import between
 from wsph.sph.weights import Weights, gradient_weights, interpolation_weights
 
 JITTERED = 1.8
@@ -68,6 +69,7 @@ class TwoSetSystem(System):
     _faces               # what is prescribed at the real particles: `wsph.formulations.taylor.faces`
     """
 
+    listed = "weights between its two sets differ at faces"
     widenings = 2
     """Times that the support of a target may grow by half where it spans too few directions (a corner) and `_spanning` asks
     for all."""
@@ -205,7 +207,7 @@ class TwoSetSystem(System):
         reach = np.full(len(targets), self._support)
 
         def seen() -> Pairs:
-            return visible(find_pairs(targets, sources, reach, self.device), self.lattice, *off_cracks)
+            return visible(find_pairs_once(targets, sources, reach, self.device), self.lattice, *off_cracks)
 
         pairs = seen()
         gradient = gradient_weights(self.space, pairs, targets, sources, volume, smoothing)
@@ -440,9 +442,4 @@ class TwoSetSystem(System):
     def _between(self, points: np.ndarray, name: str) -> Averages:
         """The virtual particles' field (real averaged to virtual) is interpolated, because an odd-even field at the real
         particles is invisible to the virtual ones."""
-        cells = self.lattice.index[self.lattice.corners].mean(1)
-        points = self.lattice.frame.coordinates(points)
-        # Two virtual particles along every axis even next to a face: 1.5 spacings and a little.
-        pairs = visible(find_pairs(points, cells, max(self._support, 1.6), "cpu"), self.lattice, points, cells)
-        between = interpolation_weights(Space(self.space.dim), pairs, points, cells, self.lattice.cell_volume)
-        return Averages.of(between).through(Averages.of(self.to_virtual[0]))
+        return between(self.lattice, points, at_nodes=False).through(Averages.of(self.to_virtual[0]))

@@ -23,6 +23,8 @@ from wsph.protocols import Entry
 class UpdatedSystem(OneSetSystem):
     """A body in the current configuration, as integrators see it. Walls that are driven have their places in its state."""
 
+    listed = "its pairs follow the motion"
+
     def __init__(self, setup: Setup):
         super().__init__(setup, UpdatedRates)
         self._refuse_accelerated(setup)

@@ -20,6 +20,9 @@ OFF = 1e-3
 SAME = 1e-6
 """Distance, in spacings, below which surfaces lie in each other."""
 
+MOST = 4e6
+"""Samples of an outline, at most, where it is no more than looked at."""
+
 SAMPLES = 20
 """Samples along a patch, at least."""
 
@@ -86,6 +89,14 @@ def on_surface(shape: Shape, points: np.ndarray, normals: np.ndarray, off: float
     inside = shape.holds(points - off * normals)
     inside[inside] = ~shape.holds(points[inside] + off * normals[inside])
     return inside
+
+
+def too_fine(shape: Shape, spacing: float) -> bool:
+    """Whether an outline of a shape would have more than `MOST` samples: of a patch that is far larger than the body."""
+    low, high = shape.bounds()
+    far = 1e3 * float((high - low).max())
+    area = sum(float(patch.surface.samples(far)[1].sum()) for patch in shape.patches())
+    return area > MOST * (0.5 * spacing) ** (shape.dim - 1)
 
 
 def outline(shape: Shape, spacing: float) -> Outline:

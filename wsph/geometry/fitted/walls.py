@@ -19,6 +19,9 @@ OPPOSITE = -0.95
 TOUCH = 0.1
 """Thickness in spacings below which a wall is none: its surfaces touch, or meet at a sharp angle."""
 
+SURE = 0.9
+"""Part of the thinnest wall that samples have found that there is surely: round walls are thinner between samples."""
+
 STEP = 0.5
 """Steps in spacings in which the other side is looked for."""
 
@@ -73,8 +76,14 @@ def _thinnest(body: Outline, plan: Plan, patch: int) -> tuple[float, str] | None
         )
     return float(rows_there), (
         f"the wall at {where}, between {one} and {two}, is {high[row]:.3g} m thick, {rows_there:.2g} spacings, and a fitted "
-        f"surface needs {needed[row]:g}: a spacing of at most {high[row] / needed[row]:.3g} m"
+        f"surface needs {needed[row]:g}: a spacing of {_rounded_down(SURE * high[row] / ROWS)} m does for all walls"
     )
+
+
+def _rounded_down(length: float) -> str:
+    """Three digits of a length, none of them rounded up: what a message suggests has to do."""
+    unit = 10.0 ** (np.floor(np.log10(length)) - 2.0)
+    return f"{np.floor(length / unit * (1.0 + 1e-9)) * unit:.3g}"
 
 
 def _thinned(body: Outline, patch: int) -> tuple[np.ndarray, np.ndarray]:

@@ -45,6 +45,10 @@ class Combined(BaseShape):
     def dim(self) -> int:
         return self.shapes[0].dim
 
+    @property
+    def unscaled(self) -> bool:
+        return any(shape.unscaled for shape in self.shapes)
+
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         corners = np.concatenate([s.corners() for s in (self.shapes if self.type == "union" else self.shapes[:1])])
         return corners.min(0), corners.max(0)

@@ -6,6 +6,8 @@ and slanted sides are met in steps of a cell. `rotate` turns a shape, and the la
 
 # pyright: strict
 
+import math
+import re
 from itertools import product
 from typing import Annotated, Protocol, get_args
 
@@ -28,6 +30,12 @@ MOST_DEGREES = 3600.0
 
 
 def _degrees(value: object) -> float:
+    if isinstance(value, str):
+        turn = re.fullmatch(r"\s*([-+.\deE]+?)\s*(°|deg|degrees?|rad)\s*", value)
+        if not turn:
+            raise ValueError(f"{value!r} is a string; an angle is a plain number, in degrees")
+        degrees = quantity(f"{turn[1]} rad", "") * (math.degrees(1.0) if turn[2] == "rad" else 1.0)
+        raise ValueError(f"{value!r} is a string; an angle is a plain number, in degrees: write {degrees:.12g}")
     degrees = quantity(value, "")
     if abs(degrees) > MOST_DEGREES:
         raise ValueError(f"{value!r} is beyond {MOST_DEGREES:g} degrees: whole turns change nothing")
@@ -136,6 +144,11 @@ class BaseShape(Model):
     def patches(self) -> tuple[Patch, ...]:
         """The patches of its surface before rotation, under the name of the shape if it has one."""
         return tuple(p.within(self.name) for p in self.surfaces()) if self.name is not None else self.surfaces()
+
+    @property
+    def unscaled(self) -> bool:
+        """Whether lengths are those of a file, in metres because no `scale` says otherwise."""
+        return False
 
     @property
     def axes(self) -> np.ndarray:

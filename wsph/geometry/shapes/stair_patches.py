@@ -23,6 +23,11 @@ class StairPatches(Mapping[str, np.ndarray]):
         self._shape, self._spacing = shape, spacing
         self._middles, self._normals = middles, normals
 
+    @property
+    def shape(self) -> Shape:
+        """The shape whose patches they are."""
+        return self._shape
+
     def along(self, axes: np.ndarray) -> bool:
         """Whether the axes of a grid, columns (dim, dim), are those of the shape."""
         turn = np.abs(self._shape.axes.T @ axes)

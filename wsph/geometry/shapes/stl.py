@@ -46,6 +46,10 @@ class Stl(BaseShape):
     def dim(self) -> int:
         return 3
 
+    @property
+    def unscaled(self) -> bool:
+        return "scale" not in self.model_fields_set
+
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         vertices = self.triangulation.vertices
         return vertices.min(0), vertices.max(0)

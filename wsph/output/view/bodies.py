@@ -24,6 +24,9 @@ SHOWN = "shown"
 SHARP = 40.0
 """Edges between surfaces at this angle, and ends of surfaces, are drawn [degrees]."""
 
+LEVEL = 1e-6
+"""Of a body's size: what is as near to a plane lies in it."""
+
 SAMPLE = 300
 """Particles whose nearest neighbours say how large particles are drawn."""
 
@@ -87,6 +90,32 @@ def _cut(mesh: Any, look: Look, points: bool) -> Any:
     return mesh
 
 
+def edges(surface: "PolyData", look: Look, flat: bool) -> "PolyData":
+    """The lines that are drawn of a surface: its ends, and, where it is not flat, its sharp edges."""
+    return _uncut(surface, look).extract_feature_edges(
+        SHARP, boundary_edges=True, feature_edges=not flat, manifold_edges=False, non_manifold_edges=False
+    )
+
+
+def _uncut(surface: Any, look: Look) -> Any:
+    """A surface without what a clip has laid open, whose rim is then an end. Slivers of cells in there, which nodes beside
+    the plane leave, have normals of any direction: edges between them are no edges of the body."""
+    if look.clip is None:
+        return surface
+    axis = look.clip.axis
+    low, high = surface.bounds[2 * axis : 2 * axis + 2]
+    at = low if look.clip.above else high
+    there = np.abs(np.asarray(surface.points)[:, axis] - at) <= LEVEL * (high - low)
+    corners = np.asarray(surface.GetPolys().GetConnectivityArray())
+    first = np.asarray(surface.GetPolys().GetOffsetsArray())
+    left = ~np.logical_and.reduceat(there[corners], first[:-1])
+    return (
+        surface.extract_cells(np.flatnonzero(left)).extract_surface(algorithm="dataset_surface")
+        if left.any()
+        else surface
+    )
+
+
 def _spacings(points: np.ndarray) -> np.ndarray:
     """The typical distance of a particle from its nearest neighbours along each axis, (3,) [m]; zero where all are level."""
     some = np.linspace(0, len(points) - 1, min(SAMPLE, len(points))).astype(int)
@@ -128,9 +157,7 @@ def paint(plotter: "Plotter", bodies: Drawn, look: Look, limits: tuple[float, fl
     }
     if bodies.surface is not None and bodies.surface.n_points:
         plotter.add_mesh(bodies.surface, show_edges=look.mesh, edge_color="dimgray", **shared)
-        lines = bodies.surface.extract_feature_edges(
-            SHARP, boundary_edges=True, feature_edges=not flat, manifold_edges=False, non_manifold_edges=False
-        )
+        lines = edges(bodies.surface, look, flat)
         if lines.n_points:
             plotter.add_mesh(lines, color="black", line_width=1.5, lighting=False)
     if bodies.points is not None and bodies.points.n_points:

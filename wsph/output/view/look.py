@@ -51,11 +51,11 @@ class Plane:
 
 @dataclass(frozen=True)
 class Look:
-    """The field of a picture and how it is shown: one `body`, displacements times `warp`, a `camera` by name, a `slice` or a
-    `clip`, values from and to (SI) in `limits`, `smooth`: as recovered at nodes, `mesh`: with the edges of the cells;
-    what is damaged beyond `broken` is left out."""
+    """The field of a picture, "" for the velocity or the first that there is, and how it is shown: one `body`,
+    displacements times `warp`, a `camera` by name, a `slice` or a `clip`, values from and to (SI) in `limits`, `smooth`:
+    as recovered at nodes, `mesh`: with the edges of the cells; what is damaged beyond `broken` is left out."""
 
-    field: str = "velocity"
+    field: str = ""
     body: str | None = None
     warp: float | None = None
     camera: str | None = None

@@ -5,6 +5,8 @@
 
 import importlib
 import sys
+from functools import partial
+from io import BytesIO
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -38,11 +40,19 @@ def matplotlib() -> ModuleType:
 
 
 def figure(width: float, height: float) -> "Figure":
-    """A figure of that size [inches] that belongs to no window."""
+    """A figure of that size [inches] that belongs to no window; a notebook shows it where it is the value of a cell."""
     mpl: Any = matplotlib()
     made = mpl.figure.Figure(figsize=(width, height), dpi=DPI)
     mpl.backends.backend_agg.FigureCanvasAgg(made)
+    # What pyplot would register for its own figures.
+    made._repr_png_ = partial(_png, made)
     return made
+
+
+def _png(made: Any) -> bytes:
+    file = BytesIO()
+    made.savefig(file, format="png")
+    return file.getvalue()
 
 
 def ticks(most: int) -> "MaxNLocator":

@@ -155,11 +155,16 @@ def _edges(axes: Any, window: Window, frame: Frame, factor: float, unit: str) ->
         ends[:, axis] = window.low[axis], window.high[axis]
         if window.high[axis] > window.low[axis]:
             middle = window.onto(0.5 * (window.low + window.high)[None])[0]
-            low, high = ends[:, axis] * factor
+            low, high = _zeroed(ends[:, axis]) * factor
             label = titled(AXES[axis], unit)
             if not _edge(axes, window.onto(ends) * factor, (low, high), middle * factor, inch, label):
                 said.append(f"{AXES[axis]} from {low:.4g} to {high:.4g} {unit}")
     return said
+
+
+def _zeroed(ends: np.ndarray) -> np.ndarray:
+    """Ends of an axis, of which one is zero where it is but the rounding of a cut."""
+    return np.where(np.abs(ends) > NOTHING * np.abs(ends).max(), ends, 0.0)
 
 
 def _edge(

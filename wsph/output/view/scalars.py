@@ -2,6 +2,7 @@
 
 # pyright: strict
 
+import difflib
 import re
 from dataclasses import dataclass
 
@@ -32,11 +33,13 @@ class Scalar:
 
 def scalar(shot: Shot, name: str, smooth: bool = False) -> Scalar:
     """The scalar of a field: of cells as computed where there is such, unless it is to be `smooth`; otherwise of points. A
-    vector stands by its length and a stress by von Mises', in one dimension both by their component. Raises OutputError for
-    a field that the frame does not have."""
+    vector stands by its length and a stress by von Mises', in one dimension both by their component. Without a `name` it is
+    the velocity, or the first field that the frame has. Raises OutputError for a field that it does not have."""
     points = {key: np.asarray(shot.grid.point_data[key]) for key in shot.grid.point_data}
     cells = {} if smooth else {key: np.asarray(shot.grid.cell_data[key]) for key in shot.grid.cell_data}
     ids = ("id", "body")
+    there = [key for key in (*points, *cells) if key not in ids]
+    name = name or next((key for key in ("velocity", *there) if key in there), "velocity")
     for data, inside in (({k: v for k, v in cells.items() if k not in ids}, True), (points, False)):
         found = _component(data, name)
         if found is not None:
@@ -44,8 +47,12 @@ def scalar(shot: Shot, name: str, smooth: bool = False) -> Scalar:
             base = primitive(label.strip("|"))
             unit = shot.units.get(label) or shot.units.get(base) or shot.units.get(name) or UNITS.get(base, "")
             return Scalar(label, unit, values.astype(float), inside)
-    known = ", ".join(key for key in points if key not in ids)
-    raise OutputError(f"no field {name!r} in the frame; there is {known}")
+    known = list(dict.fromkeys(there))
+    near = difflib.get_close_matches(name, known, 1)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    raise OutputError(
+        f"no field {name!r} in the frame{hint}; there is {', '.join(known)}, and output.fields adds others"
+    )
 
 
 def _component(data: dict[str, np.ndarray], name: str) -> tuple[str, np.ndarray] | None:

@@ -3,7 +3,6 @@
 # pyright: strict
 # pyright: reportUnknownArgumentType=false
 
-import warnings
 from dataclasses import dataclass
 from typing import cast
 
@@ -13,6 +12,7 @@ from wsph.backend.space import Space
 from wsph.constitutive.constitutive import Constitutive
 from wsph.constitutive.moduli import warn_of_lost_digits
 from wsph.constitutive.sampling import fault_of_law, law_named
+from wsph.doubts import doubt
 from wsph.errors import PluginError, Refused
 from wsph.expressions import Expression
 from wsph.formulations.reading import DENSITY, Reading
@@ -108,12 +108,12 @@ def standing(setting: Setting, bare: BareBody, space: Space, time_step: TimeStep
     )
     for part in setup.host.parts.values():
         if warning := part.warning(setup.host):
-            warnings.warn(warning, RuntimeWarning, stacklevel=6)
+            doubt(warning, stacklevel=6)
     with law_named(bare.material, bare.who):
         system = cast(System, method.formulation.build(setup))
-    told = (f"body {body.name!r}: {doubt}" for doubt in doubts(bare.geometry))
+    told = (f"body {body.name!r}: {each}" for each in doubts(bare.geometry))
     for warning in (*told, *system.warnings):
-        warnings.warn(warning, RuntimeWarning, stacklevel=6)
+        doubt(warning, stacklevel=6)
     _start(scene, body, system)
     system.sections = cut(system, [each for each in enumerate(scene.sections) if each[1].body == body.name])
     return Standing(bare, constitutive, system)

@@ -4,7 +4,7 @@
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import warp as wp
 
@@ -135,6 +135,8 @@ class Composition:
     program: Program
     integrator: str
     """Name and distribution of the integrator."""
+    said: list[str] = field(default_factory=list[str])
+    """What was warned of while it was composed."""
 
     @property
     def between(self) -> tuple[Interaction | Coupling, ...]:

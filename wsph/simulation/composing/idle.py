@@ -9,6 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
+from wsph.boundary.loads.rows import FORCE
 from wsph.boundary.programs.functions import Function
 from wsph.boundary.programs.motion import UNITS
 from wsph.boundary.programs.prescribed import nonzero
@@ -43,14 +44,14 @@ def _acts(scene: Scene) -> bool:
 
 def _moves(scene: Scene, condition: Boundary) -> bool:
     tables = [(getattr(condition, key), unit) for key, unit in UNITS.items()]
-    tables += [(condition.stress, "Pa"), (condition.traction, "Pa")]
+    tables += [(condition.stress, "Pa"), (condition.traction, "Pa"), (condition.force, FORCE[scene.dim])]
     tables += [({"": condition.normal}, "m/s")] if condition.normal is not None else []
     return "pressure" in condition.acting or any(
         nonzero(scene.value(value, unit)) for table, unit in tables for value in table.values()
     )
 
 
-MOST_FRAMES = 20_000
+MOST_FRAMES = 3_000
 """Frames of a run that nobody looks at."""
 
 
@@ -96,14 +97,28 @@ def _tables(scene: Scene) -> Iterator[str]:
         if name not in named:
             yield f'functions.{name}: nothing names it: write it where its value belongs, as in traction = {{ y = "{name}" }}'
             continue
-        if function.t is None or function.axis or len(set(function.column)) < 2:
+        if function.t is None or len(function.t) < 2:
             continue
-        if function.t[-1] > scene.end and function.at(scene.end) == function.at(0.0):
-            begins = next(t for t, value in zip(function.t, function.column, strict=True) if value != function.at(0.0))
+        if not function.axis and len(set(function.column)) < 2:
+            continue
+        yield from (f"functions.{name}: {said}" for said in _late(function, function.t, scene.end))
+
+
+def _late(function: Function, t: tuple[float, ...], end: float) -> Iterator[str]:
+    """What of a table with entries at `t` [s] begins to act after the `end` [s] alone."""
+    if function.axis or (t[-1] > end and function.at(end) != function.at(0.0)):
+        if t[1] > end:
+            reached = "" if function.axis else f", where it is {function.at(end):.3g} of {function.column[1]:g}"
             yield (
-                f"functions.{name}: is {function.at(0.0):g} to the end of the run at {scene.end:g} s: its table changes towards"
-                f' {begins:g} s alone; is t in ms (write "{begins:g} ms"), or run.end too short?'
+                f"its table begins to act after the end of the run at {end:g} s{reached}: its next entry is at {t[1]:g} s; is t in ms"
+                f' (write "{t[1]:g} ms"), or run.end too short?'
             )
+    elif t[-1] > end:
+        begins = next(t for t, value in zip(t, function.column, strict=True) if value != function.at(0.0))
+        yield (
+            f"is {function.at(0.0):g} to the end of the run at {end:g} s: its table changes towards {begins:g} s alone; is t in ms"
+            f' (write "{begins:g} ms"), or run.end too short?'
+        )
 
 
 def _chosen(condition: Boundary) -> tuple[str, str | None, str | None, str | None]:
@@ -113,13 +128,13 @@ def _chosen(condition: Boundary) -> tuple[str, str | None, str | None, str | Non
 def _held_loads(scene: Scene) -> Iterator[str]:
     """Loads on particles that another entry holds, by the same selection."""
     for k, condition in enumerate(scene.boundary):
-        for axis in condition.traction:
+        for load, axis in ((key, axis) for key in ("traction", "force") for axis in getattr(condition, key)):
             for j, other in enumerate(scene.boundary):
                 holds = axis in (*other.fixed, other.symmetry, *(a for key in UNITS for a in getattr(other, key)))
                 meets = not (condition.steps and other.steps) or bool({*condition.steps} & {*other.steps})
                 if holds and meets and _chosen(condition) == _chosen(other):
                     yield (
-                        f"boundary.{k}.traction.{axis}: pulls at particles that boundary.{j} holds or moves along {axis}: it changes"
+                        f"boundary.{k}.{load}.{axis}: pulls at particles that boundary.{j} holds or moves along {axis}: it changes"
                         " nothing there; load another face, or leave one of both out"
                     )
 

@@ -10,11 +10,15 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from wsph.boundary.conditions import selected_conditions
+from wsph.boundary.loads.rows import FORCE
 from wsph.boundary.programs.functions import Function
 from wsph.boundary.programs.motion import UNITS
 from wsph.expressions import Expression
+from wsph.geometry.shapes.stl import Stl
 from wsph.plugins.declared import strengths
 from wsph.quantities import Value
+from wsph.scene.messages import LARGE, size_in_words
 from wsph.scene.scene import Scene
 from wsph.simulation.composing.composition import BodyRun
 
@@ -36,7 +40,7 @@ PULLED = 2.0
 PULL = 1000.0
 """A gravity [m/s2] that few bodies meet, and that of the earth in mm/s2 has."""
 
-FEW, MANY = 3, 20_000_000
+FEW, MANY = 3, 3_000_000
 """Steps of a run that is hardly one, and of a run that does not end."""
 
 TIMES, PLACES = 101, 16
@@ -46,6 +50,7 @@ TIMES, PLACES = 101, 16
 def slips(scene: Scene, bodies: Sequence[BodyRun], dt: float, steps: int) -> Iterator[str]:
     """What is unlikely in a scene whose steps are of `dt` [s]."""
     for k, run in enumerate(bodies):
+        yield from _of_size(run, f"bodies.{k}")
         yield from _of_matter(run, f"bodies.{k}.material")
         yield from _of_start(run, f"bodies.{k}.velocity")
     for axis, value in scene.gravity.items():
@@ -62,7 +67,11 @@ def slips(scene: Scene, bodies: Sequence[BodyRun], dt: float, steps: int) -> Ite
             for component, value in table.items():
                 most = _largest(scene, run, value, "Pa")
                 yield from _too_much(run, most, f"boundary.{k}.{key}.{component}".removesuffix("."))
+    for run in bodies:
+        yield from _of_forces(scene, run)
     for k, tool in enumerate(scene.tools):
+        if isinstance(tool.shape, Stl) and tool.shape.unscaled:
+            yield from _unscaled(f"tools.{k}.shape", tool.name, np.ptp(tool.shape.bounds(), axis=0))
         given = tool.velocity
         prescribed: list[Value] = list(given.values() if isinstance(given, dict) else given)
         touched = [by_name[name] for name in tool.against if name in by_name]
@@ -71,6 +80,30 @@ def slips(scene: Scene, bodies: Sequence[BodyRun], dt: float, steps: int) -> Ite
             most = max(sizes, default=0.0)
             yield from _too_fast(run, most, f"tools.{k}.velocity", "m/s")
     yield from _of_time(scene, bodies, dt, steps)
+
+
+def _of_forces(scene: Scene, run: BodyRun) -> Iterator[str]:
+    """Total forces on a body, over the areas that they act on."""
+    if not any(each.force for each in scene.boundary if each.body == run.body.name):
+        return
+    geometry, position = run.system.geometry, run.system.position
+    faces = geometry.sides
+    on = faces.nodes if len(position) == len(geometry.nodes) else faces.cell[:, None]
+    for k, condition, _, rows in selected_conditions(scene, run.body.name, faces, geometry.spacing, position, on):
+        for axis, value in condition.force.items():
+            most = _largest(scene, run, value, FORCE[scene.dim]) / float(faces.area[rows].sum())
+            yield from _too_much(run, most, f"boundary.{k}.force.{axis}, over its faces")
+
+
+def _of_size(run: BodyRun, key: str) -> Iterator[str]:
+    if table := run.body.unscaled:
+        yield from _unscaled(f"{key}.{table}", run.body.name, np.ptp(run.system.position, axis=0))
+
+
+def _unscaled(key: str, name: str, sides: np.ndarray) -> Iterator[str]:
+    """What is unlikely about the `sides` [m] of what comes from a file without a scale."""
+    if sides.max() > LARGE:
+        yield f"{key}: {size_in_words(name, sides.tolist(), unscaled=True)}"
 
 
 def _of_matter(run: BodyRun, key: str) -> Iterator[str]:

@@ -2,7 +2,6 @@
 
 # pyright: strict
 
-import warnings
 from collections.abc import Sequence
 from functools import partial
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from wsph.constitutive.sampling import law_named
 from wsph.contact.between import Coupling
+from wsph.doubts import doubt
 from wsph.errors import Refused
 from wsph.plugins import integrators
 from wsph.plugins.blame import blame
@@ -123,11 +123,10 @@ def _warn(runs: Sequence[BodyRun]) -> None:
     """Warn of steps that are stable, and too long to keep energy where contacts open and close inside of them."""
     for run in runs:
         if run.stability.swing is not None and run.limit and keeping_energy(run) < run.courant <= run.limit:
-            warnings.warn(
+            doubt(
                 f"body {run.body.name!r}: Courant number {run.courant:.6g} is below its limit {run.limit:.3f}, but contacts that"
                 f" open and close inside of steps beyond {keeping_energy(run):.4g} make energy: use run.cfl <= that, or a"
                 " smaller stiffness",
-                RuntimeWarning,
                 stacklevel=5,
             )
             return

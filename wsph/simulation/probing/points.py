@@ -125,13 +125,24 @@ def _holds(run: Probed, points: np.ndarray) -> bool:
     """Whether all of the points (n, dim) [m] lie in a body."""
     geometry = run.system.geometry
     shape = run.body.shape
-    inside = geometry.holds(points) if geometry.mapped or shape is None else shape.contains(points)
+    if geometry.mapped or shape is None:
+        return bool(geometry.holds(points).all())
+    # Steps of a cell reach beyond the shape, and a face of triangles may leave out what lies on it.
+    inside = shape.contains(points)
+    inside[~inside] = geometry.holds(points[~inside])
     return bool(inside.all())
 
 
 def _extent(run: Probed) -> str:
-    nodes = run.system.geometry.nodes
-    return f"{run.body.name!r} reaches from {rounded(nodes.min(0))} to {rounded(nodes.max(0))} m"
+    nodes, shape = run.system.geometry.nodes, run.body.shape
+    said = f"{run.body.name!r} reaches from {rounded(nodes.min(0))} to {rounded(nodes.max(0))} m"
+    corners = nodes if shape is None or run.system.geometry.mapped else shape.corners()
+    ends = [rounded(corners.min(0)), rounded(corners.max(0))]
+    if np.allclose(
+        [corners.min(0), corners.max(0)], [nodes.min(0), nodes.max(0)], rtol=1e-6, atol=1e-6 * np.ptp(nodes)
+    ):
+        return said
+    return f"{said} with its cells, and its shape from {ends[0]} to {ends[1]} m"
 
 
 def _at(points: np.ndarray, key: str, bodies: Sequence[Probed]) -> tuple[Probed, Places]:

@@ -111,12 +111,18 @@ class Records:
 
     def row(self, step: int, account: Account) -> None:
         """Append a row of the history; at most one a step."""
-        if self._rows and self._rows[-1][0] == step:
-            return
+        if not self._rows or self._rows[-1][0] != step:
+            self._rows.append(self._row(step, account))
+
+    def numbers(self, step: int, account: Account) -> dict[str, float]:
+        """What a row of the history would hold, by column."""
+        return dict(zip(self._names, self._row(step, account), strict=True))
+
+    def _row(self, step: int, account: Account) -> list[float]:
         energies = [value * self._energy for value in account.energies.values()]
         momentum = account.momentum * self._impulse
         times = [step, self._timeline.time(step), self._timeline.dt]
-        self._rows.append([*times, *energies, *momentum, *self._numbers.values()])
+        return [*times, *energies, *momentum, *self._numbers.values()]
 
     def frame(self, step: int) -> None:
         """Write a frame of the state, which is that after `step`, where there is a format for it."""

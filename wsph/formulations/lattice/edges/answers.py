@@ -20,17 +20,20 @@ from wsph.formulations.lattice.edges.grid import grid_struct
 from wsph.formulations.lattice.edges.lanes import averages, flat_lanes
 from wsph.formulations.lattice.lanes import beside, block_of, capacity_of, field_lanes, lane, set_lane
 from wsph.formulations.lattice.strain import acting_stress
+from wsph.formulations.lattice.total import began
 from wsph.parts.fading import faded
 
 
 @cache
-def answer_kernel(space: Space, laws: Laws, width: int) -> wp.Kernel:
+def answer_kernel(space: Space, laws: Laws, layout: Layout, width: int) -> wp.Kernel:
     """Columns of the first Piola stress of a total law, from those of the gradient."""
-    real, Grid, Params, numbers = space.scalar, grid_struct(space), laws.Params, space.dim**2
+    real, Grid, Params, Fields = space.scalar, grid_struct(space), laws.Params, fields_struct(space, layout)
     block, average = block_of(space.dim, width), averages(space, width)
-    size, write = numbers * capacity_of(width), flat_lanes(space, width, numbers)[1]
+    size, write = space.dim**2 * capacity_of(width), flat_lanes(space, width, space.dim**2)[1]
+    about, stresses, read = began(space, laws, layout, width)
     by_row = beside(space, laws, width)
-    law, (get, put), seen = by_row.laws.total, by_row.matrix, by_row.widened
+    law = by_row.laws.total_about if about else by_row.laws.total
+    (get, put), seen, get_stress = by_row.matrix, by_row.widened, by_row.stress[0]
 
     @kernel(ranged=True, lanes=True)
     def answer(
@@ -39,55 +42,29 @@ def answer_kernel(space: Space, laws: Laws, width: int) -> wp.Kernel:
         grid: Grid,
         blocks: wp.array(dtype=wp.int32),
         columns: wp.array(dtype=real),
+        fields: Fields,
         nominal_out: wp.array(dtype=real),
     ):
         b, i, at, rows, own = block(blocks, first + wp.tid())
         values = wp.zeros(shape=size, dtype=real)
         average(blocks, b, at, rows, columns, grid.stride, values)
+        stress = wp.zeros(shape=stresses, dtype=real)
+        if wp.static(about):
+            read(fields.initial_stress, i, rows, stress)
         back = seen(grid.back)
         axes = seen(grid.axes)
         e = int(0)
         while e < rows:
-            _cauchy, P = law(p, get(values, e) * back)
-            put(values, e, P * axes)
+            if wp.static(about):
+                _cauchy, P = law(p, get(values, e) * back, get_stress(stress, e))
+                put(values, e, P * axes)
+            else:
+                _cauchy, P = law(p, get(values, e) * back)
+                put(values, e, P * axes)
             e += 1
         write(values, i, own, grid.stride, nominal_out)
 
     return answer
-
-
-@cache
-def about_kernel(space: Space, laws: Laws, width: int) -> wp.Kernel:
-    """The same of a total law about an initial stress."""
-    real, mat, Grid, Params, numbers = space.scalar, space.mat, grid_struct(space), laws.Params, space.dim**2
-    block, average, law = block_of(space.dim, width), averages(space, width), laws.total_about
-    size, write = numbers * capacity_of(width), flat_lanes(space, width, numbers)[1]
-    stresses, (get, put) = laws.stress._length_ * capacity_of(width), lane(space, width, mat)
-    read, get_stress = field_lanes(space, width, laws.stress)[0], lane(space, width, laws.stress)[0]
-
-    @kernel(ranged=True, lanes=True)
-    def answer_about(
-        first: int,
-        p: Params,
-        grid: Grid,
-        blocks: wp.array(dtype=wp.int32),
-        columns: wp.array(dtype=real),
-        initial: wp.array(dtype=laws.stress),
-        nominal_out: wp.array(dtype=real),
-    ):
-        b, i, at, rows, own = block(blocks, first + wp.tid())
-        values = wp.zeros(shape=size, dtype=real)
-        stress = wp.zeros(shape=stresses, dtype=real)
-        average(blocks, b, at, rows, columns, grid.stride, values)
-        read(initial, i, rows, stress)
-        e = int(0)
-        while e < rows:
-            _cauchy, P = law(p, get(values, e) * grid.back, get_stress(stress, e))
-            put(values, e, P * grid.axes)
-            e += 1
-        write(values, i, own, grid.stride, nominal_out)
-
-    return answer_about
 
 
 @cache

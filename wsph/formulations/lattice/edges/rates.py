@@ -14,7 +14,6 @@ from wsph.backend.arrays import Arrays
 from wsph.backend.reduce import total
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
-from wsph.constitutive.initial import INITIAL
 from wsph.formulations.lagrangian.edges import edge_reference
 from wsph.formulations.lagrangian.rates import LagrangianRates
 from wsph.formulations.lattice.block_rates import BlockRates, answers_apart
@@ -91,6 +90,7 @@ class EdgeRates(BlockRates):
         """The rows, and what loops pass on.
 
         _tables   # rows and runs of blocks, flat (`wsph.formulations.lattice.runs`, `.edges.blocks`), with their columns
+        grid      # what rows have in common (`wsph.formulations.lattice.edges.grid`)
         _columns, _nominal, _passed  # gradients, answers, and what forces take, dim dim numbers a row
         _weights, _means  # of blocks, a number a row
         _averaged         # gradients once more averaged, where means are found of them: they stand where nothing else is yet
@@ -122,7 +122,7 @@ class EdgeRates(BlockRates):
         left = _view(buffer, space, at + blocks * stride, stride) if self.form.fades >= 0 else self._columns
         own = arrays.of("volume", self._placement.volume, space.scalar), left
         steps = rows.boxes.steps(host.scales.length)
-        self._grid = grid_of(space, steps, rows.boxes.axes, made.stabilisation, stride, own)
+        self.grid = grid_of(space, steps, rows.boxes.axes, made.stabilisation, stride, own)
         self.holding: Array = arrays.zeros("holding", made.placement.count if self.form.holds else 1, space.vec)
 
     def own_parts(self, state: State, arrays: Arrays) -> dict[str, Attached]:
@@ -132,7 +132,7 @@ class EdgeRates(BlockRates):
             return {}
         fade, count = fade_kernel(self._space, self._layout, flow[0]), (self._counts[0], self._placement.count)
         part, rows = arrays.part("fading"), self._tables[0][0]
-        return {"fading": RowFading(fade, flow, self._grid, rows, count, state, self._clock, part)}
+        return {"fading": RowFading(fade, flow, self.grid, rows, count, state, self._clock, part)}
 
     @property
     def pairs(self) -> int:
@@ -163,7 +163,7 @@ class EdgeRates(BlockRates):
         stages = self._answers(state)
         if self.form.total:
             means = [self._means, self._weights] if self.form.blocks else []
-            inputs = [self._constitutive.params, self._grid], [self._columns, *means]
+            inputs = [self._constitutive.params, self.grid], [self._columns, *means]
             stages[-1] = Stage(self.kernels.tell, *inputs, [state.struct])
         self._run(stages, [[(0, self._counts[stage.means]) for stage in stages]])
         if state.derived is not None:
@@ -179,11 +179,11 @@ class EdgeRates(BlockRates):
 
     def _gradient(self, field: Array, out: Array) -> Stage:
         """Columns of the gradient of a field."""
-        return Stage(self.kernels.gradient, [self._grid], [field], [out])
+        return Stage(self.kernels.gradient, [self.grid], [field], [out])
 
     def _answers(self, state: State) -> list[Stage]:
         """From the displacements of a state to what its nodes answer, by columns."""
-        grid, made, law, fields = self._grid, self.kernels, self._constitutive.params, state.struct
+        grid, made, law, fields = self.grid, self.kernels, self._constitutive.params, state.struct
         columns, weights, means, nominal = self._columns, self._weights, self._means, self._nominal
         gradient = self._gradient(cast(Fields, fields).displacement, columns)
         if self.form.total and self.form.blocks:
@@ -198,9 +198,8 @@ class EdgeRates(BlockRates):
                 Stage(made.close, [grid], [averaged, means, pulls], [nominal]),
             ]
         if self.form.total:
-            about = [getattr(fields, INITIAL)] if INITIAL in self._layout else []
-            return [gradient, Stage(made.answer, [law, grid], [columns, *about], [nominal])]
-        strain = Stage(made.strain, [self._coefficients, grid], [columns, means], [fields, nominal, self._grid.left])
+            return [gradient, Stage(made.answer, [law, grid], [columns, fields], [nominal])]
+        strain = Stage(made.strain, [self._coefficients, grid], [columns, means], [fields, nominal, self.grid.left])
         if not self.form.blocks:
             return [gradient, strain]
         current = Stage(made.current, [grid], [columns], [fields, weights, means])
@@ -209,7 +208,7 @@ class EdgeRates(BlockRates):
     def _flow(self, state: State, out: State, ahead: float) -> list[Stage]:
         """From the velocities of a state to the rates of stress and internals. Answers are not needed by then, and gradients
         stand in their place."""
-        fields, time, grid, made = state.struct, [self._clock.time, self._space.scalar(ahead)], self._grid, self.kernels
+        fields, time, grid, made = state.struct, [self._clock.time, self._space.scalar(ahead)], self.grid, self.kernels
         weights, means, gradients, columns = self._weights, self._means, self._nominal, self._nominal
         stages = [self._gradient(cast(Fields, fields).velocity, gradients)]
         if self.form.blocks:
@@ -223,7 +222,7 @@ class EdgeRates(BlockRates):
     def _sum_forces(self, body: object, loads: list[Array], state: State, out: State) -> None:
         if state.derived is not None:
             state.derived.of = None if self.form.total else state
-        grid, columns, passed = self._grid, self._columns, self._passed
+        grid, columns, passed = self.grid, self._columns, self._passed
         spread = Stage(self.kernels.spread, [grid], [columns, self._nominal], [passed])
         before, after = [body, self._coefficients, grid], [columns, passed, *loads, state.struct]
         force = Stage(self.kernels.force, before, after, [self.holding, out.struct])
@@ -235,7 +234,7 @@ class EdgeRates(BlockRates):
             return 0.0
         sums: Array = wp.zeros(self._counts[0], dtype=wp.float64, device=self._clock.device)
         made = held_kernel(self._space, self._layout, self.form.fades >= 0)
-        inputs = [self._grid, self._tables[0][0], state.struct]
+        inputs = [self.grid, self._tables[0][0], state.struct]
         wp.launch(made, len(sums), inputs=inputs, outputs=[sums], device=self._clock.device)
         return total(sums)
 

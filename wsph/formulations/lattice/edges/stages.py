@@ -11,7 +11,6 @@ import warp as wp
 
 from wsph.backend.space import Space
 from wsph.backend.state import Layout
-from wsph.constitutive.initial import INITIAL
 from wsph.constitutive.laws import Laws
 from wsph.formulations.lagrangian.flow import drift_kernel
 from wsph.formulations.lagrangian.form import Form
@@ -49,8 +48,8 @@ class EdgeKernels:
             self.pull = volumes.pull_kernel(space, laws, layout, width)
             self.tell = volumes.telling_kernel(space, laws, layout, width)
         elif form.total:
-            make = answers.about_kernel if INITIAL in layout else answers.answer_kernel
-            self.answer, self.tell = make(space, laws, width), answers.telling_kernel(space, laws, layout, width)
+            self.answer = answers.answer_kernel(space, laws, layout, width)
+            self.tell = answers.telling_kernel(space, laws, layout, width)
         else:
             self.strain = answers.strain_kernel(space, laws, layout, form, width)
             self.flow = flow_kernel(space, laws, layout, form, width)

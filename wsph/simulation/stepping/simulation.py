@@ -13,134 +13,53 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from types import TracebackType
 
 import numpy as np
 import warp as wp
 
-from wsph.backend.space import Array
-from wsph.errors import WsphError
-from wsph.output import fields, formats
+from wsph.errors import Unstable, WsphError
+from wsph.output import formats
 from wsph.output.claim import Claim
 from wsph.output.interrupts import Interrupts
 from wsph.plugins import integrators
 from wsph.quantities import read_cadence
 from wsph.scene.scene import Scene
 from wsph.simulation.compose import compose
-from wsph.simulation.composing.composition import BodyRun, integrators_of
+from wsph.simulation.composing.composition import integrators_of
 from wsph.simulation.result import Result
 from wsph.simulation.run import ONE_RUN, Running, prepared
+from wsph.simulation.stepping.conditions import Condition, condition
+from wsph.simulation.stepping.state import BodyState, State
 from wsph.simulation.timeline import Events
 
-
-class BodyState:
-    """A body between two steps. Fields are read by their names, as attributes or keys, in SI units: copies, (n, components)
-    of vectors and (n, 6) of the stress, xx, yy, zz, xy, yz, xz."""
-
-    def __init__(self, run: BodyRun, taken: Callable[[float], None]):
-        self._run, self._taken = run, taken
-
-    @property
-    def name(self) -> str:
-        """Its name in the scene."""
-        return self._run.body.name
-
-    @property
-    def position(self) -> np.ndarray:
-        """Where its particles are, (n, dim) [m]; where they were, where the form does not move them."""
-        return self._run.reading.current_positions
-
-    @property
-    def reference(self) -> np.ndarray:
-        """Where its particles were at the start, (n, dim) [m]."""
-        return self._run.reading.positions
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        """A field of its particles, as frames have it. Raises KeyError for one that it does not have."""
-        reading = self._run.reading
-        base = fields.primitive(name)
-        if base not in reading.names:
-            raise KeyError(f"body {self.name!r} has no field {name!r}; there is {', '.join(self.fields)}")
-        return fields.shown(name, reading.si(base), reading.labels)
-
-    def __getattr__(self, name: str) -> np.ndarray:
-        if name.startswith("_"):
-            raise AttributeError(name)
-        try:
-            return self[name]
-        except KeyError as error:
-            raise AttributeError(str(error)) from None
-
-    def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *self.fields]
-
-    @property
-    def fields(self) -> tuple[str, ...]:
-        """The names of its fields."""
-        return tuple(name for name in self._run.reading.names if name != fields.DEFORMATION)
-
-    @property
-    def velocity(self) -> np.ndarray:
-        """Velocities of the state itself, (n, dim) [m/s], a copy, where `self["velocity"]` is what frames show of them; set
-        them to change the motion: prescribed components are what they were."""
-        return self._run.system.state.read("velocity") * self._run.system.scales.velocity
-
-    @velocity.setter
-    def velocity(self, values: np.ndarray) -> None:
-        system = self._run.system
-        given = np.asarray(values, float)
-        wanted = (system.count, self._run.constitutive.space.dim)
-        if given.shape != wanted:
-            raise ValueError(f"velocities of body {self.name!r} are {wanted}, not {given.shape}")
-        if not np.isfinite(given).all():
-            raise ValueError(f"velocities of body {self.name!r} are to be finite numbers")
-        before = self._run.diagnostics.measure(system.state).kinetic
-        system.state.write("velocity", given / system.scales.velocity)
-        self._taken(before - self._run.diagnostics.measure(system.state).kinetic)
-
-    def array(self, name: str) -> Array:
-        """The Warp array of a field of the state itself, on the device, without a copy: nondimensional, one of its units is
-        `scale(name)` in SI. It is what steps read and write: look, and change it only between steps; changes are no part of
-        the energy ledger. `wp.to_torch`, `.numpy()` on a CPU and DLPack share its memory."""
-        return getattr(self._run.system.state.struct, self._stored(name))
-
-    def scale(self, name: str) -> float:
-        """SI units in one unit of `array(name)`."""
-        self._stored(name)
-        return self._run.reading.fields[name].scale
-
-    def _stored(self, name: str) -> str:
-        reading = self._run.reading
-        if name not in reading.fields or reading.fields[name].stored != name:
-            own = [each for each, field in reading.fields.items() if field.stored == each]
-            raise KeyError(f"{name!r} is no array of the state of body {self.name!r}; there is {', '.join(own)}")
-        return name
-
-    def __repr__(self) -> str:
-        return f"<body {self.name!r}: {self._run.system.count} particles; fields {', '.join(self.fields)}>"
-
-
-@dataclass(frozen=True)
-class State:
-    """A run between two steps: the `step` that has ended, its `time` [s], the length `dt` of the next [s], and the bodies by
-    name. It is the run itself: it changes with the next step."""
-
-    step: int
-    time: float
-    dt: float
-    bodies: dict[str, BodyState]
-
-    def __getitem__(self, name: str) -> BodyState:
-        if name not in self.bodies:
-            raise KeyError(f"no body is named {name!r}; there is {', '.join(self.bodies)}")
-        return self.bodies[name]
-
-    def __repr__(self) -> str:
-        return f"<step {self.step}, t = {self.time:.6g} s, bodies {', '.join(self.bodies)}>"
-
-
 Callback = Callable[[State], object]
+
+
+@dataclass(eq=False)
+class Watch:
+    """What is looked at between steps: `call` is called at the `events`, where there is a `condition` at those at which it
+    has become true. Without events it is looked at after every block of steps."""
+
+    call: Callback
+    events: Events | None = None
+    condition: Condition | None = None
+    held: bool = False
+
+    def look(self, step: int, state: Callable[[], State]) -> None:
+        """Do what is due at a step."""
+        if self.events is not None:
+            self.events.retimed()
+            if self.events.next > step:
+                return
+            self.events.skip(step)
+        if self.condition is not None:
+            held, self.held = self.held, bool(self.condition(state()))
+            if held or not self.held:
+                return
+        self.call(state())
 
 
 class Simulation:
@@ -148,8 +67,8 @@ class Simulation:
     `overrides` are those of `Scene.with_`.
 
     Iterating over it gives the state at every block of steps; `every(cadence)` at each multiple of a time ("10 us", or
-    seconds) or of a number of steps; `at` has a function called there. It raises Unstable where the run left what it can
-    vouch for; `result` is that of the run as far as it has come."""
+    seconds) or of a number of steps; `at` has a function called there, `when` has it called at an event. It raises Unstable
+    where the run left what it can vouch for; `result` is that of the run as far as it has come."""
 
     def __init__(
         self, scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: bool = False, **overrides: object
@@ -174,7 +93,9 @@ class Simulation:
             raise
         self._timeline = composition.time_step.timeline
         self._interrupts = Interrupts()
-        self._events: list[tuple[Events, Callback]] = []
+        self._watches: list[Watch] = []
+        self._last: dict[str, list[Watch]] = {"end": [], "error": []}
+        self._stopped = False
         self._blocks = self._running.blocks(self._interrupts, None, self._due)
         self._changed = False
         self._result: Result | None = None
@@ -184,7 +105,7 @@ class Simulation:
     def state(self) -> State:
         """The state that the run has come to."""
         bodies = {run.body.name: BodyState(run, self._taken) for run in self._running.composition.bodies}
-        return State(self._step, self.time, self._timeline.dt, bodies)
+        return State(self._step, self.time, self._timeline.dt, bodies, self._running.numbers)
 
     @property
     def time(self) -> float:
@@ -204,7 +125,12 @@ class Simulation:
     @property
     def done(self) -> bool:
         """Whether it has come to its end."""
-        return self._step >= self._timeline.last or self._result is not None
+        return self._stopped or self._step >= self._timeline.last or self._result is not None
+
+    @property
+    def failure(self) -> Unstable | None:
+        """What the run left that it can vouch for, where it did."""
+        return self._running.failure
 
     def __iter__(self) -> Iterator[State]:
         """The states between blocks of steps, as the program makes them, from the present one to the end."""
@@ -222,9 +148,27 @@ class Simulation:
                 return
             yield self.state
 
-    def at(self, cadence: str | float | int, call: Callback) -> None:
-        """Have `call(state)` called at every multiple of a cadence from now on."""
-        self._events.append((self._make(cadence), call))
+    def at(self, cadence: str | float | int, call: Callback) -> Callable[[], None]:
+        """Have `call(state)` called at every multiple of a cadence from now on; what is returned ends that when called."""
+        return _in(self._watches, Watch(call, self._make(cadence)))
+
+    def when(
+        self, event: str | Condition, call: Callback, *, every: str | float | int | None = None
+    ) -> Callable[[], None]:
+        """Have `call(state)` called whenever a condition has become true; what is returned ends that when called.
+
+        `event` is a function of the state, or words: "BODY.FIELD > VALUE", "PROBE.COLUMN < VALUE" or a column of
+        history.csv, with a unit; "contact" or "contact NAME"; "crack" or "crack BODY"; "end", when the run has come to its
+        end; "error", before Unstable is raised. It is looked at after every block of steps, 100 or fewer, or at each
+        multiple of a cadence, as of `every`; 1 is every step. Raises WsphError for words that name nothing in the run."""
+        if isinstance(event, str) and event in self._last:
+            return _in(self._last[event], Watch(call))
+        said = condition(event, self._running, self.state)
+        return _in(self._watches, Watch(call, None if every is None else self._make(every), said))
+
+    def stop(self) -> None:
+        """End the run at the step that it has come to: a call from a callback is the last of it."""
+        self._stopped = True
 
     def step(self, count: int = 1) -> State:
         """Run `count` steps, fewer where the end comes before; the state there."""
@@ -248,7 +192,7 @@ class Simulation:
         """The result as far as the run has come: it ends there, and that state is the last of its records."""
         if self._result is None:
             with ONE_RUN:
-                if self._running.failure is None and (self._changed or not self.done):
+                if self._running.failure is None and (self._changed or self._step < self._timeline.last):
                     self._begin_anew()
                     self._running.record()
                 self._result = self._running.end(self._interrupts)
@@ -283,7 +227,7 @@ class Simulation:
         return events
 
     def _due(self) -> Sequence[int]:
-        return [*self._goals, *(events.next for events, _ in self._events)]
+        return [*self._goals, *(each.events.next for each in self._watches if each.events is not None)]
 
     def _go_on_to(self, events: Events) -> bool:
         """Run to the next of some events; False where the run ended before."""
@@ -303,13 +247,17 @@ class Simulation:
         """Run a block of steps, and what is due at its end; False where there is none left. Raises Unstable."""
         if self._result is not None:
             raise WsphError("this simulation has ended: its result was taken; make another")
+        if self._stopped:
+            return False
         before, self._step = self._step, self._advance()
-        for events, call in self._events:
-            events.retimed()
-            if events.next <= self._step > before:
-                call(self.state)
-                events.skip(self._step)
-        return self._step > before
+        if self._step == before:
+            return False
+        # Those of a list that callbacks may change.
+        ending = self._last["end"] if self._step >= self._timeline.last else []
+        now = cache(lambda: self.state)
+        for each in [*self._watches, *ending]:
+            each.look(self._step, now)
+        return True
 
     def _advance(self) -> int:
         with ONE_RUN, np.errstate(over="ignore", invalid="ignore"), warnings.catch_warnings():
@@ -317,6 +265,9 @@ class Simulation:
             step = next(self._blocks, None)
             wp.synchronize_device(self._running.composition.device)
         if (failure := self._running.failure) is not None:
+            self._step = failure.step
+            for each in list(self._last["error"]):
+                each.call(self.state)
             raise failure
         return step if step is not None else self._step
 
@@ -331,3 +282,14 @@ class Simulation:
         """Note that a change from outside has taken energy, nondimensional."""
         self._running.ledger.taken += energy
         self._changed = True
+
+
+def _in(watches: list[Watch], watch: Watch) -> Callable[[], None]:
+    """Put a watch in a list; what takes it out again."""
+    watches.append(watch)
+
+    def out() -> None:
+        if watch in watches:
+            watches.remove(watch)
+
+    return out

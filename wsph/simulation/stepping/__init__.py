@@ -1,0 +1,1 @@
+"""Runs that Python steps: their states between steps, and what is called when."""
