@@ -10,6 +10,11 @@ from pathlib import Path
 from markers import between
 
 DOCS = Path(__file__).parent
+LOST = {
+    "softening": "softening without a length",
+    "virtual": "virtual links at several rates",
+    "thrown": "blocks that are thrown about",
+}
 
 
 def coverage() -> list[str]:
@@ -33,6 +38,7 @@ def coverage() -> list[str]:
         f"ladders bars hold in {_part(every['windows_hold'], every['windows_given'])}; {every['flagged']} of"
         f" {every['windows']} windows are said not to converge. The last two",
         "columns are medians; cost is counted where the cheapest row is finer than the third of the ladder.",
+        *_lost(found["lost"]),
         *_budgets(found["budgets"]),
         "(`python tests/benchmarks/coverage.py --write`.)",
     ]
@@ -48,6 +54,20 @@ def coverage() -> list[str]:
     page = DOCS / "accuracy.md"
     page.write_text(between(page.read_text(encoding="utf-8"), "coverage", table), encoding="utf-8")
     return rows
+
+
+def _lost(found: list[dict]) -> list[str]:
+    """How searches of scenes that do not converge ended, in a sentence."""
+    words = []
+    for family in dict.fromkeys(each["name"].partition(" ")[0] for each in found):
+        ends = [each["status"] for each in found if each["name"].startswith(family)]
+        words.append(f"{LOST[family]} in {_part(ends.count('no convergence'), len(ends))}")
+    claimed = sum(each["status"] == "met" for each in found)
+    return [
+        "Searches on scenes that do not converge end as *no convergence*:",
+        f"{'; '.join(words)};",
+        f"the others as out of reach, and {claimed} as met.",
+    ]
 
 
 def _budgets(found: dict) -> list[str]:

@@ -108,7 +108,10 @@ def __getattr__(name: str) -> object:
         looks = gc.isenabled()
         gc.disable()  # nothing of an import is garbage, and looking for it again and again takes a fifth of a start
         try:
-            return getattr(import_module(f"wsph.{_HOME.get(name, 'errors')}"), name)
+            home = _HOME.get(name, "errors")
+            if home.startswith(("geometry.", "boundary.")):
+                import_module("wsph.scene.scene")  # which says what is wrong with a table in the words of scenes
+            return getattr(import_module(f"wsph.{home}"), name)
         finally:
             if looks:
                 gc.freeze()

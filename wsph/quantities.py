@@ -16,13 +16,15 @@ from pydantic import (
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
     PlainSerializer,
+    ValidationError,
     WithJsonSchema,
     WrapValidator,
 )
 from pydantic.json_schema import JsonSchemaValue
-from pydantic_core import CoreSchema
+from pydantic_core import CoreSchema, ErrorDetails
 
 from wsph.declarations import VALUE, number_schema
+from wsph.errors import Fault, SceneError
 from wsph.units import quantity
 
 Table = dict[str, object]
@@ -67,7 +69,31 @@ def file_name(name: str) -> str:
     return name
 
 
-class Model(BaseModel):
+Words = Callable[[ErrorDetails, type[BaseModel]], Fault]
+
+
+def _plainly(error: ErrorDetails, _: type[BaseModel]) -> Fault:
+    return Fault(0, ".".join(map(str, error["loc"])), error["msg"])
+
+
+in_words: list[Words] = [_plainly]
+"""How what is wrong with a table is said, by those who know the scene: the last of them."""
+
+
+class Made(type(BaseModel)):
+    """What makes a table from Python: its faults are SceneErrors, as those of a scene file are."""
+
+    if not TYPE_CHECKING:  # whose checks of keys are by the class
+
+        def __call__(cls, *given, **keys):
+            try:
+                return super().__call__(*given, **keys)
+            except ValidationError as error:
+                faults = [in_words[-1](each, cls) for each in error.errors(include_url=False)]
+                raise SceneError(cls.__name__, faults) from None
+
+
+class Model(BaseModel, metaclass=Made):
     """Base of the scene's tables: unknown keys, wrong types, NaN and infinities are faults."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)

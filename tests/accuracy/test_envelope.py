@@ -62,6 +62,18 @@ def test_differences_that_do_not_fall_are_no_convergence():
     assert found.bar == np.inf
 
 
+def test_differences_that_follow_no_order_are_no_convergence():
+    """The last one small by luck; of numbers, which coincide, it says nothing."""
+    h = np.array([1.0, 2.0, 4.0, 16.0 / 3.0])
+    table = np.zeros((4, 4))
+    table[np.triu_indices(4, 1)] = [0.061, 0.318, 0.075, 0.26, 0.095, 0.337]
+    table += table.T
+    assert not estimate(h, table, formal=1.0).converges
+    assert estimate(h, table, formal=1.0, norms=False).converges
+    pure = 0.1 * np.abs(h[:, None] ** 0.7 - h[None, :] ** 0.7)
+    assert estimate(h, pure, formal=1.0).converges
+
+
 def test_what_is_far_below_the_tolerance_may_do_as_it_likes():
     h = 0.1 * 2.0 ** np.arange(4)
     growing = [Record(TIMES, np.full(len(TIMES), 1.0 + 1e-3 * each)) for each in (0.0, 0.4, 0.6, 0.65)]

@@ -184,6 +184,59 @@ def test_pictures_have_its_bars(scene_file, tmp_path):
     assert main(["view", str(out), "--curve", "p", "--save", str(tmp_path / "a.png")]) == 0
 
 
+NUMBERS = {"frequency": (0.5, "Hz"), "mean": (None, "m/s"), "final": (None, "m/s"), "peak": (None, "m/s"), "arrival": (0.0, "s")}  # fmt: skip
+
+
+@pytest.mark.parametrize("quantity", list(NUMBERS))
+def test_numbers_have_their_bar_their_unit_and_a_row_each(scene_file, tmp_path, capsys, quantity):
+    scene_file.write_text(TOML.replace("end = 2.5", "end = 3.2") + PROBE + f'quantity = "{quantity}"\nscale = 1e-7\n')
+    out, (right, unit) = tmp_path / "out", NUMBERS[quantity]
+    if quantity == "frequency":
+        scene_file.write_text(scene_file.read_text().replace("scale = 1e-7\n", ""))
+    main(["run", str(scene_file), "--accuracy", "2%", "-o", str(out)])
+    data = json.loads((out / "accuracy.json").read_text())
+    kept = data["columns"]["p.velocity_x"]
+    assert kept["unit"] == unit
+    assert kept["words"].startswith(quantity)
+    assert kept["words"].endswith(unit)
+    assert f"p.velocity_x {kept['words']}: error about" in capsys.readouterr().out
+    rows = [row["values"]["p.velocity_x"] for row in data["rows"]]
+    assert rows[-1] == pytest.approx(kept["value"], rel=1e-9)
+    assert [row["differences"]["p.velocity_x"] for row in data["rows"]][-1] == 0.0
+    if right is not None:
+        assert abs(kept["value"] - right) <= kept["half_width"] + 1e-12
+    (series,) = Tables(out).series("p.velocity_x")
+    assert series.mark is not None
+    assert (series.mark.value, series.mark.half_width) == (kept["value"], kept["half_width"])
+    assert series.bar == 0.0
+    assert main(["view", str(out), "--curve", "p.velocity_x", "--save", str(tmp_path / "a.png")]) == 0
+
+
+def test_a_curve_says_that_there_is_no_bar_to_draw(scene_file, tmp_path):
+    scene_file.write_text(TOML + PROBE + PROBE.replace('"p"', '"q"') + "tolerance = false\n")
+    out = tmp_path / "out"
+    main(["run", str(scene_file), "--accuracy", "5%", "-o", str(out)])
+    assert [each.words for each in Tables(out).series("q")] == ["not judged: no error bar"]
+    assert [each.words for each in Tables(out).series("p")] == [""]
+
+
+@pytest.mark.parametrize("budget", [None, Limit(None, 1e6)])
+def test_a_frequency_of_less_than_a_period_is_refused_after_the_first_row(budget):
+    probe = {"name": "p", "at": [[0.25]], "fields": ["velocity"], "quantity": "frequency"}
+    found = accurate(vibrating(probes=[probe]).with_(end=0.8), tolerance=None if budget else 0.01, limit=budget)
+    assert found.status == "refused"
+    assert len(found.data["rows"]) == 1
+    assert (
+        "p.velocity_x: no whole period to have a frequency of: the record has about 0.4 of one; end at 3" in found.why
+    )
+
+
+def test_progress_is_of_the_steps_of_a_row():
+    seen = []
+    found = accurate(vibrating(), tolerance=0.02, progress=lambda *each: seen.append(each))
+    assert {steps for _, steps, _ in seen} == {row["steps"] for row in found.data["rows"]}
+
+
 def test_what_it_leaves_can_be_written_over(scene_file, tmp_path):
     out = tmp_path / "out"
     (out / ".row" / "frames").mkdir(parents=True)  # as a search that was killed leaves it

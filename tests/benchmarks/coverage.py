@@ -20,7 +20,8 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from coverage_scenes import FRESH, KNOWN, LOST, Case
+from coverage_lost import LOST
+from coverage_scenes import FRESH, KNOWN, Case
 
 from wsph.accuracy.columns import aims, look
 from wsph.accuracy.limits import Limit

@@ -2,8 +2,7 @@
 that it is linear, where nothing else is said.
 
 KNOWN are of the kinds on which the search's constants were chosen; FRESH were written after these were frozen, but the rule
-that gravity is no jump was made by the two bars hung up. LOST are scenes that do not converge: there is no answer, and the
-search is to say so.
+that gravity is no jump was made by the two bars hung up. Scenes that do not converge are in coverage_lost.py.
 """
 
 import math
@@ -387,38 +386,3 @@ FRESH: list[Callable[[], Case]] = [
     _annulus,
     _pulled,
 ]
-
-
-def _softening():
-    """A bar that softens, pulled at both ends: where the waves meet it breaks within one cell (Bazant & Belytschko 1985)."""
-    material = {"model": "mises", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.0, "yield_stress": 1e-3,
-                "hardening_modulus": -0.1}  # fmt: skip
-    pull = [{"face": sign + "x", "velocity": {"x": f"{sign}0.6e-3"}} for sign in "-+"]
-    scene = _bar(
-        1.0 / 40,
-        form="total-lagrangian",
-        end=0.9,
-        material=material,
-        boundary=pull,
-        probes=_probe([0.5], "plastic_strain"),
-    )
-    return Case("softening without a length", "lost", scene, {}, 2e7, tolerances=(0.01,))
-
-
-def _links():
-    """A strip with a notch, pulled ever faster: its virtual links break at a stretch whatever the spacing, along the
-    lattice, so that how much of it has broken is another on each."""
-    material = {"model": "jaumann", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}
-    pull = [{"face": sign + "x", "velocity": {"x": f"{sign}0.02*t"}} for sign in "-+"]
-    body = {
-        "links": {"criterion": "stretch", "threshold": 0.01, "where": "abs(x-0.5) < 0.2"},
-        "cracks": [{"from": [0.5, 0.0], "to": [0.5, 0.125]}],
-        "viscosity": {"alpha": 0.5, "beta": 0.5},
-    }
-    probe = {"name": "p", "body": "b", "where": "abs(x-0.5) < 0.2", "reduce": "mean", "fields": ["damage"]}
-    scene = _scene(2, _box(1.0, 0.25), 1.0 / 32, form="total-lagrangian", cfl=0.15, end=2.0, material=material, state="strain",
-                   body=body, boundary=pull, probes=[probe])  # fmt: skip
-    return Case("virtual links", "lost", scene, {}, 3e7, tolerances=(0.05,))
-
-
-LOST: list[Callable[[], Case]] = [_softening, _links]

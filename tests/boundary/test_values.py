@@ -46,6 +46,17 @@ def test_every_operation_agrees_with_the_device() -> None:
     np.testing.assert_allclose(on_device(expressions, 0.7), host, rtol=1e-14, atol=1e-15)
 
 
+@pytest.mark.parametrize("c", [0.0, 0.5, (0.0, 1.0)])
+def test_tables_alone_give_the_bits_that_they_give_beside_an_expression(c: float | tuple[float, float]) -> None:
+    t, value = [0.0, 0.7004, 0.9], [0.1, -0.3, 0.7]
+    tables: list[Expression | Function] = [
+        Function.model_validate({"t": t, "value": value, "interp": way}) for way in ("linear", "step")
+    ]
+    beside = on_device([*tables, compile_expression("sin(x)*t")], 0.7, c=c)
+    np.testing.assert_array_equal(on_device(tables, 0.7, c=c), beside[:2])
+    assert beside[2] != 0.0
+
+
 @settings(max_examples=40, deadline=None)
 @given(
     st.recursive(

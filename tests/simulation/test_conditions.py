@@ -122,7 +122,7 @@ def test_the_end_and_an_error_are_called(bar: wsph.Scene) -> None:
         sim.when("end", lambda state: seen.append(f"end {state.step}"))
         sim.when("error", lambda state: seen.append("error"))
         sim.run()
-        steps = sim.steps
+        steps = sim.steps_total
     assert seen == [f"end {steps}"]
     beyond = bar.with_(**{"run.cfl": 3.0, "run.guard": "off", "run.end": 10.0})
     with wsph.Simulation(beyond) as sim:

@@ -53,10 +53,44 @@ def test_callbacks_are_called_at_their_events(scene: wsph.Scene) -> None:
     assert seen[-1] == last
 
 
+@pytest.mark.parametrize("integrator", ["leapfrog", "rk4", "lf4"])
+@pytest.mark.parametrize("every", [1, 8])
+def test_the_state_that_a_result_is_taken_at_is_recorded(scene: wsph.Scene, integrator: str, every: int) -> None:
+    changes = {"output.history": 8, "probes.0.every": every, "run.integrator": integrator}
+    changes["run.formulation"] = "total-lagrangian"
+    name, probe = scene.bodies[0].name, scene.probes[0].name
+    whole = 0.0
+    for factor in (None, 0.5):
+        with wsph.Simulation(scene, **changes) as sim:
+            assert (sim.steps, sim.steps_total > 10) == (0, True)
+            for count in (8, 10):
+                sim.step(count - sim.steps)
+                if factor is not None:
+                    before = sim.state[name].velocity
+                    sim.state[name].velocity = factor * before
+            v, time = sim.state[name].velocity, sim.time
+            assert sim.steps == 10
+        result = sim.result
+        assert result.history["step"].tolist() == [0, 8, 10]
+        assert result.probes[probe]["time"][-1] == result.history["time"][-1] == time
+        assert len(set(result.probes[probe]["time"])) == len(result.probes[probe]["time"])
+        assert np.allclose(result.particles["velocity"], v, rtol=1e-6, atol=1e-12)
+        energy = result.summary["energy"]
+        assert result.summary["energy_step"] == 10
+        size = 0.5 * result.particles["velocity"][:, 0] @ result.particles["velocity"][:, 0]
+        assert energy["kinetic"] > 0.0
+        if factor is None:
+            whole = energy["kinetic"] / size
+        else:
+            # The sum of squares over the same particles, whose masses are as they were.
+            assert energy["kinetic"] / size == pytest.approx(whole, rel=1e-3)
+            assert abs(energy["residual"]) < 0.02 * energy["kinetic"]
+
+
 def test_fields_are_read_in_si_and_shared_without_copies(scene: wsph.Scene) -> None:
     result = wsph.run(scene)
     with wsph.Simulation(scene) as sim:
-        sim.step(sim.steps)
+        sim.step(sim.steps_total)
         body = sim.state[scene.bodies[0].name]
         assert np.array_equal(body["velocity"], result.particles["velocity"])
         assert np.allclose(body.velocity, body["velocity"], atol=1e-3 * np.abs(body.velocity).max())
@@ -77,7 +111,7 @@ def test_fields_are_read_in_si_and_shared_without_copies(scene: wsph.Scene) -> N
 def test_a_velocity_that_is_set_goes_on_and_is_on_the_ledger(scene: wsph.Scene) -> None:
     """A bar that is stopped in the middle of its way: what it had stored is all that it has, and nothing was created."""
     with wsph.Simulation(scene) as sim:
-        sim.step(sim.steps // 2)
+        sim.step(sim.steps_total // 2)
         body = sim.state[scene.bodies[0].name]
         body.velocity = np.zeros_like(body.velocity)
         assert not body.velocity.any()

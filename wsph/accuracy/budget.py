@@ -15,6 +15,7 @@ from wsph.accuracy.limits import SHARE, Limit
 from wsph.accuracy.row import Halted
 from wsph.accuracy.rows import Rows
 from wsph.accuracy.search import Found, seen_of
+from wsph.accuracy.values import check_periods
 from wsph.errors import Refused, SceneError
 
 COARSER = (2.0 * 2.0**0.5, 2.0)
@@ -23,6 +24,9 @@ COARSER = (2.0 * 2.0**0.5, 2.0)
 WORTH = 1.1
 """A lattice that is finer by less than this than the last row's is not worth a run."""
 
+NEAR = 0.98
+"""The next lattice that is tried where one is not paid for, over that."""
+
 AGAIN = 1.3
 """The same of a run after the finest that was planned, where it took less than was thought."""
 
@@ -30,12 +34,12 @@ AGAIN = 1.3
 def spend(rows: Rows, asked: Mapping[str, Aim], limit: Limit) -> Found:
     """Make the finest row that the budget pays for, and coarser ones for its bar."""
     try:
-        if limit.cost(rows, rows.costs.plan(rows.first)) > limit.left(rows, SHARE):
+        if limit.cost(rows, rows.costs.plan(rows.first)) > limit.left(rows, _share(rows, limit)):
             return Found(
                 "out of reach",
                 f"{limit} pays for no row: the coarsest has {rows.costs.plan(rows.first).work:.3g} pair visits",
             )
-        rows.make(rows.first)
+        check_periods(rows.make(rows.first), asked)
         for part in (*COARSER, 1.0):
             if (cells := _affordable(rows, limit, part)) >= WORTH * rows.made[-1].cells:
                 rows.make(cells)
@@ -65,10 +69,15 @@ def _affordable(rows: Rows, limit: Limit, part: float) -> int:
     cells = rows.lattices.below(_finest(rows, limit, part) / part)
     while cells > rows.made[-1].cells:
         # Setting it up for its plan has taken time of the budget.
-        if limit.cost(rows, rows.costs.plan(cells)) <= limit.left(rows, SHARE):
+        if limit.cost(rows, rows.costs.plan(cells)) <= limit.left(rows, _share(rows, limit)):
             return cells
-        cells = rows.lattices.below(0.9 * cells)
+        cells = rows.lattices.below(min(NEAR * cells, cells - 0.5))
     return 0
+
+
+def _share(rows: Rows, limit: Limit) -> float:
+    """The part of a budget that is planned with: work is known beforehand but where steps get shorter."""
+    return 1.0 if limit.seconds is None and not rows.costs.plan(rows.first).shrinks else SHARE
 
 
 def _finest(rows: Rows, limit: Limit, part: float) -> float:
@@ -79,7 +88,7 @@ def _finest(rows: Rows, limit: Limit, part: float) -> float:
     for _ in range(60):
         cells = (low * high) ** 0.5
         plans = [rows.scaled(cells * each) for each in (*to_come, 1.0)]
-        if sum(limit.cost(rows, each) for each in plans) <= limit.left(rows, SHARE):
+        if sum(limit.cost(rows, each) for each in plans) <= limit.left(rows, _share(rows, limit)):
             low = cells
         else:
             high = cells

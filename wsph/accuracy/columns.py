@@ -97,7 +97,7 @@ def look_at(spacings: Sequence[float], records: Sequence[Record], aim: Aim, form
     table = distances(records, aim.quantity, aim.scale)
     factor = BAR_OF_STAIRS if formal.stairs else BAR
     limits = {"tolerance": aim.tolerance, "floor": FLOOR[precision], "bar": factor}
-    return Seen(aim, estimate(spacings, table, formal.order, **limits), table[0])
+    return Seen(aim, estimate(spacings, table, formal.order, norms=aim.quantity == "history", **limits), table[0])
 
 
 def widened(seen: Mapping[str, Seen], more: Mapping[str, float]) -> dict[str, Seen]:

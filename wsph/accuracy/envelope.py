@@ -18,7 +18,7 @@ over more rows than needed); the envelope and its constants by measurement (test
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -40,6 +40,10 @@ FLOOR = {"f64": 1e-6, "f32": 2e-4}
 GROWTH, SHRINK = 1.25, 0.5
 """No convergence: differences a unit of log h that grow by this factor over three neighbours, or the span of all four rows
 below this part of what the last two would make it."""
+
+SCATTER = 0.6
+"""No convergence: differences of histories that are, in the mean over all pairs of four rows, off by this in their logarithm
+from those of any order that is used. Of 764 windows on scenes that converge the worst is off by .55, half by under .05."""
 
 NEGLIGIBLE = 0.1
 """Part of the tolerance below which differences may do as they like."""
@@ -63,15 +67,25 @@ class Estimate:
         """Whether the order fitted is below the least that is used."""
         return self.seen < self.order
 
+    @property
+    def lost(self) -> "Estimate":
+        """The same without convergence."""
+        return replace(self, bar=math.inf, converges=False)
+
 
 def fitted_order(spacings: np.ndarray, distances: np.ndarray) -> float:
     """The order q for which the differences (k, k) of k rows come nearest to c |h_i^q - h_j^q|, in their logarithms and over
     all pairs; `spacings` (k,)."""
+    return float(ORDERS[np.argmin(_scatter(spacings, distances))])
+
+
+def _scatter(spacings: np.ndarray, distances: np.ndarray) -> np.ndarray:
+    """How far differences are from those of each of the ORDERS, the standard deviation in logarithms, (orders,)."""
     first, other = np.triu_indices(len(spacings), 1)
     h = np.asarray(spacings, float) / float(np.min(spacings))
     powers = h[None, :] ** ORDERS[:, None]
     ratios = np.log(distances[first, other])[None, :] - np.log(np.abs(powers[:, first] - powers[:, other]))
-    return float(ORDERS[np.argmin(ratios.std(axis=1))])
+    return np.asarray(ratios.std(axis=1))
 
 
 def estimate(
@@ -82,13 +96,15 @@ def estimate(
     tolerance: float = 0.0,
     floor: float = FLOOR["f64"],
     bar: float = BAR,
+    norms: bool = True,
 ) -> Estimate:
     """The error of the first of k rows, the finest; no more than the four finest are looked at.
 
     `spacings` (k,) in any unit, finest first, `distances` (k, k) of one column (`wsph.accuracy.measures.distances`);
     `formal`: the order that the scheme has on the scene, 1 or 2; differences below a tenth of the `tolerance` need not
-    converge; `floor` of rounding; `bar`: the multiple of the estimate. Raises ValueError for fewer than three rows, or
-    spacings that do not rise.
+    converge; `floor` of rounding; `bar`: the multiple of the estimate; `norms`: whether distances are norms, as of
+    histories, and not of numbers, which coincide by luck. Raises ValueError for fewer than three rows, or spacings that do
+    not rise.
     """
     h, d = np.asarray(spacings, float)[:KEEP], np.asarray(distances, float)[:KEEP, :KEEP]
     if len(h) < FEWEST:
@@ -104,7 +120,8 @@ def estimate(
     seen = fitted_order(h, d)
     order = min(max(seen, LEAST_ORDER[formal]), formal)
     error = max(_scaled(h, d, k, order) for k in range(len(h) - 1))
-    converges = len(h) < KEEP or neighbours[0] <= NEGLIGIBLE * tolerance or _converges(h, d)
+    least = LEAST_ORDER[formal] if norms else None
+    converges = len(h) < KEEP or neighbours[0] <= NEGLIGIBLE * tolerance or _converges(h, d, least)
     return Estimate(error, bar * error if converges else math.inf, order, seen, converges, neighbours)
 
 
@@ -113,11 +130,13 @@ def _scaled(h: np.ndarray, d: np.ndarray, k: int, order: float) -> float:
     return float(d[k, k + 1] / ((h[k + 1] / h[0]) ** order - (h[k] / h[0]) ** order))
 
 
-def _converges(h: np.ndarray, d: np.ndarray) -> bool:
-    """Whether the differences of four rows fall with their spacings."""
+def _converges(h: np.ndarray, d: np.ndarray, least: float | None) -> bool:
+    """Whether the differences of four rows fall with their spacings and, where a `least` order is given, follow one."""
     per_octave = [float(d[k, k + 1] / np.log(h[k + 1] / h[k])) for k in range(KEEP - 1)]
     span = d[0, 3] / d[0, 1] * np.log(h[1] / h[0]) / np.log(h[3] / h[0])
-    return not (per_octave[0] > GROWTH * per_octave[2] or span < SHRINK)
+    if per_octave[0] > GROWTH * per_octave[2] or span < SHRINK:
+        return False
+    return least is None or float(_scatter(h, d)[least <= ORDERS].min()) <= SCATTER
 
 
 def disagree(bar: float, other: float, apart: float) -> bool:

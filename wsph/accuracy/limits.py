@@ -14,7 +14,7 @@ DEFAULT_SECONDS = 3600.0
 """What a search may take where nothing is said."""
 
 SHARE = 0.9
-"""The part of a budget that is planned with."""
+"""The part of a budget that is planned with where what a run takes is a prediction."""
 
 
 @dataclass(frozen=True)

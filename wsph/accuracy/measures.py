@@ -63,14 +63,19 @@ def distances(records: Sequence[Record], quantity: str = "history", scale: float
         size = scale * float(times[-1] - times[0]) if scale is not None else integral(np.abs(values[0]), times)
         apart = np.array([[integral(np.abs(one - other), times) for other in values] for one in values])
     else:
-        # Runs end with the first step that reaches the end: each at another time.
-        begin, end = _shared(records)
-        numbers = np.array([NUMBERS[quantity](each.between(begin, end)) for each in records])
-        size = scale if scale is not None else abs(float(numbers[0]))
-        apart = np.abs(numbers[:, None] - numbers[None, :])
+        own = numbers(records, quantity)
+        size = scale if scale is not None else abs(float(own[0]))
+        apart = np.abs(own[:, None] - own[None, :])
     with np.errstate(divide="ignore", invalid="ignore"):
         found = apart / size
     return np.where(np.isfinite(found), found, np.where(apart == 0.0, 0.0, np.inf))
+
+
+def numbers(records: Sequence[Record], quantity: str) -> np.ndarray:
+    """A quantity that is one number, of k records of one column, (k,), over the time that all have: runs end with the first
+    step that reaches the end, each at another time."""
+    begin, end = _shared(records)
+    return np.array([NUMBERS[quantity](each.between(begin, end)) for each in records])
 
 
 def common_times(records: Sequence[Record]) -> np.ndarray:

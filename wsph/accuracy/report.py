@@ -8,14 +8,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from wsph.accuracy.columns import Aim, Seen, judged, widened, worst
 from wsph.accuracy.envelope import FLOOR, KEEP
-from wsph.accuracy.measures import Record, distances, mean
-from wsph.accuracy.row import Halted, Row
+from wsph.accuracy.measures import distances
+from wsph.accuracy.row import Halted
 from wsph.accuracy.rows import Rows
 from wsph.accuracy.search import Found
+from wsph.accuracy.values import value, values
 from wsph.output.files import ACCURACY, write_text
 from wsph.quantities import Table
 from wsph.simulation.result import Result
@@ -61,8 +60,8 @@ def answer(
         "limit": limit,
         **(_figures(seen[worst(seen)]) if seen else {"estimate": None, "bar": None, "order": None}),
         "formal_order": str(rows.formal),
-        "columns": {name: _column(each) | _width(name, each, made[-1]) for name, each in seen.items()},
-        "rows": [row.data() for row in made],
+        "columns": {name: _column(each) | value(name, each, made) for name, each in seen.items()},
+        "rows": [row.data() | more for row, more in zip(made, values(made, seen), strict=True)],
         "chosen": made[-1].cells if made else None,
         "total_work": rows.spent,
         "why": "; ".join(why),
@@ -105,15 +104,6 @@ def _column(each: Seen) -> Table:
     aim = each.aim
     asked: Table = {"quantity": aim.quantity, "tolerance": aim.tolerance, "scale": aim.scale}
     return _figures(each) | {"order_seen": _finite(each.estimate.seen)} | asked
-
-
-def _width(name: str, each: Seen, row: Row) -> Table:
-    """The bar of a history as the half width of a band about it, in the column's unit [SI]."""
-    if each.aim.quantity != "history":
-        return {}
-    record = row.records[name]
-    absolute = Record(record.times, np.abs(record.values))
-    return {"half_width": _finite(each.estimate.bar * (each.aim.scale or mean(absolute)))}
 
 
 def _finite(number: float) -> float | None:

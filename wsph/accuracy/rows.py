@@ -59,12 +59,12 @@ class Rows:
             else:
                 return cells
 
-    def make(self, cells: int, to_come: float = 0.0) -> Row:
-        """Run a lattice; `to_come`: the work that is expected after it. Raises Halted where it does not come to its end."""
+    def make(self, cells: int) -> Row:
+        """Run a lattice. Raises Halted where it does not come to its end."""
         plan = self.costs.plan(cells)
         self.tell(self._in_words(cells, plan))
         expected = self.rate.expected(plan).work
-        row = self.run(self.lattices.scene_at(cells), cells, expected, self._told(expected, to_come))
+        row = self.run(self.lattices.scene_at(cells), cells, expected, self._progress)
         self.made.append(row)
         inside = min(row.result.seconds, row.wall_seconds)
         self.rate.learn(Took(plan, row.work, inside, row.wall_seconds - inside))
@@ -101,18 +101,6 @@ class Rows:
         row = Row(cells, self.lattices.spacing(cells), planned, wall, cpu, result)
         self.spent += row.work
         return row
-
-    def _told(self, work: float, to_come: float) -> Progress | None:
-        """The progress of a row as that of the whole search, in parts of its work."""
-        tell = self._progress
-        if tell is None:
-            return None
-        before, total = self.spent, self.spent + work + to_come
-
-        def told(step: int, steps: int, now: float) -> None:
-            tell(round(1000.0 * (before + work * step / steps) / total), 1000, now)
-
-        return told
 
 
 def clear(folder: Path) -> None:

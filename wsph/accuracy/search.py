@@ -8,7 +8,7 @@ rows show no convergence, or before a row that would go beyond the limit, with w
 # pyright: strict
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from wsph.accuracy.envelope import BAR, FEWEST, KEEP
 from wsph.accuracy.limits import Limit
 from wsph.accuracy.row import Halted, in_seconds
 from wsph.accuracy.rows import Rows
+from wsph.accuracy.values import check_periods
 from wsph.errors import Refused, SceneError
 
 SAFE = 1.1
@@ -30,6 +31,14 @@ START = (1.0, 2.0**0.5, 2.0)
 
 ROUNDS = 8
 """Rows after the first three at most."""
+
+UNKNOWN = 0.5
+"""An estimate of the finest of four rows from which nothing is extrapolated: one row more is made before a search is ended
+for what it would take."""
+
+UNLIKE = 0.35
+"""Difference of the two finest rows from which, where no finer one can be had, they have not been seen to converge: rows
+that have nothing in common but the range of their values differ by 0.5 to 1.3."""
 
 
 @dataclass
@@ -58,7 +67,7 @@ def search(rows: Rows, asked: Mapping[str, Aim], limit: Limit, sure: bool = Fals
             cells = rows.lattices.next(max(start * rows.first, rows.made[-1].cells + 0.5 if rows.made else rows.first))
             if (refusal := _refusal(rows, limit, cells, {}, factor)) is not None:
                 return refusal
-            rows.make(cells, 4.0 * rows.costs.plan(cells).work)
+            check_periods(rows.make(cells), asked)
         for _ in range(ROUNDS):
             seen = seen_of(rows, asked)
             if not seen:
@@ -69,8 +78,9 @@ def search(rows: Rows, asked: Mapping[str, Aim], limit: Limit, sure: bool = Fals
             cells, wanted = _next(rows, seen, factor)
             if (refusal := _refusal(rows, limit, cells, seen, factor, wanted)) is not None:
                 return refusal
-            rows.make(cells, max(rows.scaled(wanted).work - rows.costs.plan(cells).work, 0.0))
-        return Found("out of reach", f"{len(rows.made)} rows have not met it", seen_of(rows, asked))
+            rows.make(cells)
+        seen = seen_of(rows, asked)
+        return _unlike(rows, seen) or Found("out of reach", f"{len(rows.made)} rows have not met it", seen)
     except Halted as halt:
         return Found(halt.status, str(halt), seen_of(rows, asked))
     except KeyboardInterrupt:
@@ -89,10 +99,29 @@ def _ended(rows: Rows, seen: Mapping[str, Seen], factor: float) -> Found | None:
     if within and whole and not lost:
         return Found("met", f"{factor:g} times the estimate is within the tolerance of every column", seen)
     if len(rows.made) > KEEP and lost:
-        words = "; ".join(f"{name}: {', '.join(f'{d:.2g}' for d in seen[name].estimate.differences)}" for name in lost)
-        why = f"no convergence observed, differences of neighbours from the finest on: {words}; no bar"
-        return Found("no convergence", why, seen)
+        return _lost(seen, lost)
     return None
+
+
+def _lost(seen: Mapping[str, Seen], lost: list[str]) -> Found:
+    """The end of a search that sees no convergence of some columns."""
+    words = "; ".join(f"{name}: {', '.join(f'{d:.2g}' for d in seen[name].estimate.differences)}" for name in lost)
+    return Found(
+        "no convergence",
+        f"no convergence observed, differences of neighbours from the finest on: {words}; no bar",
+        seen,
+    )
+
+
+def _unlike(rows: Rows, seen: Mapping[str, Seen]) -> Found | None:
+    """The end of a search that can have no finer row, and whose two finest are of one range and else unlike."""
+    lost = [name for name, each in seen.items() if each.estimate.differences[0] > UNLIKE]
+    if len(rows.made) <= KEEP or not lost:
+        return None
+    return _lost(
+        {name: replace(each, estimate=each.estimate.lost) if name in lost else each for name, each in seen.items()},
+        lost,
+    )
 
 
 def _next(rows: Rows, seen: Mapping[str, Seen], factor: float) -> tuple[int, float]:
@@ -117,11 +146,14 @@ def _refusal(
     left = limit.left(rows)
     # Where no convergence is seen yet what is wanted says nothing: one row more will tell.
     sees = bool(seen) and len(rows.made) >= KEEP and all(each.estimate.converges for each in seen.values())
+    sees = sees and (len(rows.made) > KEEP or max(each.estimate.error for each in seen.values()) < UNKNOWN)
     far = sees and limit.cost(rows, rows.scaled(wanted)) > left
     if limit.cost(rows, rows.costs.plan(cells)) <= left and not far:
         return None
     if not seen:
         return Found("out of reach", f"{limit} allows no ladder: the row with {cells} cells is beyond it", seen)
+    if (lost := _unlike(rows, seen)) is not None:
+        return lost
     plan, last = rows.scaled(max(cells, wanted)), rows.made[-1]
     reach = last.cells * max(left / limit.cost(rows, rows.scaled(last.cells)), 0.0) ** (1.0 / (rows.scene.dim + 1))
     name = worst(seen)

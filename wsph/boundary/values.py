@@ -15,7 +15,7 @@ from wsph.boundary.conditions import Conditions, Owned
 from wsph.boundary.programs.motion import Motion
 from wsph.boundary.programs.motions import WHOLE, Motions
 from wsph.boundary.programs.prescribed import Prescribed, constant
-from wsph.boundary.programs.stack_machine import Bank, bank_of, evaluate_between, holding, interval, places
+from wsph.boundary.programs.stack_machine import Bank, are_tables, bank_of, between, holding, interval, places
 from wsph.boundary.programs.windows import Windowed
 from wsph.ranks.kept import Rows
 
@@ -27,9 +27,9 @@ CONSTANT = -1
 
 
 @cache
-def _impose_kernel(space: Space, changes: bool) -> wp.Kernel:
-    """`changes`: there are programs; the stack machine is half a second of compiling."""
-    real = space.scalar
+def _impose_kernel(space: Space, changes: bool, tables: bool) -> wp.Kernel:
+    """`changes`: there are programs; `tables`: they all are tables. The stack machine takes longest to compile."""
+    real, evaluate_between = space.scalar, between(tables)
 
     @kernel(ranged=True)
     def impose(
@@ -126,7 +126,7 @@ class BoundaryValues:
         self.count = len(place)
         if self.count == 0:
             return
-        self._bank, self._changes = bank_of(kept, device), bool(kept)
+        self._bank, self._kinds = bank_of(kept, device), (bool(kept), are_tables(kept))
         self._windowed = [k for k, value in enumerate(kept) if isinstance(value, Windowed)]
         self.particle = np.array(owners, np.int32)
         self.component = np.array(components, int)
@@ -150,7 +150,7 @@ class BoundaryValues:
         programs = self._at_rest(state) if clock.still else [self._program, self._scale]
         inputs = [self._bank, clock.time, self.place, *programs, self._position]
         inputs += [*interval(c), wp.float64(self.second), state.split]
-        clock.launch(_impose_kernel(self.space, self._changes), self.count, inputs, [state.buffer])
+        clock.launch(_impose_kernel(self.space, *self._kinds), self.count, inputs, [state.buffer])
         self.motions.impose(state, clock, WHOLE if leads and c == 0.5 else c)
 
     def _at_rest(self, state: State) -> list[wp.array]:

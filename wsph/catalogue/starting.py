@@ -42,11 +42,12 @@ def start(kind: str, name: str, folder: Path, *, total: bool = False) -> list[Pa
         letters = "letters, digits, _ . and -" if kind in SINGLE else "small letters and digits, joined by -"
         raise WsphError(f"{name!r} is no name of a {kind}: it has {letters}")
     if total and kind != "material":
-        raise WsphError(f"--total is of a material, whose law it is about; a {kind} has none")
+        raise WsphError(f"--total is of a material, whose law it is about; of {kind} there is no such choice")
     if kind == "example":
         files = shipped.example(name)
     else:
-        files = {path: text.encode() for path, text in _files(kind, name, "total" if total else kind).items()}
+        made = _files(kind, name, "total" if total else kind)
+        files = {path: text.encode() for path, text in made.items()}
     root = folder if kind in SINGLE else folder / f"wsph-{name}"
     there = [root / path for path in files if (root / path).exists()]
     if there:

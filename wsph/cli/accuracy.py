@@ -95,8 +95,9 @@ def told(found: "Answer", folder: Path) -> list[str]:
     columns = data["columns"]
     for name, each in columns.items() if is_table(columns) else ():
         if is_table(each):
+            what = f"{name} {each['words'] or each['quantity']}"
             lines.append(
-                f"{name:<28} {each['quantity']}: error about {_percent(each['estimate'])}, bar {_percent(each['bar'])}, order {_number(each['order'])}"
+                f"{what}: error about {_percent(each['estimate'])}, bar {_percent(each['bar'])}, order {_number(each['order'])}"
             )
     rows = data["rows"]
     count = len(rows) if is_list(rows) else 0

@@ -40,11 +40,13 @@ class Heartbeat:
         self._every, self._now = every, now
         self._last = now()
         self._begin: tuple[int, float] | None = None
+        self._before = 0
 
     def __call__(self, step: int, steps: int, time: float) -> None:
         now = self._now()
-        if self._begin is None or step < self._begin[0]:  # a relaxation counts its own steps
+        if self._begin is None or step <= self._before:  # a relaxation, and a row of a search, counts its own steps
             self._begin = (step, now)
+        self._before = step
         if now - self._last < self._every:
             return
         self._last = now

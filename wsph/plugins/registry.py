@@ -144,6 +144,12 @@ def name_of(group: str, plugin: type) -> str:
     raise PluginError(f"{target} is not registered in {GROUPS[group]}: its distribution has no entry point for it")
 
 
+def is_ours(group: str, plugin: type) -> bool:
+    """Whether a plugin's class comes with wsph itself."""
+    target = f"{plugin.__module__}:{plugin.__qualname__}"
+    return any(entry.target == target and entry.distribution == "wsph" for entry in entries(group))
+
+
 def origin(group: str, name: str) -> str:
     """ "distribution version" of a registered name, for error messages and summaries."""
     entry = find(group, name)

@@ -18,7 +18,7 @@ from pydantic import BaseModel, PrivateAttr, ValidationError
 
 from wsph.errors import Fault, SceneError
 from wsph.plugins.options import keys_of
-from wsph.quantities import Table, is_list, is_table
+from wsph.quantities import Table, in_words, is_list, is_table
 from wsph.scene.checks import between_tables, of_plugins
 from wsph.scene.lines import line_of
 from wsph.scene.messages import of_validation, scene_path
@@ -27,6 +27,9 @@ from wsph.scene.touch.tool_checks import of_tools
 
 DEEPEST = 50
 """Dots in the path of an override."""
+
+
+in_words.append(of_validation)
 
 
 class Scene(SceneTables):

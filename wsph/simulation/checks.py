@@ -20,7 +20,7 @@ from wsph.constitutive.sampling import fault_of_law
 from wsph.contact.watch import Watch
 from wsph.doubts import doubt
 from wsph.errors import Unstable
-from wsph.plugins import integrators
+from wsph.plugins import integrators, registry
 from wsph.simulation.composing.composition import BodyRun, integrators_of
 from wsph.simulation.diagnostics import BodySums
 from wsph.simulation.ledger import HELD, Account
@@ -50,12 +50,19 @@ def unstable(
     """The error that names what was found, where and when, and the limit. `name` is a field, or what else is wrong."""
     t, dt, limit = timeline.time(step), timeline.dt, run.limit
     place = f" of particle {particle} at ({', '.join(f'{x:g}' for x in position)}) m" if particle >= 0 else ""
-    bound = f", limit {limit:.3f}" if limit is not None else ""
+    bound = f", limit {limit:.3f}{_claim(run)}" if limit is not None else ""
     message = (
         f"found unstable at step {step}, t = {t:.6g} s (dt = {dt:.4g} s): {name}{place} of body {run.body.name!r}: {what};"
         f" Courant number {run.courant:.6g}{bound}"
     )
     return Unstable(message, step=step, time=t, dt=dt, field=name, particle=particle, position=position, limit=limit)
+
+
+def _claim(run: BodyRun) -> str:
+    """Whose word the limit of a body is, where it is not ours and steps are below it."""
+    if run.limit is None or run.courant > run.limit or registry.is_ours("integrators", type(run.integrator)):
+        return ""
+    return " (the integrator's own claim, which may be wrong: wsph.testing.check_limit measures it)"
 
 
 HELD_WARNING, HELD_FLOOR, HELD_MATTERS = 0.05, 0.05, 0.01

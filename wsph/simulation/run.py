@@ -30,6 +30,7 @@ from wsph.simulation.checks import Checks, warn
 from wsph.simulation.compose import compose
 from wsph.simulation.composing.composition import Composition
 from wsph.simulation.composing.idle import untouched
+from wsph.simulation.diagnostics import BodySums
 from wsph.simulation.ledger import Account, Ledger
 from wsph.simulation.probing.recorder import RING
 from wsph.simulation.probing.records import Records
@@ -302,13 +303,16 @@ class Running:
             interrupts.asked = int(self._domain.max(np.array(interrupts.asked)))
         return bool(interrupts.asked)
 
-    def check(self, step: int) -> Account:
-        """The ledger of a state that the run may go on from. Raises Unstable where it may not."""
-        # What is said of the end is not of a run that goes on from there.
-        with keeping(self._checks.said if step < self._timeline.last else self._said_at_end):
-            return self._look(step)
+    def record(self) -> None:
+        """Record the state that the run has come to, which its result is taken at, in place of what was recorded at this
+        step before the state was changed."""
+        account = self._ledger.account(self._sums(self._step))
+        self._last = self._step, account
+        self._records.collect(self._step)
+        self._records.end(self._step, account)
 
-    def _look(self, step: int) -> Account:
+    def _sums(self, step: int) -> list[BodySums]:
+        """Bring the state of a step up to date, and sum it up. Raises Unstable where it is not finite."""
         bodies = self._composition.bodies
         if step > 0:
             self._composition.publish()
@@ -317,6 +321,16 @@ class Running:
                 run.system.refresh(run.system.state)
         sums = [run.diagnostics.measure(run.system.state) for run in bodies]
         self._checks.finite(step, sums)
+        return sums
+
+    def check(self, step: int) -> Account:
+        """The ledger of a state that the run may go on from. Raises Unstable where it may not."""
+        # What is said of the end is not of a run that goes on from there.
+        with keeping(self._checks.said if step < self._timeline.last else self._said_at_end):
+            return self._look(step)
+
+    def _look(self, step: int) -> Account:
+        sums = self._sums(step)
         self._checks.apart(step)
         account = self._ledger.account(sums) if step > 0 else self._ledger.open(sums)
         self._control.check_limits(step, sums)

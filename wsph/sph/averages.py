@@ -13,7 +13,7 @@ import numpy as np
 from wsph.backend.arrays import host, put
 from wsph.backend.space import Space
 from wsph.geometry.geometry import Geometry
-from wsph.sph.pairs import Pairs, find_pairs
+from wsph.sph.pairs import Pairs, find_pairs_once
 from wsph.sph.weights import Weights, interpolation_weights
 
 FARTHEST = 6.0
@@ -147,7 +147,7 @@ def spanning_weights(
     reach = np.full(len(targets), support)
     dim = sources.shape[1]
     while True:
-        pairs = visible(find_pairs(targets, sources, reach, "cpu"), geometry, *off_cracks)
+        pairs = visible(find_pairs_once(targets, sources, reach), geometry, *off_cracks)
         weights = interpolation_weights(Space(dim), pairs, targets, sources, volume)
         large = np.bincount(pairs.rows(), np.abs(host(weights.values)), len(targets)) > dim + BEYOND
         narrow = (weights.rank < dim) | large

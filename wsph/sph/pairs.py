@@ -9,6 +9,9 @@ import warp as wp
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Array, Space
 
+FEW = 250_000
+"""Targets times sources that are looked at all with all in some milliseconds."""
+
 
 @dataclass(frozen=True)
 class Pairs:
@@ -131,16 +134,7 @@ def find_pairs(
     ValueError for positions that are not finite (a hash grid would lose their pairs silently), for a radius that is not
     above zero, and where the pairs outnumber a 32-bit index.
     """
-    radii = np.broadcast_to(np.asarray(radius, float), len(targets))
-    if not (radii > 0.0).all() or not np.all(np.asarray(radius) > 0.0):
-        raise ValueError(f"the support radius {radius!r} is not above zero")
-    dim = targets.shape[1]
-    for points in (targets, sources):
-        if not np.isfinite(points).all():
-            raise ValueError(
-                f"particle {int(np.flatnonzero(~np.isfinite(points).all(1))[0])} has a position that is not finite"
-            )
-    n, m = len(targets), len(sources)
+    radii, dim, n, m = _radii(targets, sources, radius), targets.shape[1], len(targets), len(sources)
     reach = wp.array(np.ascontiguousarray(radii), dtype=wp.float64, device=device)
     if n == 0 or m == 0:
         empty = wp.zeros(0, dtype=wp.int32, device=device)
@@ -169,3 +163,31 @@ def find_pairs(
     indices = wp.zeros(total, dtype=wp.int32, device=device)
     wp.launch(fill_row, n, inputs=[*seen, offsets, int(same)], outputs=[indices], device=device)
     return Pairs(offsets, indices, n, m, reach)
+
+
+def _radii(targets: np.ndarray, sources: np.ndarray, radius: float | np.ndarray) -> np.ndarray:
+    """The radius of each target. Raises ValueError as `find_pairs` does."""
+    radii = np.broadcast_to(np.asarray(radius, float), len(targets))
+    if not (radii > 0.0).all() or not np.all(np.asarray(radius) > 0.0):
+        raise ValueError(f"the support radius {radius!r} is not above zero")
+    for points in (targets, sources):
+        if not np.isfinite(points).all():
+            raise ValueError(
+                f"particle {int(np.flatnonzero(~np.isfinite(points).all(1))[0])} has a position that is not finite"
+            )
+    return radii
+
+
+def find_pairs_once(targets: np.ndarray, sources: np.ndarray, radius: float | np.ndarray, device: str = "cpu") -> Pairs:
+    """As `find_pairs`, of what is found once: FEW are looked at all with all on the host, and nothing is compiled for
+    that."""
+    n, m = len(targets), len(sources)
+    if n * m > FEW or n * m == 0:
+        return find_pairs(targets, sources, radius, device)
+    radii, origin, square = _radii(targets, sources, radius), sources.min(0), np.zeros((n, m))
+    for k in range(targets.shape[1]):
+        square += ((sources[:, k] - origin[k]) - (targets[:, k] - origin[k])[:, None]) ** 2
+    row, indices = np.nonzero(square < (radii**2)[:, None])
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=n))])
+    ends, others = (wp.array(each, dtype=wp.int32, device=device) for each in (offsets, indices))
+    return Pairs(ends, others, n, m, wp.array(radii, dtype=wp.float64, device=device))

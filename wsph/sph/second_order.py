@@ -15,7 +15,7 @@ import numpy as np
 from wsph.backend.arrays import host
 from wsph.geometry.geometry import Geometry
 from wsph.sph.averages import Averages, spanning_weights, visible
-from wsph.sph.pairs import Pairs, find_pairs
+from wsph.sph.pairs import Pairs, find_pairs_once
 
 REACH, WIDER, FARTHEST = 2.2, 1.2, 3.3
 """How far a point looks [cells of about it]: three places a direction, at faces too; its growth where that is too little,
@@ -50,7 +50,7 @@ def between(geometry: Geometry, points: np.ndarray, at_nodes: bool) -> Averages:
     reach = REACH * _size(geometry, points)
     todo = np.arange(len(points))
     while len(todo):
-        seen = visible(find_pairs(grid[todo], sources, reach[todo], "cpu"), geometry, parted[0][todo], parted[1])
+        seen = visible(find_pairs_once(grid[todo], sources, reach[todo], "cpu"), geometry, parted[0][todo], parted[1])
         weights, well = _quadratic(seen, grid[todo], sources)
         offsets, indices = host(seen.offsets), host(seen.indices)
         made = Averages(offsets, indices, weights).only(np.flatnonzero(well))
@@ -70,7 +70,7 @@ def _size(geometry: Geometry, points: np.ndarray) -> np.ndarray:
     if not geometry.mapped:
         return np.ones(len(points))
     dim = points.shape[1]
-    near = find_pairs(*geometry.comparable(points, geometry.cells), 1.0)
+    near = find_pairs_once(*geometry.comparable(points, geometry.cells), 1.0)
     sizes = geometry.cell_volume ** (1.0 / dim) / geometry.edges[1]
     number = np.diff(host(near.offsets))
     total = np.bincount(near.rows(), sizes[host(near.indices)], len(points))

@@ -78,7 +78,7 @@ def load_study(path: Path) -> tuple[Study, Scene]:
     except tomllib.TOMLDecodeError as error:
         raise SceneError(str(path), [Fault(0, "", f"is not TOML: {error}")]) from None
     try:
-        study = Study(**data)
+        study = Study.model_validate(data)
     except ValidationError as error:
         where = lines(text)
         faults = [of_validation(e, Study) for e in error.errors(include_url=False)]

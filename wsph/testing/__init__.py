@@ -12,15 +12,19 @@ Each check raises AssertionError with a sentence that says what the plugin did a
 # pyright: strict
 
 from wsph.constitutive.sampling import LawSampler
-from wsph.testing.integrators import AMPLITUDE, check_integrator, temporal_order, vibrating_bar
+from wsph.testing.integrators import check_integrator, check_limit, temporal_order
 from wsph.testing.materials import check_material
+from wsph.testing.reactions import check_reactions
+from wsph.testing.scenes import AMPLITUDE, vibrating_bar
 from wsph.testing.steps import drift, spectral_radius, step_matrix, whole_spectrum
 
 __all__ = [
     "AMPLITUDE",
     "LawSampler",
     "check_integrator",
+    "check_limit",
     "check_material",
+    "check_reactions",
     "drift",
     "spectral_radius",
     "step_matrix",

@@ -3,63 +3,24 @@
 # pyright: strict
 
 import itertools
+import warnings
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from wsph.scene.scene import Scene
+from wsph.simulation.compose import compose
 from wsph.simulation.run import run
+from wsph.testing.reactions import check_reactions
+from wsph.testing.scenes import AMPLITUDE, vibrating_bar
+from wsph.testing.steps import spectral_radius
 
-AMPLITUDE = 0.01
+GROWTH = 2e-3
+"""Growth of a wave in a step that a limit may leave: some methods have none without, and say how little."""
 
-
-def vibrating_bar(
-    integrator: str | Mapping[str, object],
-    *,
-    cells: int = 20,
-    courant: float = 0.2,
-    precision: str = "f64",
-    periods: float = 0.25,
-    amplitude: float = AMPLITUDE,
-    material: Mapping[str, object] | None = None,
-    formulation: str | None = None,
-    **body: object,
-) -> Scene:
-    """A bar of length 1 m held at both ends, started in its first mode, for `periods` of it: smooth, with a closed form.
-
-    v = a sin(pi x) cos(pi c t), stress = rho c a cos(pi x) sin(pi c t), a = `amplitude` [m/s] (0.01 is a strain that large-
-    deformation methods take for small, and no shock forms), c = 1 m/s, rho = 1 kg/m3, E = 1 Pa. `material` are keys of
-    another material of that E and rho, `body` further keys of the body.
-    """
-    return Scene(
-        schema=1,
-        dim=1,
-        title="vibrating bar",
-        run={
-            "integrator": integrator if isinstance(integrator, str) else dict(integrator),
-            "end": 2.0 * periods,
-            "cfl": courant,
-            "precision": precision,
-            "guard": "off",
-            "device": "cpu",
-            **({"formulation": formulation} if formulation else {}),
-        },
-        bodies=[
-            {
-                "name": "bar",
-                "shape": {"type": "box", "min": [0.0], "max": [1.0]},
-                "spacing": 1.0 / cells,
-                "state": "stress",
-                "velocity": [f"{amplitude}*sin(pi*x)"],
-                "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.0}
-                | dict(material or {}),
-                **body,
-            }
-        ],
-        stop={"energy": 1e9},
-        boundary=[{"body": "bar", "face": "-x", "fixed": ["x"]}, {"body": "bar", "face": "+x", "fixed": ["x"]}],
-    )
+INSIDE, FAR = 0.98, 2.0
+"""Parts of a limit: at the one steps have to hold, and where they hold at the other the limit is far too small."""
 
 
 def temporal_order(
@@ -83,7 +44,8 @@ def check_integrator(
     courant: tuple[float, ...] = (0.2, 0.1, 0.05, 0.025),
 ) -> None:
     """Run what a registered integrator must do: its order in time over the Courant numbers `courant`, the same bits again,
-    both precisions agree."""
+    both precisions agree, its `limit()` holds every wave of a bar, and the reactions of the bar's ends, with the work of one
+    that is moved, are right. Raises AssertionError; warns of a limit far below what the method holds."""
     measured = temporal_order(integrator, courant)
     assert abs(measured - order) <= tolerance, f"{integrator}: order {measured:.3f} in time, not {order}"
     runs = [run(vibrating_bar(integrator, courant=courant[0])) for _ in range(2)]
@@ -92,3 +54,36 @@ def check_integrator(
     single = run(vibrating_bar(integrator, courant=courant[0], precision="f32")).particles["velocity"]
     gap = np.abs(single - a).max() / AMPLITUDE
     assert gap < 1e-4, f"{integrator}: single and double precision differ by {gap:.2e} of the velocity"
+    check_limit(integrator)
+    check_reactions(integrator, courant[0])
+
+
+def check_limit(integrator: str | Mapping[str, object]) -> None:
+    """Measure, by the matrix of the step of a bar of ten cells, what its waves are multiplied by at INSIDE of the limit that
+    the integrator claims. Raises AssertionError where one grows by more than GROWTH a step; warns where none does at FAR
+    times the limit. A limit of zero, of methods that amplify every undamped wave, claims nothing."""
+    claimed = compose(_small(integrator, 0.1)).bodies[0].limit
+    if claimed is None or not 0.0 < claimed < np.inf:
+        return
+    grown = spectral_radius(_small(integrator, INSIDE * claimed)) - 1.0
+    assert grown <= GROWTH, (
+        f"{integrator}: its limit() is a Courant number of {claimed:.4g} on a bar, where a wave grows by {grown:.2g} a step at"
+        f" {INSIDE} of it; it holds up to {_held(integrator, claimed):.3g}"
+    )
+    if spectral_radius(_small(integrator, FAR * claimed)) <= 1.0 + 1e-6:
+        text = f"{integrator}: its limit() is a Courant number of {claimed:.4g} on a bar, far too small: {FAR:g} times that holds"
+        warnings.warn(text, RuntimeWarning, stacklevel=2)
+
+
+def _held(integrator: str | Mapping[str, object], beyond: float) -> float:
+    """The Courant number up to which no wave grows by more than GROWTH a step, below one where some does."""
+    low, high = 0.0, beyond
+    while high - low > 5e-3 * beyond:
+        middle = 0.5 * (low + high)
+        holds = spectral_radius(_small(integrator, middle)) - 1.0 <= GROWTH
+        low, high = (middle, high) if holds else (low, middle)
+    return low
+
+
+def _small(integrator: str | Mapping[str, object], courant: float) -> Scene:
+    return vibrating_bar(integrator, cells=10, courant=courant, periods=10.0)

@@ -5,6 +5,7 @@ every boundary condition of every scene.
 """
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 import warp as wp
@@ -221,27 +222,43 @@ def holding(bank: Bank, program: int, clock: wp.array(dtype=wp.float64), second:
 
 
 @wp.func
-def evaluate_between(
-    bank: Bank,
-    program: int,
-    x: wp.vec3d,
-    clock: wp.array(dtype=wp.float64),
-    second: wp.float64,
-    from_dt: wp.float64,
-    to_dt: wp.float64,
-) -> wp.float64:
-    """A value, of a program without windows, at t + from_dt dt, or the mean of that and the one at t + to_dt dt where these
-    differ; t and dt are those of a clock in units of `second` [s]."""
-    dt = dt_of(clock) * second
-    t = time_of(clock) * second
-    value = wp.float64(0.0)
-    # A loop, so that the machine is compiled once.
-    k = int(0)
-    while k < wp.where(from_dt == to_dt, 1, 2):
-        each = evaluate(bank, program, x, t + wp.where(k == 0, from_dt, to_dt) * dt, wp.float64(1.0e-9) * dt)
-        value = wp.where(k == 0, each, wp.float64(0.5) * (value + each))
-        k += 1
-    return value
+def _of_table(bank: Bank, program: int, x: wp.vec3d, t: wp.float64, slack: wp.float64) -> wp.float64:
+    """`evaluate` of a program that is a table."""
+    return _look_up(bank, int(bank.number[bank.start[program]]), t, slack)
+
+
+@cache
+def between(tables: bool) -> wp.Function:
+    """Warp function (bank, program, x, clock, second, from_dt, to_dt) -> a value, of a program without windows, at t +
+    from_dt dt, or the mean of that and the one at t + to_dt dt where these differ; t and dt are those of a clock in units of
+    `second` [s]. `tables`: all programs are tables, which is half of the compiling."""
+    value_at = _of_table if tables else evaluate
+
+    @wp.func
+    def evaluate_between(
+        bank: Bank,
+        program: int,
+        x: wp.vec3d,
+        clock: wp.array(dtype=wp.float64),
+        second: wp.float64,
+        from_dt: wp.float64,
+        to_dt: wp.float64,
+    ) -> wp.float64:
+        dt = dt_of(clock) * second
+        t = time_of(clock) * second
+        value = wp.float64(0.0)
+        # A loop, so that the machine is compiled once.
+        k = int(0)
+        while k < wp.where(from_dt == to_dt, 1, 2):
+            each = value_at(bank, program, x, t + wp.where(k == 0, from_dt, to_dt) * dt, wp.float64(1.0e-9) * dt)
+            value = wp.where(k == 0, each, wp.float64(0.5) * (value + each))
+            k += 1
+        return value
+
+    return evaluate_between
+
+
+_between = between(False)
 
 
 @wp.func
@@ -254,11 +271,11 @@ def evaluate_mean(
     from_dt: wp.float64,
     to_dt: wp.float64,
 ) -> wp.float64:
-    """The same of any program: zero where the value is one of windows, and none is open at the later time."""
+    """The value of `between` of any program: zero where it is one of windows, and none is open at the later time."""
     which = holding(bank, program, clock, second, wp.max(from_dt, to_dt))
     if which < 0:
         return wp.float64(0.0)
-    return evaluate_between(bank, which, x, clock, second, from_dt, to_dt)
+    return _between(bank, which, x, clock, second, from_dt, to_dt)
 
 
 def interval(c: float | tuple[float, float]) -> list[wp.float64]:
@@ -270,6 +287,12 @@ def interval(c: float | tuple[float, float]) -> list[wp.float64]:
 def places(points: np.ndarray) -> np.ndarray:
     """Points (k, dim) [m] as programs take them: (k, 3), zero beyond the dimensions."""
     return np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
+
+
+def are_tables(values: list[Prescribed]) -> bool:
+    """Whether the programs of values are all tables, those in windows too."""
+    windowed = [each for value in values if isinstance(value, Windowed) for _, _, each in value.pieces]
+    return not any(isinstance(value, Expression) for value in (*values, *windowed))
 
 
 def bank_of(values: list[Prescribed], device: str) -> Bank:

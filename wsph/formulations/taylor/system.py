@@ -41,7 +41,7 @@ from wsph.parts.body_force import BodyForce
 from wsph.parts.body_force_work import MiddleWork
 from wsph.plugins.blame import blame
 from wsph.sph.averages import Averages, average, outward_weights, ranges, visible
-from wsph.sph.pairs import Pairs, find_pairs
+from wsph.sph.pairs import Pairs, find_pairs_once
 from wsph.sph.second_order import between
 from wsph.sph.weights import Weights, gradient_weights, interpolation_weights
 
@@ -207,7 +207,7 @@ class TwoSetSystem(System):
         reach = np.full(len(targets), self._support)
 
         def seen() -> Pairs:
-            return visible(find_pairs(targets, sources, reach, self.device), self.lattice, *off_cracks)
+            return visible(find_pairs_once(targets, sources, reach, self.device), self.lattice, *off_cracks)
 
         pairs = seen()
         gradient = gradient_weights(self.space, pairs, targets, sources, volume, smoothing)

@@ -11,14 +11,14 @@ from wsph.declarations import example
 from wsph.geometry.shapes.shape import BaseShape, check_coordinates
 from wsph.geometry.shapes.surfaces.round import Sphere
 from wsph.geometry.shapes.surfaces.surface import Patch
-from wsph.quantities import Point, Positive
+from wsph.quantities import Point, Positive, Table, is_sequence
 
 
 class Ball(BaseShape):
     """A disc (2D) or a sphere (3D) about `center`."""
 
     model_config = example({"type": "disc", "center": [0.0, 0.0], "radius": "10 mm"})
-    type: Literal["disc", "sphere"]
+    type: Literal["disc", "sphere"] = "sphere"
     center: Point
     radius: Positive
 
@@ -26,6 +26,11 @@ class Ball(BaseShape):
     def _of_its_dimension(self) -> "Ball":
         check_coordinates(self, (self.center,), self.dim)
         return self
+
+    @classmethod
+    def own_type(cls, given: Table) -> str:
+        center = given.get("center")
+        return "disc" if is_sequence(center) and len(center) == 2 else "sphere"
 
     @property
     def dim(self) -> int:

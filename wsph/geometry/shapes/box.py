@@ -18,7 +18,7 @@ class Box(BaseShape):
     """An axis-parallel box (a segment in 1D, a rectangle in 2D) from corner `min` to corner `max`."""
 
     model_config = example({"type": "box", "min": [0.0, 0.0], "max": ["100 mm", "20 mm"]})
-    type: Literal["box"]
+    type: Literal["box"] = "box"
     min: Point
     max: Point
 

@@ -19,7 +19,7 @@ class Cylinder(BaseShape):
     """A round bar with its ends' centres at `from` and `to` (3D)."""
 
     model_config = example({"type": "cylinder", "from": [0.0, 0.0, 0.0], "to": [0.0, 0.0, "30 mm"], "radius": "4 mm"})
-    type: Literal["cylinder"]
+    type: Literal["cylinder"] = "cylinder"
     start: Point = Field(alias="from")
     end: Point = Field(alias="to")
     radius: Positive

@@ -30,7 +30,7 @@ class Polygon(BaseShape):
     model_config = example(
         {"type": "polygon", "points": [[0.0, 0.0], ["48 mm", "44 mm"], ["48 mm", "60 mm"], [0.0, "44 mm"]]}
     )
-    type: Literal["polygon"]
+    type: Literal["polygon"] = "polygon"
     points: Annotated[tuple[Point, ...], BeforeValidator(as_tuple), Field(min_length=3)]
 
     @model_validator(mode="after")

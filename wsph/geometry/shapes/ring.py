@@ -18,7 +18,7 @@ class Ring(BaseShape):
     """The area between two circles about `center` (2D)."""
 
     model_config = example({"type": "ring", "center": [0.0, 0.0], "inner": "30 mm", "outer": "40 mm"})
-    type: Literal["ring"]
+    type: Literal["ring"] = "ring"
     center: Point
     inner: Positive
     outer: Positive

@@ -9,14 +9,16 @@ and slanted sides are met in steps of a cell. `rotate` turns a shape, and the la
 import math
 import re
 from itertools import product
-from typing import Annotated, Protocol
+from typing import Annotated, Protocol, get_args
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, WithJsonSchema, model_validator
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
 
 from wsph.declarations import list_of
 from wsph.geometry.shapes.surfaces.surface import Patch
-from wsph.quantities import Point, is_sequence
+from wsph.quantities import Model, Point, Table, is_sequence, is_table
 from wsph.units import quantity
 
 Edges = list[np.ndarray]
@@ -89,11 +91,34 @@ def _cosine_sine(degrees: float) -> tuple[float, float]:
     return ((c, s), (-s, c), (-c, -s), (s, -c))[int(quarter) % 4]
 
 
-class BaseShape(BaseModel):
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+class BaseShape(Model):
+    """What all shapes have. Of a scene file's tables the `type` says the class; of an object the class says the type."""
 
     rotate: Rotation = 0.0
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$", max_length=100)] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _by_its_class(cls, given: object) -> object:
+        if is_table(given) and "type" not in given and (own := cls.own_type(given)):
+            return {"type": own, **given}
+        return given
+
+    @classmethod
+    def own_type(cls, given: Table) -> str:
+        """The `type` of a shape of this class with those keys; empty where there are several."""
+        types = get_args(cls.model_fields["type"].annotation)
+        return types[0] if len(types) == 1 else ""
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        # A file has to say the type: it tells the shapes apart.
+        found = handler.resolve_ref_schema(handler(schema))
+        if "type" not in found.get("properties", {}):
+            return found
+        found["properties"]["type"].pop("default", None)
+        found["required"] = ["type", *(key for key in found.get("required", ()) if key != "type")]
+        return found
 
     @property
     def dim(self) -> int:

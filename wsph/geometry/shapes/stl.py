@@ -22,7 +22,7 @@ class Stl(BaseShape):
     `angle` degrees part it into the patches patch-0, patch-1, ..., the largest first."""
 
     model_config = example({"type": "stl", "file": "part.stl", "scale": "1 mm"})
-    type: Literal["stl"]
+    type: Literal["stl"] = "stl"
     file: Annotated[str, Field(min_length=1)]
     scale: Positive = 1.0
     angle: Annotated[float, Unit("", gt=0, le=180)] = 30.0

@@ -4,6 +4,7 @@
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false, reportUnknownArgumentType=false
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +19,16 @@ if TYPE_CHECKING:
 
 SMALL, USUAL, LARGE = 8.5, 9.5, 11.0
 """Sizes of letters [points]."""
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A number that is known of a column, its "mean", "final" or "peak", in its unit, its "arrival" [s] or "frequency" [Hz],
+    and half the width of its error bar, None where it has none."""
+
+    quantity: str
+    value: float
+    half_width: float | None
 
 
 def along(shot: Shot, shown: Scalar, limits: tuple[float, float], ends: tuple[float, float], title: str) -> "Figure":
@@ -52,18 +63,20 @@ def over_time(
     title: str,
     across: tuple[str, str] = ("time", "s"),
     bars: Mapping[str, float] | None = None,
+    marks: Mapping[str, Mark] | None = None,
 ) -> "Figure":
     """The figure of columns over `times` [s], a panel for each unit; units of the columns by name, SI. `across`: the name
     and the unit of what they are drawn over, where that is another; `bars`: the half width of a band about a column, in its
-    unit."""
+    unit; `marks`: of columns that one number is known of."""
     panels: dict[str, list[str]] = {}
     for name in columns:
         panels.setdefault(units.get(name, ""), []).append(name)
     heights = [2.6 if len(panels) > 1 else 3.6] * len(panels)
-    page = sum(heights) + 0.45 * (len(heights) - 1) + 1.1
+    above = 0.5 + 0.17 * title.count("\n")
+    page = sum(heights) + 0.45 * (len(heights) - 1) + 0.6 + above
     made = figure(8.0, page)
     shown, of_time = shown_in(across[1], float(np.abs(times).max(initial=0.0)))
-    bottom, beside = page - 0.5, any(len(names) > 1 for names in panels.values())
+    bottom, beside = page - above, any(len(names) > 1 for names in panels.values())
     for number, (unit, names) in enumerate(panels.items()):
         bottom -= heights[number]
         # The names have a column of their own beside the lines.
@@ -75,6 +88,8 @@ def over_time(
             if (bar := (bars or {}).get(name, 0.0)) > 0.0:
                 low, high = (columns[name] - bar) * factor, (columns[name] + bar) * factor
                 axes.fill_between(times * shown, low, high, color=_stroke(k)["color"], alpha=0.25, linewidth=0.0)
+            if marks and name in marks:
+                _mark(axes, marks[name], _stroke(k)["color"], shown, factor)
         last = number == len(panels) - 1
         _dress(axes, titled(across[0], of_time) if last else "", titled(_shared(names) or title, written))
         if len(names) > 1:
@@ -84,6 +99,18 @@ def over_time(
             axes.set_title(title, loc="left", fontsize=LARGE)
         bottom -= 0.45
     return made
+
+
+def _mark(axes: Any, mark: Mark, color: str, across: float, up: float) -> None:
+    """A number with its bar as a line with a band: level, or of a time upright; a frequency has no place on the axes."""
+    if mark.quantity == "frequency":
+        return
+    upright = mark.quantity == "arrival"
+    line, band, factor = (axes.axvline, axes.axvspan, across) if upright else (axes.axhline, axes.axhspan, up)
+    line(mark.value * factor, color=color, linewidth=0.9, linestyle=":")
+    if mark.half_width:
+        low, high = mark.value - mark.half_width, mark.value + mark.half_width
+        band(low * factor, high * factor, color=color, alpha=0.25, linewidth=0.0)
 
 
 def _shared(names: list[str]) -> str:

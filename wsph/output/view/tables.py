@@ -13,7 +13,7 @@ import numpy as np
 
 from wsph.errors import OutputError
 from wsph.output.files import ACCURACY
-from wsph.output.view.curves import over_time
+from wsph.output.view.curves import Mark, over_time
 from wsph.output.view.pictures import save_figure
 
 HISTORY = "history"
@@ -21,14 +21,16 @@ HISTORY = "history"
 
 @dataclass(frozen=True)
 class Series:
-    """A column over time: its `name` on a picture, `times` [s], `values` and their SI unit; `bar`: half the width of its
-    error bar, where it has one."""
+    """A column over time: its `name` on a picture, `times` [s], `values` and their SI unit; of what a search judged `bar`,
+    half the width of its error bar, or `mark`, of one number; and that, or that there is no bar, in `words`."""
 
     name: str
     times: np.ndarray
     values: np.ndarray
     unit: str
     bar: float = 0.0
+    mark: Mark | None = None
+    words: str = ""
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """Its values at other times, linear between its own. Raises OutputError beyond them."""
@@ -47,7 +49,7 @@ class Tables:
             self._units: dict[str, Any] = said.get("units", {})
         except (OSError, ValueError):
             self._units = {}  # a run that was cut off has its numbers without units
-        self._bars = _bars(folder)
+        self._judged = _judged(folder)
 
     def series(self, asked: str) -> list[Series]:
         """The columns that a name stands for: one of history.csv, PROBE.COLUMN, or all of a PROBE. With a minus sign in
@@ -71,7 +73,17 @@ class Tables:
         raise OutputError(f"{self._folder}: no column {name!r}; there is {', '.join(there)}")
 
     def _with_bar(self, series: Series, column: str) -> Series:
-        return replace(series, bar=self._bars.get(column, 0.0))
+        if self._judged is None:
+            return series
+        said = self._judged.get(column)
+        if said is None:
+            return replace(series, words="not judged: no error bar")
+        width, value = said.get("half_width"), said.get("value")
+        if not isinstance(value, (int, float)):
+            return replace(series, bar=float(width or 0.0), words="" if width is not None else "no error bar")
+        sign = -1.0 if series.name.startswith("−") and said["quantity"] in ("mean", "final", "peak") else 1.0
+        mark = Mark(said["quantity"], sign * float(value), width)
+        return replace(series, mark=mark, words=str(said.get("words", "")))
 
     def _keys(self, probe: str) -> list[str]:
         return [key for key in self._read(self._folder / "probes" / f"{probe}.csv") if key != "time"]
@@ -90,13 +102,13 @@ def _series(name: str, columns: Mapping[str, np.ndarray], key: str, sign: float,
     return Series("−" * (sign < 0.0) + name, columns["time"], sign * columns[key], units.get(key, ""))
 
 
-def _bars(folder: Path) -> dict[str, float]:
-    """Half widths of error bars by "PROBE.COLUMN", where the run is the answer of a search that has them."""
+def _judged(folder: Path) -> dict[str, dict[str, Any]] | None:
+    """What a search says of the columns "PROBE.COLUMN" that it judged; None where the run is no answer of one."""
     try:
         said: Any = json.loads((folder / ACCURACY).read_text(encoding="utf-8"))
-        return {name: float(each.get("half_width") or 0.0) for name, each in said["columns"].items()}
-    except (OSError, ValueError, KeyError, AttributeError):
-        return {}
+        return {name: dict(each) for name, each in said["columns"].items()}
+    except (OSError, ValueError, KeyError, AttributeError, TypeError):
+        return None
 
 
 def view_curves(folder: Path, columns: str, against: str | None, save: Path | None) -> None:
@@ -117,4 +129,8 @@ def view_curves(folder: Path, columns: str, against: str | None, save: Path | No
     title += f" against {across[0]}" if against is not None else ""
     bars = {each.name: each.bar for each in series} if against is None else {}
     title += ", with error bars" if any(bars.values()) else ""
-    save_figure(over_time(along, values, units, title, across, bars), save)
+    # One line of what is known of each, as far as there is room.
+    words = [f"{each.name}: {each.words}" if len(series) > 1 else each.words for each in series if each.words][:3]
+    title = "\n".join([title, *words]) if against is None else title
+    marks = {each.name: each.mark for each in series if each.mark is not None} if against is None else {}
+    save_figure(over_time(along, values, units, title, across, bars, marks), save)

@@ -58,6 +58,14 @@ class Recorder:
             self._rows.append(self.reduced(ring[[s % len(ring) for s in steps]].astype(np.float64)))
             self.steps += steps
 
+    def again(self, step: int) -> None:
+        """Record the state after `step` as it is now, once."""
+        if self.steps and self.steps[-1] == step:
+            self.steps.pop()
+            self._rows[-1] = self._rows[-1][:-1]
+        self.record()
+        self.flush([step])
+
     def reduced(self, rows: np.ndarray) -> np.ndarray:
         """What of rows (steps, c) is kept."""
         return rows

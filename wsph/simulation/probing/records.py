@@ -32,6 +32,9 @@ TABLE_SECONDS = 5.0
 class Records:
     """History, probes and frames of one run. With a folder, frames and tables are written as they come."""
 
+    _framed = -1
+    """The step of the last frame."""
+
     def __init__(self, composition: Composition, energies: Sequence[str], folder: OutputFolder | None):
         """`energies` are the columns of the ledger."""
         self._bodies, self._timeline = composition.bodies, composition.time_step.timeline
@@ -97,6 +100,16 @@ class Records:
             self._frames.advance()
             self.frame(step)
 
+    def end(self, step: int, account: Account) -> None:
+        """Record the state at `step`, where the run ends, in place of what was recorded there before it was changed."""
+        if self._rows and self._rows[-1][0] == step:
+            self._rows.pop()
+        self.row(step, account)
+        for probe in self._probes:
+            probe.again(step)
+        if self._framed != step:
+            self.frame(step)
+
     def row(self, step: int, account: Account) -> None:
         """Append a row of the history; at most one a step."""
         if not self._rows or self._rows[-1][0] != step:
@@ -114,6 +127,7 @@ class Records:
 
     def frame(self, step: int) -> None:
         """Write a frame of the state, which is that after `step`, where there is a format for it."""
+        self._framed = step
         if self._folder is None or not self._folder.formats:
             return
         everything = self.particles(self._wanted)

@@ -114,7 +114,12 @@ class Simulation:
 
     @property
     def steps(self) -> int:
-        """Steps to the end, at the present time step."""
+        """Steps done so far."""
+        return self._step
+
+    @property
+    def steps_total(self) -> int:
+        """Steps of the whole run, from the start to the end, at the present time step."""
         return self._timeline.last
 
     @property
@@ -184,9 +189,12 @@ class Simulation:
 
     @property
     def result(self) -> Result:
-        """The result as far as the run has come: it ends there."""
+        """The result as far as the run has come: it ends there, and that state is the last of its records."""
         if self._result is None:
             with ONE_RUN:
+                if self._running.failure is None and (self._changed or self._step < self._timeline.last):
+                    self._begin_anew()
+                    self._running.record()
                 self._result = self._running.end(self._interrupts)
             self.close()
         return self._result
@@ -253,10 +261,7 @@ class Simulation:
 
     def _advance(self) -> int:
         with ONE_RUN, np.errstate(over="ignore", invalid="ignore"), warnings.catch_warnings():
-            if self._changed:
-                self._changed = False
-                for each in integrators_of(self._running.composition.bodies):
-                    integrators.begin(each)
+            self._begin_anew()
             step = next(self._blocks, None)
             wp.synchronize_device(self._running.composition.device)
         if (failure := self._running.failure) is not None:
@@ -265,6 +270,13 @@ class Simulation:
                 each.call(self.state)
             raise failure
         return step if step is not None else self._step
+
+    def _begin_anew(self) -> None:
+        """Have integrators make what they keep from a state that was changed."""
+        if self._changed:
+            self._changed = False
+            for each in integrators_of(self._running.composition.bodies):
+                integrators.begin(each)
 
     def _taken(self, energy: float) -> None:
         """Note that a change from outside has taken energy, nondimensional."""
