@@ -6,4 +6,6 @@ import sys
 
 from wsph.cli import main
 
-sys.exit(main())
+# Workers of an executor read this module too.
+if __name__ == "__main__":
+    sys.exit(main())

@@ -17,15 +17,17 @@ from wsph.scene.scene import Scene
 from wsph.scene.touch.tools import Tool
 from wsph.simulation.compose import compose, memory_need, stairs
 from wsph.simulation.composing.composition import BodyRun, Composition
+from wsph.simulation.composing.forecast import forecast
 from wsph.simulation.starting.initial import initial_in_words
 
 Row = tuple[str, str]
 """What is told of, and the words."""
 
 
-def described(scene: Scene, source: str) -> list[Row]:
-    """The rows of a scene that comes from `source`. Raises what `wsph.compose` raises."""
-    composition, stepped = compose(scene), stairs(scene)
+def described(scene: Scene, source: str, ranks: int | None = None) -> list[Row]:
+    """The rows of a scene that comes from `source`; with `ranks` those of so many processes that share it. Raises what
+    `wsph.compose` raises."""
+    composition, stepped = compose(scene if ranks is None else scene.with_(threads=1)), stairs(scene)
     rows: list[Row] = [
         ("scene", scene.title or source),
         ("space", f"{scene.dim}D, {scene.run.precision}, {composition.device}"),
@@ -57,7 +59,7 @@ def described(scene: Scene, source: str) -> list[Row]:
         (f"tool {tool.name}", f"{tool.shape.type}, {_moved(tool)}, against {', '.join(tool.against)}")
         for tool in scene.tools
     ]
-    return rows
+    return rows if ranks is None else [*rows, *forecast(scene, composition, ranks)]
 
 
 def _numbers(reported: Sequence[Reported]) -> str:

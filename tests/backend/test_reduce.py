@@ -11,8 +11,10 @@ from wsph.backend.reduce import BLOCK, Segments, blocks, largest, total, totals
 class Twice(Whole):
     """Two parts of the same content."""
 
-    def sum(self, x: np.ndarray) -> np.ndarray:
-        return x + x
+    size = 2
+
+    def joined(self, rows: np.ndarray) -> np.ndarray:
+        return np.concatenate([rows, rows])
 
     def max(self, x: np.ndarray) -> np.ndarray:
         return np.maximum(x, 7.0)
@@ -25,7 +27,7 @@ def test_blocks_hold_all_rows(n: int) -> None:
 
 def test_one_process_has_the_whole() -> None:
     x = np.arange(3.0)
-    assert all(of(x) is x for of in (WHOLE.sum, WHOLE.max, WHOLE.min, WHOLE.gather))
+    assert all(of(x) is x for of in (WHOLE.sum, WHOLE.max, WHOLE.min, WHOLE.joined, WHOLE.gathered))
 
 
 @pytest.mark.parametrize(("domain", "times", "most"), [(WHOLE, 1.0, 3.0), (Twice(), 2.0, 7.0)])

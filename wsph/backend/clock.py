@@ -7,7 +7,7 @@ from functools import cache
 import warp as wp
 
 from wsph.backend.kernels import kernel
-from wsph.backend.launch import Launch
+from wsph.backend.launch import HostCall, Launch
 from wsph.backend.space import Array
 
 T, DT, FIRST_T, FIRST_STEP = range(4)
@@ -53,7 +53,7 @@ class Clock:
 
     def __init__(self, dt: float, device: str):
         self.device = device
-        self._listed: list[Launch] | None = None
+        self._listed: list[Launch | HostCall] | None = None
         self.step: Array = wp.zeros(1, dtype=wp.int64, device=device)
         self._none: Array = wp.full(1, -1, dtype=wp.int64, device=device)
         self.time: Array = wp.array([0.0, dt, 0.0, 0.0], dtype=wp.float64, device=device)
@@ -71,7 +71,7 @@ class Clock:
     @property
     def listed(self) -> int:
         """Launches in the list that is being made so far, 0 where none is."""
-        return len(self._listed or ())
+        return sum(isinstance(each, Launch) for each in self._listed or ())
 
     def shorten(self, factor: float) -> None:
         """Steps from the current one on are shorter by a factor."""
@@ -86,14 +86,26 @@ class Clock:
         else:
             self._listed.append(launch)
 
-    def launches(self, step: Callable[[], None]) -> list[Launch]:
-        """The launches of `step`, in order, without running them."""
+    def host(self, call: Callable[[], None]) -> None:
+        """Have the host do something between launches, at once or in the list that is being made: what is captured ends
+        before it."""
+        if self._listed is None:
+            call()
+        else:
+            self._listed.append(HostCall(call))
+
+    def listing(self, step: Callable[[], None]) -> list[Launch | HostCall]:
+        """All that `step` does, in order, without doing it."""
         self._listed = found = []
         try:
             step()
         finally:
             self._listed = None
         return found
+
+    def launches(self, step: Callable[[], None]) -> list[Launch]:
+        """The launches of `step`, in order, without running them."""
+        return [each for each in self.listing(step) if isinstance(each, Launch)]
 
     def part(self, c: float | tuple[float, float]) -> float | tuple[float, float]:
         """The part of a step, or the two whose mean is meant, of prescribed values: while it is still, its start."""

@@ -2,23 +2,88 @@
 
 # pyright: strict
 
-from typing import Protocol
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
 
 import numpy as np
 
 from wsph.backend.space import Array
 
+T = TypeVar("T")
 
-class Domain(Protocol):
-    """The particles of a scene that a process owns. All processes call all of these in the same order: one that skips a call
-    leaves the others waiting. The numbers returned are the same in every process, to the bit."""
 
-    def exchange(self, *arrays: Array) -> None:
-        """Update the copies of other parts' particles, in arrays over particles, from the parts that own them."""
+@dataclass(frozen=True)
+class Share:
+    """The rows that a process holds of an array over a whole body, a range of them, and the range of those that are its
+    own: the others are copies of rows that other processes own. Of `whole` rows it holds `held` from number `first` on, and
+    owns those from number `low` up to `high`."""
+
+    whole: int
+    first: int
+    held: int
+    low: int
+    high: int
+
+    @classmethod
+    def all(cls, n: int) -> "Share":
+        """All of n rows."""
+        return cls(n, 0, n, 0, n)
+
+    @property
+    def own(self) -> slice:
+        """Its own rows among those that it holds."""
+        return slice(self.low - self.first, self.high - self.first)
+
+    @property
+    def window(self) -> slice:
+        """The rows that it holds, among those of the whole."""
+        return slice(self.first, self.first + self.held)
+
+    @property
+    def complete(self) -> bool:
+        """Whether they are all its own."""
+        return self.high - self.low == self.whole
+
+
+@dataclass(frozen=True)
+class Split:
+    """The part of a body that a process has: its shares of the `nodes` and of the `points` that carry the stress. Of the
+    whole it knows, in cells of its grid, `middle` (dim,), where its nodes are in the mean, and `low` (dim,), where the
+    first are. `layers` of its cells across the first axis of the grid that it holds, from one up to another."""
+
+    domain: "Domain"
+    nodes: Share
+    points: Share
+    middle: np.ndarray | None = None
+    low: np.ndarray | None = None
+    layers: tuple[int, int] = (0, 0)
+
+
+class Halo(Protocol):
+    """Keeps the copies of rows that other processes own up to date. Where those of accelerations are, all that a step makes
+    of them the copies of particles go through as their owners do, to the bit."""
+
+    def update(self, field: Array) -> None:
+        """Overwrite the copies in an array over the rows held by what their owners have, on the host, in the order in which
+        all processes call it."""
         ...
 
+    def fill(self, rows: np.ndarray) -> None:
+        """The same of rows on the host."""
+        ...
+
+
+class Domain(Protocol):
+    """The part of a scene that a process has. All processes call all of these in the same order: one that skips a call
+    leaves the others waiting. The numbers returned are the same in every process, to the bit. Where a process has called
+    `fail` all the others raise what it failed of, at their next call."""
+
+    rank: int
+    size: int
+
     def sum(self, x: np.ndarray) -> np.ndarray:
-        """The sums of the parts' numbers, element by element."""
+        """The sums of integers of all parts, element by element."""
         ...
 
     def max(self, x: np.ndarray) -> np.ndarray:
@@ -29,16 +94,43 @@ class Domain(Protocol):
         """The smallest of the parts' numbers, element by element; NaN where any is."""
         ...
 
-    def gather(self, x: np.ndarray) -> np.ndarray:
-        """The rows of all parts, in the order of the particles of the whole."""
+    def joined(self, rows: np.ndarray) -> np.ndarray:
+        """The rows of all parts, one part after the other."""
+        ...
+
+    def gathered(self, rows: np.ndarray) -> np.ndarray:
+        """The same in the first process; its own rows in the others."""
+        ...
+
+    def scattered(self, rows: np.ndarray | None, share: Share) -> np.ndarray:
+        """The rows that this process holds, of the rows of the whole that the first process has."""
+        ...
+
+    def told(self, of: Callable[[], T], by: int = 0) -> T:
+        """What a function gives in the first process, or in another, which alone calls it."""
+        ...
+
+    def abort(self, error: BaseException) -> None:
+        """End all processes, in the middle of steps, where others wait for what this one has to say."""
+        ...
+
+    def common(self, words: Sequence[str]) -> list[str]:
+        """Those of the words of this process that all say."""
+        ...
+
+    def fail(self, error: BaseException) -> None:
+        """Have all others raise an error at their next call."""
+        ...
+
+    def halo(self, share: Share) -> Halo:
+        """What keeps copies of a body's rows up to date."""
         ...
 
 
 class Whole:
     """The domain of a scene in one process: every call gives what it was given."""
 
-    def exchange(self, *arrays: Array) -> None:
-        """There are no other parts."""
+    rank, size = 0, 1
 
     def sum(self, x: np.ndarray) -> np.ndarray:
         """The numbers themselves."""
@@ -52,9 +144,52 @@ class Whole:
         """The numbers themselves."""
         return x
 
-    def gather(self, x: np.ndarray) -> np.ndarray:
+    def joined(self, rows: np.ndarray) -> np.ndarray:
         """The rows themselves."""
-        return x
+        return rows
+
+    def gathered(self, rows: np.ndarray) -> np.ndarray:
+        """The rows themselves."""
+        return rows
+
+    def scattered(self, rows: np.ndarray | None, share: Share) -> np.ndarray:
+        """The rows that the share has."""
+        return np.asarray(rows)[share.window]
+
+    def told(self, of: Callable[[], T], by: int = 0) -> T:
+        """What the function gives."""
+        return of()
+
+    def abort(self, error: BaseException) -> None:
+        """There are no others."""
+
+    def common(self, words: Sequence[str]) -> list[str]:
+        """The words themselves."""
+        return list(words)
+
+    def fail(self, error: BaseException) -> None:
+        """There are no others."""
+
+    def halo(self, share: Share) -> Halo:
+        """There are no copies."""
+        return self
+
+    def update(self, field: Array) -> None:
+        """There are no copies."""
+
+    def fill(self, rows: np.ndarray) -> None:
+        """There are no copies."""
 
 
 WHOLE = Whole()
+
+
+def mean_of(domain: Domain, rows: np.ndarray) -> np.ndarray:
+    """The mean of the rows of all parts, one part after the other, as one process finds it."""
+    whole = domain.gathered(rows)
+    return domain.told(lambda: whole.mean(0))
+
+
+def any_of(domain: Domain, flag: bool) -> bool:
+    """Whether something holds in any part."""
+    return flag if domain.size == 1 else bool(domain.max(np.array([flag], np.int64))[0])

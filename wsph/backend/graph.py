@@ -1,7 +1,8 @@
 """Steps as programs: a fixed list of launches, captured once and replayed many times.
 
 On CUDA and for small scenes on the CPU a graph holds many steps (0.2 us a launch). A larger scene on the CPU is timed for
-one step, and its cores share the launches that are found to take long (`wsph.backend.threads`).
+one step, and its cores share the launches that are found to take long (`wsph.backend.threads`). Where the host has its part
+in a step, as where processes exchange what they own, a step is stretches of launches between what the host does.
 """
 
 # pyright: strict
@@ -9,12 +10,13 @@ one step, and its cores share the launches that are found to take long (`wsph.ba
 
 import contextlib
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import warp as wp
 
 from wsph.backend.clock import Clock
-from wsph.backend.launch import captured
+from wsph.backend.launch import HostCall, Launch, captured
 from wsph.backend.threads import Segment, ThreadTeam, barrier, cores
 
 SMALL_PAIRS = 200_000
@@ -37,6 +39,31 @@ def _timed(graphs: list[wp.Graph]) -> list[float]:
     return seconds
 
 
+def _run_all(launches: Sequence[Launch]) -> None:
+    for launch in launches:
+        launch.run()
+
+
+def _stretches(step: list[Launch | HostCall], device: str) -> list[Callable[[], None]]:
+    """A step as calls: graphs of the launches between what the host does, and that."""
+    found: list[Callable[[], None]] = []
+    left: list[Launch] = []
+
+    def close() -> None:
+        if left:
+            found.append(partial(wp.capture_launch, captured(partial(_run_all, tuple(left)), device)))
+            left.clear()
+
+    for each in step:
+        if isinstance(each, Launch):
+            left.append(each)
+        else:
+            close()
+            found.append(each.run)
+    close()
+    return found
+
+
 class Program:
     """A step as a list of launches. `run(n)` runs it n times."""
 
@@ -49,16 +76,22 @@ class Program:
         pairs: int,
         threads: int = 0,
         before: Callable[[], bool] | None = None,
+        *,
+        hosted: bool = False,
     ):
         """`pairs` measures the work of a step; `threads` 0 means all cores; `before`, run on the host before every step,
-        says whether it changed what the step's launches take."""
+        says whether it changed what the step's launches take; `hosted`: the host has its part in a step, by one thread."""
         self.step, self._clock, self._before, self._device = step, clock, before, clock.device
         on_cuda = wp.get_device(self._device).is_cuda
         self.small = pairs <= SMALL_PAIRS or on_cuda
         self.followed = before is not None
-        self.batched = self.small and not self.followed
+        self.looked = self.small and not self.followed
+        """Whether a run looks at its state after many steps alone."""
+        self.hosted = hosted
+        self.batched = self.looked and not hosted
         """Whether one graph may hold many steps."""
-        self.threads = 1 if self.small else threads or len(cores())
+        self.threads = 1 if self.small or hosted else threads or len(cores())
+        self._stretches: list[Callable[[], None]] = []
         self._seconds: list[float] = []
         self._blocks = BLOCKS if self.batched else (1,)
         self._graphs: dict[int, wp.Graph] = {}
@@ -85,7 +118,11 @@ class Program:
         with self._team.at_work() if self._team is not None else contextlib.nullcontext():
             while done < steps and not stop():
                 if self._before is not None and self._before():
-                    self._graphs, self._segments = {}, []
+                    self._graphs, self._segments, self._stretches = {}, [], []
+                if self.hosted:
+                    self._go_through()
+                    done += 1
+                    continue
                 done += self._replay(steps - done) if self._team is None else self._share(self._team, steps - done)
         return done
 
@@ -94,6 +131,13 @@ class Program:
         block = next(block for block in self._blocks if block <= most)
         wp.capture_launch(self._captured(block))
         return block
+
+    def _go_through(self) -> None:
+        """Run a step, stretch by stretch."""
+        if not self._stretches:
+            self._stretches = _stretches(self._clock.listing(self.step), self._device)
+        for stretch in self._stretches:
+            stretch()
 
     def _share(self, team: ThreadTeam, most: int) -> int:
         """Run at most `most` steps by all threads; returns how many. The very first step is run by one thread, and timed."""

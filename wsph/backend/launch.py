@@ -34,6 +34,17 @@ class Launch:
         wp.launch(self.kernel, n, inputs=inputs, outputs=self.outputs, device=self.device)
 
 
+@dataclass(frozen=True)
+class HostCall:
+    """Something that the host does between two launches of a step."""
+
+    call: Callable[[], None]
+
+    def run(self) -> None:
+        """Do it."""
+        self.call()
+
+
 def captured(launches: Callable[[], None], device: str = "cpu") -> wp.Graph:
     """A graph of launches, whose kernels are loaded. It starts them faster: their arguments are packed once."""
     with wp.ScopedCapture(device=device, force_module_load=False) as capture:

@@ -36,14 +36,14 @@ class Segments:
     owner: np.ndarray
 
     @classmethod
-    def of(cls, owners: np.ndarray) -> "Segments":
-        """The blocks of rows by their owners (n,), numbers not below -1."""
+    def of(cls, owners: np.ndarray, each: int = BLOCK) -> "Segments":
+        """The blocks, of at most `each` rows, of rows by their owners (n,), numbers not below -1."""
         order = np.argsort(owners, kind="stable")
         first = np.flatnonzero(np.diff(owners[order], prepend=-2))
         ends = np.append(first, len(owners))[1:]
-        starts = [np.arange(a, b, BLOCK) for a, b in zip(first, ends, strict=True)]
-        each = np.repeat(owners[order][first], [len(part) for part in starts])
-        return cls(order, np.concatenate([*starts, [len(owners)]]).astype(np.int32), each)
+        starts = [np.arange(a, b, each) for a, b in zip(first, ends, strict=True)]
+        owner = np.repeat(owners[order][first], [len(part) for part in starts])
+        return cls(order, np.concatenate([*starts, [len(owners)]]).astype(np.int32), owner)
 
     @property
     def count(self) -> int:
@@ -57,15 +57,25 @@ class Segments:
             return {}
         return {name: [Term(sums, int(mine[0]) * width + k, len(mine), width)] for k, name in enumerate(names)}
 
+    def none(self, sums: Array, names: Sequence[str]) -> dict[str, list[Term]]:
+        """The sums over the blocks of an owner that has rows in other processes alone."""
+        return {name: [Term(sums, 0, 0, max(len(names), 1))] for name in names}
+
+    def whole(self, sums: np.ndarray, domain: Domain) -> np.ndarray:
+        """The sums (blocks, k) of the blocks of all processes, in the order of their owners and of the processes."""
+        if domain.size == 1:
+            return sums
+        return domain.joined(sums)[np.argsort(domain.joined(self.owner), kind="stable")]
+
 
 def total(values: Array, domain: Domain = WHOLE) -> float:
     """The sum of an array (n,), in double precision."""
-    return float(domain.sum(np.asarray(values.numpy().sum(dtype=np.float64))))
+    return float(domain.joined(values.numpy()).sum(dtype=np.float64))
 
 
 def totals(values: Array, domain: Domain = WHOLE) -> np.ndarray:
     """The sums over the rows of an array (n, k), (k,), in double precision."""
-    return domain.sum(np.array([column.sum(dtype=np.float64) for column in values.numpy().T]))
+    return np.array([column.sum(dtype=np.float64) for column in domain.joined(values.numpy()).T])
 
 
 def largest(values: Array, domain: Domain = WHOLE) -> float:

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from wsph.backend.domain import WHOLE, Domain, any_of
 from wsph.boundary.loads.acting import Load, LoadedFaces
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.programs.motion import UNITS, Motion
@@ -166,8 +167,11 @@ def _nothing_selected(k: int, condition: Boundary, faces: Faces, position: np.nd
     return SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
 
 
-def _of_patch(k: int, name: str, body: str, faces: Faces) -> np.ndarray:
+def _of_patch(k: int, name: str, body: str, faces: Faces, domain: Domain) -> np.ndarray:
     """Rows of the faces of a patch."""
+    elsewhere = any_of(domain, name in faces.patches)
+    if name not in faces.patches and elsewhere:
+        return np.zeros(len(faces.cell), bool)
     if name not in faces.patches:
         there = f"it has {', '.join(faces.patches)}"
         if not faces.patches:
@@ -179,10 +183,17 @@ def _of_patch(k: int, name: str, body: str, faces: Faces) -> np.ndarray:
 
 
 def selected_conditions(
-    scene: Prescribing, body: str, faces: Faces, spacing: float, position: np.ndarray, on: np.ndarray
+    scene: Prescribing,
+    body: str,
+    faces: Faces,
+    spacing: float,
+    position: np.ndarray,
+    on: np.ndarray,
+    domain: Domain = WHOLE,
 ) -> Iterator[tuple[int, Boundary, np.ndarray, np.ndarray]]:
     """The conditions of a body: number, condition, the particles that it selects and the rows of its `faces` (m,) bool. `on`
-    (m, k) are the particles of each face, `spacing` [m]. Raises SceneError where one selects nothing."""
+    (m, k) are the particles of each face, `spacing` [m]. Raises SceneError where one selects nothing in all of the
+    `domain`."""
     for k, condition in enumerate(scene.boundary):
         if condition.body != body:
             continue
@@ -190,11 +201,11 @@ def selected_conditions(
             rows = faces.named(condition.face)
             particles = np.unique(on[rows])
         elif condition.patch:
-            rows = _of_patch(k, condition.patch, body, faces)
+            rows = _of_patch(k, condition.patch, body, faces, domain)
             particles = np.unique(on[rows])
         else:
             chosen = select(condition.where or "", position, spacing)
             particles, rows = np.flatnonzero(chosen), np.all(chosen[on], axis=1)
-        if not len(particles):
+        if not any_of(domain, len(particles) > 0):
             raise _nothing_selected(k, condition, faces, position)
         yield k, condition, particles, rows

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from wsph.backend.domain import any_of
 from wsph.boundary.clashes import Claims
 from wsph.boundary.conditions import (
     Conditions,
@@ -80,7 +81,9 @@ def _natural_conditions(
     """
     faces, dim = geometry.sides, scene.dim
     result, claims = Conditions(), Claims(geometry, at_nodes=position is geometry.nodes)
-    for k, condition, particles, rows in selected_conditions(scene, body, faces, geometry.spacing, position, on):
+    domain = geometry.split.domain
+    chosen = selected_conditions(scene, body, faces, geometry.spacing, position, on, domain)
+    for k, condition, particles, rows in chosen:
         velocities = prescribed_velocities(scene, condition)
         _refuse_steps(k, condition)
         if velocities and len(velocities) < dim and condition.symmetry and not geometry.upright:
@@ -130,7 +133,7 @@ def _natural_conditions(
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
             result.acting.append((f"{k}.{key}", load, loaded_faces(scene, condition, load, faces, on, rows, position)))
         for key, load in prescribed_loads(scene, condition, geometry, on, rows):
-            if not len(load.particle):
+            if not any_of(domain, len(load.particle) > 0):
                 text = "acts on no face selected here" + (
                     "; it is a stress on a face across one of its axes" * key.startswith("stress")
                     + "; inside of a body write [bodies.body_force], a force per volume" * key.startswith("force")

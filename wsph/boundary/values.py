@@ -7,6 +7,7 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.clock import Clock
+from wsph.backend.domain import Domain, Share
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import State
@@ -16,6 +17,7 @@ from wsph.boundary.programs.motions import WHOLE, Motions
 from wsph.boundary.programs.prescribed import Prescribed, constant
 from wsph.boundary.programs.stack_machine import Bank, are_tables, bank_of, between, holding, interval, places
 from wsph.boundary.programs.windows import Windowed
+from wsph.ranks.kept import Rows
 
 NOBODY: Owned = ((-np.inf, np.inf, -1),)
 """The owner of what no boundary prescribes."""
@@ -97,6 +99,7 @@ class BoundaryValues:
         components: list[int] = []
         self.owners: list[Owned] = []
         moved: list[tuple[int, int, Motion, np.ndarray]] = []
+        self._moving: list[tuple[int, int]] = []
         programs: dict[int, int] = {}
         kept: list[Prescribed] = []
         for (name, component), values in sorted(conditions.entries.items(), key=lambda item: item[0]):
@@ -106,6 +109,7 @@ class BoundaryValues:
                 if isinstance(value, Motion):
                     way = state.index(ways[1], particle, component) if ways[1] in state.layout else -1
                     moved.append((state.index(name, particle, component), way, value, position[particle]))
+                    self._moving.append((component, particle))
                     number = 0.0
                 if number is None and id(value) not in programs:
                     programs[id(value)] = len(kept)
@@ -130,6 +134,13 @@ class BoundaryValues:
         self._program = wp.array(program, dtype=wp.int32, device=device)
         self._scale = wp.array(scale, dtype=wp.float64, device=device)
         self._position = wp.array(places(np.array(points)), dtype=wp.vec3d, device=device)
+
+    def moving(self, share: Share, domain: Domain) -> Rows:
+        """Where the entries of its motions stand among those of all processes."""
+        keys = np.array(self._moving, np.int64).reshape(-1, 2)
+        own = (keys[:, 1] >= share.own.start) & (keys[:, 1] < share.own.stop)
+        keys[:, 1] += share.first
+        return Rows.by_keys(keys, own, domain)
 
     def impose(self, state: State, clock: Clock, c: float | tuple[float, float], *, leads: bool = False) -> None:
         """Set the prescribed values in `state` (launches). `leads`: at c = 0.5 the velocities are to lead over all of the

@@ -7,9 +7,9 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.clock import Clock, dt_of, time_of
-from wsph.backend.domain import WHOLE, Domain
+from wsph.backend.domain import WHOLE, Domain, Share, any_of
 from wsph.backend.kernels import kernel
-from wsph.backend.reduce import BLOCK, Segments, totals
+from wsph.backend.reduce import BLOCK, Segments
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.backend.tensors import determinant_and_inverse
@@ -21,6 +21,7 @@ from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.output.fields import AXES
 from wsph.parts.works import PowerWorks
+from wsph.ranks.kept import Rows
 from wsph.reporting import Term
 
 
@@ -168,47 +169,66 @@ def _constraint_kernels(space: Space, shared: bool) -> tuple[wp.Kernel, wp.Kerne
     return keep, work
 
 
-def _by_owners(owners: Sequence[Owned]) -> tuple[np.ndarray, ...]:
-    """Of the components and whose they are when, the rows (k,): number of the component, owner, from when and up to when
-    [s]. What is one boundary's, in whatever windows, is one row: where it does not hold it changes nothing."""
+def _by_owners(owners: Sequence[Owned], share: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Of the components and whose they are when, of the entries `share` (k,), the rows: number of the entry, owner, from
+    when and up to when [s]. What is one boundary's, in whatever windows, is one row: where it does not hold it changes
+    nothing."""
     rows: list[tuple[int, int, float, float]] = []
-    for entry, owned in enumerate(owners):
+    for entry in share.tolist():
+        owned = owners[entry]
         if len({owner for _, _, owner in owned}) == 1:
             rows.append((entry, owned[0][2], -np.inf, np.inf))
         else:
             rows += [(entry, owner, start, end) for start, end, owner in owned]
-    entry, owner, begins, ends = zip(*rows, strict=True)
-    return np.array(entry), np.array(owner), np.array(begins), np.array(ends)
+    entry, owner, begins, ends = zip(*rows, strict=True) if rows else ((), (), (), ())
+    return np.array(entry, int), np.array(owner, int), np.array(begins, float), np.array(ends, float)
 
 
 class ConstraintWork:
     """Work of prescribed velocities on a one-set body: the impulse that sets them, times the mean velocity of the step. Of k
-    prescribed components, nondimensional, in blocks of one boundary and one component each; a component that boundaries
-    prescribe one after the other is there once for each window of each:
+    prescribed components, nondimensional, in the order of their boundaries and components, each with sums of its own, which
+    processes that share a boundary put together; a component that boundaries prescribe one after the other is there once
+    for each window of each:
 
-    _rows    # starts of the blocks (blocks + 1,) int32; place (k,) int32, where each stands in the buffer of the state; mass
+    _rows    # starts of the rows (k + 1,) int32; place (k,) int32, where each stands in the buffer of the state; mass
              # of its particle (k,) scalar; and where several boundaries prescribe one component, from when and up to when
              # each does, begins and ends (k,) float64 [s], second: the clock's unit [s]
     _free    # the value that the step gave before it was set, (k,) scalar
     _old     # the value at the end of the last step, (k,) scalar
-    _sums    # (blocks, 2) float64, works so far, and the mean force of the last step: that impulse over dt
-    _last    # (blocks,) int64, the step that it is of
+    _sums    # (k, 2) float64, works so far, and the mean force of the last step: that impulse over dt
+    _last    # (k,) int64, the step that it is of
     """
 
-    def __init__(self, space: Space, boundary: BoundaryValues, mass: np.ndarray, device: str, domain: Domain = WHOLE):
-        self.count = boundary.count
-        self._space, self._domain = space, domain
-        if self.count:
+    def __init__(
+        self,
+        space: Space,
+        boundary: BoundaryValues,
+        mass: np.ndarray,
+        device: str,
+        share: Share | None = None,
+        domain: Domain = WHOLE,
+    ):
+        """`share`: the particles that count."""
+        own = (share or Share.all(len(mass))).own
+        mine = boundary.count > 0 and (boundary.particle >= own.start) & (boundary.particle < own.stop)
+        self.count = int(np.count_nonzero(mine))
+        self._space, self._domain, self._some = space, domain, any_of(domain, self.count > 0)
+        self._known = np.zeros(0, int)
+        if self._some:
             # Of boundary k the component a is owner k dim + a.
             dim = space.dim
-            entry, owner, begins, ends = _by_owners(boundary.owners)
-            self.count, self._shared = len(entry), len(entry) > boundary.count
-            self._segments = segments = Segments.of(owner * dim + boundary.component[entry])
+            entry, owner, begins, ends = _by_owners(boundary.owners, np.flatnonzero(mine))
+            self._shared = any_of(domain, len(entry) > self.count)
+            self.count = len(entry)
+            keys = owner * dim + boundary.component[entry] if self.count else owner
+            self._known = np.unique(domain.joined(np.unique(keys)))
+            self._segments = segments = Segments.of(keys, 1)
             entry = entry[segments.order]
             self._rows = rows = _rows_struct(space)()
-            self._place = wp.array(boundary.place.numpy()[entry], dtype=wp.int32, device=device)
+            place, particle = (boundary.place.numpy(), boundary.particle) if self.count else (entry, entry)
+            self._place = wp.array(place[entry], dtype=wp.int32, device=device)
             rows.place, rows.starts = self._place, wp.array(segments.starts, dtype=wp.int32, device=device)
-            rows.mass = wp.array(mass[boundary.particle[entry]], dtype=space.scalar, device=device)
+            rows.mass = wp.array(mass[particle[entry]], dtype=space.scalar, device=device)
             rows.second = wp.float64(boundary.second)
             if self._shared:
                 rows.begins, rows.ends = (
@@ -241,7 +261,7 @@ class ConstraintWork:
 
     def kept(self) -> dict[str, wp.array]:
         """The arrays that a checkpoint holds of it, by name."""
-        return {"old": self._old, "work": self._sums, "last": self._last} if self.count else {}
+        return {"old": self._old, "work": self._sums, "last": self._last} if self._some else {}
 
     def start(self, state: State, clock: Clock) -> None:
         """Take the prescribed velocities at the start of the run."""
@@ -253,14 +273,26 @@ class ConstraintWork:
     @property
     def total(self) -> float:
         """Work so far, nondimensional."""
-        return float(totals(self._sums, self._domain)[0]) if self.count else 0.0
+        if not self._some:
+            return 0.0
+        return float(self._segments.whole(self._sums.numpy(), self._domain).T[0].sum(dtype=np.float64))
+
+    def rows(self, share: Share) -> Rows:
+        """Where its rows stand among those of all processes."""
+        if not self._some:
+            return Rows(0, np.zeros(0, int), np.zeros(0, bool))
+        keys = self._segments.owner[:, None]
+        return Rows.by_keys(keys, np.ones(len(keys), bool), self._domain)
 
     def terms(self, owner: int) -> dict[str, list[Term]]:
         """What the boundary of a number has of it: the terms of its force and its work."""
         found: dict[str, list[Term]] = {}
-        dim = self._space.dim if self.count else 0
+        dim = self._space.dim if self._some else 0
         for axis in range(dim):
-            mine = self._segments.terms(owner * dim + axis, self._sums, ("work", f"force_{AXES[axis]}"))
+            key, names = owner * dim + axis, ("work", f"force_{AXES[axis]}")
+            mine = self._segments.terms(key, self._sums, names)
+            if not mine and key in self._known:
+                mine = self._segments.none(self._sums, names)
             for name, terms in mine.items():
                 found.setdefault(name, []).extend(terms)
         return found
@@ -277,7 +309,8 @@ def _drag_kernel(space: Space, layout: Layout, holding: bool) -> wp.Kernel:
         clock: wp.array(dtype=wp.float64),
         hold: wp.array(dtype=vec),
         mass: wp.array(dtype=space.scalar),
-        count: int,
+        low: int,
+        end: int,
         drag_out: wp.array(dtype=vec),
         old_out: wp.array(dtype=vec),
         power_out: wp.array2d(dtype=wp.float64),
@@ -286,7 +319,7 @@ def _drag_kernel(space: Space, layout: Layout, holding: bool) -> wp.Kernel:
         block = first + wp.tid()
         dragged = wp.float64(0.0)
         held = wp.float64(0.0)
-        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+        for i in range(low + block * BLOCK, wp.min(low + (block + 1) * BLOCK, end)):
             v = fields.velocity[i]
             if wp.static(drags):
                 # What it has changed times the mean velocity of the step: exact where the velocity is free, however long the
@@ -309,9 +342,19 @@ class DragWork(PowerWorks):
     """Work of the viscosity of a one-set body, from the velocities that it adds, and of the forces that hold spurious modes
     (per mass). `before`, (n,) vec, holds the velocities at the start of a step, where there is drag."""
 
-    def __init__(self, space: Space, state: State, hold: wp.array | None, mass: np.ndarray, device: str):
+    def __init__(
+        self,
+        space: Space,
+        state: State,
+        hold: wp.array | None,
+        mass: np.ndarray,
+        device: str,
+        share: Share | None = None,
+        domain: Domain = WHOLE,
+    ):
+        """`share`: the particles that count."""
         self._drags = "drag" in state.widths
-        super().__init__(state.n, self._drags or hold is not None, device)
+        super().__init__(share or Share.all(state.n), self._drags or hold is not None, device, domain)
         self._kernel = _drag_kernel(space, state.layout, hold is not None)
         self.before = wp.zeros(state.n if self._drags else 1, dtype=space.vec, device=device)
         if self._acts:
@@ -321,7 +364,7 @@ class DragWork(PowerWorks):
 
     def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object], list[object]]:
         drag = state.struct.drag if self._drags else self.before
-        inputs = [state.struct, clock.time, self._hold, self._mass, self._n]
+        inputs = [state.struct, clock.time, self._hold, self._mass, self._low, self._n]
         return self._kernel, inputs, [drag, self.before, self._power]
 
     def kept(self) -> dict[str, wp.array]:

@@ -28,6 +28,7 @@ from wsph.cli.commands.study import STUDY
 from wsph.cli.commands.validate import VALIDATE
 from wsph.cli.commands.view import VIEW
 from wsph.errors import Unstable, WsphError, is_out_of_memory
+from wsph.ranks.world import speaks
 
 COMMANDS = (RUN, CHECK, ADVISE, NEW, LIST, SCHEMA, VALIDATE, STUDY, CALIBRATE, VIEW, CITE, INFO, COMPLETION)
 """In the order of the help."""
@@ -53,11 +54,11 @@ def main(arguments: list[str] | None = None) -> int:
         print(end="", flush=True)
         return code
     except Unstable as error:
-        print(f"error: {error}", file=sys.stderr)
+        _tell(f"error: {error}")
         return 3
     except WsphError as error:
         for line in str(error).splitlines():
-            print(f"error: {_shortened(line)}", file=sys.stderr)
+            _tell(f"error: {_shortened(line)}")
         return 2
     except KeyboardInterrupt:
         print("error: interrupted; nothing was written", file=sys.stderr)
@@ -74,10 +75,16 @@ def main(arguments: list[str] | None = None) -> int:
         return _failed(f"out of memory: {words}; use a coarser spacing, or free some")
 
 
+def _tell(words: str) -> None:
+    """Print an error, once, of processes that share it."""
+    if speaks():
+        print(words, file=sys.stderr, flush=True)
+
+
 def _failed(why: str) -> int:
     """A machine that failed, as where nobody reads what is printed or its disk is full: the exit code, after a sentence."""
     _silence()
-    print(f"error: {why}", file=sys.stderr)
+    _tell(f"error: {why}")
     return 1
 
 

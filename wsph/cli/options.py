@@ -53,13 +53,18 @@ def folder_of(options: argparse.Namespace, of: str, ending: str) -> Path:
 
 
 def declare_workers(parser: argparse.ArgumentParser) -> None:
-    """Add `--workers` to a command that makes many runs."""
+    """Add `--workers` and `--scheduler` to a command that makes many runs."""
     parser.add_argument(
         "--workers",
         type=_count_of_processes,
         default=0,
         metavar="N",
         help="processes to spread the runs over (default: one a core)",
+    )
+    parser.add_argument(
+        "--scheduler",
+        metavar="WHERE",
+        help="make the runs elsewhere: on the workers of a scheduler of Dask (tcp://HOST:PORT), or of mpi4py.futures (mpi)",
     )
 
 

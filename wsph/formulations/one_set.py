@@ -8,13 +8,14 @@ limited by the body's small motions (`wsph.stability.small_motions`).
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 from typing import cast
 
 import numpy as np
 
 from wsph.backend.algebra import combine
 from wsph.backend.arrays import host as on_host
+from wsph.backend.domain import any_of
 from wsph.backend.space import Array
 from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.conditions import Conditions
@@ -32,13 +33,15 @@ from wsph.formulations.one_set_setup import (
     pair_warnings,
     seam_of,
 )
-from wsph.formulations.one_set_works import Prescribed
+from wsph.formulations.one_set_works import Prescribed, pieces_of
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import System
 from wsph.parts.body_force import BodyForce
 from wsph.parts.body_force_work import WayWork
 from wsph.parts.part import Attached, Host
 from wsph.protocols import Entry
+from wsph.ranks.kept import Piece
+from wsph.sph.around import Around
 from wsph.sph.averages import Averages, average, bounded_average, outward_weights
 from wsph.sph.pairs import Pairs
 from wsph.sph.second_order import between
@@ -54,6 +57,10 @@ def _buffers(terms: list[tuple[float, State]]) -> list[tuple[float, Array]]:
 class OneSetSystem(System):
     """A body as one-set integrators see it."""
 
+    moved: bool
+    held: bool
+    """Whether a velocity is prescribed anywhere, zero included; `moved`: other than zero."""
+    _around: Around | None = None
     walls: tuple[Wall, ...] = ()
     """Faces behind which its particles have images."""
 
@@ -64,6 +71,7 @@ class OneSetSystem(System):
         for part in host.parts.values():
             part.refuse(host)
         self.placement = Placement.of(host)
+        self.share, self.point_share = self.placement.share, self.placement.point_share
         self.points, self.position, self.volume = self.placement.points, self.placement.position, self.placement.volume
         self.conditions = self._find_conditions(setup)
         self.conditions.inside = inside_loads(setup, self.placement)
@@ -77,11 +85,12 @@ class OneSetSystem(System):
         self.state = self._make(self.count, self.layout, len(self.point_volume), self._derived, own=True)
         self.loads = Loads(setup, self.conditions, self.placement, self.arrays.part("loads"))
         self.force = BodyForce(gravity_of(setup.scene)[0], setup.body.damping, space, setup.scales, self.density)
-        self.force_work = WayWork(self.force, self.volume, self.state, self.device)
+        self.force_work = WayWork(self.force, self.volume, self.state, self.device, self.share, self.domain)
         made = RateSetup(
             setup, host, self.placement, self.layout, self.conditions, self.loads, self.force, self.arrays, self.walls
         )
-        self.rates = rates(made, self.state)
+        self.moved, self.held = made.moved, any_of(self.domain, bool(self.conditions.entries or self.conditions.slides))
+        self._halo, self.rates = self.domain.halo(self.share), rates(made, self.state)
         self.form, self.stabilisation, self._host = self.rates.form, made.stabilisation, host
         self.response, self.breaks, self.total = self.form.response, self.form.breaks, self.form.total
         self.attached = self._attach(host)
@@ -96,6 +105,8 @@ class OneSetSystem(System):
             self.density * self.volume,
             self.rates.holding if self.form.holds else None,
             self.arrays,
+            self.share,
+            self.domain,
         )
         self.boundary = self._prescribed.values
         self._seam = seam_of(setup, host, self.conditions, self.placement, self.arrays.part("seam"))
@@ -154,6 +165,8 @@ class OneSetSystem(System):
         self.rates.rate(state, out, part, ahead)
         if part != "rest":
             self.evaluations += 1
+            if self.domain.size > 1:
+                self.clock.host(partial(self._halo.update, out.struct.velocity))
             self._seam.join(out, self.clock)
         if part != "velocity":
             for attached in self.attached.values():
@@ -236,7 +249,8 @@ class OneSetSystem(System):
     def kinetic(self, state: State) -> float:
         """sum m |v|^2/2 over the free components of a state's velocity, nondimensional (a copy)."""
         v = state.read("velocity") * self.free_components.reshape(-1, self.space.dim)
-        return 0.5 * self.density * float(self.volume @ (v**2).sum(1))
+        square, volume = (self.domain.joined(each[self.share.own]) for each in ((v**2).sum(1), self.volume))
+        return 0.5 * self.density * float(volume @ square)
 
     def close(self) -> None:
         state = self._accepted or self.state
@@ -245,6 +259,9 @@ class OneSetSystem(System):
 
     def follow(self) -> bool:
         return self.rates.follow()
+
+    def pieces(self) -> dict[str, list[Piece]]:
+        return pieces_of(self.arrays.kept, self.state, self._prescribed, (self.share, self.point_share), self.domain)
 
     def placed(self) -> None:
         self.rates.placed()
@@ -358,16 +375,6 @@ class OneSetSystem(System):
         return self.constitutive.laws.project is not None
 
     @property
-    def moved(self) -> bool:
-        """Whether a velocity other than zero is prescribed anywhere."""
-        return self.conditions.moved
-
-    @property
-    def held(self) -> bool:
-        """Whether a velocity is prescribed anywhere, zero included."""
-        return bool(self.conditions.entries or self.conditions.slides)
-
-    @property
     def irregular(self) -> bool:
         """Whether its cells differ."""
         return self.geometry.irregular
@@ -417,7 +424,10 @@ class OneSetSystem(System):
         values = self.state.read(name)
         if not self._apart(name):
             return values
-        return (bounded_average if self.state.bounded(name) else average)(self._outwards, values)
+        averaged = bounded_average if self.state.bounded(name) else average
+        if self.domain.size > 1:
+            self._around = self._around or Around(self.geometry)
+        return averaged(self._outwards, values) if self._around is None else self._around.averaged(values, averaged)
 
     @cached_property
     def _outwards(self) -> Weights:

@@ -12,6 +12,7 @@ import warp as wp
 from wsph.backend.algebra import clear_kernel
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
+from wsph.backend.domain import Domain, Share, any_of
 from wsph.backend.space import Array
 from wsph.backend.state import Layout, State
 from wsph.boundary.conditions import Conditions
@@ -73,14 +74,17 @@ def layout_of(host: Host, conditions: Conditions) -> Layout:
 @dataclass(frozen=True)
 class Placement:
     """Where the particles of a body are, and the points that carry the stress: `position` (n, dim) [m], `volume` (n,) and
-    `point_volume` (m,) nondimensional. `points`: these have places of their own. `gradients`: those of the cells around a
-    particle, nondimensional, where pairs share cells that differ."""
+    `point_volume` (m,) nondimensional. `points`: these have places of their own. `share` and `point_share`: the part of
+    those of the whole body that they are. `gradients`: those of the cells around a particle, nondimensional, where pairs
+    share cells that differ."""
 
     points: bool
     at_nodes: bool
     position: np.ndarray
     volume: np.ndarray
     point_volume: np.ndarray
+    share: Share
+    point_share: Share
     gradients: NodalGradients | None = None
 
     @classmethod
@@ -88,7 +92,7 @@ class Placement:
         """The places of a body's particles and points."""
         body, unit, points = host.geometry, host.scales.length**host.space.dim, not host.traits.pairwise
         position = body.nodes if host.at_nodes else body.cells
-        volume = (body.node_volume if host.at_nodes else body.cell_volume) / unit
+        volume, split = (body.node_volume if host.at_nodes else body.cell_volume) / unit, body.split
         if host.edges and body.irregular:
             # Volumes averaged over blocks want the gradients of whole cells.
             mix = 1.0 if host.locks or host.flows else MIX
@@ -96,8 +100,10 @@ class Placement:
                 found = nodal_gradients(body.places(host.scales.length), host.lattice.corners, mix)
             except ValueError as error:
                 raise Refused(f"body {host.name!r}: {error}") from error
-            return cls(points, host.at_nodes, position, found.volume, found.volume, found)
-        return cls(points, host.at_nodes, position, volume, _over(body.cell_volume, unit) if points else volume)
+            return cls(points, host.at_nodes, position, found.volume, found.volume, split.nodes, split.nodes, found)
+        share = split.nodes if host.at_nodes else split.points
+        own = (_over(body.cell_volume, unit), share, split.points) if points else (volume, share, share)
+        return cls(points, host.at_nodes, position, volume, *own)
 
     @property
     def count(self) -> int:
@@ -118,7 +124,8 @@ class Loads:
         space, scales, clock = setup.space, setup.scales, setup.clock
         # Ghosts ask every face for its load.
         prescribed = [*conditions.loads, *conditions.inside]
-        everywhere = bool(prescribed) or setup.scene.run.correction == "paper"
+        self._domain = setup.geometry.split.domain
+        everywhere = any_of(self._domain, bool(prescribed)) or setup.scene.run.correction == "paper"
         self.vectors: Array = wp.zeros(placement.count if everywhere else 1, dtype=space.vec, device=setup.device)
         arrays.take("imposed", self.vectors, kept=True)
         area = scales.length ** (space.dim - 1)
@@ -126,6 +133,8 @@ class Loads:
             space, prescribed, self.vectors, placement.position, scales.stress * area, scales.time, setup.device
         )
         self._clock = clock
+        self.some = any_of(self._domain, self.count > 0)
+        """Whether any particle of the whole body carries prescribed ones."""
         self.acting: list[ActingLoad] = []
         self.owners = [int(name.partition(".")[0]) for name, _, _ in conditions.acting]
         """The numbers of the boundaries that the acting ones are of."""
@@ -223,9 +232,14 @@ class RateSetup:
         return self.host.constitutive.density
 
     @property
+    def domain(self) -> Domain:
+        """The part of the scene that this process has."""
+        return self.setup.geometry.split.domain
+
+    @property
     def moved(self) -> bool:
         """Whether a velocity other than zero is prescribed anywhere."""
-        return self.conditions.moved
+        return any_of(self.domain, self.conditions.moved)
 
     def form(self, *, loaded: bool) -> Form:
         """The form of the body, which decides the source of its kernels."""

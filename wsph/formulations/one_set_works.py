@@ -3,13 +3,14 @@
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from contextlib import contextmanager
 
 import numpy as np
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
+from wsph.backend.domain import Domain, Share, any_of
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.boundary.conditions import Conditions
@@ -21,6 +22,7 @@ from wsph.boundary.sliding import Sliding
 from wsph.boundary.values import BoundaryValues
 from wsph.boundary.work import ConstraintWork, DragWork
 from wsph.formulations.one_set_setup import Loads
+from wsph.ranks.kept import Piece, Rows
 from wsph.units import Scales
 
 
@@ -39,10 +41,14 @@ class Prescribed:
         mass: np.ndarray,
         holding: Array | None,
         arrays: Arrays,
+        share: Share,
+        domain: Domain,
     ):
-        """`holding`: forces per mass that hold spurious modes, (n,) vec, where there are any."""
+        """`holding`: forces per mass that hold spurious modes, (n,) vec, where there are any; `share`: the particles whose
+        works count."""
         device = arrays.device
         self._forms: Forms | None = None
+        self._some = any_of(domain, bool(conditions.entries))
         self._carried: list[Carried] = []
         self._space, self._state, self._arrays = space, state, arrays.part("carried")
         self.values = BoundaryValues(
@@ -55,11 +61,12 @@ class Prescribed:
             part = arrays.part("sliding")
             self._sliding = Sliding(self.slides, space, position, mass, units, part, state.layout)
         self._loads = loads
-        self._constraint_work = ConstraintWork(space, self.values, mass, device)
+        self._constraint_work = ConstraintWork(space, self.values, mass, device, share, domain)
         forces = loads.forces
         pieces = np.arange(len(forces.particle))
-        self._load_work = LoadWork(forces.particle, pieces, forces.owner, forces.pieces, space, device)
-        self.drag = DragWork(space, state, holding, mass, device)
+        mine = None if share.complete else share
+        self._load_work = LoadWork(forces.particle, pieces, forces.owner, forces.pieces, space, device, mine, domain)
+        self.drag = DragWork(space, state, holding, mass, device, share, domain)
         arrays.part("boundary").adopt(self.values)
         arrays.part("motions").adopt(self.values.motions, self.values.motions.kept())
         arrays.part("loads").adopt(loads.forces)
@@ -109,7 +116,7 @@ class Prescribed:
 
     def watch(self) -> None:
         """Find out, from steps that are listed until `watched`, whether the method hands on what was set."""
-        if (self.values.count or self._sliding is not None) and not self._carried:
+        if (self._some or self._sliding is not None) and not self._carried:
             self._forms = Forms()
 
     def watched(self) -> bool:
@@ -139,6 +146,16 @@ class Prescribed:
         for load in self._loads.acting:
             load.advance(state)
 
+    def rows(self, share: Share, domain: Domain) -> dict[str, Rows]:
+        """Where the rows of its kept arrays stand in those of all processes that share the body, by their names."""
+        blocks = Rows.of_blocks(share)
+        found = {f"drag.work.{name}": blocks for name in ("_work", "_power")}
+        constraints, loads = self._constraint_work.rows(share), self._load_work.rows(share)
+        found |= {f"work.{name}": constraints for name in ("_old", "_sums", "_last")}
+        found |= {f"loads.work.{name}": loads for name in ("_work", "_before", "_place")}
+        moved = self.values.moving(share, domain)
+        return found | {f"motions.moves.{name}": moved for name in ("velocity", "displacement")}
+
     def numbers(self, owner: int) -> list[Terms]:
         """What the boundary of a number does to the body: velocities that it sets, and loads."""
         sliding = [self._sliding.terms(owner)] if self._sliding is not None else []
@@ -152,3 +169,23 @@ class Prescribed:
         """Work of constraints and loads so far, nondimensional."""
         sliding = self._sliding.total if self._sliding is not None else 0.0
         return self._constraint_work.total + sliding + self._load_work.total
+
+
+def pieces_of(
+    kept: Iterable[str], state: State, prescribed: Prescribed, shares: tuple[Share, Share], domain: Domain
+) -> dict[str, list[Piece]]:
+    """Where the kept arrays of a body stand in those of all processes that share it, by their names. `shares`: its
+    particles and its points."""
+    particles, points = (Rows.of(share) for share in shares)
+    fields = [field for field in state.layout.fields if field.name in state.start]
+    own = [Piece(state.start[field.name], field.width, points if field.at_points else particles) for field in fields]
+    known = prescribed.rows(shares[0], domain)
+    known |= {"loads.imposed": particles, "fading.zeta": points, "fading.freed": points}
+    known |= {f"drag.work.{name}": particles for name in ("before", "_hold")}
+    known |= {"force._place": particles, "force._work": Rows.of_blocks(shares[0])}
+    leading = [piece for field, piece in zip(fields, own, strict=True) if field.leads]
+    found: dict[str, list[Piece]] = {}
+    for name in kept:
+        flat = own if name.startswith("state") else leading if name.startswith("carried") else []
+        found[name] = flat or [Piece(0, 0, known[name])]
+    return found

@@ -5,12 +5,14 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
+from wsph.backend.domain import Share
 from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.loads.reactions import Terms, reaction
 from wsph.boundary.values import BoundaryValues
@@ -22,6 +24,7 @@ from wsph.parts.body_force_work import ForceWork
 from wsph.parts.part import Attached
 from wsph.parts.terms import Response
 from wsph.protocols import Entry
+from wsph.ranks.kept import Piece
 from wsph.reporting import Reported
 from wsph.sph.averages import Averages
 
@@ -105,6 +108,7 @@ class System:
     def __init__(self, setup: Setup):
         self.name, self.formulation, self.traits = setup.body.name, setup.formulation.name, setup.traits
         self.space, self.geometry, self.constitutive = setup.space, setup.geometry, setup.constitutive
+        self.domain = setup.geometry.split.domain
         self.scales, self.clock, self.device = setup.scales, setup.clock, setup.device
         self.spacing, self.density = setup.geometry.spacing, setup.constitutive.density
         self.arrays, self._boundaries = Arrays(setup.device), setup.boundaries
@@ -148,6 +152,16 @@ class System:
     def hold(self, state: State, c: float | tuple[float, float]) -> None:
         """Impose prescribed values on the state that the run continues from; stresses in the axes of each face."""
         self.impose(state, c)
+
+    @cached_property
+    def share(self) -> Share:
+        """The part of the particles of the whole body that it has."""
+        return Share.all(self.count)
+
+    @cached_property
+    def point_share(self) -> Share:
+        """The part of the points of the whole body that carry the stress."""
+        return Share.all(len(self.point_volume))
 
     @property
     def point_volume(self) -> np.ndarray:
@@ -211,6 +225,10 @@ class System:
         if self.constitutive.internals:
             values = list(self.constitutive.internals.values())
             state.write("internals", np.tile(values, (state.counts["internals"], 1)))
+
+    def pieces(self) -> dict[str, list[Piece]]:
+        """Where its kept arrays stand in those of all processes that share the body, by their names."""
+        raise NotImplementedError
 
     def placed(self) -> None:
         """Recompute whatever depends on where particles are, after a state has been put in from elsewhere."""

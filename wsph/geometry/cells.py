@@ -14,12 +14,14 @@ from wsph.units import rounded
 class Boxes:
     """The first cells of a body, boxes of a grid in its order, its last axis fastest: `corners` (b, 2^dim) node ids in the
     order of `itertools.product` of 0 and 1 along the axes; `index` (n, dim), where the body's first nodes are in the grid,
-    those of all boxes among them; the grid's `step` (dim,) [m] and `axes`, columns (dim, dim)."""
+    those of all boxes among them; the grid's `step` (dim,) [m] and `axes`, columns (dim, dim); `first`, where lines along
+    the last axis begin, of the whole body that this may be a part of."""
 
     corners: np.ndarray
     index: np.ndarray
     step: np.ndarray
     axes: np.ndarray
+    first: int | None = None
 
     def steps(self, length: float) -> np.ndarray:
         """The grid's steps (dim,) in units of `length` [m], exactly one where they are that."""

@@ -14,6 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wsph.backend.domain import Domain
+
 FACES = ("-x", "+x", "-y", "+y", "-z", "+z")
 """Names of faces, in the order of their numbers."""
 
@@ -103,7 +105,7 @@ def find_faces(inside: np.ndarray, cut: np.ndarray) -> tuple[np.ndarray, ...]:
 def face_nodes(corners: np.ndarray, offsets: np.ndarray, axis: np.ndarray, sign: np.ndarray) -> np.ndarray:
     """Nodes of faces: those of the cell's corners (m, 2^dim) on the face's side, (m, 2^(dim-1))."""
     on = offsets.T[axis] == ((sign + 1) // 2)[:, None]
-    return corners[on].reshape(len(corners), -1)
+    return corners[on].reshape(len(corners), corners.shape[1] // 2)
 
 
 def face_names(turn: np.ndarray, axis: np.ndarray, sign: np.ndarray) -> np.ndarray:
@@ -115,13 +117,12 @@ def face_names(turn: np.ndarray, axis: np.ndarray, sign: np.ndarray) -> np.ndarr
 
 
 def outermost(name: np.ndarray, outer: np.ndarray, turn: np.ndarray, axis: np.ndarray, centre: np.ndarray, step:
-np.ndarray
-          ) -> np.ndarray:  # fmt: skip
+np.ndarray, domain: Domain) -> np.ndarray:  # fmt: skip
     """Which faces lie less than a cell behind the outermost of the `outer` ones of their name, (m,) bool. `centre` (m,
-    dim) of the faces along the grid's axes, and its `step` (dim,) [m]."""
+    dim) of the faces along the grid's axes, and its `step` (dim,) [m]; `domain`: where the others of the body are."""
     along = turn[name // 2]
     height = np.einsum("mk,mk->m", along, centre) * np.where(name % 2, 1.0, -1.0)
     reach = np.abs(along[np.arange(len(axis)), axis]) * step[axis] * (1.0 - WHOLE)
     highest = np.full(len(FACES), -np.inf)
     np.maximum.at(highest, name[outer], height[outer])
-    return height > highest[name] - reach
+    return height > domain.max(highest)[name] - reach

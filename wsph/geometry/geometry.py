@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wsph.backend.domain import WHOLE, Share, Split
 from wsph.geometry.cells import Boxes
 from wsph.geometry.cracks import Crack
 from wsph.geometry.faces import Faces
@@ -39,6 +40,21 @@ class Geometry:
     def cells(self) -> np.ndarray:
         """Places of the points (c, dim) [m]."""
         raise NotImplementedError
+
+    @property
+    def split(self) -> Split:
+        """The part of the whole body that it is."""
+        return Split(WHOLE, Share.all(len(self.nodes)), Share.all(len(self.cell_volume)))
+
+    @property
+    def mean_volume(self) -> float:
+        """Mean of the volumes of the points of the whole body [m^dim]."""
+        return float(self.cell_volume.mean())
+
+    def wider(self, layers: tuple[int, int]) -> "Geometry":
+        """The same part of the body with more around it: at least some layers of cells, from one up to another. All
+        processes that share the body ask for it together."""
+        return self
 
     @property
     def spacing(self) -> float:
@@ -99,7 +115,7 @@ class Geometry:
     @property
     def size(self) -> float:
         """The edge of a cube of a cell's mean volume [m]."""
-        return float(self.cell_volume.mean()) ** (1.0 / self.nodes.shape[1])
+        return self.mean_volume ** (1.0 / self.nodes.shape[1])
 
     def holds(self, points: np.ndarray) -> np.ndarray:
         """Which of `points` (m, dim) [m] lie in a cell, or beside one by less than a round surface bulges over its sides,

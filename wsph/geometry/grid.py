@@ -57,15 +57,42 @@ class Grid:
         return (local - self.low) / self.step
 
 
-def cells_in(shape: Shape, grid: Grid) -> np.ndarray:
-    """Which cells of a grid have their middles in a shape, of the grid's shape, bool."""
-    count = tuple(grid.count.tolist())
-    cells = np.zeros(int(np.prod(grid.count)), bool)
-    for first in range(0, len(cells), CHUNK):
-        number = np.arange(first, min(first + CHUNK, len(cells)))
+def cells_in(shape: Shape, grid: Grid, layers: tuple[int, int] | None = None) -> np.ndarray:
+    """Which cells of a grid have their middles in a shape, of the grid's shape, bool; of some `layers` across its first axis
+    alone, from one up to another."""
+    first, end = layers or (0, int(grid.count[0]))
+    count = (end - first, *grid.count[1:].tolist())
+    cells = np.zeros(int(np.prod(count)), bool)
+    for begin in range(0, len(cells), CHUNK):
+        number = np.arange(begin, min(begin + CHUNK, len(cells)))
         index = np.stack(np.unravel_index(number, count), 1)
+        index[:, 0] += first
         cells[number] = shape.contains(grid.points(index + 0.5))
     return cells.reshape(count)
+
+
+def layers_of(shape: Shape, grid: Grid, first: int, end: int) -> np.ndarray:
+    """What every layer of nodes across the first axis of a grid has, from one up to another, (layers, 2 + 3 dim) int64:
+    nodes, cells behind them, and of the nodes the sums of their grid coordinates, their least and their largest."""
+    dim, cells = len(grid.count), int(grid.count[0])
+    found = np.zeros((end - first, 2 + 3 * dim), np.int64)
+    before = cells_in(shape, grid, (first - 1, first)) if first > 0 else None
+    for k in range(first, end):
+        here = cells_in(shape, grid, (k, k + 1)) if k < cells else None
+        either = [each[0] for each in (before, here) if each is not None]
+        touched = np.zeros([n + 1 for n in either[0].shape], bool)
+        for view in product(*(((0, n), (1, n + 1)) for n in either[0].shape)):
+            for each in either:
+                touched[tuple(slice(*ends) for ends in view)] |= each
+        places = np.nonzero(touched) if dim > 1 else ()
+        row, count = found[k - first], np.count_nonzero(touched)
+        row[0], row[1] = count, 0 if here is None else np.count_nonzero(here)
+        row[2], row[2 + dim], row[2 + 2 * dim] = count * k, k, k
+        for axis, place in enumerate(places, start=1):
+            low, high = (place.min(), place.max()) if count else (np.iinfo(np.int64).max, -1)
+            row[2 + axis], row[2 + dim + axis], row[2 + 2 * dim + axis] = place.sum(), low, high
+        before = here
+    return found
 
 
 def plan(

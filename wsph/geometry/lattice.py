@@ -16,26 +16,47 @@ from itertools import product
 
 import numpy as np
 
+from wsph.backend.domain import WHOLE, Domain, Split
 from wsph.geometry.cells import Boxes, cell_volumes, edge_ends, mapped_cells, steps_in
 from wsph.geometry.cracks import OFF_CENTRE, Crack, cut_faces, part_nodes, parts_cells
 from wsph.geometry.faces import Faces, face_names, face_nodes, find_faces, outermost
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.gradients import PointRows, face_shares, mean_gradients
-from wsph.geometry.grid import Grid, cells_in, plan
+from wsph.geometry.grid import Grid, cells_in, layers_of, plan
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import Rotation
 from wsph.geometry.shapes.stair_patches import StairPatches
+from wsph.ranks.slabs import Slab, slabs
 
 
 @dataclass(frozen=True)
 class Lattice(Geometry):
     """A body cut into the cells of a grid: `corners` (c, 2^dim) node ids, int32, `index` (n, dim) the nodes in grid
-    coordinates, int32 or, with jitter, float64; `cuts` the cracks in grid coordinates; `frame` the grid before any map."""
+    coordinates, int32 or, with jitter, float64; `cuts` the cracks in grid coordinates; `frame` the grid before any map;
+    `part`, of a body that processes share, which part it is, and `widened` how it is made with more around it."""
 
     frame: Grid
     index: np.ndarray
     corners: np.ndarray
     cuts: tuple[Crack, ...]
+    part: Split | None = None
+    widened: Callable[[tuple[int, int]], "Lattice"] | None = None
+
+    def wider(self, layers: tuple[int, int]) -> "Lattice":
+        return self if self.widened is None else self.widened(layers)
+
+    @property
+    def split(self) -> Split:
+        return super().split if self.part is None else self.part
+
+    @property
+    def mean_volume(self) -> float:
+        # Cells of a part are alike; a mean has the roundings of as many as there are.
+        return float(
+            np.broadcast_to(self.cell_volume[:1], (self.split.points.whole,)).mean()
+            if self.part
+            else super().mean_volume
+        )
 
     @property
     def cells(self) -> np.ndarray:
@@ -92,7 +113,8 @@ class Lattice(Geometry):
     def boxes(self) -> Boxes | None:
         if self.irregular:
             return None
-        return Boxes(self.corners, self.index, self.frame.step, self.frame.axes)
+        first = None if self.part is None or self.part.low is None else int(self.part.low[-1])
+        return Boxes(self.corners, self.index, self.frame.step, self.frame.axes, first)
 
     @property
     def rows(self) -> PointRows:
@@ -120,7 +142,8 @@ class Lattice(Geometry):
         From the grid's integers, not from the positions: differences of positions lose a digit for every decade of
         cells, and a scheme that is exact at Courant number 1 shows it.
         """
-        nodes = self.index - np.floor(self.index.mean(0))
+        middle = self.split.middle
+        nodes = self.index - np.floor(self.index.mean(0) if middle is None else middle)
         return nodes, nodes[self.corners].mean(1)
 
     def places(self, length: float) -> np.ndarray:
@@ -176,19 +199,23 @@ def lattice(
     cracks: tuple[tuple[tuple[float, ...], tuple[float, ...]], ...] = (),
     split: bool = True,
     map: Callable[[np.ndarray], np.ndarray] | None = None,
+    held: tuple[Slab, Split] | None = None,
 ) -> Lattice:
     """Cut `shape` into cells of edge `spacing` [m], one number or one for each axis.
 
     `jitter` moves every node by up to that fraction of the spacing along each axis, those on a face within their face;
     cells follow as the centroids of their corners. `cracks` are (from, to) [m]; with `split` they have to run along lines
-    of the grid, and part the nodes on them. `map` takes positions (n, dim) [m] to where the nodes are to be. Raises
-    ValueError where spacing or cracks do not fit, or the map turns a cell inside out.
+    of the grid, and part the nodes on them. `map` takes positions (n, dim) [m] to where the nodes are to be. `held`: the
+    slab of it that is made, and which part that is; it has neither jitter nor cracks nor a map. Raises ValueError where
+    spacing or cracks do not fit, or the map turns a cell inside out.
     """
     dim, grid = shape.dim, plan(shape, spacing, lattice_rotate)
-    inside, offsets = cells_in(shape, grid), np.array(list(product((0, 1), repeat=dim)))
+    slab, owned = held or (None, None)
+    layers = (0, int(grid.count[0])) if slab is None else slab.around(int(grid.count[0]))
+    inside, offsets = cells_in(shape, grid, layers), np.array(list(product((0, 1), repeat=dim)))
     if not inside.any():
         raise ValueError(f"{grid.step.min():g} m leaves no cell inside the shape")
-    index, (corners, node_index) = _places(inside), _corners(inside, offsets)
+    index, (corners, node_index) = _places(inside, layers[0]), _corners(inside, offsets, layers[0])
     cuts = tuple(Crack(*grid.coordinates(np.array(ends, float))) for ends in cracks)
     cut = np.zeros((dim, *inside.shape), bool)
     for crack in cuts:
@@ -199,7 +226,7 @@ def lattice(
                 str([round(float(x), 12) for x in end]) for end in grid.points(np.stack([crack.start, crack.end]))
             )
             raise ValueError(f"from and to {ends} part no cells of the body")
-    cell, axis, sign, whole = find_faces(inside, cut)
+    cell, axis, sign, whole = _faces(inside, cut, index, slab)
     sides = (corners[cell], offsets, axis, sign)
     shift = np.zeros((len(node_index) if jitter else 0, dim))
     if jitter:
@@ -214,7 +241,7 @@ def lattice(
     name, way = face_names(turn, axis, sign), sign[:, None] * np.eye(dim)[axis]
     outer = whole & ~shape.covers(grid.points(index[cell] + 0.5 + way))
     middle = (index[cell] + 0.5 + 0.5 * way) * grid.step
-    last = outermost(name, outer, turn, axis, middle, grid.step)
+    last = outermost(name, outer, turn, axis, middle, grid.step, WHOLE if owned is None else owned.domain)
     on = face_nodes(corners[cell], offsets, axis, sign)
     share = np.repeat((np.prod(grid.step) / grid.step[axis] / on.shape[1])[:, None], on.shape[1], 1)
     outward = sign[:, None] * grid.axes.T[axis]
@@ -238,19 +265,79 @@ def lattice(
     for k in reversed(range(2**dim)):  # the cells of a node in their order
         node_volume[corners[:, k]] += part
     placed = node_index + shift if jitter else node_index
-    return Lattice(nodes, node_volume, cell_volume, faces, edges, grid, placed, corners, cuts)
+    made = Lattice(nodes, node_volume, cell_volume, faces, edges, grid, placed, corners, cuts, owned)
+    return made if slab is None else _within(made, slab)
 
 
-def _places(inside: np.ndarray) -> np.ndarray:
-    """Where an array of a grid's shape is true, (n, dim) int32, the last axis fastest."""
+def _faces(inside: np.ndarray, cut: np.ndarray, index: np.ndarray, slab: Slab | None) -> tuple[np.ndarray, ...]:
+    """The faces of a body's cells, as `find_faces` has them, or of those of a slab of it."""
+    found = find_faces(inside, cut)
+    if slab is None:
+        return found
+    layer = index[found[0], 0]
+    return tuple(rows[(layer >= slab.layers[0]) & (layer < slab.layers[1])] for rows in found)
+
+
+def _within(made: Lattice, slab: Slab) -> Lattice:
+    """The nodes, cells and faces of a slab, of a lattice that has a layer more on either side."""
+    node, cell = made.index[:, 0], made.index[made.corners[:, 0], 0]
+    start, cells = np.searchsorted(node, slab.layers[0]), np.searchsorted(cell, slab.layers)
+    nodes, mine = slice(start, np.searchsorted(node, slab.layers[1], side="right")), slice(*cells)
+    faces = replace(made.faces, nodes=made.faces.nodes - start, cell=made.faces.cell - cells[0])
+    return replace(
+        made,
+        nodes=made.nodes[nodes],
+        node_volume=made.node_volume[nodes],
+        cell_volume=made.cell_volume[mine],
+        faces=faces,
+        index=made.index[nodes],
+        corners=made.corners[mine] - np.int32(start),
+    )
+
+
+def slab_of(
+    shape: Shape,
+    spacing: float | tuple[float, ...],
+    lattice_rotate: Rotation,
+    domain: Domain,
+    reach: int,
+    *,
+    joined: bool,
+    who: str,
+) -> Lattice:
+    """The part of a lattice that a process of a domain has, which holds `reach` layers beyond what it owns; `joined` and
+    `who` as of `wsph.ranks.slabs.slabs`. None makes more of the lattice than its part."""
+    grid, dim = plan(shape, spacing, lattice_rotate), shape.dim
+    count = int(grid.count[0]) + 1
+    first, end = (count * k // domain.size for k in (domain.rank, domain.rank + 1))
+    layers = domain.joined(layers_of(shape, grid, first, end))
+    nodes, cells = layers[:, 0], layers[:-1, 1]
+    if not cells.sum():
+        raise ValueError(f"{grid.step.min():g} m leaves no cell inside the shape")
+    middle = layers[:, 2 : 2 + dim].sum(0) / nodes.sum()
+    some = layers[nodes > 0]
+    low = some[:, 2 + dim : 2 + 2 * dim].min(0)
+
+    def made(window: tuple[int, int]) -> Lattice:
+        own = slabs(nodes, cells, domain.size, reach, joined=joined, who=who)[domain.rank].over(window, nodes, cells)
+        part = Split(domain, own.nodes, own.cells, middle, low, own.layers)
+        found = lattice(shape, spacing, lattice_rotate=lattice_rotate, held=(own, part))
+        return replace(found, widened=made)
+
+    return made((len(cells), 0))
+
+
+def _places(inside: np.ndarray, first: int = 0) -> np.ndarray:
+    """Where an array of the shape of a grid, from its `first` layer on, is true, (n, dim) int32, the last axis fastest."""
     left = np.flatnonzero(inside)
     places = np.empty((len(left), inside.ndim), np.int32)
     for axis in reversed(range(inside.ndim)):
         left, places[:, axis] = np.divmod(left, inside.shape[axis])
+    places[:, 0] += np.int32(first)
     return places
 
 
-def _corners(inside: np.ndarray, offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _corners(inside: np.ndarray, offsets: np.ndarray, first: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Corners (c, 2^dim) of the cells `inside`, and places (n, dim) in the grid of all that are, in its order; int32."""
     touched = np.zeros([n + 1 for n in inside.shape], bool)
     views = [tuple(slice(k, k + n) for k, n in zip(o, inside.shape, strict=True)) for o in offsets.tolist()]
@@ -260,4 +347,4 @@ def _corners(inside: np.ndarray, offsets: np.ndarray) -> tuple[np.ndarray, np.nd
     corners = np.empty((np.count_nonzero(inside), len(offsets)), np.int32)
     for k, view in enumerate(views):
         corners[:, k] = number[view][inside]
-    return corners, _places(touched)
+    return corners, _places(touched, first)

@@ -83,6 +83,32 @@ class OutputFolder:
         )
 
 
+class UnwrittenFolder(OutputFolder):
+    """A folder that another process writes."""
+
+    def __init__(
+        self, folder: Path, formats: Sequence[str], times: Sequence[Listed] | None = None, bodies: Sequence[str] = ()
+    ):
+        self.folder, self.formats, self.times = folder, named(formats), list(times or ())
+
+    def frame(
+        self,
+        time: float,
+        points: np.ndarray,
+        data: dict[str, np.ndarray],
+        units: Mapping[str, str] | None = None,
+        cells: Cells | None = None,
+        positions: str = "current",
+    ) -> None:
+        """Write nothing."""
+
+    def table(self, name: str, columns: Mapping[str, ArrayLike]) -> None:
+        """Write nothing."""
+
+    def summary(self, content: Mapping[str, object]) -> None:
+        """Write nothing."""
+
+
 def _json(value: object) -> object:
     """JSON has no infinities: null stands for a number that is not finite."""
     if is_table(value):

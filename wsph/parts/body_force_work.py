@@ -6,6 +6,7 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.clock import Clock, dt_of
+from wsph.backend.domain import WHOLE, Domain, Share
 from wsph.backend.kernels import kernel
 from wsph.backend.reduce import BLOCK, blocks, total
 from wsph.backend.space import Space
@@ -39,13 +40,14 @@ def _way_kernel(space: Space, layout: Layout) -> wp.Kernel:
         body: Inertia,
         volume: wp.array(dtype=space.scalar),
         fields: Fields,
-        count: int,
+        low: int,
+        end: int,
         place_out: wp.array(dtype=space.vec),
         work_out: wp.array2d(dtype=wp.float64),
     ):
         block = first + wp.tid()
         damped = wp.float64(0.0)
-        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+        for i in range(low + block * BLOCK, wp.min(low + (block + 1) * BLOCK, end)):
             u = fields.displacement[i]
             way = u - place_out[i]
             damped += wp.float64(volume[i] * wp.dot(way, way))
@@ -64,12 +66,13 @@ def _lift_kernel(space: Space, layout: Layout) -> wp.Kernel:
         body: Inertia,
         volume: wp.array(dtype=space.scalar),
         fields: Fields,
-        count: int,
+        low: int,
+        end: int,
         work_out: wp.array(dtype=wp.float64),
     ):
         block = wp.tid()
         lifted = wp.float64(0.0)
-        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+        for i in range(low + block * BLOCK, wp.min(low + (block + 1) * BLOCK, end)):
             lifted += wp.float64(volume[i] * wp.dot(body.gravity, fields.displacement[i]))
         work_out[block] = wp.float64(body.density) * lifted
 
@@ -86,9 +89,17 @@ class WayWork(ForceWork):
 
     columns = 1
 
-    def __init__(self, force: BodyForce, volume: np.ndarray, state: State, device: str):
-        """`state`: that of the body, which is up to date when works are asked for."""
-        super().__init__(len(volume), force.parts.damped, device)
+    def __init__(
+        self,
+        force: BodyForce,
+        volume: np.ndarray,
+        state: State,
+        device: str,
+        share: Share | None = None,
+        domain: Domain = WHOLE,
+    ):
+        """`state`: that of the body, which is up to date when works are asked for; `share`: its particles that count."""
+        super().__init__(share or Share.all(len(volume)), force.parts.damped, device, domain)
         self._force, self._state = force, state
         if force.parts.damped or force.parts.heavy:
             self._volume = wp.array(volume, dtype=state.space.scalar, device=device)
@@ -97,7 +108,7 @@ class WayWork(ForceWork):
 
     def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object], list[object]]:
         made = _way_kernel(state.space, state.layout)
-        return made, [clock.time, self._force.struct, self._volume, state.struct, self._n], [self._place]
+        return made, [clock.time, self._force.struct, self._volume, state.struct, self._low, self._n], [self._place]
 
     def kept(self) -> dict[str, wp.array]:
         return super().kept() | ({"place": self._place} if self._acts else {})
@@ -107,8 +118,9 @@ class WayWork(ForceWork):
         # A launch and a small copy.
         if not self._force.parts.heavy:
             return 0.0
-        state, sums = self._state, wp.zeros(blocks(self._n), dtype=wp.float64, device=self._state.device)
-        inputs = [self._force.struct, self._volume, state.struct, self._n]
+        count, state = blocks(self._n - self._low), self._state
+        sums = wp.zeros(count, dtype=wp.float64, device=state.device)
+        inputs = [self._force.struct, self._volume, state.struct, self._low, self._n]
         made = _lift_kernel(state.space, state.layout)
         wp.launch(made, len(sums), inputs=inputs, outputs=[sums], device=state.device)
         return total(sums, self._domain)

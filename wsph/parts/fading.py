@@ -5,8 +5,10 @@ secant stiffness has of the elastic one. What a falling zeta sets free of the re
 A material says by its `flows` which of its internals is e, and which of its numbers sigma_y.
 """
 
+from collections.abc import Callable
 from functools import cache
 
+import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays, host
@@ -87,8 +89,10 @@ class Fading(Attached):
         fields: Struct,
         clock: Clock,
         arrays: Arrays,
+        total: Callable[[np.ndarray], float],
     ):
-        """`flow`: which of the internals is the plastic strain, and E/sigma_y; `fields`: those of the points of a state."""
+        """`flow`: which of the internals is the plastic strain, and E/sigma_y; `fields`: those of the points of a state;
+        `total` sums up energies of the points."""
         self._space, self._clock, self._layout, self._fields, self._seen = space, clock, layout, fields, seen
         self._internal, self._yields = flow[0], space.scalar(flow[1])
         self._rows = rows_of(space, seen.pairs, seen.weight)
@@ -100,7 +104,7 @@ class Fading(Attached):
         m = len(seen.volume)
         self._zeta = arrays.changes("zeta", wp.ones(m, dtype=space.scalar, device=arrays.device))
         self._freed = arrays.zeros("freed", m, space.scalar, kept=True)
-        self.ledger = (Entry("dissipated", lambda: float(host(self._freed).sum())),)
+        self.ledger = (Entry("dissipated", lambda: total(host(self._freed))),)
 
     def advance(self) -> None:
         """Book what the step has set free (a launch)."""

@@ -6,7 +6,7 @@
 import warp as wp
 
 from wsph.backend.clock import Clock
-from wsph.backend.domain import WHOLE, Domain
+from wsph.backend.domain import WHOLE, Domain, Share
 from wsph.backend.reduce import blocks, totals
 from wsph.backend.space import Array
 from wsph.backend.state import State
@@ -19,18 +19,21 @@ def work_and_force(dim: int) -> tuple[str, ...]:
 
 
 class Works:
-    """Works, one a column, summed in blocks of rows (`wsph.backend.reduce`). `_launch` gives the kernel that adds those of a
-    step, its inputs, and what it writes beside them.
+    """Works, one a column, summed in blocks of rows (`wsph.backend.reduce`), of those that a process owns. `_launch` gives
+    the kernel that adds those of a step, its inputs, and what it writes beside them.
 
     _work   # (blocks, columns) float64, works so far, nondimensional
     """
 
     columns = 2
 
-    def __init__(self, n: int, acts: bool, device: str, domain: Domain = WHOLE):
-        self._n, self._acts, self._domain = n, acts, domain
+    def __init__(self, n: int | Share, acts: bool, device: str, domain: Domain = WHOLE):
+        """Of n rows, or of the own rows of a share, which begin with a whole block."""
+        share = n if isinstance(n, Share) else Share.all(n)
+        self._low, self._n, self._acts, self._domain = share.own.start, share.own.stop, acts, domain
         if acts:
-            self._work: Array = wp.zeros((blocks(n), self.columns), dtype=wp.float64, device=device)
+            count = blocks(self._n - self._low)
+            self._work: Array = wp.zeros((count, self.columns), dtype=wp.float64, device=device)
 
     def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object], list[object]]:
         raise NotImplementedError
@@ -61,7 +64,7 @@ class PowerWorks(Works):
     _power  # (blocks, columns) float64, powers at the end of the last step, nondimensional
     """
 
-    def __init__(self, n: int, acts: bool, device: str, domain: Domain = WHOLE):
+    def __init__(self, n: int | Share, acts: bool, device: str, domain: Domain = WHOLE):
         super().__init__(n, acts, device, domain)
         if acts:
             self._power: Array = wp.zeros_like(self._work)

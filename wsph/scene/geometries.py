@@ -2,10 +2,12 @@
 
 # pyright: strict
 
+import math
 from pathlib import Path
 
 import numpy as np
 
+from wsph.backend.domain import WHOLE, Domain
 from wsph.errors import Fault, Refused, SceneError
 from wsph.expressions import compile_expression
 from wsph.geometry.fitted.fit import fit
@@ -14,7 +16,7 @@ from wsph.geometry.fitted.outline import too_fine
 from wsph.geometry.fitted.planning import on_grid_lines, unmet
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.grid import plan
-from wsph.geometry.lattice import Lattice, lattice
+from wsph.geometry.lattice import Lattice, lattice, slab_of
 from wsph.geometry.meshes.files import read_mesh
 from wsph.geometry.meshes.meshed import meshed
 from wsph.geometry.meshes.scattered import read_points, scattered
@@ -28,8 +30,9 @@ STEPS = 'surface = "stairs", which leaves the surface in steps of a cell'
 """What any shape can have."""
 
 
-def geometry_of(scene: Scene, number: int, formulation: Formulation) -> Geometry:
-    """The geometry of a scene's body, the `number`-th, for a formulation. Raises SceneError where the shape holds no cell,
+def geometry_of(scene: Scene, number: int, formulation: Formulation, domain: Domain = WHOLE) -> Geometry:
+    """The geometry of a scene's body, the `number`-th, for a formulation; of one that processes share the part that this
+    one has of the `domain`. Raises SceneError where the shape holds no cell,
     a crack or a map does not fit it, a surface cannot be fitted, or a file is no mesh; Refused for what the formulation
     cannot have."""
     body, key = scene.bodies[number], f"bodies.{number}"
@@ -44,6 +47,10 @@ def geometry_of(scene: Scene, number: int, formulation: Formulation) -> Geometry
         raise Refused(
             f'body {body.name!r}: its surface cannot be fitted: {why}; leave that out, or write surface = "stairs"'
         )
+    if domain.size > 1:
+        reach, joined = reach_of(scene, body, formulation)
+        who = f"body {body.name!r}"
+        return slab_of(body.shape, body.spacing, body.lattice_rotate, domain, reach, joined=joined, who=who)
     if not is_fitted(scene, body, formulation):
         return _lattice(body, body.shape, body.spacing, number, scene.run.seed, formulation.traits.splits_cracks)
     try:
@@ -52,6 +59,19 @@ def geometry_of(scene: Scene, number: int, formulation: Formulation) -> Geometry
         said = str(error)
         way = f", or {STEPS}" if said.endswith(OUT) else f"; or choose {STEPS}"
         raise SceneError("scene", [Fault(0, f"{key}.surface", said + way)]) from None
+
+
+def reach_of(scene: Scene, body: Body, formulation: Formulation) -> tuple[int, bool]:
+    """How many layers of cells away the acceleration of a particle depends on where others are, and whether particles are
+    their own points, where stress is found. Points see the corners of their cells; along edges gradients and stresses are
+    averaged, so that there are four steps from one particle to the next, and volumes may be of blocks of two; of a kernel
+    there are two of its support."""
+    traits, run = formulation.traits, scene.run
+    if traits.corners and not run.kernel_by:
+        return 1, False
+    own = [part.support for part in body.parts.values() if part.support is not None]
+    support = run.support or (own[0] if own else traits.support)
+    return max(8, 2 * math.ceil(support)), traits.pairwise
 
 
 def refuse_misfits(scene: Scene, formulation: Formulation) -> None:

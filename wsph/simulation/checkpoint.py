@@ -19,24 +19,30 @@ import os
 import re
 import time
 import warnings
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TypedDict
+from typing import NotRequired, TypedDict
 
 import numpy as np
 
+from wsph.backend.domain import Share
 from wsph.errors import CheckpointError
 from wsph.output.files import write_atomically
 from wsph.output.folder import OutputFolder
 from wsph.output.frames import Listed
 from wsph.protocols import DeviceArray
 from wsph.quantities import is_list, is_table
+from wsph.ranks.kept import Piece, Rows, localised
 from wsph.scene.files import file_digests
 from wsph.scene.scene import Scene
 from wsph.simulation.checks import CheckFacts, Checks
 from wsph.simulation.composing.composition import BodyRun, Composition
 from wsph.simulation.ledger import Ledger
 from wsph.simulation.probing.records import Recorded, Records
+from wsph.simulation.starting import shards
+from wsph.simulation.starting.assembled import Assembled
 from wsph.simulation.starting.relaxations import Relaxations, RelaxationsFacts
+from wsph.simulation.starting.shards import Shards
 from wsph.simulation.step_control import StepControl, StepFacts
 from wsph.simulation.summary import plugins_of
 from wsph.simulation.timeline import Events
@@ -70,7 +76,8 @@ class BodyFacts(TypedDict):
 class Facts(CheckFacts, StepFacts):
     """What a checkpoint says beside its arrays: the scene and the versions, at which step it stands, what the ledger began
     with, in hexadecimal, its entries then (`begun`) and what relaxations have `taken`, the frames and probes so far, what
-    checks and the time step have come to, the relaxations, and where the states of its bodies stand."""
+    checks and the time step have come to, the relaxations, where the states of its bodies stand, and of processes that share
+    the scene their shards."""
 
     identity: dict[str, object]
     step: int
@@ -81,9 +88,10 @@ class Facts(CheckFacts, StepFacts):
     bodies: dict[str, BodyFacts]
     frames: list[Listed]
     probes: list[Recorded]
+    shards: NotRequired[Shards]
 
 
-Found = tuple[Path, Facts, dict[str, np.ndarray]]
+Found = tuple[Path, Facts, Mapping[str, np.ndarray]]
 """A checkpoint: its file, its facts and its arrays."""
 
 
@@ -143,8 +151,15 @@ def write(folder: Path, step: int, facts: Facts, arrays: dict[str, np.ndarray], 
 
     write_atomically(path, put)
     for old in listed(folder)[:-keep]:
-        old.unlink(missing_ok=True)
+        remove(old)
     return path
+
+
+def remove(path: Path) -> None:
+    """Remove a checkpoint, and its shards behind it."""
+    path.unlink(missing_ok=True)
+    for shard in path.parent.glob(f"{path.stem}_*.npz"):
+        shard.unlink(missing_ok=True)
 
 
 def listed(folder: Path) -> list[Path]:
@@ -152,7 +167,7 @@ def listed(folder: Path) -> list[Path]:
     return sorted(path for path in folder.glob("checkpoint_*.npz") if _NAME.fullmatch(path.name))
 
 
-def read(path: Path) -> tuple[Facts, dict[str, np.ndarray]]:
+def read(path: Path) -> tuple[Facts, Mapping[str, np.ndarray]]:
     """Facts and arrays of a checkpoint. Raises CheckpointError for a file that is not whole."""
     try:
         raw = path.read_bytes()
@@ -165,7 +180,8 @@ def read(path: Path) -> tuple[Facts, dict[str, np.ndarray]]:
         raise CheckpointError(f"{path}: is cut off or altered")
     with np.load(io.BytesIO(raw[head:]), allow_pickle=False) as archive:
         arrays = {name: archive[name] for name in archive.files}
-    return json.loads(arrays.pop("facts").tobytes()), arrays
+    facts: Facts = json.loads(arrays.pop("facts").tobytes())
+    return facts, Assembled(path, facts["shards"], arrays) if "shards" in facts else arrays
 
 
 def refuse_other(path: Path, facts: Facts, scene: Scene) -> None:
@@ -214,12 +230,29 @@ def kept(composition: Composition) -> dict[str, DeviceArray]:
     return found
 
 
-def restore(path: Path, composition: Composition, arrays: dict[str, np.ndarray]) -> None:
+def _pieces(composition: Composition) -> dict[str, list[Piece]]:
+    """Where what this process keeps stands in the arrays of all that share the scene."""
+    clock = Piece(0, 0, Rows.of(Share(1, 0, 1, 0, int(composition.domain.rank == 0))))
+    times = Piece(0, 0, Rows.of(Share(4, 0, 4, 0, 4 * (composition.domain.rank == 0))))
+    found = {"clock.step": [clock], "clock.time": [times]}
+    for number, run in enumerate(composition.bodies):
+        found |= {f"body{number}.{name}": pieces for name, pieces in run.system.pieces().items()}
+    return found
+
+
+def restore(path: Path, composition: Composition, arrays: Mapping[str, np.ndarray]) -> None:
     """Put the arrays of a checkpoint back. Raises CheckpointError where they are not those of the composition."""
     for coupling in composition.joint.couplings if composition.joint is not None else ():
         coupling.as_kept(arrays)
+    pieces = _pieces(composition) if composition.domain.size > 1 else {}
     for name, array in kept(composition).items():
         value, wanted = arrays.get(name), array.numpy().shape
+        if (
+            value is not None
+            and pieces
+            and len(value) == sum(each.rows.whole * max(each.width, 1) for each in pieces[name])
+        ):
+            value = localised(value, pieces[name])
         if value is None or value.shape != wanted:
             shape = "absent" if value is None else f"of shape {value.shape}"
             raise CheckpointError(f"{path}: {name} is {shape}, not of shape {wanted}: of another composition")
@@ -231,14 +264,20 @@ def restore(path: Path, composition: Composition, arrays: dict[str, np.ndarray])
 
 
 def _body_facts(number: int, run: BodyRun) -> BodyFacts:
-    """Where the state of a body stands."""
+    """Where the state of a body stands, in the array of all processes."""
     state, scales = run.system.state, run.system.scales
+    shares, start, fields = (run.system.share, run.system.point_share), 0, dict[str, list[int]]()
+    for name in state.start:
+        own = next((each for each in shares if each.held == state.counts[name]), None)
+        count, width = state.counts[name] if own is None else own.whole, state.widths[name]
+        fields[name] = [start, count, width]
+        start += count * width
     return {
         "number": number,
         "formulation": run.system.formulation,
         "scales": [scales.length, scales.time, scales.density],
         "array": f"body{number}.state0",
-        "fields": {name: [start, state.counts[name], state.widths[name]] for name, start in state.start.items()},
+        "fields": fields,
     }
 
 
@@ -256,6 +295,7 @@ class Checkpoints:
         relaxations: Relaxations,
     ):
         self._relaxations, self._relaxed = relaxations, 0
+        self._domain = composition.domain
         self._composition, self._folder, self._ledger = composition, folder, ledger
         self._files = _digests(composition.scene)
         self._checks, self._control, self._records = checks, control, records
@@ -280,12 +320,16 @@ class Checkpoints:
             due |= self._events.next <= step
             self._events.skip(step)
         elif settings is not None and settings.every is not None:
-            due |= time.perf_counter() - self._written > settings.every
+            due |= self._domain.told(lambda: self._late(settings.every))
         ended = step >= self._timeline.last
         if not (settings is not None and settings.final) if ended else not due:
             return
         self._written = time.perf_counter()
         self._write(step)
+
+    def _late(self, every: float | None) -> bool:
+        """Whether the last one was written longer ago than it is to be [s]."""
+        return every is not None and time.perf_counter() - self._written > every
 
     def keep_relaxing(self, step: int, asked: bool = False) -> None:
         """The same after steps of a relaxation before a step, which an integer counts as it counts those of the run."""
@@ -308,7 +352,8 @@ class Checkpoints:
         settings = self._settings
         recorded, probes = self._records.kept()
         device = kept(self._composition) | self._relaxations.arrays()
-        arrays = {name: array.numpy() for name, array in device.items()} | recorded
+        shared, folder = self._domain.size > 1, self._folder.folder / "checkpoints"
+        arrays = recorded if shared else {name: array.numpy() for name, array in device.items()} | recorded
         facts: Facts = {
             "identity": identity(self._composition.scene, self._files),
             "step": step,
@@ -323,7 +368,19 @@ class Checkpoints:
             **self._control.kept(),
         }
         self._records.write_tables()
-        write(self._folder.folder / "checkpoints", step, facts, arrays, settings.keep if settings is not None else 2)
+        if shared:
+            facts["shards"] = self._shards(folder, step, device)
+        if self._domain.rank == 0:
+            write(folder, step, facts, arrays, settings.keep if settings is not None else 2)
+        self._domain.common(())  # all go on when it is there
+
+    def _shards(self, folder: Path, step: int, device: Mapping[str, DeviceArray]) -> Shards:
+        """Write the shard of this process; what a checkpoint says of all, which are whole then."""
+        pieces, rank = _pieces(self._composition), self._domain.rank
+        digest = shards.write(folder, shards.name_of(step, rank), device, pieces)
+        digests = [self._domain.told(lambda: digest, by) for by in range(self._domain.size)]
+        names = [[shards.name_of(step, by), each] for by, each in enumerate(digests)]
+        return {"files": names, "arrays": shards.described(device, pieces)}
 
     def resume(self, found: Found) -> int:
         """Restore a checkpoint; returns its step. Raises CheckpointError."""
@@ -336,8 +393,8 @@ class Checkpoints:
         self._relaxations.restore(facts["relax"], step, arrays)
         restore(path, self._composition, arrays)
         for later in listed(path.parent):
-            if later.name > path.name:
-                later.unlink()  # damaged, or this would not be the last: they would take the places of those to come
+            if later.name > path.name and self._domain.rank == 0:
+                remove(later)  # damaged, or this would not be the last: they would take the places of those to come
         self._relaxed = self._relaxations.current.steps if self._relaxations.current is not None else 0
         if step == 0 and self._relaxations.current is not None:
             return step  # Nothing has been recorded.

@@ -144,7 +144,9 @@ class Findings:
 
 def _crossing(run: BodyRun) -> float:
     """The time that a wave takes to cross a body along its longest side [s]."""
-    return float(np.ptp(run.system.position, axis=0).max()) / run.constitutive.wave_speed
+    position, domain = run.system.position, run.system.domain
+    sides = domain.max(position.max(0)) - domain.min(position.min(0))
+    return float(sides.max()) / run.constitutive.wave_speed
 
 
 def _words(run: BodyRun, step: int, part: float) -> str:
@@ -194,14 +196,26 @@ class Checks:
         Warn at the end of what makes the answer a wrong one."""
         for run, each in zip(self._bodies, sums, strict=True):
             if each.bad >= 0:
-                name, what = _broken(run, each.bad)
-                if name != "deformation" and (fault := _fault_of_law(run)):
-                    what = f"{what}, because of {fault}"
-                raise unstable(self._timeline, step, run, name, what, each.bad, run.system.position[each.bad])
+                raise self._bad(step, run, each.bad)
             if fault := run.system.fault():
                 raise unstable(self._timeline, step, run, "displacement", fault)
             if step == self._timeline.last and (said := run.system.doubt()):
                 warn(said)
+
+    def _bad(self, step: int, run: BodyRun, number: int) -> Unstable:
+        """The error that names a particle by its number in the whole body: whoever has it tells the others."""
+        share, domain = run.system.share, run.system.domain
+        here = share.low <= number < share.high
+        owner = int(domain.joined(np.array([here])).argmax())
+
+        def error() -> Unstable:
+            place = min(number - share.first, share.held - 1)
+            name, what = _broken(run, place)
+            if name != "deformation" and (fault := _fault_of_law(run)):
+                what = f"{what}, because of {fault}"
+            return unstable(self._timeline, step, run, name, what, number, run.system.position[place])
+
+        return domain.told(error, owner)
 
     def apart(self, step: int) -> None:
         """Warn of bodies that have run into each other; raise Unstable where contact was to keep them apart."""

@@ -14,8 +14,11 @@ import math
 from collections.abc import Sequence
 from itertools import combinations
 
+import numpy as np
+
 from wsph.backend.clock import Clock
 from wsph.backend.device import give_back, pick_device
+from wsph.backend.domain import WHOLE, Domain
 from wsph.backend.graph import Program
 from wsph.backend.space import Space
 from wsph.contact.between import Interaction
@@ -36,39 +39,47 @@ from wsph.simulation.composing.bodies import Standing, alone, standing
 from wsph.simulation.composing.composition import BodyRun, Composition, Step, reported
 from wsph.simulation.composing.idle import idle
 from wsph.simulation.composing.setting import BareBody, Method, Setting, bare_bodies, materials_of, method_of, scales_of
+from wsph.simulation.composing.shared import refuse_shared
 from wsph.simulation.composing.slips import slips
 from wsph.simulation.composing.stairs import stepped
 from wsph.simulation.composing.together import joined_bodies, stiffen
 from wsph.simulation.probing.numbers import NumberRecorder
+from wsph.simulation.probing.placed import PlacedRecorder
 from wsph.simulation.probing.points import PointRecorder
+from wsph.simulation.probing.reach import keeper, reach_probes
 from wsph.simulation.probing.recorder import Recorder
 from wsph.simulation.probing.reduced import ReducedRecorder, needs_places
+from wsph.simulation.probing.shared_numbers import SharedNumbers
 from wsph.simulation.starting.from_file import put_states
 from wsph.simulation.step_control import given_step, settle
 from wsph.simulation.timeline import TimeStep
 from wsph.stability.guard import guard
 
 
-def compose(scene: Scene) -> Composition:
-    """Set up a scene. Raises SceneError, Refused or PluginError; compiles the set-up's kernels, runs nothing."""
+def compose(scene: Scene, domain: Domain = WHOLE) -> Composition:
+    """Set up a scene, or the part of it that this process has of a `domain`. Raises SceneError, Refused or PluginError;
+    compiles the set-up's kernels, runs nothing."""
     try:
         with keeping([]) as said:
-            composition = _compose(scene)
+            composition = _compose(scene, domain)
         composition.said = said
         return composition
     except SceneError as error:
         raise scene.located(error) from None
 
 
-def _compose(scene: Scene) -> Composition:
+def _compose(scene: Scene, domain: Domain) -> Composition:
     materials = materials_of(scene)
     method = method_of(scene)
     _refuse_relaxing(scene, method)
     device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
     refuse_contact(scene, method.formulation)
     refuse_misfits(scene, method.formulation)
-    memory.refuse_too_large(scene, device, _first_system, lambda body: is_fitted(scene, body, method.formulation))
-    bare = bare_bodies(scene, materials, method)
+    if domain.size > 1:
+        refuse_shared(scene, method)
+    else:
+        memory.refuse_too_large(scene, device, _first_system, lambda body: is_fitted(scene, body, method.formulation))
+    bare = [reach_probes(scene, each, domain) for each in bare_bodies(scene, materials, method, domain)]
     scales = scales_of(bare)
     time_step = given_step(scene.run, scene.end, scales.time, device, method.who)
     setting = Setting(scene, method, scales)
@@ -91,18 +102,22 @@ def _compose(scene: Scene) -> Composition:
             stiffen(setting, joint, list(together.values()))
     # Before a step is refused: what has the wrong unit may be why.
     steps = time_step.timeline.last
-    for said in (
+    hints = (
         *slips(scene, bodies, time_step.dt, steps),
         *idle(scene, bodies, time_step.dt),
         *stepped(scene, bodies),
-    ):
+    )
+    for said in domain.common(hints):
         doubt(f"unlikely: {said}", stacklevel=4)
     _guard(setting, bare, bodies, space, time_step, set(together))
-    probes = _probes(setting, bodies, reported(bodies, (*between, *forces)), space, time_step)
+    probes = _probes(setting, bodies, reported(bodies, (*between, *forces)), space, time_step, domain)
     step = Step(bodies, joint, between, time_step.clock, [probe for probe in probes if probe.every_step])
-    pairs = sum(run.system.pairs for run in bodies)
-    program = Program(step, time_step.clock, pairs, scene.run.threads, step.before)
-    return Composition(scene, space, scales, time_step, bodies, joint, between, probes, program, method.who)
+    pairs = int(domain.sum(np.array([sum(run.system.pairs for run in bodies)]))[0])
+    hosted = domain.size > 1
+    program = Program(step, time_step.clock, pairs, scene.run.threads, step.before, hosted=hosted)
+    return Composition(
+        scene, space, scales, time_step, bodies, joint, between, probes, program, method.who, domain, pairs
+    )
 
 
 def _refuse_relaxing(scene: Scene, method: Method) -> None:
@@ -190,12 +205,18 @@ def _guard(
             return alone(setting, standing(setting, each, Space(space.dim), again), again)
 
         with blame(setting.method.who, integrators.SIGNATURE):
-            guard(setting.scene, run, time_step.dt, steps, double)
+            # Processes that share a body have none to themselves.
+            guard(setting.scene, run, time_step.dt, steps, double if run.system.domain.size == 1 else None)
         run.stability.share = run.courant / run.limit if run.limit else 1.0
 
 
 def _probes(
-    setting: Setting, bodies: Sequence[BodyRun], numbers: Sequence[Reported], space: Space, time_step: TimeStep
+    setting: Setting,
+    bodies: Sequence[BodyRun],
+    numbers: Sequence[Reported],
+    space: Space,
+    time_step: TimeStep,
+    domain: Domain,
 ) -> list[Recorder]:
     """The recorders of a scene's probes; those of nearly every step are part of the steps."""
 
@@ -207,7 +228,15 @@ def _probes(
         if probe.of is None:
             formulas = setting.scene.formulas
             kind = ReducedRecorder if needs_places(probe, formulas) else PointRecorder
-            return kind(probe, key, bodies, space, clock, often, formulas)
+
+            def here() -> Recorder:
+                return kind(probe, key, bodies, space, clock, often, formulas)
+
+            if domain.size > 1:
+                return PlacedRecorder(probe, clock, often, domain, keeper(probe, key, bodies, domain), here)
+            return here()
+        if domain.size > 1:
+            return SharedNumbers(probe, key, numbers, setting.scales, clock, space.dim, often, domain)
         return NumberRecorder(probe, key, numbers, setting.scales, clock, space.dim, often)
 
     return [made(probe, f"probes.{k}") for k, probe in enumerate(setting.scene.probes)]

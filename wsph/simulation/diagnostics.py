@@ -6,9 +6,9 @@ from functools import cache
 import numpy as np
 import warp as wp
 
-from wsph.backend.domain import WHOLE, Domain
+from wsph.backend.domain import WHOLE, Domain, Share
 from wsph.backend.kernels import kernel
-from wsph.backend.reduce import BLOCK, blocks
+from wsph.backend.reduce import BLOCK
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.backend.tensors import determinant_and_inverse
@@ -18,13 +18,19 @@ from wsph.constitutive.initial import total_energy_of
 from wsph.constitutive.laws import Laws
 from wsph.parts.part import BROKEN
 from wsph.parts.terms import Response
+from wsph.ranks.blocks import Blocks
 
 SMALL = 0.02
 """A strain below which a bound of the distortion is as good as the distortion: limits are recomputed beyond 5 %."""
 
 KINETIC, STRAIN, DISSIPATED, NOT_FINITE, FIRST, STRETCH, DISTORTION, MOMENTUM = range(8)
-"""Columns of the sums of a block: FIRST is its first particle or point that is not finite, -1 where all are;
+"""Columns of the sums of a block: FIRST is its first particle that is not finite, or its first point and a half, -1 where
+all are;
 STRETCH and DISTORTION are the largest; the three components of the momentum stand from MOMENTUM on."""
+
+
+OF_PARTICLES, OF_POINTS = [KINETIC, MOMENTUM, MOMENTUM + 1, MOMENTUM + 2], [STRAIN, DISSIPATED]
+"""Columns that are summed up over particles and over points."""
 
 
 @dataclass
@@ -170,6 +176,12 @@ def _changed_shape(space: Space, layout: Layout, whole: wp.Function, follows: bo
     return changed
 
 
+@wp.func
+def _start(starts: wp.array(dtype=wp.int32), block: int) -> int:
+    """Where a block begins: behind the last there is nothing."""
+    return starts[wp.min(block, starts.shape[0] - 1)]
+
+
 @cache
 def _ledger_kernel(space: Space, laws: Laws, layout: Layout, energy: StoredEnergy, follows: bool) -> wp.Kernel:
     real, dim, Fields, stored = space.scalar, space.dim, fields_struct(space, layout), energy.stored
@@ -184,8 +196,9 @@ def _ledger_kernel(space: Space, laws: Laws, layout: Layout, energy: StoredEnerg
         volume: wp.array(dtype=real),
         points: wp.array(dtype=real),
         density: real,
-        n: int,
-        m: int,
+        nodes: wp.array(dtype=wp.int32),
+        places: wp.array(dtype=wp.int32),
+        apart: int,
         sums_out: wp.array2d(dtype=wp.float64),
     ):
         block = wp.tid()
@@ -198,7 +211,7 @@ def _ledger_kernel(space: Space, laws: Laws, layout: Layout, energy: StoredEnerg
         distortion = wp.float64(1.0)
         momentum = wp.vec3d()
         # A body may have its velocities and its stresses at different places: nodes and points.
-        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, n)):
+        for i in range(_start(nodes, block), _start(nodes, block + 1)):
             v = fields.velocity[i]
             mass = density * volume[i]
             square = wp.dot(v, v)
@@ -209,7 +222,7 @@ def _ledger_kernel(space: Space, laws: Laws, layout: Layout, energy: StoredEnerg
                 broken += wp.float64(1.0)
                 if first < wp.float64(0.0):
                     first = wp.float64(i)
-        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, m)):
+        for i in range(_start(places, block), _start(places, block + 1)):
             each = stored(p, fields, i)
             current = occupied(fields, points[i], i)
             stretch, distortion = changed(fields, i, stretch, distortion)
@@ -220,7 +233,7 @@ def _ledger_kernel(space: Space, laws: Laws, layout: Layout, energy: StoredEnerg
             if not (wp.isfinite(each) and current > real(0.0)):
                 broken += wp.float64(1.0)
                 if first < wp.float64(0.0):
-                    first = wp.float64(i)
+                    first = wp.float64(i + apart) + wp.float64(0.5)
         sums_out[block, KINETIC] = kinetic
         sums_out[block, STRAIN] = strain
         sums_out[block, DISSIPATED] = dissipated
@@ -238,6 +251,7 @@ class Diagnostics:
     """Sums over one body of n particles and m points. `measure(state)` is one launch and one small copy. Nondimensional:
 
     _volume, _points  # volumes of the particles (n,) and of the points (m,), scalar
+    _starts           # of their blocks, those that a process owns, (blocks + 1,) int32 each
     _sums             # (blocks, MOMENTUM + 3) float64, columns as KINETIC to MOMENTUM say
     """
 
@@ -254,15 +268,23 @@ class Diagnostics:
         follows: bool = True,
         domain: Domain = WHOLE,
         total: bool = False,
+        shares: tuple[Share, Share] | None = None,
     ):
         """`response`: how its points answer in place of their law; `follows`: its Courant number follows the deformation, to
-        rounding; `total`: its stress is that of the total law."""
+        rounding; `total`: its stress is that of the total law; `shares`: the particles and the points of the whole that it
+        has."""
         self._answers, self._follows, self._domain = (response, breaks, total), follows, domain
         self._space, self._constitutive, self._density, self._device = space, constitutive, density, device
         self._volume = wp.array(volume, dtype=space.scalar, device=device)
         self._points = self._volume if points is volume else wp.array(points, dtype=space.scalar, device=device)
-        self._n, self._m = len(volume), len(points)
-        self._sums = wp.zeros((blocks(max(self._n, self._m)), MOMENTUM + 3), dtype=wp.float64, device=device)
+        self._shares = shares or (Share.all(len(volume)), Share.all(len(points)))
+        self._blocks = [Blocks.of(share) for share in self._shares]
+        self._starts = [
+            wp.array(each.starts + share.own.start, dtype=wp.int32, device=device)
+            for each, share in zip(self._blocks, self._shares, strict=True)
+        ]
+        count = max(each.count for each in self._blocks)
+        self._sums = wp.zeros((count, MOMENTUM + 3), dtype=wp.float64, device=device)
 
     def kernel(self, state: State) -> wp.Kernel:
         """The kernel that sums up `state`."""
@@ -274,13 +296,12 @@ class Diagnostics:
         """Sum up a state."""
         state.told()
         inputs = [self._constitutive.params, state.struct, self._volume, self._points]
-        inputs += [self._space.scalar(self._density), self._n, self._m]
+        inputs += [self._space.scalar(self._density), *self._starts, self._shares[1].first - self._shares[0].first]
         wp.launch(self.kernel(state), len(self._sums), inputs=inputs, outputs=[self._sums], device=self._device)
         sums = self._sums.numpy()
-        total = self._domain.sum(sums.sum(0))
+        total = self._whole(sums)
         largest = self._domain.max(sums[:, (STRETCH, DISTORTION)].max(0))
-        found = sums[sums[:, NOT_FINITE] > 0, FIRST]
-        first = float(self._domain.min(found[:1].min(initial=np.inf)))
+        first = self._first(sums)
         return BodySums(
             kinetic=float(total[KINETIC]),
             strain=float(total[STRAIN]),
@@ -290,3 +311,20 @@ class Diagnostics:
             stretch=float(largest[0]),
             distortion=float(largest[1]),
         )
+
+    def _whole(self, sums: np.ndarray) -> np.ndarray:
+        """The sums over the whole body, by columns."""
+        total = np.zeros(sums.shape[1])
+        for columns, each in zip((OF_PARTICLES, OF_POINTS), self._blocks, strict=True):
+            rows = np.ascontiguousarray(sums[: each.count, columns])
+            total[columns] = each.whole(rows, self._domain).sum(0)
+        return total
+
+    def _first(self, sums: np.ndarray) -> float:
+        """The number in the whole body of the first particle that is not finite in the first block that has any, or of the
+        first point where all particles are; infinite where all are."""
+        found = sums[sums[:, NOT_FINITE] > 0, FIRST] + self._shares[0].first
+        found = self._domain.joined(found)
+        of_point = found % 1.0 > 0.0
+        order = np.lexsort((found, of_point, found // BLOCK))
+        return float(np.floor(found[order[0]])) if len(found) else np.inf

@@ -14,11 +14,12 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.device import give_back
+from wsph.backend.domain import WHOLE, Domain
 from wsph.doubts import keeping
 from wsph.errors import Unstable
 from wsph.output import fields, formats
 from wsph.output.claim import Claim
-from wsph.output.folder import OutputFolder
+from wsph.output.folder import OutputFolder, UnwrittenFolder
 from wsph.output.interrupts import Interrupts
 from wsph.output.view.bar import Bar
 from wsph.scene.load import load
@@ -43,6 +44,9 @@ CHECK_STEPS = 100
 """Steps between checks where steps are not captured in blocks; those are checked at the end of a block. A check costs about
 half a step (tests/benchmarks/guards.py)."""
 
+TOGETHER_SECONDS = 0.25
+"""Time between two words of processes that share a scene on whether one has been asked to end [s]."""
+
 Progress = Callable[[int, int, float], None]
 """Called between blocks of steps with the step, the last step and the time [s]."""
 
@@ -51,7 +55,7 @@ ONE_RUN = threading.RLock()
 
 
 def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: bool = False, resume: bool = False, throw: bool = True,
-        progress: Progress | bool | None = None, **overrides: object) -> Result:  # fmt: skip
+        progress: Progress | bool | None = None, domain: Domain = WHOLE, **overrides: object) -> Result:  # fmt: skip
     """Run a scene (or a scene file) and return its result; with `out`, write the output folder too.
 
     With `resume` it goes on from the last checkpoint in `out`, which must fit the scene: the bits of never having
@@ -61,26 +65,36 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
     the run after a whole step, the folder is written, and the signal takes its course (a KeyboardInterrupt); with
     `throw` False the result says "interrupted". Runs of one process, from any thread, follow one another; two never
     write into one folder at a time, of whatever processes: the later is refused (OutputError).
+
+    `domain`: the part of the scene that this process has, of those that share it (`wsph.ranks.mpi.Ranks`); all of them call
+    this alike. The first of them writes, and its result is that of the whole.
     """
     if progress is True:
         with Bar() as bar:
-            return run(scene, out, overwrite=overwrite, resume=resume, throw=throw, progress=bar, **overrides)
+            return run(
+                scene, out, overwrite=overwrite, resume=resume, throw=throw, progress=bar, domain=domain, **overrides
+            )
     scene = prepared(scene, overrides)
     folder = Path(out) if out is not None else None
-    claim = Claim(folder, overwrite, resume) if folder is not None else None
-    with claim or nullcontext():
-        if folder is not None:
-            formats.check_installed(scene.output.formats)
-        started = time.perf_counter()
-        found = checkpoint.last(scene, folder, overwrite) if resume else None
-        with ONE_RUN, np.errstate(over="ignore", invalid="ignore"):  # the finite check speaks, numpy need not
-            composition = compose(scene)
-            composition.compile()
-            give_back(composition.particles)
-            with Interrupts() as interrupts:
-                if claim is not None:
-                    claim.make()
-                result = Running(composition, folder, started, found).run(progress or None, interrupts)
+    claim = Claim(folder, overwrite, resume) if folder is not None and domain.rank == 0 else None
+    interrupts = Interrupts()
+    try:
+        with claim or nullcontext():
+            if folder is not None:
+                formats.check_installed(scene.output.formats)
+            started = time.perf_counter()
+            found = checkpoint.last(scene, folder, overwrite) if resume else None
+            with ONE_RUN, np.errstate(over="ignore", invalid="ignore"):  # the finite check speaks, numpy need not
+                composition = compose(scene, domain)
+                composition.compile()
+                give_back(composition.particles)
+                with interrupts:
+                    if claim is not None:
+                        claim.make()
+                    result = Running(composition, folder, started, found).run(progress or None, interrupts)
+    except BaseException as error:
+        domain.fail(error)
+        raise
     asked = interrupts.asked
     if throw and result.failure is not None:
         raise result.failure
@@ -104,7 +118,9 @@ class Running:
         self._composition, self._timeline = composition, composition.time_step.timeline
         frames = found[1]["frames"] if found is not None else None
         names = [run.body.name for run in composition.bodies]
-        self._folder = OutputFolder(folder, scene.output.formats, frames, names) if folder is not None else None
+        self._domain = composition.domain
+        written = OutputFolder if self._domain.rank == 0 else UnwrittenFolder
+        self._folder = written(folder, scene.output.formats, frames, names) if folder is not None else None
         bodies = composition.bodies
         self._ledger = Ledger([run.system.ledger for run in bodies], [each.ledger for each in composition.between])
         self._control = StepControl(composition)
@@ -118,6 +134,8 @@ class Running:
         self._first = self._step = 0
         self._failure: Unstable | None = None
         self._inside = 0.0
+        self._apart = 1
+        """Steps between two words of processes that share the scene."""
         self._said_at_end: list[str] = []
 
     def run(self, progress: Progress | None, interrupts: Interrupts) -> Result:
@@ -138,7 +156,9 @@ class Running:
             if step == 0 and self._relax(step, progress, interrupts):
                 self._begin()
             yield step
-            while step < self._timeline.last and not interrupts.asked and self._relax(step, progress, interrupts):
+            while (
+                step < self._timeline.last and not self._asked(interrupts) and self._relax(step, progress, interrupts)
+            ):
                 step += self._steps(self._block(step, due()), interrupts)
                 self._records.collect(step)
                 self._records.take(step, self.check(step))
@@ -147,7 +167,7 @@ class Running:
                 yield step
             if relaxations.current is not None:
                 self._checkpoints.keep_relaxing(step, asked=True)
-            elif interrupts.asked and step < self._timeline.last:
+            elif self._asked(interrupts) and step < self._timeline.last:
                 # First what is kept: a run that goes on from there has the records of one that never stopped.
                 self._checkpoints.keep(step, asked=True)
                 self._records.take(step, self.check(step), final=True)
@@ -247,7 +267,7 @@ class Running:
         if self._control.adapts:
             due.append(self._control.look)
         due.append(self._checks.watch.due)
-        most = RING if self._composition.program.batched else CHECK_STEPS
+        most = RING if self._composition.program.looked else CHECK_STEPS
         return min(min(each for each in due if each > step) - step, most)
 
     def _steps(self, count: int, interrupts: Interrupts) -> int:
@@ -255,7 +275,10 @@ class Running:
         program = self._composition.program
         program.prepare(count)
         before = time.perf_counter()
-        done = program.run(count, lambda: bool(interrupts.asked))
+        if self._domain.size == 1:
+            done = program.run(count, lambda: bool(interrupts.asked))
+        else:
+            done = self._steps_together(count, interrupts)
         wp.synchronize_device(self._composition.device)
         self._inside += time.perf_counter() - before
         return done
@@ -267,6 +290,26 @@ class Running:
         self._last = self._step, account
         self._records.collect(self._step)
         self._records.end(self._step, account)
+
+    def _steps_together(self, count: int, interrupts: Interrupts) -> int:
+        """The same in processes that share the scene: now and then they hear whether one has been asked to end."""
+        done = 0
+        while done < count and not (done > 0 and self._asked(interrupts)):
+            steps, began = min(self._apart, count - done), time.perf_counter()
+            try:
+                done += self._composition.program.run(steps)
+            except BaseException as error:
+                self._domain.abort(error)
+                raise
+            pace = int(TOGETHER_SECONDS * steps / max(time.perf_counter() - began, 1e-9))
+            self._apart = self._domain.told(lambda pace=pace: min(max(pace, 1), 4 * self._apart))
+        return done
+
+    def _asked(self, interrupts: Interrupts) -> bool:
+        """Whether any process has been asked to end: then all are."""
+        if self._domain.size > 1:
+            interrupts.asked = int(self._domain.max(np.array(interrupts.asked)))
+        return bool(interrupts.asked)
 
     def _sums(self, step: int) -> list[BodySums]:
         """Bring the state of a step up to date, and sum it up. Raises Unstable where it is not finite."""

@@ -36,6 +36,11 @@ class Pairs:
         """The target of every pair, (count,) int32."""
         return np.repeat(np.arange(self.targets, dtype=np.int32), np.diff(self.offsets.numpy()))
 
+    def within(self, targets: slice) -> int:
+        """Number of the pairs of some targets."""
+        offsets = self.offsets.numpy()
+        return int(offsets[targets.stop] - offsets[targets.start])
+
     def keys(self) -> np.ndarray:
         """One number for every pair, target and source, ascending, (count,) int64."""
         return self.rows().astype(np.int64) * self.sources + self.indices.numpy()

@@ -33,11 +33,11 @@ def _growth(run: LimitedBody, steps: int) -> float:
     return found
 
 
-def guard(scene: Scene, run: LimitedBody, dt: float, steps: int, double: Again) -> None:
+def guard(scene: Scene, run: LimitedBody, dt: float, steps: int, double: Again | None) -> None:
     """Refuse or warn of a time step beyond what the integrator or the material can take.
 
     Limits hold for lattices. A body with jitter is tried, as `double`, the same in double precision: where a mode of its own
-    step grows so that the run would amplify it by more than GROWN, that is said with the growth.
+    step grows so that the run would amplify it by more than GROWN, that is said with the growth; without `double` none is.
     """
     if scene.run.guard == "off":
         return
@@ -45,7 +45,7 @@ def guard(scene: Scene, run: LimitedBody, dt: float, steps: int, double: Again) 
     beyond = run.limit is not None and run.courant > run.limit * (1.0 + SLACK)
     if run.limit is not None and beyond:
         grows = ""
-        if scene.dim > 1 and run.system.count * PRODUCTS * 25 < MOST_TRIED:
+        if double is not None and scene.dim > 1 and run.system.count * PRODUCTS * 25 < MOST_TRIED:
             found = _growth(double(), 25 * PRODUCTS)
             pace = f"by {found:.2g} a step" if np.isfinite(found) else "faster than can be measured"
             grows = f"; a mode of its step grows {pace}" if found > 0.0 else ""
@@ -54,7 +54,12 @@ def guard(scene: Scene, run: LimitedBody, dt: float, steps: int, double: Again) 
             f"body {run.body.name!r}: {scene.run.integrator.name} at Courant number {run.courant:.6g} is beyond its stability"
             f" limit {run.limit:.3f} ({run.limit_reason}){grows}{way_out}"
         )
-    elif run.body.jitter > 0.0 and run.system.traits.tried and run.system.count * steps < MOST_TRIED:
+    elif (
+        double is not None
+        and run.body.jitter > 0.0
+        and run.system.traits.tried
+        and run.system.count * steps < MOST_TRIED
+    ):
         found = _growth(double(), steps)
         if found * steps > np.log(GROWN):
             faults.append(

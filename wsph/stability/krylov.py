@@ -3,12 +3,13 @@
 # pyright: strict
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Protocol
 
 import numpy as np
 
 from wsph.backend.arrays import host, put
+from wsph.backend.domain import Domain, Share, any_of, mean_of
 from wsph.backend.space import Space
 from wsph.backend.state import State
 from wsph.stability.margins import DAMPED_VECTORS, STILL, VECTORS
@@ -33,6 +34,8 @@ class Moving(Protocol):
 
     space: Space
     scales: Scales
+    domain: Domain
+    share: Share
     position: np.ndarray
     volume: np.ndarray
     spacing: float
@@ -96,7 +99,8 @@ class Products:
         if system.one_sided:
             # All pairs approach each other, so fast that a vector changes nothing in that.
             place = system.position / system.scales.length + self._field(self._start, "displacement")
-            self._closing = -20.0 * (place - place.mean(0)) * system.scales.length / system.spacing
+            middle = mean_of(system.domain, place[system.share.own])
+            self._closing = -20.0 * (place - middle) * system.scales.length / system.spacing
         self._idle = self._drag(none) if self._closing is not None else 0.0
 
     def restore(self) -> None:
@@ -173,6 +177,7 @@ class Products:
     def damping(self, x: np.ndarray) -> np.ndarray:
         """D x, (n dim,), of all pairs."""
         size = float(max(np.abs(self._rows(x)[rows] / self._root[rows]).max() for rows in self._pieces()))
+        size = float(self.system.domain.max(np.array(size)))
         drag = self._drag(x, size)
         drag -= self._idle
         drag *= size
@@ -180,10 +185,26 @@ class Products:
         return self.system.project_free(drag.reshape(-1))
 
 
+class Multiplied(Protocol):
+    """What multiplies vectors (count,)."""
+
+    count: int
+
+    def stiffness(self, x: np.ndarray) -> np.ndarray: ...
+
+    def damping(self, x: np.ndarray) -> np.ndarray: ...
+
+    def restore(self) -> None: ...
+
+
+Making = Callable[[], Multiplied]
+"""Makes the products of a body, which take memory."""
+
+
 class _Span:
     """Up to `most` orthonormal vectors and their products."""
 
-    def __init__(self, products: Products, most: int, damped: bool):
+    def __init__(self, products: Multiplied, most: int, damped: bool):
         self._p, n = products, products.count
         kind = np.float32 if n > LARGE else np.float64
         self._least = 1e-5 if n > LARGE else 1e-8
@@ -247,16 +268,16 @@ def _start(system: Moving) -> np.ndarray:
     return system.project_free(np.random.default_rng(0).standard_normal(count))
 
 
-def _symmetric(system: Moving, rate: float, still: float) -> Spectrum:
+def _symmetric(system: Moving, last: np.ndarray, make: Making, rate: float, still: float) -> Spectrum:
     """The spectrum of an undamped body of symmetric stiffness from Lanczos' three terms: w_(j+1) beta_(j+1) = K w_j -
     alpha_j w_j - beta_j w_(j-1), so that K projected on the w is tridiagonal, K W = W T + beta_(m+1) w_(m+1) e_m^T, and
     of the vectors two are kept. They lose their orthogonality where an eigenvalue is found to rounding, which changes no
     outermost one."""
-    kind, last = system.space.numpy, _start(system)
+    kind = system.space.numpy
     size = math.sqrt(_dot(last, last))
     last /= size or 1.0
     last = last.astype(kind, copy=False)
-    before, products = np.zeros_like(last), Products(system)
+    before, products = np.zeros_like(last), make()
     diagonal, beside = np.zeros(VECTORS), np.zeros(VECTORS)
     m, beta = 0, 0.0
     while m < VECTORS and size > 0.0:
@@ -290,12 +311,19 @@ def spectrum(system: Moving) -> Spectrum:
     found; those that lie in the span already (all of them at first where D is as K) cost nothing and are gone through.
     """
     rate, still = system.damping_rate, STILL[system.space.precision]
-    if not system.free_components.any():
+    if not any_of(system.domain, bool(system.free_components.any())):
         none = np.zeros((0, 0))
         return Spectrum(none, none, (none, none, none), rate, still)
+    if system.domain.size > 1:
+        return _shared(system, rate, still)
+    return _found(system, _start(system), lambda: Products(system), rate, still)
+
+
+def _found(system: Moving, start: np.ndarray, make: Making, rate: float, still: float) -> Spectrum:
+    """The spectrum that products of vectors from `start` on span."""
     if system.symmetric and not system.drags:
-        return _symmetric(system, rate, still)
-    products, start = Products(system), _start(system)
+        return _symmetric(system, start, make, rate, still)
+    products = make()
     lanczos, most = DAMPED_VECTORS if system.drags else (VECTORS, VECTORS)
     span = _Span(products, most, system.drags)
     span.add(start)
@@ -315,3 +343,57 @@ def spectrum(system: Moving) -> Spectrum:
         before, last = last / size, coefficients / size
     products.restore()
     return span.spectrum(rate, still)
+
+
+class _Spread:
+    """The products of a body that processes share, as the first of them has them: of vectors over the whole body, which
+    all of them multiply."""
+
+    def __init__(self, products: Products):
+        self._products, self._system = products, products.system
+        self.count = self._system.share.whole * self._system.space.dim
+
+    def stiffness(self, x: np.ndarray) -> np.ndarray:
+        """K x."""
+        return self._multiplied("stiffness", x)
+
+    def damping(self, x: np.ndarray) -> np.ndarray:
+        """D x."""
+        return self._multiplied("damping", x)
+
+    def restore(self) -> None:
+        """All do it together, at the end."""
+
+    def _multiplied(self, by: str, x: np.ndarray) -> np.ndarray:
+        self._system.domain.told(lambda: by)
+        return self.answer(by, x.reshape(-1, self._system.space.dim)).reshape(-1)
+
+    def answer(self, by: str, rows: np.ndarray | None) -> np.ndarray:
+        """A product: the rows of the whole in the first process."""
+        domain, share = self._system.domain, self._system.share
+        mine = domain.scattered(rows, share).reshape(-1)
+        found = self._products.stiffness(mine) if by == "stiffness" else self._products.damping(mine)
+        return domain.gathered(found.reshape(-1, self._system.space.dim)[share.own])
+
+
+def _shared(system: Moving, rate: float, still: float) -> Spectrum:
+    """The spectrum of a body that processes share: the first has the vectors, and asks the others for its products."""
+    domain, share, products = system.domain, system.share, Products(system)
+    spread, free = _Spread(products), system.project_free(np.ones(products.count))
+    every = domain.gathered(free.reshape(-1, system.space.dim)[share.own]).reshape(-1)
+    found: Spectrum | None = None
+    if domain.rank > 0:
+        while by := domain.told(str):
+            spread.answer(by, None)
+    else:
+        try:
+            every *= np.random.default_rng(0).standard_normal(spread.count)
+            found = _found(system, every, lambda: spread, rate, still)
+        except BaseException as error:
+            domain.fail(error)
+            raise
+        domain.told(str)
+    products.restore()
+    made = domain.told(lambda: found)
+    assert made is not None
+    return made

@@ -17,8 +17,9 @@ from functools import cache
 import numpy as np
 import warp as wp
 
+from wsph.backend.domain import WHOLE, Domain, Share
 from wsph.backend.kernels import kernel
-from wsph.backend.reduce import BLOCK, blocks
+from wsph.backend.reduce import BLOCK, blocks, largest
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.backend.tensors import determinant_and_inverse, in_plane
@@ -113,10 +114,12 @@ def _kernel(space: Space, laws: Laws, layout: Layout, total: bool, breaks: bool)
     stiffness = _stiffness(space, laws, layout, total)
 
     @kernel()
-    def stiffest(p: Params, fields: Fields, at_rest: real, points: int, stiffest_out: wp.array(dtype=wp.float64)):
+    def stiffest(
+        p: Params, fields: Fields, at_rest: real, low: int, end: int, stiffest_out: wp.array(dtype=wp.float64)
+    ):
         block = wp.tid()
-        largest = wp.float64(1.0)
-        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, points)):
+        most = wp.float64(1.0)
+        for i in range(low + block * BLOCK, wp.min(low + (block + 1) * BLOCK, end)):
             H = fields.deformation[i]
             F = wp.identity(n=dim, dtype=real) + H
             here = mat()
@@ -132,29 +135,32 @@ def _kernel(space: Space, laws: Laws, layout: Layout, total: bool, breaks: bool)
                 # Across a crack the deformation is the opening's.
                 whole = fields.damage[i][0] < real(BROKEN)
             if whole:
-                largest = wp.max(largest, wp.float64(found / at_rest))
-        stiffest_out[block] = largest
+                most = wp.max(most, wp.float64(found / at_rest))
+        stiffest_out[block] = most
 
     return stiffest
 
 
 class Stiffening:
-    """The estimate of one body, of `points` points. `found()` is one launch and one small copy.
+    """The estimate of one body. `found()` is one launch and one small copy.
 
     _out  # the largest ratio of stiffnesses of a block, (blocks,), 1 or more
     """
 
-    def __init__(self, constitutive: Constitutive, state: State, points: int, total: bool, breaks: bool):
-        """`total`: its stress is that of the total law; `breaks`: its points may break."""
-        self._constitutive, self._state, self._points = constitutive, state, points
+    def __init__(
+        self, constitutive: Constitutive, state: State, points: Share, total: bool, breaks: bool, domain: Domain = WHOLE
+    ):
+        """`points`: those that it has of the whole body's; `total`: its stress is that of the total law; `breaks`: its
+        points may break."""
+        self._constitutive, self._state, self._own, self._domain = constitutive, state, points.own, domain
         self._kind = total, breaks
-        self._out = wp.zeros(blocks(points), dtype=wp.float64, device=state.buffer.device)
+        self._out = wp.zeros(blocks(points.high - points.low), dtype=wp.float64, device=state.buffer.device)
 
     def found(self) -> float:
         """The factor, 1 or more, by which the largest frequency has grown since the body was undeformed."""
         state, law = self._state, self._constitutive
         state.told()
         made = _kernel(state.space, law.laws, state.layout, *self._kind)
-        inputs = [law.params, state.struct, state.space.scalar(law.largest_modulus), self._points]
+        inputs = [law.params, state.struct, state.space.scalar(law.largest_modulus), self._own.start, self._own.stop]
         wp.launch(made, len(self._out), inputs=inputs, outputs=[self._out], device=self._out.device)
-        return float(np.sqrt(self._out.numpy().max()))
+        return float(np.sqrt(largest(self._out, self._domain)))

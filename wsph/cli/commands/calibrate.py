@@ -37,7 +37,9 @@ def _declare(parser: argparse.ArgumentParser) -> None:
 
 def _act(options: argparse.Namespace) -> int:
     from wsph.output.claim import Claim
+    from wsph.ranks.world import refuse_copies
     from wsph.scene.load import load
+    from wsph.study.cluster import MPI, executor_at
     from wsph.study.fitting import report
     from wsph.study.fitting.curves import check_curves, read_curves
     from wsph.study.fitting.fit import fit
@@ -45,6 +47,8 @@ def _act(options: argparse.Namespace) -> int:
     from wsph.study.fitting.parameters import check_parameters, read_parameter
     from wsph.study.fitting.runs import Runs
 
+    if options.scheduler != MPI:
+        refuse_copies("wsph calibrate")
     scene = load(options.scene, overrides(options.set))
     parameters = [read_parameter(text, scene) for text in options.free]
     check_parameters(parameters, scene)
@@ -53,7 +57,10 @@ def _act(options: argparse.Namespace) -> int:
     folder = folder_of(options, *OUT)
     warnings.simplefilter("ignore")  # the same ones for each of the runs
     with Claim(folder, options.overwrite, kind=report.CALIBRATION) as claim:
-        with Runs(curves.names, curves.times, options.workers) as runs:
+        with (
+            executor_at(options.scheduler) as executor,
+            Runs(curves.names, curves.times, options.workers, executor) as runs,
+        ):
             found = fit(scene, curves, parameters, runs)
             mesh = mesh_bar(scene, curves, found, runs)
         claim.make()

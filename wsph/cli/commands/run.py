@@ -3,6 +3,7 @@
 # pyright: strict
 
 import argparse
+import warnings
 from pathlib import Path
 
 from wsph.cli import accuracy
@@ -26,15 +27,29 @@ def _declare(parser: argparse.ArgumentParser) -> None:
 
 def _act(options: argparse.Namespace) -> int:
     from wsph import load, run
+    from wsph.ranks import world
 
+    domain = world.domain()
+    if domain.rank > 0:
+        warnings.simplefilter("ignore")
     scene = load(options.scene, overrides(options.set))
     folder = folder_of(options, *OUT)
     searched = accuracy.asked(options)
-    with Progress(options.quiet) as progress:
+    if searched and domain.size > 1:
+        world.refuse_copies("wsph run --accuracy")
+    with Progress(options.quiet or domain.rank > 0) as progress:
         if searched:
             return accuracy.run_accurately(options, scene, folder, progress)
-        result = run(scene, folder, overwrite=options.overwrite, resume=options.resume, throw=False, progress=progress)
-    if not options.quiet:
+        result = run(
+            scene,
+            folder,
+            overwrite=options.overwrite,
+            resume=options.resume,
+            throw=False,
+            progress=progress,
+            domain=domain,
+        )
+    if not options.quiet and domain.rank == 0:
         s = result.summary
         print(
             f"{result.status}: {s['steps']} steps of {s['dt']:.4g} s, {s['particles']} particles, {s['wall_seconds']:.2f} s; output in {folder}"

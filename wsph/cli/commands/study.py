@@ -36,13 +36,17 @@ def _act(options: argparse.Namespace) -> int:
     # 1 where rows are lost.
     from wsph.errors import OutputError
     from wsph.output.claim import Claim
+    from wsph.ranks.world import refuse_copies
     from wsph.study import files
+    from wsph.study.cluster import MPI, executor_at
     from wsph.study.forecast import in_words
     from wsph.study.judge import judged
     from wsph.study.plan import facts, planned
     from wsph.study.runs import run_study
     from wsph.study.tables import load_study
 
+    if options.scheduler != MPI:
+        refuse_copies("wsph study")
     study, scene = load_study(options.study)
     beside, plan = options.study.parent, planned(study, scene)
     warnings.simplefilter("ignore")  # of energy that some of the rows create or lose: the table says it
@@ -74,7 +78,9 @@ def _act(options: argparse.Namespace) -> int:
                 print(f"{len(made)} of {len(plan)}", file=sys.stderr)
 
         try:
-            outcome = run_study(study, scene, beside, workers=options.workers, known=made, keep=keep)
+            with executor_at(options.scheduler) as executor:
+                where = beside.resolve()
+                outcome = run_study(study, scene, where, executor, workers=options.workers, known=made, keep=keep)
         except KeyboardInterrupt:
             if not files.is_a_study(folder):
                 raise

@@ -42,7 +42,7 @@ def edge_reference(host: Host, gradients: NodalGradients | None, device: str) ->
     lattice, dim, n = host.lattice, host.space.dim, len(host.lattice.nodes)
     place, edges = lattice.places(host.scales.length), cell_edges(lattice.corners, n)
     along = place[edges.end] - place[edges.start]
-    cell = float(lattice.cell_volume.mean()) / host.scales.length**dim
+    cell = lattice.mean_volume / host.scales.length**dim
     weight = edges.cells * (cell / 2.0 ** (dim - 1)) / np.einsum("ea,ea->e", along, along)
     start, end = edges.start, edges.end
     if gradients is not None:

@@ -3,7 +3,6 @@
 import warp as wp
 
 from wsph.backend.kernels import kernel
-from wsph.backend.reduce import BLOCK
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, fields_struct
 from wsph.parts.terms import answers_struct, points_struct
@@ -12,13 +11,13 @@ from wsph.sph.rows import rows_struct
 
 
 def held_energy_kernel(space: Space, layout: Layout, apart: bool) -> wp.Kernel:
-    """Partial sums of the energy over blocks of points. `apart`: points have places of their own."""
+    """Partial sums of the energy over blocks of points, from `starts` on. `apart`: points have places of their own."""
     real, vec, Fields = space.scalar, space.vec, fields_struct(space, layout)
     Rows, Points, Answers, left_over = rows_struct(space), points_struct(space), answers_struct(space), misfit(space)
 
     @kernel(pairs=True)
     def held_energy(
-        count: int,
+        starts: wp.array(dtype=wp.int32),
         rows: Rows,
         points: Points,
         answers: Answers,
@@ -27,7 +26,7 @@ def held_energy_kernel(space: Space, layout: Layout, apart: bool) -> wp.Kernel:
     ):
         block = wp.tid()
         total = wp.float64(0.0)
-        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+        for i in range(starts[block], starts[block + 1]):
             middle = vec()
             if wp.static(apart):
                 middle = answers.mean[i]

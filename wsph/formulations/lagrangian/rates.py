@@ -29,13 +29,12 @@ Forces between pairs beside the stress are terms of a body's parts (`wsph.parts.
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 from collections.abc import Iterable
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 
 import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays
-from wsph.backend.reduce import blocks, total
 from wsph.backend.space import Array, Space, Struct
 from wsph.backend.state import Layout, State
 from wsph.constitutive.laws import Laws
@@ -61,6 +60,7 @@ from wsph.parts.part import Attached, Neighbourhood
 from wsph.parts.table import PARTS
 from wsph.parts.terms import Points, answers_struct, points_struct, with_share
 from wsph.plugins.blame import blame
+from wsph.ranks.blocks import Blocks, own_sum
 from wsph.sph.pairs import Pairs
 from wsph.sph.rows import rows_of
 
@@ -102,7 +102,7 @@ class LagrangianRates(ReferenceRates):
         host, placement = made.host, made.placement
         self._space, self._clock, self._density = host.space, made.setup.clock, host.space.scalar(made.density)
         self._placement, self._constitutive, self._loads = placement, host.constitutive, made.loads
-        self._force, self._arrays = made.force, made.arrays.part("rates")
+        self._force, self._arrays, self._domain = made.force, made.arrays.part("rates"), made.domain
         nodes, cells = host.geometry.centred
         particles = nodes if placement.at_nodes else cells
         points = cells if placement.points else particles
@@ -124,7 +124,7 @@ class LagrangianRates(ReferenceRates):
         if not any(part.frees for part in host.parts.values()):
             made.refuse_isolated(reference.rank)
         # Ghosts, where there are any, pass loads on to the particles.
-        self.form = made.form(loaded=made.loads.count > 0 and self._ghosts is None)
+        self.form = made.form(loaded=made.loads.some and self._ghosts is None)
         self._coefficients = made.coefficients(self.form)
         with blame(host.constitutive.who):
             self.kernels = _kernels(host.space, host.constitutive.laws, made.layout, made.force.parts, self.form)
@@ -219,12 +219,16 @@ class LagrangianRates(ReferenceRates):
         if flow is None or self.form.fades < 0:
             return {}
         fields = state.layout, state.struct
-        return {"fading": Fading(flow, self._space, self.seen, *fields, self._clock, arrays.part("fading"))}
+        whole = partial(own_sum, share=self._placement.point_share, domain=self._domain)
+        return {"fading": Fading(flow, self._space, self.seen, *fields, self._clock, arrays.part("fading"), whole)}
 
     @property
     def pairs(self) -> int:
-        """Directed pairs, from points to particles and, where these are not the same, back."""
-        return self._pairs.count * (1 if self._back is None else 2)
+        """Directed pairs of its own, from points to particles and, where these are not the same, back."""
+        if self._placement.share.complete:
+            return self._pairs.count * (1 if self._back is None else 2)
+        back = self._back.within(self._placement.share.own) if self._back is not None else 0
+        return self._pairs.within(self._placement.point_share.own) + back
 
     @property
     def neighbours(self) -> Pairs:
@@ -322,11 +326,13 @@ class LagrangianRates(ReferenceRates):
         """Energy of the stabilisation, of a state that is up to date, nondimensional (a launch and a copy)."""
         if not self.form.stabilised:
             return 0.0
-        m, device = len(self._placement.point_volume), self._clock.device
-        sums: Array = wp.zeros(blocks(m), dtype=wp.float64, device=device)
-        inputs = [m, self._rows, self._acting, self._answers, state.struct]
+        share, device = self._placement.point_share, self._clock.device
+        mine = Blocks.of(share)
+        sums: Array = wp.zeros(mine.count, dtype=wp.float64, device=device)
+        starts = wp.array(mine.starts + share.own.start, dtype=wp.int32, device=device)
+        inputs = [starts, self._rows, self._acting, self._answers, state.struct]
         wp.launch(self.kernels.held, len(sums), inputs=inputs, outputs=[sums], device=device)
-        return total(sums)
+        return float(mine.whole(sums.numpy(), self._domain).sum())
 
 
 def _field(fields: Struct, name: str) -> Array:

@@ -45,7 +45,8 @@ class BlockRates(ReferenceRates):
         self._space, self._clock, self._density = host.space, made.setup.clock, host.space.scalar(made.density)
         self._placement, self._constitutive, self._loads = made.placement, host.constitutive, made.loads
         self._force, self._arrays, self._layout = made.force, made.arrays.part("rates"), made.layout
-        self.form = made.form(loaded=made.loads.count > 0)
+        self._domain = made.domain
+        self.form = made.form(loaded=made.loads.some)
         self._coefficients, self._threads = made.coefficients(self.form), threads
         # Every thread has its part of a piece in the cache of its own core, and threads meet after whole pieces.
         self._cores = made.setup.scene.run.threads or len(cores())

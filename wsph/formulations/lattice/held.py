@@ -1,7 +1,9 @@
 """Energy of the residual at the cells of a lattice: its sum, and what a falling stiffness sets free of it."""
 
+from collections.abc import Callable
 from functools import cache
 
+import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays, host
@@ -87,16 +89,17 @@ class RowFading(Attached):
         state: State,
         clock: Clock,
         arrays: Arrays,
+        total: Callable[[np.ndarray], float],
     ):
         """`fade`: the kernel of what a step sets free; `flow`: which of the internals is the plastic strain, and E/sigma_y;
-        `common` to all rows; `count` blocks and rows."""
+        `common` to all rows; `count` blocks and rows; `total` sums up energies of the rows."""
         real = state.space.scalar
         self._fade, self._state, self._clock = fade, state, clock
         self._inputs = [real(flow[1]), common, blocks]
         self._count, m = count
         self._zeta = arrays.changes("zeta", wp.ones(m, dtype=real, device=arrays.device))
         self._freed = arrays.zeros("freed", m, real, kept=True)
-        self.ledger = (Entry("dissipated", lambda: float(host(self._freed).sum())),)
+        self.ledger = (Entry("dissipated", lambda: total(host(self._freed))),)
 
     def advance(self) -> None:
         """Book what the step has set free (a launch)."""

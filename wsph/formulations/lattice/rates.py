@@ -17,7 +17,6 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays
-from wsph.backend.reduce import total
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State
 from wsph.constitutive.laws import Laws
@@ -44,6 +43,7 @@ from wsph.geometry.cells import Boxes
 from wsph.parts.body_force import BodyForceKinds
 from wsph.parts.part import Attached, Host
 from wsph.plugins.blame import blame
+from wsph.ranks.blocks import own_sum, own_total
 from wsph.sph.pairs import Pairs
 
 LEAST = 0.25
@@ -189,8 +189,9 @@ class LatticeRates(BlockRates):
         if flow is None or self.form.fades < 0:
             return {}
         part = arrays.part("fading")
+        whole = partial(own_sum, share=self._placement.point_share, domain=self._domain)
         kernel = fade_kernel(self._space, self._layout, flow[0])
-        own = RowFading(kernel, flow, self._cell, self._cells, count, state, self._clock, part)
+        own = RowFading(kernel, flow, self._cell, self._cells, count, state, self._clock, part, whole)
         found: dict[str, Attached] = {"fading": own}
         if self._rest is not None:
             found["fading of the rest"] = self._rest.fading(flow, state, arrays.part("fading of the rest"))
@@ -198,8 +199,8 @@ class LatticeRates(BlockRates):
 
     @property
     def pairs(self) -> int:
-        """Directed pairs, from cells to their corners and back, as many as lists would have."""
-        return 2 * len(self._host.geometry.rows.indices)
+        """Directed pairs, from the cells of its own to their corners and back, as many as lists would have."""
+        return 2 * int(np.diff(self._host.geometry.rows.offsets)[self._placement.point_share.own].sum())
 
     @property
     def neighbours(self) -> Pairs:
@@ -276,7 +277,10 @@ class LatticeRates(BlockRates):
         inputs = [self._cell, self._cells, self._chunks, state.struct]
         made = held_kernel(self._space, self._layout, self._width, self.form.fades >= 0)
         wp.launch(made, len(sums), inputs=inputs, outputs=[sums], device=self._clock.device)
-        return total(sums) + (0.0 if self._rest is None else self._rest.held_energy(state))
+        first = self._cells.numpy()[:: HEAD + 2**self._space.dim]
+        return own_total(sums, first, self._placement.point_share, self._domain) + (
+            0.0 if self._rest is None else self._rest.held_energy(state)
+        )
 
 
 def build(setup: Setup) -> OneSetSystem:

@@ -7,7 +7,7 @@ beside what the boxes hand to them.
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
-from functools import cache
+from functools import cache, partial
 from typing import Protocol, cast
 from weakref import WeakKeyDictionary
 
@@ -15,7 +15,8 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays
-from wsph.backend.reduce import blocks, total
+from wsph.backend.domain import WHOLE, Share
+from wsph.backend.reduce import total
 from wsph.backend.space import Array, Space, Struct
 from wsph.backend.state import Layout, State
 from wsph.constitutive.laws import Laws
@@ -29,6 +30,7 @@ from wsph.formulations.one_set_setup import RateSetup
 from wsph.parts.fading import Fading
 from wsph.parts.part import Neighbourhood
 from wsph.parts.terms import Points, answers_struct, points_struct, with_share
+from wsph.ranks.blocks import Blocks, own_sum
 from wsph.sph.pairs import Pairs
 from wsph.sph.rows import rows_of
 
@@ -138,9 +140,15 @@ class Rest:
 
     def held_energy(self, state: State) -> float:
         """Energy of the residual, of a state that is up to date, nondimensional (a launch and a copy)."""
-        m, device = len(self._volume), self._clock.device
-        sums: Array = wp.zeros(blocks(m), dtype=wp.float64, device=device)
-        inputs = [m, self._rows, self._acting, self._answers, state.struct]
+        starts, device = Blocks.of(Share.all(len(self._volume))).starts, self._clock.device
+        sums: Array = wp.zeros(len(starts) - 1, dtype=wp.float64, device=device)
+        inputs = [
+            wp.array(starts, dtype=wp.int32, device=device),
+            self._rows,
+            self._acting,
+            self._answers,
+            state.struct,
+        ]
         wp.launch(self.kernels.held, len(sums), inputs=inputs, outputs=[sums], device=device)
         return total(sums)
 
@@ -158,7 +166,8 @@ class Rest:
             self._back,
             self._back_weight,
         )
-        found = Fading(flow, self._space, seen, self._layout, self._tail(state), self._clock, arrays)
+        whole = partial(own_sum, share=Share.all(len(self._volume)), domain=WHOLE)
+        found = Fading(flow, self._space, seen, self._layout, self._tail(state), self._clock, arrays, whole)
         self._acting = with_share(self._space, self._points, cast(Points, found.response).share)
         self._response = found.response
         return found

@@ -82,7 +82,7 @@ def runs_of(boxes: Boxes, nodes: int, width: int, quantities: int, reserved: int
     ends = np.ones(len(along), bool)
     for k in range(0, sides, 2):
         ends[corners[:, k]] = False
-    segment, segments = (along - ends) // np.int32(width), int(counts[-1]) // width + 1
+    segment, segments = (along - ends) // np.int32(width), int(along.max()) // width + 1
     first_line, cell_along = line_of[corners[:, 0]] * np.int32(segments), along[corners[:, 0]]
     own = first_line + cell_along // np.int32(width)
     keys, long = np.unique(own), quantities * places
@@ -127,7 +127,7 @@ def runs_of(boxes: Boxes, nodes: int, width: int, quantities: int, reserved: int
 def _last(boxes: Boxes) -> np.ndarray:
     """Where nodes are along the last axis of the grid, from the first on, (n,) int32."""
     last = boxes.index[:, -1]
-    return np.rint(last - last.min()).astype(np.int32)
+    return np.rint(last - (last.min() if boxes.first is None else boxes.first)).astype(np.int32)
 
 
 def staged_pieces(count: int, most: int, waits: Sequence[np.ndarray]) -> list[list[tuple[int, int]]]:

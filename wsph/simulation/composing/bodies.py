@@ -71,8 +71,8 @@ class Standing:
         system, traits, bare = self.system, self.system.traits, self.bare
         stiffened = None
         if traits.measures:
-            kind = system.total, system.breaks
-            stiffened = Stiffening(self.constitutive, system.state, len(system.point_volume), *kind).found
+            kind = system.total, system.breaks, system.domain
+            stiffened = Stiffening(self.constitutive, system.state, system.point_share, *kind).found
         limit = StepLimit(ask, system, traits.courant_follows, stiffened, traits.clumps)
         # A law that gives no numbers leaves no frequency, and so no time step that its integrator could take.
         lost = limit.value == 0.0 and traits.measures and not np.isfinite(system.frequency)
@@ -88,7 +88,9 @@ class Standing:
             system.response,
             system.breaks,
             traits.courant_follows,
-            total=system.total,
+            system.domain,
+            system.total,
+            (system.share, system.point_share),
         )
         return BodyRun(bare.body, self.constitutive, system, integrator, diagnostics, limit, time_step, Reading(system))
 

@@ -6,9 +6,11 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
 import warp as wp
 
 from wsph.backend.clock import Clock
+from wsph.backend.domain import Domain
 from wsph.backend.graph import Program
 from wsph.backend.space import Space
 from wsph.backend.state import State
@@ -135,6 +137,10 @@ class Composition:
     program: Program
     integrator: str
     """Name and distribution of the integrator."""
+    domain: Domain
+    """The part of the scene that this process has."""
+    pairs: int
+    """Directed pairs of all operators, of all processes."""
     said: list[str] = field(default_factory=list[str])
     """What was warned of while it was composed."""
 
@@ -170,13 +176,8 @@ class Composition:
 
     @property
     def particles(self) -> int:
-        """Particles that carry the state, over all bodies."""
-        return sum(b.system.count for b in self.bodies)
-
-    @property
-    def pairs(self) -> int:
-        """Directed pairs of all operators."""
-        return sum(b.system.pairs for b in self.bodies)
+        """Particles that carry the state, over all bodies and all processes."""
+        return sum(b.system.share.whole for b in self.bodies)
 
     @property
     def evaluations(self) -> int:
@@ -185,8 +186,8 @@ class Composition:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of the arrays of all bodies."""
-        return sum(b.system.nbytes for b in self.bodies)
+        """Bytes of the arrays of all bodies, in all processes."""
+        return int(self.domain.sum(np.array(sum(b.system.nbytes for b in self.bodies))))
 
     def publish(self) -> None:
         """Bring every state that is read up to date (launches)."""

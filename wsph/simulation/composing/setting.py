@@ -9,6 +9,7 @@ from typing import cast
 
 import numpy as np
 
+from wsph.backend.domain import WHOLE, Domain
 from wsph.constitutive.moduli import wave_speed
 from wsph.constitutive.stress_state import STRESS_STATES, StressState
 from wsph.errors import Fault, PluginError, Refused, SceneError
@@ -102,9 +103,10 @@ class BareBody:
         return self.geometry.spacing / self.speed
 
 
-def bare_bodies(scene: Scene, materials: Sequence[Material], method: Method) -> list[BareBody]:
+def bare_bodies(scene: Scene, materials: Sequence[Material], method: Method, domain: Domain = WHOLE) -> list[BareBody]:
+    """The bodies of a scene, or the part of each that a process has."""
     states = [STRESS_STATES[scene.dim, body.state] for body in scene.bodies]
-    geometries = [geometry_of(scene, k, method.formulation) for k in range(len(scene.bodies))]
+    geometries = [geometry_of(scene, k, method.formulation, domain) for k in range(len(scene.bodies))]
     who = [
         f"material {body.material.model!r} ({registry.origin('materials', body.material.model)})"
         for body in scene.bodies

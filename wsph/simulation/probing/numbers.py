@@ -11,6 +11,7 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.clock import Clock
+from wsph.backend.domain import WHOLE, Domain
 from wsph.backend.kernels import kernel
 from wsph.errors import Fault, SceneError
 from wsph.output.fields import AXES
@@ -69,8 +70,8 @@ class Numbers:
     a relaxation, or where something is stored from the start (`wsph.simulation.ledger` does the same).
     """
 
-    def __init__(self, reported: Sequence[Reported], scales: Scales, dim: int):
-        self._reported = reported
+    def __init__(self, reported: Sequence[Reported], scales: Scales, dim: int, domain: Domain = WHOLE):
+        self._reported, self._domain = reported, domain
         self._terms = [
             (column(each, number), terms, scale(number, scales, dim))
             for each in reported
@@ -82,31 +83,32 @@ class Numbers:
 
     def values(self) -> list[float]:
         """The columns at present, SI (launches, and copies from the device)."""
-        found = self._present()
+        found = self.present()
         return [(found[name] - self.stood.get(name, 0.0)) * scale for name, _, scale in self._terms]
 
     def open(self) -> None:
         """Begin to count works (launches, and copies from the device)."""
-        found = self._present()
+        found = self.present()
         self.stood = {name: found[name] for name in self.stood}
 
-    def _present(self) -> dict[str, float]:
+    def present(self) -> dict[str, float]:
         """All sums as they are, by column, nondimensional."""
         for each in self._reported:
             each.gather()
         copies: dict[int, np.ndarray] = {}
-        return {name: _value(terms, copies) for name, terms, _ in self._terms}
+        return {name: _value(terms, copies, self._domain) for name, terms, _ in self._terms}
 
 
-def _value(terms: Sequence[Term], copies: dict[int, np.ndarray]) -> float:
+def _value(terms: Sequence[Term], copies: dict[int, np.ndarray], domain: Domain) -> float:
     total = 0.0
     for term in terms:
         key = id(term.values)
         if key not in copies:
             copies[key] = np.asarray(term.values.numpy(), np.float64).ravel()
+        mine = copies[key][term.first : term.first + term.count * term.stride : term.stride]
         # As the device adds them up, one after the other.
-        for value in copies[key][term.first : term.first + term.count * term.stride : term.stride]:
-            total += term.factor * float(value)
+        rows = np.concatenate([[total], term.factor * domain.joined(mine)])
+        total = float(np.add.accumulate(rows)[-1])
     return total
 
 

@@ -44,7 +44,8 @@ class Records:
         self._wanted, self._single = scene.output.fields, composition.space.precision == "f32"
         self._moved, self._dim = scene.output.positions == "current", scene.dim
         axes = [f"momentum_{axis}" for axis in "xyz"[: scene.dim]]
-        self._numbers = Numbers(composition.reported, scales, scene.dim)
+        self._domain = composition.domain
+        self._numbers = Numbers(composition.reported, scales, scene.dim, self._domain)
         self._names = ["step", "time", "dt", *energies, *axes, *self._numbers.units]
         self._rows: list[list[float]] = []
         self._energy = scales.stress * scales.length**scene.dim
@@ -132,7 +133,7 @@ class Records:
         everything = self.particles(self._wanted)
         moved = everything["position"]
         if self._moved:
-            moved = np.concatenate([run.reading.current_positions for run in self._bodies])
+            moved = np.concatenate([_of_whole(run, run.reading.current_positions) for run in self._bodies])
         fine = 1e-3 * min(run.system.spacing for run in self._bodies)
         if self._single and np.abs(moved).max() * np.finfo(np.float32).eps < fine:
             moved = moved.astype(np.float32)
@@ -141,14 +142,16 @@ class Records:
         self._folder.frame(
             self._timeline.time(step), moved, data, self.units(self._wanted), self.cells(self._wanted), of
         )
-        if time.perf_counter() - self._written > TABLE_SECONDS:
+        if self._domain.told(lambda: time.perf_counter() - self._written > TABLE_SECONDS):
             self.write_tables()
 
     @cached_property
     def _gathered(self) -> Gathered | None:
         """The cells of all bodies, None where no body has any."""
-        blocks = [run.reading.cells for run in self._bodies]
-        return Gathered(blocks, [run.reading.count for run in self._bodies], self._dim) if any(blocks) else None
+        blocks = [_blocks(run) for run in self._bodies]
+        if not any(blocks):
+            return None
+        return Gathered(blocks, [run.system.share.whole for run in self._bodies], self._dim)
 
     def cells(self, names: Sequence[str]) -> Cells | None:
         """The cells of all bodies: with their body, and those of the fields that stand at points inside, as computed."""
@@ -210,7 +213,9 @@ class Records:
         whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
         if self._single:
             whole = {name: _single(values) if name not in fields.ALWAYS else values for name, values in whole.items()}
-        return whole | {"id": np.arange(len(whole["body"])), "body": whole.pop("body")}
+        # Of bodies that processes share all but the first have their own rows.
+        first = self._bodies[0].system.share.low
+        return whole | {"id": first + np.arange(len(whole["body"])), "body": whole.pop("body")}
 
     def kept(self) -> tuple[dict[str, np.ndarray], list[Recorded]]:
         """The records that a checkpoint holds: arrays, and of each probe its keys and its steps."""
@@ -249,7 +254,22 @@ def _fields(run: BodyRun, number: int, names: Sequence[str], formulas: Formulas)
     """Fields of a body's particles by name, NaN where the body has no such field, with position and body."""
     reading = run.reading
     found = _shown(run, names, reading.si, reading.positions, formulas)
-    return {"position": reading.positions, **found, "body": np.full(reading.count, number)}
+    found = {"position": reading.positions, **found, "body": np.full(reading.count, number)}
+    return {name: _of_whole(run, values) for name, values in found.items()}
+
+
+def _of_whole(run: BodyRun, values: np.ndarray) -> np.ndarray:
+    """Rows of all particles of a body in the first process, from those (n, ...) of the particles here."""
+    system = run.system
+    return values if system.share.complete else system.domain.gathered(values[system.share.own])
+
+
+def _blocks(run: BodyRun) -> Sequence[np.ndarray]:
+    """The cells of a body, as `wsph.formulations.reading.Reading.cells` has them, of all of it in the first process."""
+    split = run.system.geometry.split
+    if split.domain.size == 1:
+        return run.reading.cells
+    return [split.domain.gathered(corners[split.points.own] + split.nodes.first) for corners in run.reading.cells]
 
 
 def _cell_fields(run: BodyRun, number: int, names: Sequence[str], formulas: Formulas) -> dict[str, np.ndarray]:
@@ -258,7 +278,12 @@ def _cell_fields(run: BodyRun, number: int, names: Sequence[str], formulas: Form
     places = [reading.positions[corners].mean(1) for corners in reading.cells] or [reading.positions]
     position = np.concatenate(places)
     found = _shown(run, names, reading.of_cells, position, formulas)
-    return {**found, "body": np.full(len(position), number)}
+    found = {**found, "body": np.full(len(position), number)}
+    split = run.system.geometry.split
+    if split.domain.size == 1:
+        return found
+    share = split.points if reading.cells else run.system.share
+    return {name: split.domain.gathered(values[share.own]) for name, values in found.items()}
 
 
 def _shown(
@@ -267,7 +292,8 @@ def _shown(
     """Fields of a body at places (n, dim) of the reference, of primitives that are `read` there."""
     reading, count = run.reading, len(position)
     known = {base for name in names for base in fields.primitives(name, formulas)}.intersection(reading.names)
-    values = {name: read(name) for name in known}
+    # In an order that all processes have: they read a field together.
+    values = {name: read(name) for name in sorted(known)}
     found: dict[str, np.ndarray] = {}
     for name in (n for n in names if n not in fields.ALWAYS):
         if name in formulas:

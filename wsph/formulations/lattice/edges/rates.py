@@ -11,7 +11,6 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays
-from wsph.backend.reduce import total
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.formulations.lagrangian.edges import edge_reference
@@ -22,7 +21,7 @@ from wsph.formulations.lattice.edges.held import fade_kernel, held_kernel
 from wsph.formulations.lattice.edges.rows import Rows
 from wsph.formulations.lattice.edges.stages import Stage, kernels_of
 from wsph.formulations.lattice.held import RowFading
-from wsph.formulations.lattice.runs import staged_pieces
+from wsph.formulations.lattice.runs import HEAD, staged_pieces
 from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.one_set_rates import refuse_other
 from wsph.formulations.one_set_setup import RateSetup
@@ -30,6 +29,7 @@ from wsph.formulations.setup import Setup
 from wsph.geometry.cells import Boxes
 from wsph.parts.part import Attached, Host, Part
 from wsph.plugins.blame import blame
+from wsph.ranks.blocks import own_sum, own_total
 from wsph.sph.pairs import Pairs
 
 
@@ -132,12 +132,14 @@ class EdgeRates(BlockRates):
             return {}
         fade, count = fade_kernel(self._space, self._layout, flow[0]), (self._counts[0], self._placement.count)
         part, rows = arrays.part("fading"), self._tables[0][0]
-        return {"fading": RowFading(fade, flow, self.grid, rows, count, state, self._clock, part)}
+        whole = partial(own_sum, share=self._placement.share, domain=self._domain)
+        return {"fading": RowFading(fade, flow, self.grid, rows, count, state, self._clock, part, whole)}
 
     @property
     def pairs(self) -> int:
-        """Directed pairs, as many as a list would have."""
-        return self._ends
+        """Directed pairs of its own particles, as many as a list would have."""
+        share = self._placement.share
+        return self._ends if share.complete else self.neighbours.within(share.own)
 
     @property
     def neighbours(self) -> Pairs:
@@ -236,7 +238,8 @@ class EdgeRates(BlockRates):
         made = held_kernel(self._space, self._layout, self.form.fades >= 0)
         inputs = [self.grid, self._tables[0][0], state.struct]
         wp.launch(made, len(sums), inputs=inputs, outputs=[sums], device=self._clock.device)
-        return total(sums)
+        first = self._tables[0][0].numpy()[:: HEAD + 2**self._space.dim]
+        return own_total(sums, first, self._placement.share, self._domain)
 
 
 def _view(buffer: Array, space: Space, start: int, size: int) -> Array:

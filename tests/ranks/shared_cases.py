@@ -1,0 +1,161 @@
+"""Scenes that processes share, and what all of them come to, by the number of the processes: run by mpiexec.
+
+    mpiexec -n 4 python -m tests.ranks.shared_cases CASE...
+
+Prints for every case a line of JSON: digests of all that a run gives, by the numbers of processes in words.
+"""
+
+import hashlib
+import json
+import shutil
+import sys
+import tempfile
+import traceback
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+import wsph
+from tests import scenes
+from wsph.backend.domain import WHOLE
+
+STEPS = 12
+
+
+def scene(dim: int = 2, form: str = "stress-points", law: str = "elastic", **changes: object) -> wsph.Scene:
+    """A body of some thousand particles that is bent and pulled across all cuts, with records of every kind."""
+    far = {1: [5000.0], 2: [90.0, 50.0], 3: [24.0, 15.0, 15.0]}[dim]
+    run = {"integrator": "leapfrog", "formulation": form, "end": 0.2 * STEPS, "dt": 0.2, **changes.pop("run", {})}  # type: ignore[dict-item]
+    flat = {"state": "stress" if dim == 1 else "strain"} if dim < 3 else {}
+    body = {
+        "name": "b",
+        "shape": {"type": "box", "min": [0.0] * dim, "max": far},
+        "spacing": 1.0,
+        "velocity": ["1e-3*y", "1e-3*x", "1e-3*sin(x)"][:dim] if dim > 1 else ["1e-4*x"],
+        "material": scenes.material(law, **changes.pop("material", {})),  # type: ignore[arg-type]
+        **flat,
+        **changes.pop("body", {}),  # type: ignore[dict-item]
+    }
+    boundary = [
+        {"name": "root", "body": "b", "where": "x < 0.6", "fixed": list("xyz"[:dim])},
+        {"name": "end", "body": "b", "face": "+x", "traction": {"x": "1e-3*min(t, 1)"}},
+        *changes.pop("boundary", []),  # type: ignore[misc]
+    ]
+    fields = ["velocity", "stress", "displacement"]
+    middle = [0.5 * far[0] + 0.3, *(0.2 * each for each in far[1:])]
+    probes = [
+        {"name": "middle", "at": [middle], "fields": ["velocity", "stress"], "every": 1},
+        {"name": "tip", "where": f"x > {far[0] - 0.6}", "fields": ["velocity"], "reduce": "mean", "every": 3},
+        {"name": "force", "of": "root", "fields": ["force", "work"], "every": 4},
+    ]
+    output = {"every": STEPS // 2, "history": 3, "fields": fields, "formats": []}
+    tables = {"boundary": boundary, "probes": probes, "output": output, **changes}
+    return wsph.Scene(schema=1, dim=dim, run=run, bodies=[body], **tables)
+
+
+MISES = {"law": "mises", "material": {"yield_stress": 1e-3}}
+SIDES = [
+    {"body": "b", "face": "+y", "traction": {"y": 1e-3}},
+    {"body": "b", "face": "-y", "displacement": {"x": "1e-3*t*t"}},
+]
+HOLE = {
+    "shape": {
+        "type": "difference",
+        "shapes": [
+            {"type": "box", "min": [0.0, 0.0], "max": [100.0, 60.0]},
+            {"type": "disc", "center": [50.0, 30.0], "radius": 14.0},
+        ],
+    },
+    "surface": "stairs",
+}
+VISCOUS = {"viscosity": {"alpha": 0.1, "beta": 0.2}, "damping": {"rate": 0.01}}
+
+CASES = {
+    "viscous": lambda: scene(body=VISCOUS, gravity={"y": -1e-4}, run={"dt": None, "cfl": "auto"}),
+    "plastic": lambda: scene(3, **MISES, run={"precision": "f32"}),
+    "rubber": lambda: scene(law="neo-hookean", body=HOLE, run={"integrator": "rk4"}),
+    "bar": lambda: scene(1, run={"integrator": "w20-2-8"}),
+    "edges": lambda: scene(form="total-lagrangian", run={"integrator": "blanes-moan4"}),
+    "edges viscous": lambda: scene(form="total-lagrangian", body={"viscosity": {"alpha": 0.1}}, boundary=SIDES),
+    "kernel": lambda: scene(
+        form="total-lagrangian",
+        body={"viscosity": {"alpha": 0.5}},
+        run={"support": 2.6, "integrator": "rkc", "precision": "f32", "dt": None, "cfl": 0.3},
+    ),
+    "sides": lambda: scene(law="jaumann", boundary=SIDES, run={"integrator": "kg4-8"}),
+}
+"""Of every form, law, integrator, dimension and precision some, with what crosses the cuts."""
+
+
+def digest(result: wsph.Result) -> str:
+    """Of everything that a run gives."""
+    found = hashlib.sha256()
+    arrays = {**result.particles, **{f"h.{k}": v for k, v in result.history.items()}}
+    arrays |= {f"p.{name}.{k}": v for name, probe in result.probes.items() for k, v in probe.items()}
+    if result.cells is not None:
+        arrays |= {f"c.{k}": v for k, v in (result.cells.blocks | result.cells.data).items()}
+    for name in sorted(arrays):
+        found.update(name.encode() + np.ascontiguousarray(arrays[name]).tobytes())
+    said = {key: result.summary[key] for key in ("status", "steps", "particles", "pairs", "energy", "dt")}
+    found.update(json.dumps(said, sort_keys=True).encode())
+    return found.hexdigest()[:16]
+
+
+def shared(comm: object, made: wsph.Scene, count: int, **options: object) -> str | None:
+    """The digest of a scene that the first `count` processes share; None in the others."""
+    from wsph.ranks.mpi import Ranks
+
+    part = comm.Split(0 if comm.rank < count else 1, comm.rank)  # type: ignore[attr-defined]
+    found = None
+    if comm.rank < count:  # type: ignore[attr-defined]
+        result = wsph.run(made, domain=Ranks(part) if count > 1 else WHOLE, **options)  # type: ignore[arg-type]
+        found = digest(result)
+    part.Free()
+    comm.Barrier()  # type: ignore[attr-defined]
+    return found
+
+
+def resumed(comm: object, made: wsph.Scene) -> dict[str, str | None]:
+    """The same where a run has been stopped half way by two processes, and others have gone on."""
+    folder = Path(comm.bcast(tempfile.mkdtemp() if comm.rank == 0 else None))  # type: ignore[attr-defined]
+    half = made.with_(end=made.end / 2, checkpoint={"every": 4, "final": True})
+    shared(comm, half, 2, out=folder / "2")
+    found: dict[str, str | None] = {}
+    for count in (3, 1):
+        if comm.rank == 0:  # type: ignore[attr-defined]
+            shutil.copytree(folder / "2", folder / f"2 to {count}")
+        comm.Barrier()  # type: ignore[attr-defined]
+        found[f"2 to {count}"] = shared(comm, made, count, out=folder / f"2 to {count}", resume=True)
+    shared(comm, half, 1, out=folder / "1 to 4")
+    found["1 to 4"] = shared(comm, made, 4, out=folder / "1 to 4", resume=True)
+    comm.Barrier()  # type: ignore[attr-defined]
+    if comm.rank == 0:  # type: ignore[attr-defined]
+        shutil.rmtree(folder)
+    return found
+
+
+def main(names: list[str]) -> None:
+    from mpi4py import MPI
+
+    warnings.simplefilter("ignore")
+    comm = MPI.COMM_WORLD
+    for name in names:
+        made = CASES[name.removesuffix(", resumed")]()
+        if name.endswith(", resumed"):
+            made = made.with_(**{"output.history": 3, "probes": []})
+            found = {"1": shared(comm, made, 1), **resumed(comm, made)}
+        else:
+            found = {str(count): shared(comm, made, count) for count in range(1, comm.size + 1)}
+        if comm.rank == 0:
+            print(json.dumps({name: found}), flush=True)
+
+
+if __name__ == "__main__":
+    try:
+        main(sys.argv[1:])
+    except BaseException:
+        from mpi4py import MPI
+
+        traceback.print_exc()
+        MPI.COMM_WORLD.Abort(1)

@@ -1,0 +1,131 @@
+"""How processes that share a scene end: together, soon, with one message, whatever has met one of them."""
+
+import json
+import os
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.ranks.launch import ROOT, command, environment, launched, needs_mpi
+from tests.ranks.shared_cases import scene
+
+SOON = 10.0
+"""Time in which all have to have ended [s]."""
+
+
+def written(tmp_path: Path, **changes: object) -> Path:
+    import tomli_w
+
+    path = tmp_path / "bar.toml"
+    data = scene(1, **changes).data()
+    data.pop("probes")
+    path.write_text(tomli_w.dumps(data))
+    return path
+
+
+def errors(text: str) -> list[str]:
+    return [line for line in text.splitlines() if line.startswith("error:")]
+
+
+@needs_mpi
+def test_what_cannot_be_shared_is_refused_by_name_before_anything_is_written(tmp_path: Path) -> None:
+    path = written(tmp_path, run={"integrator": "tsph", "formulation": "small-strain"})
+    done = launched(2, "-m", "wsph", "run", str(path), "-o", str(tmp_path / "out"))
+    assert done.returncode == 2
+    assert len(errors(done.stderr)) == 1
+    assert "run.formulation: the small-strain form of two sets is for one process" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@needs_mpi
+def test_a_state_that_is_not_finite_ends_all_with_one_message(tmp_path: Path) -> None:
+    path = written(tmp_path, run={"dt": 4.0, "end": 4000.0, "guard": "off"}, stop={"energy": 1e300})
+    began = time.monotonic()
+    done = launched(3, "-m", "wsph", "run", str(path), "-o", str(tmp_path / "out"))
+    assert done.returncode == 3
+    assert len(errors(done.stderr)) == 1
+    assert "found unstable" in done.stderr
+    alone = launched(1, "-m", "wsph", "run", str(path), "-o", str(tmp_path / "alone"))
+    assert errors(alone.stderr) == errors(done.stderr)
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["status"] == "unstable"
+    assert time.monotonic() - began < 200.0
+
+
+def _started(path: Path, out: Path) -> subprocess.Popen[str]:
+    arguments = command(3, "-m", "wsph", "run", str(path), "-o", str(out))
+    return subprocess.Popen(
+        arguments, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment(), cwd=ROOT
+    )
+
+
+def _wait_for(pattern: str, folder: Path, seconds: float = 120.0) -> None:
+    end = time.monotonic() + seconds
+    while not list(folder.glob(pattern)):
+        assert time.monotonic() < end, f"no {pattern} in {seconds} s"
+        time.sleep(0.05)
+
+
+def _ranks_of(started: subprocess.Popen[str]) -> list[int]:
+    """The processes that mpiexec has started, in their order."""
+    found: list[tuple[int, int]] = []
+    for entry in Path("/proc").glob("[0-9]*"):
+        try:
+            variables = (entry / "environ").read_bytes().split(b"\0")
+            parent = int((entry / "stat").read_text().rsplit(")", 1)[1].split()[1])
+        except (OSError, IndexError, ValueError):
+            continue
+        rank = [each for each in variables if each.startswith(b"OMPI_COMM_WORLD_RANK=")]
+        if rank and parent == started.pid:
+            found.append((int(rank[0].partition(b"=")[2]), int(entry.name)))
+    return [pid for _, pid in sorted(found)]
+
+
+ENDLESS = {"run": {"end": 1e6}, "checkpoint": {"every": 20, "final": True}}
+
+
+@needs_mpi
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="finds processes in /proc")
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGKILL, None), (signal.SIGTERM, 130)])
+def test_a_process_that_is_killed_or_asked_to_end_ends_all(tmp_path: Path, number: int, code: int | None) -> None:
+    out = tmp_path / "out"
+    started = _started(written(tmp_path, **ENDLESS), out)
+    try:
+        _wait_for("checkpoints/checkpoint_????????????.npz", out)
+        ranks = _ranks_of(started)
+        assert len(ranks) == 3
+        os.kill(ranks[1], number)
+        said = started.communicate(timeout=SOON)[1]
+    finally:
+        started.kill()
+    assert started.returncode != 0
+    if code is not None:
+        assert started.returncode == code, said
+    again = written(tmp_path, run={"end": 1e6}, checkpoint={"every": 20, "final": True})
+    last = max(int(path.stem.partition("_")[2]) for path in (out / "checkpoints").glob("checkpoint_????????????.npz"))
+    end = str(0.2 * (last + 5))
+    done = launched(2, "-m", "wsph", "run", str(again), "-o", str(out), "--resume", "--set", f"run.end={end}")
+    assert done.returncode == 0, done.stderr
+    assert json.loads((out / "summary.json").read_text())["steps"] >= last + 5
+
+
+FULL = """
+import resource, signal, sys
+from wsph.cli import main
+from wsph.ranks import world
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+if world.domain().rank == 1:
+    resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, 30_000))
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+@needs_mpi
+def test_a_process_without_disk_ends_all(tmp_path: Path) -> None:
+    out, path = tmp_path / "out", written(tmp_path, **ENDLESS)
+    done = launched(3, "-c", FULL, "run", str(path), "-o", str(out))
+    assert done.returncode == 2
+    assert len(errors(done.stderr)) == 1
+    assert "cannot be written: File too large" in done.stderr

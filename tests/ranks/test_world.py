@@ -1,0 +1,35 @@
+"""Processes that were started together: they are counted, and what would be done by each is refused."""
+
+from pathlib import Path
+
+import pytest
+
+from wsph.cli import main
+from wsph.ranks.world import started
+
+
+@pytest.mark.parametrize(
+    ("environment", "count"),
+    [
+        ({}, 1),
+        ({"OMPI_COMM_WORLD_SIZE": "3"}, 3),
+        ({"PMI_SIZE": "2"}, 2),
+        ({"SLURM_STEP_NUM_TASKS": "8"}, 8),
+        ({"SLURM_NTASKS": "8", "SLURM_STEP_NUM_TASKS": "1"}, 1),
+        ({"PMI_SIZE": ""}, 1),
+    ],
+)
+def test_launchers_say_how_many(environment: dict[str, str], count: int) -> None:
+    assert started(environment) == count
+
+
+@pytest.mark.parametrize(
+    ("command", "said"), [("run", "2 processes were started together"), ("study", "was started 2 times together")]
+)
+def test_processes_that_do_not_know_each_other_are_refused(
+    command: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "2")
+    assert main([command, str(tmp_path / "bar.toml"), "-o", str(tmp_path / "out")]) == 2
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

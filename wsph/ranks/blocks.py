@@ -1,0 +1,64 @@
+"""Sums over the rows that a process owns, put together as one process finds them: block by block, in their order."""
+
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wsph.backend.domain import Domain, Share
+from wsph.backend.reduce import BLOCK
+from wsph.backend.space import Array
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """The blocks of a share of rows. Those that have rows of other processes too are cut into single rows, so that the sums
+    of all processes are put together as those of one: `starts` (b + 1,) of each among its own rows, and `numbers` (b,) of
+    the block of the whole that it is of, or is a part of."""
+
+    starts: np.ndarray
+    numbers: np.ndarray
+
+    @classmethod
+    def of(cls, share: Share) -> "Blocks":
+        """The blocks of a share's own rows."""
+        low, high = share.low, share.high
+        first, last = -(-low // BLOCK) * BLOCK, high if high == share.whole else high // BLOCK * BLOCK
+        if first >= last:
+            starts = np.arange(low, high)
+        else:
+            starts = np.concatenate([np.arange(low, first), np.arange(first, last, BLOCK), np.arange(last, high)])
+        return cls(np.append(starts, high) - low, starts // BLOCK)
+
+    @property
+    def count(self) -> int:
+        """Blocks and parts of them."""
+        return len(self.numbers)
+
+    def whole(self, sums: np.ndarray, domain: Domain) -> np.ndarray:
+        """The sums (blocks, k) of the blocks of the whole, from those (b, k) of the blocks here."""
+        if domain.size == 1:
+            return sums
+        numbers, rows = domain.joined(self.numbers), domain.joined(sums)
+        found = np.zeros((int(numbers.max()) + 1 if len(numbers) else 0, *rows.shape[1:]), rows.dtype)
+        np.add.at(found, numbers, rows)  # one after the other
+        return found
+
+    def of_rows(self, values: np.ndarray, domain: Domain) -> np.ndarray:
+        """The sums of the blocks of the whole of numbers (n,) of its own rows, in double precision."""
+        sums = np.add.reduceat(values.astype(np.float64), self.starts[:-1]) if self.count else np.zeros(0)
+        return self.whole(sums, domain)
+
+
+def own_total(values: Array, first: np.ndarray, share: Share, domain: Domain) -> float:
+    """The sum of an array (b,) over blocks of rows of which the `first` (b,) is one that a process owns, in double
+    precision."""
+    low, high = share.own.start, share.own.stop
+    return float(domain.joined(values.numpy()[(first >= low) & (first < high)]).sum(dtype=np.float64))
+
+
+def own_sum(values: np.ndarray, share: Share, domain: Domain) -> float:
+    """The sum of the own rows of all processes of numbers (n,) of a share, block by block, in double precision."""
+    return float(Blocks.of(share).of_rows(values[share.own], domain).sum())

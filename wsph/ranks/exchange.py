@@ -1,0 +1,50 @@
+"""Copies of rows that other processes own, brought up to date by messages."""
+
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+# pyright: reportMissingImports=false
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from wsph.backend.domain import Share
+from wsph.backend.space import Array
+from wsph.ranks.communicator import Communicator
+
+
+class Exchange:
+    """Messages that keep the copies of other processes' rows up to date (`wsph.backend.domain.Halo`): ranges of the array
+    itself, on a CPU without a copy."""
+
+    def __init__(self, comm: Communicator, shares: Sequence[Share], rank: int):
+        self._comm, mine = comm, shares[rank]
+        self._into: list[tuple[int, slice]] = []
+        self._out: list[tuple[int, slice]] = []
+        for other, theirs in enumerate(shares):
+            if other != rank:
+                self._into += [(other, each) for each in _overlap(mine, theirs)]
+                self._out += [(other, each) for each in _overlap(theirs, mine, mine.first)]
+        self.sent = sum(each.stop - each.start for _, each in self._out)
+        """Rows that it sends."""
+
+    def update(self, field: Array) -> None:
+        rows: np.ndarray = field.numpy()  # on a CPU a view
+        self.fill(rows)
+        if field.device is not None and not field.device.is_cpu:
+            field.assign(rows)
+
+    def fill(self, rows: np.ndarray) -> None:
+        from mpi4py.MPI import Request
+
+        waits = [self._comm.Irecv(rows[each], other, 3) for other, each in self._into]
+        waits += [self._comm.Isend(rows[each], other, 3) for other, each in self._out]
+        Request.Waitall(waits)
+
+
+def _overlap(holder: Share, owner: Share, first: int | None = None) -> list[slice]:
+    """The rows that one process holds and another owns, numbered from `first` on, or as the holder has them."""
+    low = max(holder.first, owner.low)
+    high = min(holder.first + holder.held, owner.high)
+    begin = holder.first if first is None else first
+    return [slice(low - begin, high - begin)] if high > low else []

@@ -1,0 +1,155 @@
+"""Processes that MPI joins, each with a part of a scene: the one room for what they say to each other.
+
+Every collective call begins with a word of each process on how it is. One that has met an error says so instead, and all
+the others raise it too: none waits for what another will not say.
+"""
+
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+# pyright: reportMissingImports=false
+
+import sys
+from collections.abc import Callable, Sequence
+from typing import TypeVar, cast
+
+import numpy as np
+
+from wsph.backend.domain import Share
+from wsph.errors import WsphError
+from wsph.ranks.communicator import Communicator
+from wsph.ranks.exchange import Exchange
+
+T = TypeVar("T")
+
+FEW_BYTES = 2**14
+"""Of an array that processes tell each other with the word on how they are."""
+
+MOST_BYTES = 2**30
+"""Of one message to the first process: larger arrays go in pieces."""
+
+
+class Elsewhere(WsphError):
+    """An error of another process, in words, that cannot be carried between processes."""
+
+
+class Ranks:
+    """The domain of a process among those of a communicator (`wsph.backend.domain.Domain`)."""
+
+    def __init__(self, comm: Communicator):
+        self._comm = comm
+        self.rank, self.size = int(comm.Get_rank()), int(comm.Get_size())
+        self._failed = False
+
+    def sum(self, x: np.ndarray) -> np.ndarray:
+        return self._reduced(x, lambda parts: parts.sum(0))
+
+    def max(self, x: np.ndarray) -> np.ndarray:
+        return self._reduced(x, lambda parts: parts.max(0))
+
+    def min(self, x: np.ndarray) -> np.ndarray:
+        return self._reduced(x, lambda parts: parts.min(0))
+
+    def _reduced(self, x: np.ndarray, of: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        # Small arrays, put together by every process alike.
+        return of(np.stack(self._hear(np.asarray(x))))
+
+    def joined(self, rows: np.ndarray) -> np.ndarray:
+        parts = self._hear(rows if rows.nbytes <= FEW_BYTES else None)
+        known = [each for each in parts if each is not None]
+        if len(known) == self.size:
+            return np.concatenate(known)
+        counts = self._comm.allgather(len(rows))
+        whole = np.empty((sum(counts), *rows.shape[1:]), rows.dtype)
+        self._comm.Allgatherv(np.ascontiguousarray(rows), [whole, _numbers(counts, rows), _type(rows)])
+        return whole
+
+    def gathered(self, rows: np.ndarray) -> np.ndarray:
+        counts = self._hear(len(rows))
+        if self.rank > 0:
+            for piece in _pieces(np.ascontiguousarray(rows)):
+                self._comm.Send(piece, 0, 1)
+            return rows
+        whole = np.empty((sum(counts), *rows.shape[1:]), rows.dtype)
+        whole[: counts[0]] = rows
+        ends = np.cumsum(counts).tolist()
+        for other in range(1, self.size):
+            for piece in _pieces(whole[ends[other - 1] : ends[other]]):
+                self._comm.Recv(piece, other, 1)
+        return whole
+
+    def scattered(self, rows: np.ndarray | None, share: Share) -> np.ndarray:
+        form = None if rows is None else (rows.shape[1:], rows.dtype)
+        said = self._hear((share.first, share.held, form))
+        windows, (shape, dtype) = [each[:2] for each in said], said[0][2] or ((), np.dtype(float))
+        if rows is None:
+            mine = np.empty((share.held, *shape), dtype)
+            for piece in _pieces(mine):
+                self._comm.Recv(piece, 0, 2)
+            return mine
+        for other in range(1, self.size):
+            first, held = windows[other]
+            for piece in _pieces(np.ascontiguousarray(rows[first : first + held])):
+                self._comm.Send(piece, other, 2)
+        return rows[share.window].copy()
+
+    def told(self, of: Callable[[], T], by: int = 0) -> T:
+        found: T | None = None
+        if self.rank == by:
+            try:
+                found = of()
+            except BaseException as error:
+                self.fail(error)
+                raise
+        return cast(T, self._hear(found)[by])
+
+    def abort(self, error: BaseException) -> None:
+        print(
+            f"error: process {self.rank} of {self.size}: {type(error).__name__}: {error}", file=sys.stderr, flush=True
+        )
+        self._comm.Abort(1)
+
+    def common(self, words: Sequence[str]) -> list[str]:
+        everywhere = set(words).intersection(*self._hear(list(words)))
+        return [each for each in words if each in everywhere]
+
+    def fail(self, error: BaseException) -> None:
+        if not self._failed:
+            self._failed = True
+            self._comm.allgather((_portable(error), None))
+
+    def _hear(self, mine: T) -> list[T]:
+        """What all processes say. Raises the error of the first that has met one."""
+        if self._failed:
+            raise Elsewhere("this process has failed before")
+        said = self._comm.allgather((None, mine))
+        found = next((error for error, _ in said if error is not None), None)
+        if found is not None:
+            self._failed = True
+            raise found
+        return [each for _, each in said]
+
+    def halo(self, share: Share) -> Exchange:
+        return Exchange(self._comm, self._hear(share), self.rank)
+
+
+def _pieces(rows: np.ndarray) -> list[np.ndarray]:
+    """Rows in pieces that one message can carry."""
+    each = max(MOST_BYTES // max(rows[:1].nbytes, 1), 1)
+    return [rows[k : k + each] for k in range(0, len(rows), each)]
+
+
+def _numbers(counts: Sequence[int], rows: np.ndarray) -> list[int]:
+    width = int(np.prod(rows.shape[1:], dtype=int))
+    return [count * width for count in counts]
+
+
+def _type(rows: np.ndarray) -> object:
+    from mpi4py.util.dtlib import from_numpy_dtype
+
+    return from_numpy_dtype(rows.dtype)
+
+
+def _portable(error: BaseException) -> BaseException:
+    """An error as other processes can raise it."""
+    carried = isinstance(error, (WsphError, OSError, MemoryError, KeyboardInterrupt))
+    return error if carried else Elsewhere(f"{type(error).__name__}: {error}")

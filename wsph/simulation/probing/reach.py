@@ -1,0 +1,84 @@
+"""Where the probes of fields of a body that processes share read, and which process has all that is read there."""
+
+# pyright: strict
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from wsph.backend.domain import Domain
+from wsph.errors import Fault, SceneError
+from wsph.geometry.geometry import Geometry
+from wsph.geometry.lattice import on_grid
+from wsph.geometry.selection import select
+from wsph.scene.probes import Probe
+from wsph.scene.scene import Scene
+from wsph.simulation.composing.setting import BareBody
+from wsph.simulation.probing.points import Probed
+
+AROUND = 7
+"""Layers around a place that what is read there may be made of."""
+
+LEAST = 32
+"""Layers that a probe may always read over; of a longer body, half of them."""
+
+
+def _layers(probe: Probe, body: Geometry, domain: Domain) -> tuple[int, int] | None:
+    """The first and the last layer of cells that a probe reads in; None where it selects nothing."""
+    lattice = on_grid(body)
+    if probe.points is not None:
+        along = lattice.frame.coordinates(np.array(probe.points, float))[:, 0]
+    else:
+        split, text = body.split, probe.where or ""
+        places = np.concatenate([body.nodes[split.nodes.own], body.cells[split.points.own]])
+        along = lattice.frame.coordinates(places[select(text, places, body.spacing)])[:, 0]
+    low, high = along.min(initial=np.inf), along.max(initial=-np.inf)
+    low, high = float(domain.min(np.array(low))), float(domain.max(np.array(high)))
+    return (int(np.floor(low)), int(np.floor(high))) if low <= high else None
+
+
+def _owner(layers: tuple[int, int], body: Geometry, domain: Domain) -> int:
+    """The process that owns the layer in the middle of some."""
+    lattice = on_grid(body)
+    share = body.split.nodes
+    node, middle = np.rint(lattice.index[:, 0]).astype(int)[share.own], sum(layers) // 2
+    nearest = float(np.abs(node - middle).min(initial=np.iinfo(np.int64).max // 2))
+    distances = domain.joined(np.array([nearest]))
+    return int(distances.argmin())
+
+
+def reach_probes(scene: Scene, bare: BareBody, domain: Domain) -> BareBody:
+    """A body whose part here has around the places of probes whatever is read for them. Raises SceneError for a probe that
+    reads all along a body that processes share."""
+    if domain.size == 1:
+        return bare
+    wanted = [bare.geometry.split.layers]
+    most = max(int(on_grid(bare.geometry).frame.count[0]) // 2, LEAST)
+    for k, probe in enumerate(scene.probes):
+        if probe.of is not None or probe.body not in (None, bare.body.name):
+            continue
+        layers = _layers(probe, bare.geometry, domain)
+        if layers is None:
+            continue
+        if layers[1] - layers[0] > most:
+            text = (
+                f"reads {layers[1] - layers[0] + 1} layers of cells across the first axis, which one process has to hold: read at"
+                " most half of the body, or start the run without mpiexec"
+            )
+            raise SceneError("scene", [Fault(0, f"probes.{k}", text)])
+        if _owner(layers, bare.geometry, domain) == domain.rank:
+            wanted.append((layers[0] - AROUND, layers[1] + 1 + AROUND))
+    low, high = (of(each) for of, each in zip((min, max), zip(*wanted, strict=True), strict=True))
+    windows = domain.joined(np.array([(low, high) != bare.geometry.split.layers]))
+    return replace(bare, geometry=bare.geometry.wider((low, high))) if windows.any() else bare
+
+
+def keeper(probe: Probe, key: str, bodies: Sequence[Probed], domain: Domain) -> int:
+    """The process that records a probe: the first where none has its places, which says so."""
+    for run in bodies:
+        if probe.body in (None, run.body.name):
+            layers = _layers(probe, run.system.geometry, domain)
+            if layers is not None:
+                return _owner(layers, run.system.geometry, domain)
+    return 0

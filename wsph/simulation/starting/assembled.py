@@ -1,0 +1,86 @@
+"""The arrays of a checkpoint in shards, put together."""
+
+# pyright: strict
+
+import hashlib
+import io
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from wsph.errors import CheckpointError
+from wsph.simulation.starting.shards import FIRST, Shards
+
+
+class Assembled(Mapping[str, np.ndarray]):
+    """The arrays of a checkpoint in shards: each is put together when it is asked for. Raises CheckpointError where a shard
+    is not what it was."""
+
+    def __init__(self, path: Path, shards: Shards, others: Mapping[str, np.ndarray]):
+        """`others`: the arrays that are not in shards."""
+        self._arrays, self._others = shards["arrays"], others
+        self._shards = [_opened(path.parent / name, digest) for name, digest in shards["files"]]
+
+    def __getitem__(self, key: str) -> np.ndarray:
+        if key in self._others:
+            return self._others[key]
+        of = self._arrays[key]
+        found: list[np.ndarray] = []
+        for k, (width, whole) in enumerate(of["pieces"]):
+            rows = np.zeros((whole, width) if width else (whole, *of["shape"]), of["type"])
+            for shard in self._shards:
+                at = shard[f"{key}:{k}:at"]
+                rows[_places(at)] = shard[f"{key}:{k}"]
+            found.append(rows.ravel() if width else rows)
+        return np.concatenate(found) if len(found) > 1 else found[0]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter((*self._others, *self._arrays))
+
+    def __len__(self) -> int:
+        return len(self._others) + len(self._arrays)
+
+
+def _opened(path: Path, digest: str) -> Mapping[str, np.ndarray]:
+    """A shard whose digest is right: its arrays are read when they are asked for."""
+    try:
+        with open(path, "rb") as file:
+            first, found = file.read(len(FIRST)), hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise CheckpointError(f"{path}: cannot be read: {error.strerror or error}") from error
+    if first != FIRST or found != digest:
+        raise CheckpointError(f"{path}: is cut off or altered")
+    file = open(path, "rb")  # noqa: SIM115 - it is read as long as the arrays are asked for
+    return np.load(_Behind(file, len(FIRST)), allow_pickle=False)
+
+
+class _Behind(io.RawIOBase):
+    """A file from some place on."""
+
+    def __init__(self, file: io.BufferedReader, start: int):
+        self._file, self._start = file, start
+        file.seek(start)
+
+    def readable(self) -> bool:
+        return True
+
+    def seekable(self) -> bool:
+        return True
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        return self._file.seek(offset + self._start * (whence == 0), whence) - self._start
+
+    def tell(self) -> int:
+        return self._file.tell() - self._start
+
+    def readinto(self, buffer: memoryview) -> int:  # type: ignore[override]
+        return self._file.readinto(buffer)
+
+    def close(self) -> None:
+        self._file.close()
+        super().close()
+
+
+def _places(at: np.ndarray) -> np.ndarray | slice:
+    return slice(int(at[0]), int(at[0] + at[1])) if len(at) == 3 and at[2] == -1 else at

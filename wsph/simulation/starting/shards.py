@@ -1,0 +1,88 @@
+"""Checkpoints of processes that share a scene: a shard each, with what it owns, behind one file that names them.
+
+A shard is written like a checkpoint, with a digest of its own; the file that names the shards has their digests and is
+renamed into place when all are whole. Put together they are the arrays of a checkpoint of one process, so that any number of
+processes goes on from them, and of one process's file too.
+"""
+
+# pyright: strict
+
+import hashlib
+import io
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TypedDict
+
+import numpy as np
+
+from wsph.output.files import write_atomically
+from wsph.protocols import DeviceArray
+from wsph.ranks.kept import Piece
+
+FIRST = b"wsph shard 1\n"
+
+
+class Array(TypedDict):
+    """An array that is in shards: the type of its numbers, the shape of its rows where it has a piece without width, and of
+    each piece its width and its rows."""
+
+    type: str
+    shape: list[int]
+    pieces: list[list[int]]
+
+
+class Shards(TypedDict):
+    """What a checkpoint says of its shards: their files with their digests, and the arrays in them."""
+
+    files: list[list[str]]
+    arrays: dict[str, Array]
+
+
+def name_of(step: int, rank: int) -> str:
+    """The file of a process's shard."""
+    return f"checkpoint_{step:012d}_{rank:05d}.npz"
+
+
+def write(folder: Path, name: str, arrays: Mapping[str, DeviceArray], pieces: Mapping[str, Sequence[Piece]]) -> str:
+    """Write the shard of this process, whole or not at all; its digest. Raises OutputError."""
+    content: dict[str, np.ndarray] = {}
+    for key, device in arrays.items():
+        values = device.numpy()
+        for k, piece in enumerate(pieces[key]):
+            own = piece.rows.own
+            content[f"{key}:{k}"] = piece.of(values)[own]
+            content[f"{key}:{k}:at"] = _range(piece.rows.places[own])
+    buffer = io.BytesIO()
+    np.savez(buffer, **content)  # type: ignore[arg-type]
+    raw = buffer.getvalue()
+    digest = hashlib.sha256(raw).hexdigest()
+
+    def put(temporary: Path) -> None:
+        folder.mkdir(exist_ok=True)
+        with open(temporary, "wb") as file:
+            file.write(FIRST + raw)
+            file.flush()
+            os.fsync(file.fileno())
+
+    write_atomically(folder / name, put)
+    return digest
+
+
+def described(arrays: Mapping[str, DeviceArray], pieces: Mapping[str, Sequence[Piece]]) -> dict[str, Array]:
+    """The arrays, as the file that names the shards has them."""
+    return {
+        key: {
+            "type": device.numpy().dtype.str,
+            "shape": list(device.numpy().shape[1:]),
+            "pieces": [[piece.width, piece.rows.whole] for piece in pieces[key]],
+        }
+        for key, device in arrays.items()
+    }
+
+
+def _range(places: np.ndarray) -> np.ndarray:
+    """Places as they are written: of a range its first and its length, and -1."""
+    if len(places) > 2 and (np.diff(places) == 1).all():
+        return np.array([places[0], len(places), -1], np.int64)
+    return places.astype(np.int64)

@@ -1,0 +1,102 @@
+"""Where the rows of a study are made, beyond the processes of this machine: any executor of `concurrent.futures`.
+
+A scheduler of Dask gives the task of a worker that is lost to another; a row is lost where that has happened several times.
+"""
+
+# pyright: strict
+# pyright: reportMissingImports=false, reportUnknownMemberType=false, reportUnknownVariableType=false
+# pyright: reportUnknownArgumentType=false
+
+from collections.abc import Callable, Generator
+from concurrent.futures import BrokenExecutor, Executor, Future
+from contextlib import contextmanager
+from functools import partial
+from typing import ParamSpec, Protocol, TypeVar, cast
+
+from wsph.errors import Refused
+
+T = TypeVar("T")
+P = ParamSpec("P")
+
+MPI = "mpi"
+"""The name of the scheduler that `mpiexec -n N python -m mpi4py.futures` starts."""
+
+RETRIES = 3
+"""Times that a task which has failed by the machine's fault is given to another worker."""
+
+
+class Lost(BrokenExecutor):
+    """A task whose workers were lost, one after the other."""
+
+
+class DaskExecutor(Executor):
+    """The workers of a scheduler of Dask."""
+
+    def __init__(self, address: str):
+        """Raises Refused where nothing answers at the address."""
+        try:
+            from distributed import Client
+        except ImportError as error:
+            raise Refused(f"--scheduler {address}: {error}: install wsph[cluster]") from error
+        try:
+            self._client = Client(address, timeout="20s", set_as_default=False)
+        except (OSError, ValueError) as error:
+            raise Refused(f"--scheduler {address}: no scheduler of Dask answers there: {error}") from error
+
+    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
+        """As `Executor.submit`; task and result have to be picklable, and wsph installed where they go."""
+        future: Future[T] = Future()
+        future.set_running_or_notify_cancel()
+        task = self._client.submit(partial(fn, *args, **kwargs), pure=False, retries=RETRIES)
+        task.add_done_callback(partial(_passed_on, future))
+        return future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Let go of the scheduler, which drops what is not done; it and its workers stay."""
+        self._client.close()
+
+
+class Task(Protocol):
+    """A task of Dask."""
+
+    status: str
+
+    def result(self) -> object: ...
+
+    def exception(self) -> BaseException | None: ...
+
+
+def _passed_on(future: Future[T], task: Task) -> None:
+    """Give what became of a task of Dask to the future that stands for it."""
+    if task.status == "finished":
+        future.set_result(cast(T, task.result()))
+        return
+    error = task.exception() if task.status == "error" else None
+    if error is None or type(error).__name__ == "KilledWorker":
+        error = Lost(f"its workers were lost ({error or task.status})")
+    future.set_exception(error)
+
+
+@contextmanager
+def executor_at(scheduler: str | None) -> Generator[Executor | None]:
+    """The executor that a scheduler gives: of Dask at an address such as tcp://host:8786, or of MPI by the name "mpi"; None
+    where none is named. Raises Refused for one that there is not."""
+    if scheduler is None:
+        yield None
+    elif scheduler == MPI:
+        try:
+            from mpi4py.futures import MPIPoolExecutor
+        except (ImportError, RuntimeError) as error:
+            raise Refused(f"--scheduler mpi: {error}: install wsph[mpi]") from error
+        with MPIPoolExecutor() as pool:
+            if pool.num_workers < 1:
+                raise Refused(
+                    "--scheduler mpi: there are no workers: mpiexec -n N python -m mpi4py.futures -m wsph study ..."
+                )
+            yield pool
+    else:
+        dask = DaskExecutor(scheduler)
+        try:
+            yield dask
+        finally:
+            dask.shutdown()
