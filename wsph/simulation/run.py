@@ -283,6 +283,14 @@ class Running:
         self._inside += time.perf_counter() - before
         return done
 
+    def record(self) -> None:
+        """Record the state that the run has come to, which its result is taken at, in place of what was recorded at this
+        step before the state was changed."""
+        account = self._ledger.account(self._sums(self._step))
+        self._last = self._step, account
+        self._records.collect(self._step)
+        self._records.end(self._step, account)
+
     def _steps_together(self, count: int, interrupts: Interrupts) -> int:
         """The same in processes that share the scene: now and then they hear whether one has been asked to end."""
         done = 0
@@ -302,14 +310,6 @@ class Running:
         if self._domain.size > 1:
             interrupts.asked = int(self._domain.max(np.array(interrupts.asked)))
         return bool(interrupts.asked)
-
-    def record(self) -> None:
-        """Record the state that the run has come to, which its result is taken at, in place of what was recorded at this
-        step before the state was changed."""
-        account = self._ledger.account(self._sums(self._step))
-        self._last = self._step, account
-        self._records.collect(self._step)
-        self._records.end(self._step, account)
 
     def _sums(self, step: int) -> list[BodySums]:
         """Bring the state of a step up to date, and sum it up. Raises Unstable where it is not finite."""
