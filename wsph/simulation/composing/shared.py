@@ -64,3 +64,5 @@ def _of_boundary(condition: Boundary) -> Iterator[tuple[str, str]]:
     for key in ("normal", "periodic"):
         if getattr(condition, key) is not None:
             yield key, f"a boundary with {key}"
+    if condition.force:
+        yield "force", "a total force on faces (traction can be shared)"

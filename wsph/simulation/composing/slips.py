@@ -89,7 +89,9 @@ def _of_forces(scene: Scene, run: BodyRun) -> Iterator[str]:
     geometry, position = run.system.geometry, run.system.position
     faces = geometry.sides
     on = faces.nodes if len(position) == len(geometry.nodes) else faces.cell[:, None]
-    for k, condition, _, rows in selected_conditions(scene, run.body.name, faces, geometry.spacing, position, on):
+    for k, condition, _, rows in selected_conditions(
+        scene, run.body.name, faces, geometry.spacing, position, on, run.system.domain
+    ):
         for axis, value in condition.force.items():
             most = _largest(scene, run, value, FORCE[scene.dim]) / float(faces.area[rows].sum())
             yield from _too_much(run, most, f"boundary.{k}.force.{axis}, over its faces")

@@ -70,7 +70,9 @@ def _of_loads(scene: Scene, run: BodyRun, geometry: Lattice, facing: np.ndarray)
     """Loads per area on steps, whose area is larger than that of the surface that they follow."""
     faces, position = geometry.sides, run.system.position
     on = faces.nodes if len(position) == len(geometry.nodes) else faces.cell[:, None]
-    for k, condition, _, rows in selected_conditions(scene, run.body.name, faces, geometry.spacing, position, on):
+    for k, condition, _, rows in selected_conditions(
+        scene, run.body.name, faces, geometry.spacing, position, on, run.system.domain
+    ):
         true, steps = float(facing[rows].sum()), float(faces.area[rows].sum())
         if not true > 0.0 or steps < (1.0 + AREA) * true:
             continue
