@@ -200,6 +200,9 @@ class Multiplied(Protocol):
 Making = Callable[[], Multiplied]
 """Makes the products of a body, which take memory."""
 
+Start = Callable[[], np.ndarray]
+"""Makes the vector that they begin with, (count,), in double precision: whoever takes it is the only one who has it."""
+
 
 class _Span:
     """Up to `most` orthonormal vectors and their products."""
@@ -268,12 +271,12 @@ def _start(system: Moving) -> np.ndarray:
     return system.project_free(np.random.default_rng(0).standard_normal(count))
 
 
-def _symmetric(system: Moving, last: np.ndarray, make: Making, rate: float, still: float) -> Spectrum:
+def _symmetric(system: Moving, start: Start, make: Making, rate: float, still: float) -> Spectrum:
     """The spectrum of an undamped body of symmetric stiffness from Lanczos' three terms: w_(j+1) beta_(j+1) = K w_j -
     alpha_j w_j - beta_j w_(j-1), so that K projected on the w is tridiagonal, K W = W T + beta_(m+1) w_(m+1) e_m^T, and
     of the vectors two are kept. They lose their orthogonality where an eigenvalue is found to rounding, which changes no
     outermost one."""
-    kind = system.space.numpy
+    kind, last = system.space.numpy, start()
     size = math.sqrt(_dot(last, last))
     last /= size or 1.0
     last = last.astype(kind, copy=False)
@@ -316,17 +319,17 @@ def spectrum(system: Moving) -> Spectrum:
         return Spectrum(none, none, (none, none, none), rate, still)
     if system.domain.size > 1:
         return _shared(system, rate, still)
-    return _found(system, _start(system), lambda: Products(system), rate, still)
+    return _found(system, lambda: _start(system), lambda: Products(system), rate, still)
 
 
-def _found(system: Moving, start: np.ndarray, make: Making, rate: float, still: float) -> Spectrum:
+def _found(system: Moving, start: Start, make: Making, rate: float, still: float) -> Spectrum:
     """The spectrum that products of vectors from `start` on span."""
     if system.symmetric and not system.drags:
         return _symmetric(system, start, make, rate, still)
     products = make()
     lanczos, most = DAMPED_VECTORS if system.drags else (VECTORS, VECTORS)
     span = _Span(products, most, system.drags)
-    span.add(start)
+    span.add(start())
     while span.count < lanczos:
         known = span.count
         span.add(span.last_stiffness())
@@ -388,7 +391,7 @@ def _shared(system: Moving, rate: float, still: float) -> Spectrum:
     else:
         try:
             every *= np.random.default_rng(0).standard_normal(spread.count)
-            found = _found(system, every, lambda: spread, rate, still)
+            found = _found(system, lambda: every, lambda: spread, rate, still)
         except BaseException as error:
             domain.fail(error)
             raise

@@ -26,8 +26,8 @@ def ran(made: wsph.Scene, monkeypatch: pytest.MonkeyPatch) -> tuple[dict[str, Ri
     """The rigid bodies at the end of a run, and its result."""
     kept: list[Any] = []
 
-    def keep(each: wsph.Scene) -> Any:
-        kept.append(compose(each))
+    def keep(*those: Any) -> Any:
+        kept.append(compose(*those))
         return kept[0]
 
     monkeypatch.setattr(running, "compose", keep)
