@@ -9,6 +9,12 @@ import numpy as np
 T = TypeVar("T")
 
 
+class Request(Protocol):
+    """A message under way."""
+
+    def Wait(self) -> object: ...
+
+
 class Communicator(Protocol):
     """The processes that share a scene."""
 
@@ -24,8 +30,8 @@ class Communicator(Protocol):
 
     def Recv(self, buf: np.ndarray, source: int, tag: int) -> None: ...
 
-    def Isend(self, buf: np.ndarray, dest: int, tag: int) -> object: ...
+    def Isend(self, buf: np.ndarray, dest: int, tag: int) -> Request: ...
 
-    def Irecv(self, buf: np.ndarray, source: int, tag: int) -> object: ...
+    def Irecv(self, buf: np.ndarray, source: int, tag: int) -> Request: ...
 
     def Abort(self, errorcode: int) -> None: ...

@@ -35,11 +35,10 @@ class Exchange:
             field.assign(rows)
 
     def fill(self, rows: np.ndarray) -> None:
-        from mpi4py.MPI import Request
-
         waits = [self._comm.Irecv(rows[each], other, 3) for other, each in self._into]
         waits += [self._comm.Isend(rows[each], other, 3) for other, each in self._out]
-        Request.Waitall(waits)
+        for each in waits:
+            each.Wait()
 
 
 def _overlap(holder: Share, owner: Share, first: int | None = None) -> list[slice]:
