@@ -198,7 +198,7 @@ def _(folder: Path) -> Answer:
         return Answer(child.returncode, said)
 
 
-@case("standard output that nobody reads", r"^error: .*Broken pipe$", 1)
+@case("standard output that nobody reads", "^$", 141)
 def _(folder: Path) -> Answer:
     reader, writer = os.pipe()
     os.close(reader)
@@ -250,7 +250,9 @@ def signalled(number: int, moment: float) -> None:
         return Answer(child.returncode, said)
 
     name = signal.Signals(number).name
-    case(f"{name} {'in the middle of a run' if moment else 'before anything is set up'}", "interrupted", 130)(done)
+    # While modules are imported Python may die of SIGINT itself, when it has said so: a shell calls that 130 too.
+    codes = (130,) if moment else (130, -number)
+    case(f"{name} {'in the middle of a run' if moment else 'before anything is set up'}", "interrupted", *codes)(done)
 
 
 signalled(signal.SIGINT, 0.0)

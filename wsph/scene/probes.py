@@ -37,6 +37,8 @@ def _points(value: object) -> object:
         raise ValueError(
             f"{json.dumps(list(value))} is one point, and at is a list of them: write at = [{json.dumps(list(value))}]"
         )
+    if is_sequence(value) and any(is_sequence(each) and not each for each in value):
+        raise ValueError("[] has 0 coordinates: write those of a point, as in at = [[0.5, 0.0]]")
     return as_tuple(value)
 
 
