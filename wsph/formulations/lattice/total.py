@@ -29,10 +29,8 @@ def answer_kernel(space: Space, laws: Laws, layout: Layout, width: int, *, stabi
     block, gather = block_of(space.dim, width), corner_sums(space, width, stabilised)
     hand = hand_over(space, width, quantities(space.dim, stabilised))
     put_share = set_lane(space, width, space.dim**2 + space.dim)
-    about, stresses, read = began(space, laws, layout, width)
-    by_row = beside(space, laws, width)
-    law = by_row.laws.total_about if about else by_row.laws.total
-    (get, put), seen, get_stress = by_row.matrix, by_row.widened, by_row.stress[0]
+    (stresses, begin, answer_of), by_row = answered(space, laws, layout, width), beside(space, laws, width)
+    (get, put), seen = by_row.matrix, by_row.widened
 
     @kernel(ranged=True, lanes=True)
     def answer(
@@ -47,8 +45,7 @@ def answer_kernel(space: Space, laws: Laws, layout: Layout, width: int, *, stabi
         values = wp.zeros(shape=size, dtype=real)
         gather(blocks, b, at, rows, fields.displacement, values)
         stress = wp.zeros(shape=stresses, dtype=real)
-        if wp.static(about):
-            read(fields.initial_stress, i, own, stress)
+        begin(fields, i, own, stress)
         gradient = seen(cell.gradient)
         force = seen(cell.force)
         restoring = seen(cell.share * cell.restoring)
@@ -56,12 +53,7 @@ def answer_kernel(space: Space, laws: Laws, layout: Layout, width: int, *, stabi
         e = int(0)
         while e < rows:
             H = get(values, e) * gradient
-            if wp.static(about):
-                _cauchy, P = law(p, H, get_stress(stress, e))
-                A = P * force
-            else:
-                _cauchy, P = law(p, H)
-                A = P * force
+            A = answer_of(p, H, stress, e) * force
             if wp.static(stabilised):
                 A = A - H * restoring
                 put_share(values, e, hold)
@@ -72,11 +64,35 @@ def answer_kernel(space: Space, laws: Laws, layout: Layout, width: int, *, stabi
     return answer
 
 
-def began(space: Space, laws: Laws, layout: Layout, width: int) -> tuple[bool, int, wp.Function]:
-    """Whether a total law is about an initial stress, how many numbers a block of rows has of that, one where there is none,
-    and how rows read it."""
-    about, numbers = INITIAL in layout, laws.stress._length_ * capacity_of(width)
-    return about, numbers if about else 1, field_lanes(space, width, laws.stress)[0]
+def answered(space: Space, laws: Laws, layout: Layout, width: int) -> tuple[int, wp.Function, wp.Function]:
+    """How many numbers a block of rows has of the initial stress that a total law is about, one where there is none; and
+    Warp functions (fields, first, rows, stress_out) that reads it, and (p, H, stress, row) -> first Piola stress."""
+    by_row, about, Fields, Params = (
+        beside(space, laws, width),
+        INITIAL in layout,
+        fields_struct(space, layout),
+        laws.Params,
+    )
+    law, mat = by_row.laws.total_about if about else by_row.laws.total, by_row.laws.space.mat
+    read, get = field_lanes(space, width, laws.stress)[0], by_row.stress[0]
+    numbers = laws.stress._length_ * capacity_of(width) if about else 1
+
+    @wp.func
+    def begin(fields: Fields, first: int, rows: int, stress_out: wp.array(dtype=space.scalar)):
+        if wp.static(about):
+            read(fields.initial_stress, first, rows, stress_out)
+
+    @wp.func
+    def about_initial(p: Params, H: mat, stress: wp.array(dtype=space.scalar), row: int) -> mat:
+        _cauchy, P = law(p, H, get(stress, row))
+        return P
+
+    @wp.func
+    def about_none(p: Params, H: mat, stress: wp.array(dtype=space.scalar), row: int) -> mat:
+        _cauchy, P = law(p, H)
+        return P
+
+    return numbers, begin, about_initial if about else about_none
 
 
 def telling_kernel(space: Space, laws: Laws, layout: Layout, width: int) -> wp.Kernel:

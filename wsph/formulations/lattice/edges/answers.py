@@ -20,7 +20,7 @@ from wsph.formulations.lattice.edges.grid import grid_struct
 from wsph.formulations.lattice.edges.lanes import averages, flat_lanes
 from wsph.formulations.lattice.lanes import beside, block_of, capacity_of, field_lanes, lane, set_lane
 from wsph.formulations.lattice.strain import acting_stress
-from wsph.formulations.lattice.total import began
+from wsph.formulations.lattice.total import answered
 from wsph.parts.fading import faded
 
 
@@ -30,10 +30,8 @@ def answer_kernel(space: Space, laws: Laws, layout: Layout, width: int) -> wp.Ke
     real, Grid, Params, Fields = space.scalar, grid_struct(space), laws.Params, fields_struct(space, layout)
     block, average = block_of(space.dim, width), averages(space, width)
     size, write = space.dim**2 * capacity_of(width), flat_lanes(space, width, space.dim**2)[1]
-    about, stresses, read = began(space, laws, layout, width)
-    by_row = beside(space, laws, width)
-    law = by_row.laws.total_about if about else by_row.laws.total
-    (get, put), seen, get_stress = by_row.matrix, by_row.widened, by_row.stress[0]
+    (stresses, begin, answer_of), by_row = answered(space, laws, layout, width), beside(space, laws, width)
+    (get, put), seen = by_row.matrix, by_row.widened
 
     @kernel(ranged=True, lanes=True)
     def answer(
@@ -49,18 +47,12 @@ def answer_kernel(space: Space, laws: Laws, layout: Layout, width: int) -> wp.Ke
         values = wp.zeros(shape=size, dtype=real)
         average(blocks, b, at, rows, columns, grid.stride, values)
         stress = wp.zeros(shape=stresses, dtype=real)
-        if wp.static(about):
-            read(fields.initial_stress, i, rows, stress)
+        begin(fields, i, rows, stress)
         back = seen(grid.back)
         axes = seen(grid.axes)
         e = int(0)
         while e < rows:
-            if wp.static(about):
-                _cauchy, P = law(p, get(values, e) * back, get_stress(stress, e))
-                put(values, e, P * axes)
-            else:
-                _cauchy, P = law(p, get(values, e) * back)
-                put(values, e, P * axes)
+            put(values, e, answer_of(p, get(values, e) * back, stress, e) * axes)
             e += 1
         write(values, i, own, grid.stride, nominal_out)
 
