@@ -48,16 +48,16 @@ def held_kernel(space: Space, layout: Layout, width: int, fades: bool) -> wp.Ker
 
 
 @cache
-def fade_kernel(space: Space, layout: Layout, internal: int) -> wp.Kernel:
-    """What the residual of each cell has set free in a step."""
-    real, zeta, Fields, square = space.scalar, faded(space), fields_struct(space, layout), corner_misfit(space)
-    block, Cells = block_of(space.dim, 2), cell_struct(space)
+def fade_kernel(space: Space, layout: Layout, internal: int, Common: type, held_of: wp.Function) -> wp.Kernel:
+    """What the residual of each row has set free in a step. `held_of` (common, blocks, block, row, place, displacement):
+    twice the energy that a row's whole stiffness holds, from what all rows have in common."""
+    real, zeta, Fields, block = space.scalar, faded(space), fields_struct(space, layout), block_of(space.dim, 2)
 
     @kernel(ranged=True)
     def fade(
         first: int,
         yields: real,
-        cell: Cells,
+        common: Common,
         blocks: wp.array(dtype=wp.int32),
         fields: Fields,
         zeta_out: wp.array(dtype=real),
@@ -69,11 +69,25 @@ def fade_kernel(space: Space, layout: Layout, internal: int) -> wp.Kernel:
             new = zeta(yields * fields.internals[i][wp.static(internal)])
             old = zeta_out[i]
             if new < old:
-                held = cell.hold * cell.share * square(blocks, b, e, fields.displacement)
+                held = held_of(common, blocks, b, e, i, fields.displacement)
                 freed_out[i] = freed_out[i] + real(0.5) * held * (old - new)
                 zeta_out[i] = new
 
     return fade
+
+
+@cache
+def held_of_cells(space: Space) -> wp.Function:
+    """`held_of` of `fade_kernel`, of cells."""
+    Cells, square = cell_struct(space), corner_misfit(space)
+
+    @wp.func
+    def held(
+        cell: Cells, blocks: wp.array(dtype=wp.int32), block: int, row: int, place: int, u: wp.array(dtype=space.vec)
+    ) -> space.scalar:
+        return cell.hold * cell.share * square(blocks, block, row, u)
+
+    return held
 
 
 class RowFading(Attached):

@@ -25,10 +25,10 @@ from wsph.formulations.lagrangian.flow import drift_kernel
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.lagrangian.rates import LagrangianRates, joined
 from wsph.formulations.lattice.block_rates import PIECE_BYTES, BlockRates, answers_apart, width_of
-from wsph.formulations.lattice.cell import cell_of
+from wsph.formulations.lattice.cell import cell_of, cell_struct
 from wsph.formulations.lattice.flow import flow_kernel
 from wsph.formulations.lattice.forces import force_kernel
-from wsph.formulations.lattice.held import RowFading, fade_kernel, held_kernel
+from wsph.formulations.lattice.held import RowFading, fade_kernel, held_kernel, held_of_cells
 from wsph.formulations.lattice.lanes import ACROSS, quantities
 from wsph.formulations.lattice.rest import Rest
 from wsph.formulations.lattice.runs import HEAD, VECTOR, Runs, pieces_of, runs_of
@@ -190,7 +190,7 @@ class LatticeRates(BlockRates):
             return {}
         part = arrays.part("fading")
         whole = partial(own_sum, share=self._placement.point_share, domain=self._domain)
-        kernel = fade_kernel(self._space, self._layout, flow[0])
+        kernel = fade_kernel(self._space, self._layout, flow[0], cell_struct(self._space), held_of_cells(self._space))
         own = RowFading(kernel, flow, self._cell, self._cells, count, state, self._clock, part, whole)
         found: dict[str, Attached] = {"fading": own}
         if self._rest is not None:

@@ -1,4 +1,4 @@
-"""Energy of the residual at nodes that see each other along edges: its sum, and what a falling stiffness sets free of it."""
+"""Energy of the residual at nodes that see each other along edges."""
 
 from functools import cache
 
@@ -10,7 +10,6 @@ from wsph.backend.state import Layout, fields_struct
 from wsph.formulations.lattice.edges.grid import grid_struct
 from wsph.formulations.lattice.edges.lanes import edge_misfit
 from wsph.formulations.lattice.lanes import block_of
-from wsph.parts.fading import faded
 
 
 @cache
@@ -34,29 +33,14 @@ def held_kernel(space: Space, layout: Layout, fades: bool) -> wp.Kernel:
 
 
 @cache
-def fade_kernel(space: Space, layout: Layout, internal: int) -> wp.Kernel:
-    """What the residual of each node has set free in a step."""
-    real, zeta, Fields, square = space.scalar, faded(space), fields_struct(space, layout), edge_misfit(space)
-    block, Grid = block_of(space.dim, 2), grid_struct(space)
+def held_of_nodes(space: Space) -> wp.Function:
+    """`held_of` of `wsph.formulations.lattice.held.fade_kernel`, of nodes."""
+    Grid, square = grid_struct(space), edge_misfit(space)
 
-    @kernel(ranged=True)
-    def fade(
-        first: int,
-        yields: real,
-        grid: Grid,
-        blocks: wp.array(dtype=wp.int32),
-        fields: Fields,
-        zeta_out: wp.array(dtype=real),
-        freed_out: wp.array(dtype=real),
-    ):
-        b, i0, _lane, _rows, own = block(blocks, first + wp.tid())
-        for e in range(own):
-            i = i0 + e
-            new = zeta(yields * fields.internals[i][wp.static(internal)])
-            old = zeta_out[i]
-            if new < old:
-                held = grid.hold * grid.volume[i] * square(blocks, b, e, fields.displacement, grid.inverse)
-                freed_out[i] = freed_out[i] + real(0.5) * held * (old - new)
-                zeta_out[i] = new
+    @wp.func
+    def held(
+        grid: Grid, blocks: wp.array(dtype=wp.int32), block: int, row: int, place: int, u: wp.array(dtype=space.vec)
+    ) -> space.scalar:
+        return grid.hold * grid.volume[place] * square(blocks, block, row, u, grid.inverse)
 
-    return fade
+    return held

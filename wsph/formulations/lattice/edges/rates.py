@@ -16,11 +16,11 @@ from wsph.backend.state import State
 from wsph.formulations.lagrangian.edges import edge_reference
 from wsph.formulations.lagrangian.rates import LagrangianRates
 from wsph.formulations.lattice.block_rates import BlockRates, answers_apart
-from wsph.formulations.lattice.edges.grid import grid_of
-from wsph.formulations.lattice.edges.held import fade_kernel, held_kernel
+from wsph.formulations.lattice.edges.grid import grid_of, grid_struct
+from wsph.formulations.lattice.edges.held import held_kernel, held_of_nodes
 from wsph.formulations.lattice.edges.rows import Rows
 from wsph.formulations.lattice.edges.stages import Stage, kernels_of
-from wsph.formulations.lattice.held import RowFading
+from wsph.formulations.lattice.held import RowFading, fade_kernel
 from wsph.formulations.lattice.runs import HEAD, staged_pieces
 from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.one_set_rates import refuse_other
@@ -130,7 +130,8 @@ class EdgeRates(BlockRates):
         flow = self._constitutive.flow
         if flow is None or self.form.fades < 0:
             return {}
-        fade, count = fade_kernel(self._space, self._layout, flow[0]), (self._counts[0], self._placement.count)
+        space, count = self._space, (self._counts[0], self._placement.count)
+        fade = fade_kernel(space, self._layout, flow[0], grid_struct(space), held_of_nodes(space))
         part, rows = arrays.part("fading"), self._tables[0][0]
         whole = partial(own_sum, share=self._placement.share, domain=self._domain)
         return {"fading": RowFading(fade, flow, self.grid, rows, count, state, self._clock, part, whole)}
