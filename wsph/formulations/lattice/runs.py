@@ -185,7 +185,7 @@ def edge_runs(boxes: Boxes, width: int) -> EdgeRuns:
     blocks[:, SHARES] = packed | (whole[middle] << 16) | (behind[middle, -1] << 20)
     blocks[:, OPENS], blocks[:, CLOSES] = share[first, -1] == 1.0, share[first + many - 1, -1] == 0.0
     reach = np.searchsorted(first, np.maximum.reduceat(near.max(1), first), side="right") - 1
-    return EdgeRuns(blocks, int(np.count_nonzero(cells)), np.maximum.accumulate(reach))
+    return EdgeRuns(blocks, int(np.count_nonzero(cells)), reach)
 
 
 def _cell_blocks(

@@ -14,7 +14,7 @@ import numpy as np
 @dataclass(frozen=True)
 class BlockRuns:
     """Runs of blocks, int32, a row each: how many blocks, and where the members of the first are, in the order of corners
-    and -1 for none; `last` the last member of a run or one before, `run` the run that each node, or one before, is in."""
+    and -1 for none; `last` the last member of each run, `run` the run that each node is in."""
 
     runs: np.ndarray
     last: np.ndarray
@@ -43,4 +43,4 @@ def block_runs(index: np.ndarray, most: int) -> BlockRuns:
     last = np.maximum.reduceat(members.max(1), first)
     run = np.searchsorted(first, own, side="right") - 1
     runs = np.column_stack([count, members[first]]).astype(np.int32)
-    return BlockRuns(runs, np.maximum.accumulate(last), np.maximum.accumulate(run))
+    return BlockRuns(runs, last, run)
