@@ -35,6 +35,39 @@ def test_the_momentum_of_a_free_block_is_its_impulse(dim: int, run: dict[str, An
     np.testing.assert_allclose(impulse(made), list(given.values()), rtol=1e-9)
 
 
+TURNED: list[dict[str, Any]] = [
+    {"spacing": [0.1, 0.13], "shape": box(1.0, 1.3) | {"rotate": 25.0}, "state": "stress"},
+    {
+        "spacing": 0.045,
+        "shape": {
+            "type": "difference",
+            "shapes": [box(1.0, 2.0) | {"rotate": 20.0}, DISC | {"center": [0.5, 1.0], "radius": 0.3}],
+        },
+        "state": "stress",
+    },
+    {"spacing": [0.1, 0.13, 0.16], "shape": box(0.5, 0.65, 0.8) | {"rotate": [[1.0, 2.0, 3.0], 35.0]}},
+    {"spacing": 0.1, "shape": {"type": "sphere", "center": [0.0] * 3, "radius": 0.4}},
+]
+"""Turned, fitted and round bodies of unequal cells, in plane stress and in space."""
+
+
+@pytest.mark.parametrize("precision", ["f64", "f32"])
+@pytest.mark.parametrize("run", FORMS[:2], ids=str)
+@pytest.mark.parametrize(
+    "keys", TURNED, ids=lambda keys: f"{keys['shape']['type']}-{len(np.atleast_1d(keys['spacing']))}"
+)
+def test_the_momentum_of_turned_and_round_bodies_is_their_impulse(
+    keys: dict[str, Any], run: dict[str, Any], precision: str
+) -> None:
+    dim = 2 if "state" in keys else 3
+    given = {axis: 1e-3 * (k + 1) for k, axis in enumerate("xyz"[:dim])}
+    free = body(keys["shape"], **{key: value for key, value in keys.items() if key != "shape"})
+    entry = {"body": "b", "where": "x > 0.2", "force": given}
+    made = scene(free, run={**run, "precision": precision, "cfl": 0.2, "end": 0.1}, boundary=[entry])
+    within = 1e-9 if precision == "f64" else 1e-4
+    np.testing.assert_allclose(impulse(made), list(given.values()), rtol=within)
+
+
 @pytest.mark.parametrize("run", FORMS[:3], ids=str)
 def test_its_resultant_is_exact_in_stairs_where_that_of_a_traction_is_not(run: dict[str, Any]) -> None:
     """Of an arc of 120 degrees of a circle of radius 1, 2 pi/3 long."""
