@@ -79,11 +79,6 @@ class Averages:
         """The target of every term, (terms,)."""
         return np.repeat(np.arange(self.count), np.diff(self.offsets))
 
-    def terms(self, target: int) -> tuple[np.ndarray, np.ndarray]:
-        """Places and weights of a target."""
-        span = slice(self.offsets[target], self.offsets[target + 1])
-        return self.places[span], self.weights[span]
-
     def only(self, targets: np.ndarray) -> "Averages":
         """Those of `targets` (n,) alone, in their order."""
         return self._spread(targets, np.ones(len(targets)), np.arange(len(targets)), len(targets))

@@ -57,12 +57,9 @@ def between(geometry: Geometry, points: np.ndarray, at_nodes: bool) -> Averages:
         found = found.but(todo[well], made)
         todo = todo[~well & (WIDER * reach[todo] < FARTHEST)]
         reach[todo] *= WIDER
-    for n, point in enumerate(grid):
-        there, _ = found.terms(n)
-        on = there[np.linalg.norm(sources[there] - point, axis=1) < HERE]
-        if len(on):
-            found = found.but(np.array([n]), Averages.themselves(on[:1]))
-    return found
+    on = np.flatnonzero(np.linalg.norm(sources[found.places] - grid[found.rows], axis=1) < HERE)
+    targets, first = np.unique(found.rows[on], return_index=True)
+    return found.but(targets, Averages.themselves(found.places[on[first]]))
 
 
 def _size(geometry: Geometry, points: np.ndarray) -> np.ndarray:
