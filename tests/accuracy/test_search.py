@@ -208,6 +208,9 @@ def test_numbers_have_their_bar_their_unit_and_a_row_each(scene_file, tmp_path, 
     (series,) = Tables(out).series("p.velocity_x")
     assert series.mark is not None
     assert (series.mark.value, series.mark.half_width) == (kept["value"], kept["half_width"])
+    assert series.words == kept["words"]
+    (turned,) = Tables(out).series("-p.velocity_x")
+    assert turned.words == f"p.velocity_x {kept['words']}"
     assert series.bar == 0.0
     assert main(["view", str(out), "--curve", "p.velocity_x", "--save", str(tmp_path / "a.png")]) == 0
 

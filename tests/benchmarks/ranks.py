@@ -9,9 +9,7 @@ on quiet cores alone. `--set-up` makes the scene and runs no step: peak memory o
 
 import argparse
 import json
-import os
 import resource
-import sys
 import time
 import warnings
 
@@ -93,5 +91,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    sys.path.insert(0, os.getcwd())
     main()

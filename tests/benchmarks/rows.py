@@ -27,7 +27,7 @@ import wsph
 try:
     from wsph.simulation.compose import compose
 except ModuleNotFoundError:  # before the package had rooms
-    from wsph.composition import compose
+    from wsph.composition import compose  # pyright: ignore[reportMissingImports]
 
 ELASTIC = {"model": "elastic", "density": 1000.0, "youngs_modulus": 1e6, "poisson_ratio": 0.3}
 PARTS = {"residual": 0.15, "hourglass": {"coefficient": 0.1}, "viscosity": {"alpha": 0.06, "kind": "approach"}}

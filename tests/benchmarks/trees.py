@@ -44,7 +44,8 @@ def composed(case: str) -> Any:
     try:
         from wsph.simulation.compose import compose
     except ModuleNotFoundError:
-        from wsph.composition import compose  # before there were rooms
+        # before there were rooms
+        from wsph.composition import compose  # pyright: ignore[reportMissingImports]
     scene = wsph.load(bar.SCENE).with_(**{"bodies.0.spacing": 1.0 / 99.0, "end": 1e6, "output": {"history": 10_000}})
     composition = compose(scene)
     composition.compile()

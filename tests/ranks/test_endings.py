@@ -20,8 +20,7 @@ def written(tmp_path: Path, **changes: object) -> Path:
     import tomli_w
 
     path = tmp_path / "bar.toml"
-    data = scene(1, **changes).data()
-    data.pop("probes")
+    data = scene(1, **{"probes": [], **changes}).data()
     path.write_text(tomli_w.dumps(data))
     return path
 
@@ -38,6 +37,15 @@ def test_what_cannot_be_shared_is_refused_by_name_before_anything_is_written(tmp
     assert len(errors(done.stderr)) == 1
     assert "run.formulation: the small-strain form of two sets is for one process" in done.stderr
     assert not (tmp_path / "out").exists()
+
+
+@needs_mpi
+def test_numbers_that_are_not_there_are_refused_as_in_one_process(tmp_path: Path) -> None:
+    path = written(tmp_path, probes=[{"name": "p", "of": "root", "fields": ["torque"], "every": 4}])
+    alone, done = (launched(count, "-m", "wsph", "run", str(path), "-o", str(tmp_path / "out")) for count in (1, 2))
+    assert done.returncode == alone.returncode == 2
+    assert len(errors(done.stderr)) == 1
+    assert errors(done.stderr) == errors(alone.stderr)
 
 
 @needs_mpi

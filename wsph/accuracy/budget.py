@@ -34,7 +34,7 @@ AGAIN = 1.3
 def spend(rows: Rows, asked: Mapping[str, Aim], limit: Limit) -> Found:
     """Make the finest row that the budget pays for, and coarser ones for its bar."""
     try:
-        if limit.cost(rows, rows.costs.plan(rows.first)) > limit.left(rows, _share(rows, limit)):
+        if limit.cost(rows, rows.costs.plan(rows.first)) > _left(rows, limit):
             return Found(
                 "out of reach",
                 f"{limit} pays for no row: the coarsest has {rows.costs.plan(rows.first).work:.3g} pair visits",
@@ -69,15 +69,16 @@ def _affordable(rows: Rows, limit: Limit, part: float) -> int:
     cells = rows.lattices.below(_finest(rows, limit, part) / part)
     while cells > rows.made[-1].cells:
         # Setting it up for its plan has taken time of the budget.
-        if limit.cost(rows, rows.costs.plan(cells)) <= limit.left(rows, _share(rows, limit)):
+        if limit.cost(rows, rows.costs.plan(cells)) <= _left(rows, limit):
             return cells
         cells = rows.lattices.below(min(NEAR * cells, cells - 0.5))
     return 0
 
 
-def _share(rows: Rows, limit: Limit) -> float:
-    """The part of a budget that is planned with: work is known beforehand but where steps get shorter."""
-    return 1.0 if limit.seconds is None and not rows.costs.plan(rows.first).shrinks else SHARE
+def _left(rows: Rows, limit: Limit) -> float:
+    """What is left of the part of a budget that is planned with: work is known beforehand but where steps get shorter."""
+    known = limit.seconds is None and not rows.costs.plan(rows.first).shrinks
+    return limit.left(rows, 1.0 if known else SHARE)
 
 
 def _finest(rows: Rows, limit: Limit, part: float) -> float:
@@ -88,7 +89,7 @@ def _finest(rows: Rows, limit: Limit, part: float) -> float:
     for _ in range(60):
         cells = (low * high) ** 0.5
         plans = [rows.scaled(cells * each) for each in (*to_come, 1.0)]
-        if sum(limit.cost(rows, each) for each in plans) <= limit.left(rows, _share(rows, limit)):
+        if sum(limit.cost(rows, each) for each in plans) <= _left(rows, limit):
             low = cells
         else:
             high = cells

@@ -15,7 +15,7 @@ from wsph.accuracy.row import Halted
 from wsph.accuracy.rows import Rows
 from wsph.accuracy.search import Found
 from wsph.accuracy.values import value, values
-from wsph.output.files import ACCURACY, write_text
+from wsph.output.files import ACCURACY, finite_or_none, write_text
 from wsph.quantities import Table
 from wsph.simulation.result import Result
 
@@ -97,14 +97,14 @@ def _time_term(rows: Rows, seen: Mapping[str, Seen]) -> dict[str, float]:
 
 def _figures(each: Seen) -> Table:
     found = each.estimate
-    return {"estimate": _finite(found.error), "bar": _finite(found.bar), "order": _finite(found.order)}
+    return {
+        "estimate": finite_or_none(found.error),
+        "bar": finite_or_none(found.bar),
+        "order": finite_or_none(found.order),
+    }
 
 
 def _column(each: Seen) -> Table:
     aim = each.aim
     asked: Table = {"quantity": aim.quantity, "tolerance": aim.tolerance, "scale": aim.scale}
-    return _figures(each) | {"order_seen": _finite(each.estimate.seen)} | asked
-
-
-def _finite(number: float) -> float | None:
-    return number if math.isfinite(number) else None
+    return _figures(each) | {"order_seen": finite_or_none(each.estimate.seen)} | asked

@@ -62,9 +62,9 @@ class Rows:
     def make(self, cells: int) -> Row:
         """Run a lattice. Raises Halted where it does not come to its end."""
         plan = self.costs.plan(cells)
-        self.tell(self._in_words(cells, plan))
-        expected = self.rate.expected(plan).work
-        row = self.run(self.lattices.scene_at(cells), cells, expected, self._progress)
+        expected = self.rate.expected(plan)
+        self.tell(self._in_words(cells, plan, expected))
+        row = self.run(self.lattices.scene_at(cells), cells, expected.work, self._progress)
         self.made.append(row)
         inside = min(row.result.seconds, row.wall_seconds)
         self.rate.learn(Took(plan, row.work, inside, row.wall_seconds - inside))
@@ -72,9 +72,9 @@ class Rows:
             _replace(self._folder, self._folder / ROW)
         return row
 
-    def _in_words(self, cells: int, plan: Plan) -> str:
-        """What a row will take, by the rows before it; the least where there are none and steps get shorter."""
-        expected, seconds = self.rate.expected(plan), self.rate.seconds(plan)
+    def _in_words(self, cells: int, plan: Plan, expected: Plan) -> str:
+        """What a row is `expected` to take, by the rows before it; the least where there are none and steps get shorter."""
+        seconds = self.rate.seconds(plan)
         took = f", about {in_seconds(seconds)}" if seconds == seconds else ""
         least = "at least " if plan.shrinks and not self.made else ""
         why = f" (steps get shorter: {plan.shrinks})" if least else ""

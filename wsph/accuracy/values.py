@@ -10,6 +10,7 @@ import numpy as np
 from wsph.accuracy.columns import Aim, Seen, judged
 from wsph.accuracy.measures import Record, distances, frequency, mean, numbers
 from wsph.accuracy.row import Halted, Row
+from wsph.output.files import finite_or_none
 from wsph.quantities import Table
 
 UNITS = {"frequency": "Hz", "arrival": "s"}
@@ -34,9 +35,9 @@ def values(rows: Sequence[Row], seen: Mapping[str, Seen]) -> list[Table]:
     for name, each in seen.items():
         records, aim = [row.records[name] for row in reversed(rows)], each.aim
         for k, number in enumerate(distances(records, aim.quantity, aim.scale)[0]):
-            apart[-1 - k][name] = _finite(float(number))
+            apart[-1 - k][name] = finite_or_none(number)
         for k, number in enumerate(numbers(records, aim.quantity) if aim.quantity != "history" else ()):
-            own[-1 - k][name] = _finite(float(number))
+            own[-1 - k][name] = finite_or_none(number)
     return [{"values": a, "differences": b} for a, b in zip(own, apart, strict=True)]
 
 
@@ -47,13 +48,9 @@ def value(name: str, each: Seen, rows: Sequence[Row]) -> Table:
     record = records[0]
     own = None if quantity == "history" else float(numbers(records, quantity)[0])
     size = mean(Record(record.times, np.abs(record.values))) if own is None else abs(own)
-    width, unit = _finite(each.estimate.bar * (each.aim.scale or size)), unit_of(name, quantity, rows[-1])
+    width, unit = finite_or_none(each.estimate.bar * (each.aim.scale or size)), unit_of(name, quantity, rows[-1])
     words = "" if own is None else f"{quantity} {with_bar(own, width, unit)}"
     return {"value": own, "half_width": width, "unit": unit, "words": words}
-
-
-def _finite(number: float) -> float | None:
-    return number if math.isfinite(number) else None
 
 
 def with_bar(number: float, bar: float | None, unit: str) -> str:

@@ -3,6 +3,7 @@
 # pyright: strict
 
 import json
+import math
 import os
 import re
 import tempfile
@@ -44,6 +45,11 @@ def _partial(path: Path) -> Path:
 def write_text(path: Path, content: str) -> None:
     """Write a text file whole or not at all. Raises OutputError."""
     write_atomically(path, lambda temporary: _put(temporary, content))
+
+
+def finite_or_none(number: float) -> float | None:
+    """A number for JSON, which has no infinities: null stands there for one that is not finite."""
+    return float(number) if math.isfinite(number) else None
 
 
 def xml_text(root: ElementTree.Element) -> str:

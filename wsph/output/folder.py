@@ -10,7 +10,6 @@ reads another order and gets nine), nothing is boolean or half precision.
 import csv
 import io
 import json
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -20,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from wsph.errors import OutputError
 from wsph.output.cells import Cells
-from wsph.output.files import own_files, write_atomically, write_text
+from wsph.output.files import finite_or_none, own_files, write_atomically, write_text
 from wsph.output.formats import FORMATS, named
 from wsph.output.frames import Frame, Listed, stem
 from wsph.quantities import is_sequence, is_table
@@ -110,12 +109,12 @@ class UnwrittenFolder(OutputFolder):
 
 
 def _json(value: object) -> object:
-    """JSON has no infinities: null stands for a number that is not finite."""
+    """The same with numbers as `finite_or_none` has them."""
     if is_table(value):
         return {key: _json(v) for key, v in value.items()}
     if is_sequence(value):
         return [_json(v) for v in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return finite_or_none(value) if isinstance(value, float) else value
 
 
 def _padded(values: np.ndarray) -> np.ndarray:

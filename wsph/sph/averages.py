@@ -65,6 +65,11 @@ class Averages:
         return cls(*(host(each).copy() for each in (weights.pairs.offsets, weights.pairs.indices, weights.values)))
 
     @classmethod
+    def nothing(cls, count: int) -> "Averages":
+        """Targets of which nothing is read yet."""
+        return cls(np.zeros(count + 1, int), np.zeros(0, int), np.zeros(0))
+
+    @classmethod
     def themselves(cls, places: np.ndarray) -> "Averages":
         """Each of the `places` (n,) as it is."""
         return cls(np.arange(len(places) + 1), places, np.ones(len(places)))
@@ -78,11 +83,6 @@ class Averages:
     def rows(self) -> np.ndarray:
         """The target of every term, (terms,)."""
         return np.repeat(np.arange(self.count), np.diff(self.offsets))
-
-    def terms(self, target: int) -> tuple[np.ndarray, np.ndarray]:
-        """Places and weights of a target."""
-        span = slice(self.offsets[target], self.offsets[target + 1])
-        return self.places[span], self.weights[span]
 
     def only(self, targets: np.ndarray) -> "Averages":
         """Those of `targets` (n,) alone, in their order."""

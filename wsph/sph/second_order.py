@@ -46,23 +46,22 @@ def between(geometry: Geometry, points: np.ndarray, at_nodes: bool) -> Averages:
     for crack in geometry.cracks:
         if (on := crack.holds(grid)).any():
             raise ValueError(f"{points[on][0].tolist()} is on a crack, with a value on either side")
-    found = Averages.of(spanning_weights(geometry, LINEAR, (grid, sources), parted, np.ones(len(sources))))
     reach = REACH * _size(geometry, points)
-    todo = np.arange(len(points))
+    found, todo = Averages.nothing(len(points)), np.arange(len(points))
     while len(todo):
-        seen = visible(find_pairs_once(grid[todo], sources, reach[todo], "cpu"), geometry, parted[0][todo], parted[1])
+        seen = visible(find_pairs_once(grid[todo], sources, reach[todo]), geometry, parted[0][todo], parted[1])
         weights, well = _quadratic(seen, grid[todo], sources)
-        offsets, indices = host(seen.offsets), host(seen.indices)
-        made = Averages(offsets, indices, weights).only(np.flatnonzero(well))
-        found = found.but(todo[well], made)
+        made = Averages(host(seen.offsets), host(seen.indices), weights)
+        found = found.but(todo[well], made.only(np.flatnonzero(well)))
         todo = todo[~well & (WIDER * reach[todo] < FARTHEST)]
         reach[todo] *= WIDER
-    for n, point in enumerate(grid):
-        there, _ = found.terms(n)
-        on = there[np.linalg.norm(sources[there] - point, axis=1) < HERE]
-        if len(on):
-            found = found.but(np.array([n]), Averages.themselves(on[:1]))
-    return found
+    left = np.flatnonzero(np.diff(found.offsets) == 0)
+    if len(left):
+        theirs = (grid[left], sources), (parted[0][left], parted[1])
+        found = found.but(left, Averages.of(spanning_weights(geometry, LINEAR, *theirs, np.ones(len(sources)))))
+    on = np.flatnonzero(np.linalg.norm(sources[found.places] - grid[found.rows], axis=1) < HERE)
+    targets, first = np.unique(found.rows[on], return_index=True)
+    return found.but(targets, Averages.themselves(found.places[on[first]]))
 
 
 def _size(geometry: Geometry, points: np.ndarray) -> np.ndarray:

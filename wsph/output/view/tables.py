@@ -81,9 +81,11 @@ class Tables:
         width, value = said.get("half_width"), said.get("value")
         if not isinstance(value, (int, float)):
             return replace(series, bar=float(width or 0.0), words="" if width is not None else "no error bar")
-        sign = -1.0 if series.name.startswith("−") and said["quantity"] in ("mean", "final", "peak") else 1.0
+        turned, words = series.name.startswith("−"), str(said.get("words", ""))
+        sign = -1.0 if turned and said["quantity"] in ("mean", "final", "peak") else 1.0
         mark = Mark(said["quantity"], sign * float(value), width)
-        return replace(series, mark=mark, words=str(said.get("words", "")))
+        # The number in words is the column's own.
+        return replace(series, mark=mark, words=f"{column} {words}" if turned else words)
 
     def _keys(self, probe: str) -> list[str]:
         return [key for key in self._read(self._folder / "probes" / f"{probe}.csv") if key != "time"]

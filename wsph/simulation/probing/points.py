@@ -137,12 +137,10 @@ def _extent(run: Probed) -> str:
     nodes, shape = run.system.geometry.nodes, run.body.shape
     said = f"{run.body.name!r} reaches from {rounded(nodes.min(0))} to {rounded(nodes.max(0))} m"
     corners = nodes if shape is None or run.system.geometry.mapped else shape.corners()
-    ends = [rounded(corners.min(0)), rounded(corners.max(0))]
-    if np.allclose(
-        [corners.min(0), corners.max(0)], [nodes.min(0), nodes.max(0)], rtol=1e-6, atol=1e-6 * np.ptp(nodes)
-    ):
+    low, high = corners.min(0), corners.max(0)
+    if np.allclose([low, high], [nodes.min(0), nodes.max(0)], rtol=1e-6, atol=1e-6 * np.ptp(nodes)):
         return said
-    return f"{said} with its cells, and its shape from {ends[0]} to {ends[1]} m"
+    return f"{said} with its cells, and its shape from {rounded(low)} to {rounded(high)} m"
 
 
 def _at(points: np.ndarray, key: str, bodies: Sequence[Probed]) -> tuple[Probed, Places]:

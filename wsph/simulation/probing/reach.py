@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from wsph.backend.domain import Domain
+from wsph.backend.domain import Domain, any_of
 from wsph.errors import Fault, SceneError
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.lattice import on_grid
@@ -42,10 +42,9 @@ def _owner(layers: tuple[int, int], body: Geometry, domain: Domain) -> int:
     """The process that owns the layer in the middle of some."""
     lattice = on_grid(body)
     share = body.split.nodes
-    node, middle = np.rint(lattice.index[:, 0]).astype(int)[share.own], sum(layers) // 2
-    nearest = float(np.abs(node - middle).min(initial=np.iinfo(np.int64).max // 2))
-    distances = domain.joined(np.array([nearest]))
-    return int(distances.argmin())
+    node, middle = np.rint(lattice.index[share.own, 0]), sum(layers) // 2
+    nearest = np.abs(node - middle).min(initial=np.inf)
+    return int(domain.joined(np.array([nearest])).argmin())
 
 
 def reach_probes(scene: Scene, bare: BareBody, domain: Domain) -> BareBody:
@@ -70,8 +69,9 @@ def reach_probes(scene: Scene, bare: BareBody, domain: Domain) -> BareBody:
         if _owner(layers, bare.geometry, domain) == domain.rank:
             wanted.append((layers[0] - AROUND, layers[1] + 1 + AROUND))
     low, high = (of(each) for of, each in zip((min, max), zip(*wanted, strict=True), strict=True))
-    windows = domain.joined(np.array([(low, high) != bare.geometry.split.layers]))
-    return replace(bare, geometry=bare.geometry.wider((low, high))) if windows.any() else bare
+    if not any_of(domain, (low, high) != bare.geometry.split.layers):
+        return bare
+    return replace(bare, geometry=bare.geometry.wider((low, high)))
 
 
 def keeper(probe: Probe, key: str, bodies: Sequence[Probed], domain: Domain) -> int:

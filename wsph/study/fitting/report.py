@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from wsph.output.files import Kind, write_text
+from wsph.output.files import Kind, finite_or_none, write_text
 from wsph.quantities import Table
 from wsph.study.fitting.curves import Curves
 from wsph.study.fitting.fit import Fit
@@ -79,7 +79,7 @@ def write(folder: Path, fit: Fit, mesh: MeshBar, curves: Curves, words: list[str
             "unit": each.unit,
             "value": float(fit.values[k]),
             "standard_deviation": float(fit.deviations[k]),
-            "mesh_bar": _finite(mesh.bars[k]),
+            "mesh_bar": finite_or_none(mesh.bars[k]),
             "bounds": [each.low, each.high],
             "start": each.start,
         }
@@ -94,8 +94,8 @@ def write(folder: Path, fit: Fit, mesh: MeshBar, curves: Curves, words: list[str
             name: {
                 "relative_scatter": float(fit.scatter[k]),
                 "autocorrelation": float(fit.following[k]),
-                "mesh_error": _finite(mesh.estimates[name].error) if name in mesh.estimates else None,
-                "mesh_bar": _finite(mesh.estimates[name].bar) if name in mesh.estimates else None,
+                "mesh_error": finite_or_none(mesh.estimates[name].error) if name in mesh.estimates else None,
+                "mesh_bar": finite_or_none(mesh.estimates[name].bar) if name in mesh.estimates else None,
             }
             for k, name in enumerate(curves.names)
         },
@@ -120,7 +120,3 @@ def write(folder: Path, fit: Fit, mesh: MeshBar, curves: Curves, words: list[str
     from wsph.study.fitting.picture import draw
 
     draw(folder / PICTURE, fit, curves)
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
