@@ -41,6 +41,25 @@ def test_what_cannot_be_shared_is_refused_by_name_before_anything_is_written(tmp
 
 
 @needs_mpi
+def test_probes_of_numbers_that_there_are_not_are_refused_as_by_one_process(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    for probe, said in (
+        (
+            '[{name = "p", of = "root", fields = ["torque"], every = 4}]',
+            "'root' has no torque in 1D: it has force, work",
+        ),
+        (
+            '[{name = "p", of = "rot", fields = ["force"], every = 4}]',
+            "nothing that has numbers is named 'rot'; did you mean",
+        ),
+    ):
+        done = launched(2, "-m", "wsph", "run", str(path), "-o", str(tmp_path / "out"), "--set", f"probes={probe}")
+        assert done.returncode == 2
+        assert len(errors(done.stderr)) == 1
+        assert said in done.stderr
+
+
+@needs_mpi
 def test_a_state_that_is_not_finite_ends_all_with_one_message(tmp_path: Path) -> None:
     path = written(tmp_path, run={"dt": 4.0, "end": 4000.0, "guard": "off"}, stop={"energy": 1e300})
     began = time.monotonic()
