@@ -130,6 +130,26 @@ def test_a_process_that_is_killed_or_asked_to_end_ends_all(tmp_path: Path, numbe
     assert json.loads((out / "summary.json").read_text())["steps"] >= last + 5
 
 
+ELSEWHERE = """
+import os, sys
+from wsph.cli import main
+from wsph.ranks import world
+if world.domain().rank == 1:
+    os.chdir("/")
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+@needs_mpi
+def test_a_scene_that_one_process_cannot_read_ends_all(tmp_path: Path) -> None:
+    near = os.path.relpath(written(tmp_path), ROOT)
+    done = launched(2, "-c", ELSEWHERE, "run", near, "-o", str(tmp_path / "out"), seconds=60.0)
+    assert done.returncode == 2
+    assert len(errors(done.stderr)) == 1
+    assert f"error: {near}: no such file" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
 FULL = """
 import resource, signal, sys
 from wsph.cli import main
