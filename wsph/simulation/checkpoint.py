@@ -15,7 +15,6 @@ on; a new one begins there.
 import hashlib
 import io
 import json
-import os
 import re
 import time
 import warnings
@@ -27,7 +26,7 @@ import numpy as np
 
 from wsph.backend.domain import Share
 from wsph.errors import CheckpointError
-from wsph.output.files import write_atomically
+from wsph.output.files import write_durably
 from wsph.output.folder import OutputFolder
 from wsph.output.frames import Listed
 from wsph.protocols import DeviceArray
@@ -141,15 +140,7 @@ def write(folder: Path, step: int, facts: Facts, arrays: dict[str, np.ndarray], 
     np.savez(buffer, **arrays, facts=text)  # type: ignore[arg-type]
     content = buffer.getvalue()
     path = folder / f"checkpoint_{step:012d}.npz"
-
-    def put(temporary: Path) -> None:
-        folder.mkdir(exist_ok=True)
-        with open(temporary, "wb") as file:
-            file.write(FIRST + hashlib.sha256(content).hexdigest().encode() + b"\n" + content)
-            file.flush()
-            os.fsync(file.fileno())
-
-    write_atomically(path, put)
+    write_durably(path, FIRST + hashlib.sha256(content).hexdigest().encode() + b"\n" + content)
     for old in listed(folder)[:-keep]:
         remove(old)
     return path

@@ -9,14 +9,13 @@ processes goes on from them, and of one process's file too.
 
 import hashlib
 import io
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TypedDict
 
 import numpy as np
 
-from wsph.output.files import write_atomically
+from wsph.output.files import write_durably
 from wsph.protocols import DeviceArray
 from wsph.ranks.kept import Piece
 
@@ -56,17 +55,8 @@ def write(folder: Path, name: str, arrays: Mapping[str, DeviceArray], pieces: Ma
     buffer = io.BytesIO()
     np.savez(buffer, **content)  # type: ignore[arg-type]
     raw = buffer.getvalue()
-    digest = hashlib.sha256(raw).hexdigest()
-
-    def put(temporary: Path) -> None:
-        folder.mkdir(exist_ok=True)
-        with open(temporary, "wb") as file:
-            file.write(FIRST + raw)
-            file.flush()
-            os.fsync(file.fileno())
-
-    write_atomically(folder / name, put)
-    return digest
+    write_durably(folder / name, FIRST + raw)
+    return hashlib.sha256(raw).hexdigest()
 
 
 def described(arrays: Mapping[str, DeviceArray], pieces: Mapping[str, Sequence[Piece]]) -> dict[str, Array]:
