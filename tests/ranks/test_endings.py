@@ -40,8 +40,9 @@ def test_what_cannot_be_shared_is_refused_by_name_before_anything_is_written(tmp
 
 
 @needs_mpi
-def test_numbers_that_are_not_there_are_refused_as_in_one_process(tmp_path: Path) -> None:
-    path = written(tmp_path, probes=[{"name": "p", "of": "root", "fields": ["torque"], "every": 4}])
+@pytest.mark.parametrize(("of", "field"), [("root", "torque"), ("rot", "force")])
+def test_numbers_that_are_not_there_are_refused_as_in_one_process(tmp_path: Path, of: str, field: str) -> None:
+    path = written(tmp_path, probes=[{"name": "p", "of": of, "fields": [field], "every": 4}])
     alone, done = (launched(count, "-m", "wsph", "run", str(path), "-o", str(tmp_path / "out")) for count in (1, 2))
     assert done.returncode == alone.returncode == 2
     assert len(errors(done.stderr)) == 1
@@ -117,6 +118,26 @@ def test_a_process_that_is_killed_or_asked_to_end_ends_all(tmp_path: Path, numbe
     done = launched(2, "-m", "wsph", "run", str(again), "-o", str(out), "--resume", "--set", f"run.end={end}")
     assert done.returncode == 0, done.stderr
     assert json.loads((out / "summary.json").read_text())["steps"] >= last + 5
+
+
+ELSEWHERE = """
+import os, sys
+from wsph.cli import main
+from wsph.ranks import world
+if world.domain().rank == 1:
+    os.chdir("/")
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+@needs_mpi
+def test_a_scene_that_one_process_cannot_read_ends_all(tmp_path: Path) -> None:
+    near = os.path.relpath(written(tmp_path), ROOT)
+    done = launched(2, "-c", ELSEWHERE, "run", near, "-o", str(tmp_path / "out"), seconds=60.0)
+    assert done.returncode == 2
+    assert len(errors(done.stderr)) == 1
+    assert f"error: {near}: no such file" in done.stderr
+    assert not (tmp_path / "out").exists()
 
 
 FULL = """

@@ -2,7 +2,8 @@
 
 # pyright: strict
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
@@ -182,6 +183,16 @@ class Whole:
 
 
 WHOLE = Whole()
+
+
+@contextmanager
+def failing_together(domain: Domain) -> Generator[None]:
+    """What goes wrong within it in this process all others raise too, at their next call."""
+    try:
+        yield
+    except BaseException as error:
+        domain.fail(error)
+        raise
 
 
 def mean_of(domain: Domain, rows: np.ndarray) -> np.ndarray:

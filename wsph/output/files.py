@@ -52,6 +52,19 @@ def finite_or_none(number: float) -> float | None:
     return float(number) if math.isfinite(number) else None
 
 
+def write_durably(path: Path, content: bytes) -> None:
+    """Write a file whole or not at all, in a folder that is made for it; it is on the disk then. Raises OutputError."""
+
+    def put(temporary: Path) -> None:
+        path.parent.mkdir(exist_ok=True)
+        with open(temporary, "wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+
+    write_atomically(path, put)
+
+
 def xml_text(root: ElementTree.Element) -> str:
     """An XML file's text, indented."""
     ElementTree.indent(root)

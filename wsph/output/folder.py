@@ -85,20 +85,10 @@ class OutputFolder:
 class UnwrittenFolder(OutputFolder):
     """A folder that another process writes."""
 
-    def __init__(
-        self, folder: Path, formats: Sequence[str], times: Sequence[Listed] | None = None, bodies: Sequence[str] = ()
-    ):
-        self.folder, self.formats, self.times = folder, named(formats), list(times or ())
+    def __init__(self, folder: Path, formats: Sequence[str], *_: object):
+        self.folder, self.formats, self.times = folder, named(formats), []
 
-    def frame(
-        self,
-        time: float,
-        points: np.ndarray,
-        data: dict[str, np.ndarray],
-        units: Mapping[str, str] | None = None,
-        cells: Cells | None = None,
-        positions: str = "current",
-    ) -> None:
+    def frame(self, *_: object, **__: object) -> None:
         """Write nothing."""
 
     def table(self, name: str, columns: Mapping[str, ArrayLike]) -> None:

@@ -14,7 +14,7 @@ from typing import TypeVar, cast
 
 import numpy as np
 
-from wsph.backend.domain import Share
+from wsph.backend.domain import Share, failing_together
 from wsph.errors import WsphError
 from wsph.ranks.communicator import Communicator
 from wsph.ranks.exchange import Exchange
@@ -95,11 +95,8 @@ class Ranks:
     def told(self, of: Callable[[], T], by: int = 0) -> T:
         found: T | None = None
         if self.rank == by:
-            try:
+            with failing_together(self):
                 found = of()
-            except BaseException as error:
-                self.fail(error)
-                raise
         return cast(T, self._hear(found)[by])
 
     def abort(self, error: BaseException) -> None:

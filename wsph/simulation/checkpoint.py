@@ -15,7 +15,6 @@ on; a new one begins there.
 import hashlib
 import io
 import json
-import os
 import re
 import time
 import warnings
@@ -27,7 +26,7 @@ import numpy as np
 
 from wsph.backend.domain import Share
 from wsph.errors import CheckpointError
-from wsph.output.files import write_atomically
+from wsph.output.files import write_durably
 from wsph.output.folder import OutputFolder
 from wsph.output.frames import Listed
 from wsph.protocols import DeviceArray
@@ -141,15 +140,7 @@ def write(folder: Path, step: int, facts: Facts, arrays: dict[str, np.ndarray], 
     np.savez(buffer, **arrays, facts=text)  # type: ignore[arg-type]
     content = buffer.getvalue()
     path = folder / f"checkpoint_{step:012d}.npz"
-
-    def put(temporary: Path) -> None:
-        folder.mkdir(exist_ok=True)
-        with open(temporary, "wb") as file:
-            file.write(FIRST + hashlib.sha256(content).hexdigest().encode() + b"\n" + content)
-            file.flush()
-            os.fsync(file.fileno())
-
-    write_atomically(path, put)
+    write_durably(path, FIRST + hashlib.sha256(content).hexdigest().encode() + b"\n" + content)
     for old in listed(folder)[:-keep]:
         remove(old)
     return path
@@ -320,16 +311,17 @@ class Checkpoints:
             due |= self._events.next <= step
             self._events.skip(step)
         elif settings is not None and settings.every is not None:
-            due |= self._domain.told(lambda: self._late(settings.every))
+            every = settings.every
+            due |= self._domain.told(lambda: self._late(every))
         ended = step >= self._timeline.last
         if not (settings is not None and settings.final) if ended else not due:
             return
         self._written = time.perf_counter()
         self._write(step)
 
-    def _late(self, every: float | None) -> bool:
+    def _late(self, every: float) -> bool:
         """Whether the last one was written longer ago than it is to be [s]."""
-        return every is not None and time.perf_counter() - self._written > every
+        return time.perf_counter() - self._written > every
 
     def keep_relaxing(self, step: int, asked: bool = False) -> None:
         """The same after steps of a relaxation before a step, which an integer counts as it counts those of the run."""
@@ -340,7 +332,7 @@ class Checkpoints:
         if settings is not None and isinstance(settings.every, int):
             due |= relaxation.steps // settings.every > self._relaxed // settings.every
         elif settings is not None and settings.every is not None:
-            due |= time.perf_counter() - self._written > settings.every
+            due |= self._late(settings.every)
         self._relaxed = relaxation.steps
         if due:
             self._written = time.perf_counter()
@@ -352,8 +344,8 @@ class Checkpoints:
         settings = self._settings
         recorded, probes = self._records.kept()
         device = kept(self._composition) | self._relaxations.arrays()
+        arrays = {name: array.numpy() for name, array in device.items()}
         shared, folder = self._domain.size > 1, self._folder.folder / "checkpoints"
-        arrays = recorded if shared else {name: array.numpy() for name, array in device.items()} | recorded
         facts: Facts = {
             "identity": identity(self._composition.scene, self._files),
             "step": step,
@@ -369,18 +361,19 @@ class Checkpoints:
         }
         self._records.write_tables()
         if shared:
-            facts["shards"] = self._shards(folder, step, device)
+            facts["shards"] = self._shards(folder, step, arrays)
         if self._domain.rank == 0:
-            write(folder, step, facts, arrays, settings.keep if settings is not None else 2)
+            keep = settings.keep if settings is not None else 2
+            write(folder, step, facts, recorded if shared else arrays | recorded, keep)
         self._domain.common(())  # all go on when it is there
 
-    def _shards(self, folder: Path, step: int, device: Mapping[str, DeviceArray]) -> Shards:
+    def _shards(self, folder: Path, step: int, arrays: Mapping[str, np.ndarray]) -> Shards:
         """Write the shard of this process; what a checkpoint says of all, which are whole then."""
         pieces, rank = _pieces(self._composition), self._domain.rank
-        digest = shards.write(folder, shards.name_of(step, rank), device, pieces)
-        digests = [self._domain.told(lambda: digest, by) for by in range(self._domain.size)]
+        digest = shards.write(folder, shards.name_of(step, rank), arrays, pieces)
+        digests: list[str] = self._domain.joined(np.array([digest])).tolist()
         names = [[shards.name_of(step, by), each] for by, each in enumerate(digests)]
-        return {"files": names, "arrays": shards.described(device, pieces)}
+        return {"files": names, "arrays": shards.described(arrays, pieces)}
 
     def resume(self, found: Found) -> int:
         """Restore a checkpoint; returns its step. Raises CheckpointError."""

@@ -14,7 +14,7 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.device import give_back
-from wsph.backend.domain import WHOLE, Domain
+from wsph.backend.domain import WHOLE, Domain, failing_together
 from wsph.doubts import keeping
 from wsph.errors import Unstable
 from wsph.output import fields, formats
@@ -74,11 +74,11 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
             return run(
                 scene, out, overwrite=overwrite, resume=resume, throw=throw, progress=bar, domain=domain, **overrides
             )
-    scene = prepared(scene, overrides)
     folder = Path(out) if out is not None else None
     claim = Claim(folder, overwrite, resume) if folder is not None and domain.rank == 0 else None
     interrupts = Interrupts()
-    try:
+    with failing_together(domain):
+        scene = prepared(scene, overrides)
         with claim or nullcontext():
             if folder is not None:
                 formats.check_installed(scene.output.formats)
@@ -92,9 +92,6 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
                     if claim is not None:
                         claim.make()
                     result = Running(composition, folder, started, found).run(progress or None, interrupts)
-    except BaseException as error:
-        domain.fail(error)
-        raise
     asked = interrupts.asked
     if throw and result.failure is not None:
         raise result.failure

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from wsph.backend.arrays import host, put
-from wsph.backend.domain import Domain, Share, any_of, mean_of
+from wsph.backend.domain import Domain, Share, any_of, failing_together, mean_of
 from wsph.backend.space import Space
 from wsph.backend.state import State
 from wsph.stability.margins import DAMPED_VECTORS, STILL, VECTORS
@@ -389,12 +389,9 @@ def _shared(system: Moving, rate: float, still: float) -> Spectrum:
         while by := domain.told(str):
             spread.answer(by, None)
     else:
-        try:
+        with failing_together(domain):
             every *= np.random.default_rng(0).standard_normal(spread.count)
             found = _found(system, lambda: every, lambda: spread, rate, still)
-        except BaseException as error:
-            domain.fail(error)
-            raise
         domain.told(str)
     products.restore()
     made = domain.told(lambda: found)

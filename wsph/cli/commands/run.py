@@ -27,12 +27,14 @@ def _declare(parser: argparse.ArgumentParser) -> None:
 
 def _act(options: argparse.Namespace) -> int:
     from wsph import load, run
+    from wsph.backend.domain import failing_together
     from wsph.ranks import world
 
     domain = world.domain()
     if domain.rank > 0:
         warnings.simplefilter("ignore")
-    scene = load(options.scene, overrides(options.set))
+    with failing_together(domain):
+        scene = load(options.scene, overrides(options.set))
     folder = folder_of(options, *OUT)
     searched = accuracy.asked(options)
     if searched and domain.size > 1:

@@ -3,7 +3,6 @@
 # pyright: strict
 
 import hashlib
-import io
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -52,34 +51,8 @@ def _opened(path: Path, digest: str) -> Mapping[str, np.ndarray]:
     if first != FIRST or found != digest:
         raise CheckpointError(f"{path}: is cut off or altered")
     file = open(path, "rb")  # noqa: SIM115 - it is read as long as the arrays are asked for
-    return np.load(_Behind(file, len(FIRST)), allow_pickle=False)
-
-
-class _Behind(io.RawIOBase):
-    """A file from some place on."""
-
-    def __init__(self, file: io.BufferedReader, start: int):
-        self._file, self._start = file, start
-        file.seek(start)
-
-    def readable(self) -> bool:
-        return True
-
-    def seekable(self) -> bool:
-        return True
-
-    def seek(self, offset: int, whence: int = 0) -> int:
-        return self._file.seek(offset + self._start * (whence == 0), whence) - self._start
-
-    def tell(self) -> int:
-        return self._file.tell() - self._start
-
-    def readinto(self, buffer: memoryview) -> int:  # type: ignore[override]
-        return self._file.readinto(buffer)
-
-    def close(self) -> None:
-        self._file.close()
-        super().close()
+    file.seek(len(FIRST))  # an archive may have something before it
+    return np.load(file, allow_pickle=False)
 
 
 def _places(at: np.ndarray) -> np.ndarray | slice:

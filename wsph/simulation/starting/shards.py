@@ -9,15 +9,13 @@ processes goes on from them, and of one process's file too.
 
 import hashlib
 import io
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TypedDict
 
 import numpy as np
 
-from wsph.output.files import write_atomically
-from wsph.protocols import DeviceArray
+from wsph.output.files import write_durably
 from wsph.ranks.kept import Piece
 
 FIRST = b"wsph shard 1\n"
@@ -44,11 +42,10 @@ def name_of(step: int, rank: int) -> str:
     return f"checkpoint_{step:012d}_{rank:05d}.npz"
 
 
-def write(folder: Path, name: str, arrays: Mapping[str, DeviceArray], pieces: Mapping[str, Sequence[Piece]]) -> str:
+def write(folder: Path, name: str, arrays: Mapping[str, np.ndarray], pieces: Mapping[str, Sequence[Piece]]) -> str:
     """Write the shard of this process, whole or not at all; its digest. Raises OutputError."""
     content: dict[str, np.ndarray] = {}
-    for key, device in arrays.items():
-        values = device.numpy()
+    for key, values in arrays.items():
         for k, piece in enumerate(pieces[key]):
             own = piece.rows.own
             content[f"{key}:{k}"] = piece.of(values)[own]
@@ -56,28 +53,19 @@ def write(folder: Path, name: str, arrays: Mapping[str, DeviceArray], pieces: Ma
     buffer = io.BytesIO()
     np.savez(buffer, **content)  # type: ignore[arg-type]
     raw = buffer.getvalue()
-    digest = hashlib.sha256(raw).hexdigest()
-
-    def put(temporary: Path) -> None:
-        folder.mkdir(exist_ok=True)
-        with open(temporary, "wb") as file:
-            file.write(FIRST + raw)
-            file.flush()
-            os.fsync(file.fileno())
-
-    write_atomically(folder / name, put)
-    return digest
+    write_durably(folder / name, FIRST + raw)
+    return hashlib.sha256(raw).hexdigest()
 
 
-def described(arrays: Mapping[str, DeviceArray], pieces: Mapping[str, Sequence[Piece]]) -> dict[str, Array]:
+def described(arrays: Mapping[str, np.ndarray], pieces: Mapping[str, Sequence[Piece]]) -> dict[str, Array]:
     """The arrays, as the file that names the shards has them."""
     return {
         key: {
-            "type": device.numpy().dtype.str,
-            "shape": list(device.numpy().shape[1:]),
+            "type": values.dtype.str,
+            "shape": list(values.shape[1:]),
             "pieces": [[piece.width, piece.rows.whole] for piece in pieces[key]],
         }
-        for key, device in arrays.items()
+        for key, values in arrays.items()
     }
 
 
