@@ -144,9 +144,8 @@ class Findings:
 
 def _crossing(run: BodyRun) -> float:
     """The time that a wave takes to cross a body along its longest side [s]."""
-    position, domain = run.system.position, run.system.domain
-    sides = domain.max(position.max(0)) - domain.min(position.min(0))
-    return float(sides.max()) / run.constitutive.wave_speed
+    low, high = run.bounds
+    return float((high - low).max()) / run.constitutive.wave_speed
 
 
 def _words(run: BodyRun, step: int, part: float) -> str:
