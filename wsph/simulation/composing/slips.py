@@ -10,10 +10,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from wsph.boundary.conditions import selected_conditions
 from wsph.boundary.loads.rows import FORCE
 from wsph.boundary.programs.functions import Function
 from wsph.boundary.programs.motion import UNITS
+from wsph.boundary.selections import chosen
 from wsph.expressions import Expression
 from wsph.geometry.shapes.stl import Stl
 from wsph.plugins.declared import strengths
@@ -86,14 +86,10 @@ def _of_forces(scene: Scene, run: BodyRun) -> Iterator[str]:
     """Total forces on a body, over the areas that they act on."""
     if not any(each.force for each in scene.boundary if each.body == run.body.name):
         return
-    geometry, position = run.system.geometry, run.system.position
-    faces = geometry.sides
-    on = faces.nodes if len(position) == len(geometry.nodes) else faces.cell[:, None]
-    for k, condition, _, rows in selected_conditions(
-        scene, run.body.name, faces, geometry.spacing, position, on, run.system.domain
-    ):
+    geometry = run.system.geometry
+    for k, condition, _, rows in chosen(scene, run.body.name, geometry, run.system.position, run.system.domain):
         for axis, value in condition.force.items():
-            most = _largest(scene, run, value, FORCE[scene.dim]) / float(faces.area[rows].sum())
+            most = _largest(scene, run, value, FORCE[scene.dim]) / float(geometry.sides.area[rows].sum())
             yield from _too_much(run, most, f"boundary.{k}.force.{axis}, over its faces")
 
 
@@ -183,9 +179,9 @@ def _largest(scene: Scene, run: BodyRun, value: Value, unit: str) -> float:
     if isinstance(made, Function):
         return max(map(abs, made.column))
     place = run.system.position
-    chosen = place[:: max(len(place) // PLACES, 1)]
+    some = place[:: max(len(place) // PLACES, 1)]
     times: list[float] = np.linspace(0.0, scene.end, TIMES).tolist() if made.uses("t") else [0.0]
-    sizes = np.array([_size(made, chosen, time) for time in times])
+    sizes = np.array([_size(made, some, time) for time in times])
     return float(run.system.domain.max(sizes).max())
 
 

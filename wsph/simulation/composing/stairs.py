@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from wsph.boundary.conditions import selected_conditions
+from wsph.boundary.selections import chosen
 from wsph.boundary.tables import Boundary
 from wsph.geometry.fitted.gate import AREA, VOLUME
 from wsph.geometry.fitted.outline import outline, too_fine
@@ -80,12 +80,8 @@ def _of_shape(
 
 def _of_loads(scene: Scene, run: BodyRun, geometry: Lattice, facing: np.ndarray) -> Iterator[str]:
     """Loads per area on steps, whose area is larger than that of the surface that they follow."""
-    faces, position = geometry.sides, run.system.position
-    on = faces.nodes if len(position) == len(geometry.nodes) else faces.cell[:, None]
-    for k, condition, _, rows in selected_conditions(
-        scene, run.body.name, faces, geometry.spacing, position, on, run.system.domain
-    ):
-        true, steps = _whole(geometry, [facing[rows].sum(), faces.area[rows & _own(geometry)].sum()])
+    for k, condition, _, rows in chosen(scene, run.body.name, geometry, run.system.position, run.system.domain):
+        true, steps = _whole(geometry, [facing[rows].sum(), geometry.sides.area[rows & _own(geometry)].sum()])
         if not true > 0.0 or steps < (1.0 + AREA) * true:
             continue
         for key in _per_area(condition):
