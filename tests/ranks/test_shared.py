@@ -23,3 +23,14 @@ def test_bits_of_one_process(names: tuple[str, ...]) -> None:
     for name, digests in found.items():
         assert len(digests) == 4
         assert len(set(digests.values())) == 1, (name, digests)
+
+
+@needs_mpi
+def test_what_is_unlikely_is_said_as_by_one_process() -> None:
+    """Of the whole body: no process takes its part for it, and all find the same."""
+    done = launched(2, "-m", "tests.ranks.said_cases", seconds=120.0)
+    assert done.returncode == 0, done.stderr[-3000:]
+    found = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [len(alone) for alone, _ in found] == [1, 1, 3, 3]
+    for alone, shared in found:
+        assert shared == alone

@@ -86,6 +86,22 @@ def test_what_a_run_warns_of_is_a_finding_once_also_after_a_checkpoint(tmp_path:
         assert wsph.run(made, tmp_path / "cut", resume=True).summary["findings"] == straight
 
 
+def test_that_energy_swings_is_said_once_also_after_a_checkpoint(tmp_path: Path) -> None:
+    """Short waves near the limit of their steps."""
+    made = scenes.block(
+        velocity=["0.01*sin(31.4*x)*cos(31.4*y)", "0.01*cos(31.4*x)"],
+        run={"formulation": "stress-points", "cfl": 0.62, "end": 4.0},
+        tables={"stop": {"energy": 0.05}, "checkpoint": {"every": 5}},
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        straight = wsph.run(made, tmp_path / "straight").summary["findings"]
+        wsph.run(made.with_(**{"run.end": 3.0}), tmp_path / "cut")
+        resumed = wsph.run(made, tmp_path / "cut", resume=True).summary["findings"]
+    assert len([each for each in straight if "energy swings" in each]) == 1
+    assert resumed == straight
+
+
 def test_what_is_little_beside_what_comes_later_is_no_finding() -> None:
     """The first node that a ball touches is pushed in by itself; what matters is what the body takes up in the end."""
     mine = Held()

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wsph.backend.domain import WHOLE, Domain
 from wsph.boundary.conditions import selected_conditions
 from wsph.boundary.loads.rows import FORCE, FaceLoad
 from wsph.boundary.natural import loaded_faces, prescribed_loads
@@ -63,14 +64,28 @@ def _supports(condition: Boundary) -> Iterator[str]:
     yield from (key for key, load in condition.acting.items() if not load.values)
 
 
+def chosen(
+    scene: Prescribing, body: str, geometry: Geometry, position: np.ndarray, domain: Domain = WHOLE
+) -> Iterator[tuple[int, Boundary, np.ndarray, np.ndarray]]:
+    """What `selected_conditions` gives of a body on the `sides` of its geometry, whose nodes or cells are its particles at
+    `position` (n, dim) [m]."""
+    on = _bearers(geometry, position)
+    return selected_conditions(scene, body, geometry.sides, geometry.spacing, position, on, domain)
+
+
+def _bearers(geometry: Geometry, position: np.ndarray) -> np.ndarray:
+    """The particles that stand for each face, (m, k): its nodes, or its cell."""
+    faces = geometry.sides
+    return faces.nodes if len(position) == len(geometry.nodes) else faces.cell[:, None]
+
+
 def selections(
     scene: Prescribing, body: str, geometry: Geometry, position: np.ndarray, end: float
 ) -> Iterator[Selection]:
     """What every condition of a body selects of its particles at `position` (n, dim) [m]: the nodes or the cells of its
     geometry. `end` of the run [s]. Raises SceneError where one selects nothing."""
-    faces = geometry.sides
-    on = faces.nodes if len(position) == len(geometry.nodes) else faces.cell[:, None]
-    for k, condition, particles, rows in selected_conditions(scene, body, faces, geometry.spacing, position, on):
+    faces, on = geometry.sides, _bearers(geometry, position)
+    for k, condition, particles, rows in chosen(scene, body, geometry, position):
         loads = [load for _, load in prescribed_loads(scene, condition, geometry, on, rows)]
         acting = [
             load.at_rest(loaded_faces(scene, condition, load, faces, on, rows, position))

@@ -144,9 +144,8 @@ class Findings:
 
 def _crossing(run: BodyRun) -> float:
     """The time that a wave takes to cross a body along its longest side [s]."""
-    position, domain = run.system.position, run.system.domain
-    sides = domain.max(position.max(0)) - domain.min(position.min(0))
-    return float(sides.max()) / run.constitutive.wave_speed
+    low, high = run.bounds
+    return float((high - low).max()) / run.constitutive.wave_speed
 
 
 def _words(run: BodyRun, step: int, part: float) -> str:
@@ -157,11 +156,12 @@ def _words(run: BodyRun, step: int, part: float) -> str:
 
 
 class CheckFacts(TypedDict):
-    """What a checkpoint holds of the checks: the largest energy seen, in hexadecimal, whether a growth was warned of,
-    the numbers of the findings, and what else was warned of."""
+    """What a checkpoint holds of the checks: the largest energy seen, in hexadecimal, whether a growth and a swing were
+    warned of, the numbers of the findings, and what else was warned of."""
 
     largest: str
     warned: bool
+    swung: bool
     findings: list[list[float]]
     said: list[str]
 
@@ -275,13 +275,15 @@ class Checks:
         return {
             "largest": self._largest.hex(),
             "warned": self._warned,
+            "swung": self._swung,
             "findings": self.findings.kept(),
             "said": self.said,
         }
 
     def restore(self, facts: CheckFacts) -> None:
         """Put back what `kept` gave."""
-        self._largest, self._warned = float.fromhex(facts["largest"]), facts["warned"]
+        self._largest = float.fromhex(facts["largest"])
+        self._warned, self._swung = facts["warned"], facts["swung"]
         self.findings.restore(facts["findings"])
         self.said[:] = facts["said"]
 

@@ -58,6 +58,12 @@ class BodyRun:
         return self.time_step.dt * self.constitutive.wave_speed / self.system.spacing
 
     @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """From where to where its particles reach at the start, (dim,) [m], those of all processes, which ask together."""
+        position, domain = self.system.position, self.system.domain
+        return domain.min(position.min(0)), domain.max(position.max(0))
+
+    @property
     def limit(self) -> float | None:
         """The largest stable Courant number, None where the integrator declares none."""
         return self.stability.value

@@ -9,6 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
+from wsph.backend.domain import any_of
 from wsph.boundary.loads.rows import FORCE
 from wsph.boundary.programs.functions import Function
 from wsph.boundary.programs.motion import UNITS
@@ -147,11 +148,12 @@ def _all_held(scene: Scene, bodies: Sequence[BodyRun]) -> Iterator[str]:
         if condition.where is None or not prescribes:
             continue
         run = by_name[condition.body]
-        if select(condition.where, run.system.position, run.system.spacing).all():
+        selected = select(condition.where, run.system.position, run.system.spacing)
+        if not any_of(run.system.domain, not selected.all()):
+            low, high = run.bounds
             yield (
                 f"boundary.{k}.where: {condition.where!r} selects every particle of body {run.body.name!r}, which then moves as"
-                f" prescribed and does not deform: it reaches from {_place(run.system.position.min(0))} to"
-                f" {_place(run.system.position.max(0))} m"
+                f" prescribed and does not deform: it reaches from {_place(low)} to {_place(high)} m"
             )
 
 
@@ -198,8 +200,8 @@ class _Way:
     @classmethod
     def of(cls, scene: Scene, run: BodyRun) -> "_Way":
         """That of a body."""
-        place, half = run.system.position, 0.5 * (run.system.spacing if run.system.traits.pairwise else 0.0)
-        return cls(run.body.name, place.min(0), place.max(0), half, _speed(scene, run))
+        half = 0.5 * (run.system.spacing if run.system.traits.pairwise else 0.0)
+        return cls(run.body.name, *run.bounds, half, _speed(scene, run))
 
     def meets(self, other: "_Way", end: float) -> bool:
         """Whether the bounds of both come to overlap by the end, which do not at the start."""

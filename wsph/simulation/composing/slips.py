@@ -10,10 +10,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from wsph.boundary.conditions import selected_conditions
 from wsph.boundary.loads.rows import FORCE
 from wsph.boundary.programs.functions import Function
 from wsph.boundary.programs.motion import UNITS
+from wsph.boundary.selections import chosen
 from wsph.expressions import Expression
 from wsph.geometry.shapes.stl import Stl
 from wsph.plugins.declared import strengths
@@ -86,20 +86,17 @@ def _of_forces(scene: Scene, run: BodyRun) -> Iterator[str]:
     """Total forces on a body, over the areas that they act on."""
     if not any(each.force for each in scene.boundary if each.body == run.body.name):
         return
-    geometry, position = run.system.geometry, run.system.position
-    faces = geometry.sides
-    on = faces.nodes if len(position) == len(geometry.nodes) else faces.cell[:, None]
-    for k, condition, _, rows in selected_conditions(
-        scene, run.body.name, faces, geometry.spacing, position, on, run.system.domain
-    ):
+    geometry = run.system.geometry
+    for k, condition, _, rows in chosen(scene, run.body.name, geometry, run.system.position, run.system.domain):
         for axis, value in condition.force.items():
-            most = _largest(scene, run, value, FORCE[scene.dim]) / float(faces.area[rows].sum())
+            most = _largest(scene, run, value, FORCE[scene.dim]) / float(geometry.sides.area[rows].sum())
             yield from _too_much(run, most, f"boundary.{k}.force.{axis}, over its faces")
 
 
 def _of_size(run: BodyRun, key: str) -> Iterator[str]:
     if table := run.body.unscaled:
-        yield from _unscaled(f"{key}.{table}", run.body.name, np.ptp(run.system.position, axis=0))
+        low, high = run.bounds
+        yield from _unscaled(f"{key}.{table}", run.body.name, high - low)
 
 
 def _unscaled(key: str, name: str, sides: np.ndarray) -> Iterator[str]:
@@ -134,7 +131,8 @@ def _of_start(run: BodyRun, key: str) -> Iterator[str]:
     if run.body.velocity is None:
         return
     speeds = np.linalg.norm(run.system.state.read("velocity"), axis=1) * run.system.scales.velocity
-    yield from _too_fast(run, float(speeds.max(initial=0.0)), key, "m/s")
+    most = run.system.domain.max(speeds.max(initial=0.0, keepdims=True))
+    yield from _too_fast(run, float(most[0]), key, "m/s")
 
 
 def _too_fast(run: BodyRun, most: float, key: str, unit: str) -> Iterator[str]:
@@ -171,18 +169,20 @@ def _of_time(scene: Scene, bodies: Sequence[BodyRun], dt: float, steps: int) -> 
 
 def _extent(run: BodyRun) -> float:
     """The longest side of a body's bounds [m]."""
-    return float(np.ptp(run.system.position, axis=0).max()) + run.system.spacing
+    low, high = run.bounds
+    return float((high - low).max()) + run.system.spacing
 
 
 def _largest(scene: Scene, run: BodyRun, value: Value, unit: str) -> float:
-    """The largest size of a prescribed value in the run, at some places of a body."""
+    """The largest size of a prescribed value in the run, at some places of what each process has of a body."""
     made = scene.value(value, unit)
     if isinstance(made, Function):
         return max(map(abs, made.column))
     place = run.system.position
-    chosen = place[:: max(len(place) // PLACES, 1)]
+    some = place[:: max(len(place) // PLACES, 1)]
     times: list[float] = np.linspace(0.0, scene.end, TIMES).tolist() if made.uses("t") else [0.0]
-    return max(_size(made, chosen, time) for time in times)
+    sizes = np.array([_size(made, some, time) for time in times])
+    return float(run.system.domain.max(sizes).max())
 
 
 def _size(made: Expression, place: np.ndarray, time: float) -> float:

@@ -6,9 +6,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from wsph.boundary.conditions import selected_conditions
+from wsph.boundary.selections import chosen
 from wsph.boundary.tables import Boundary
-from wsph.geometry.faces import Faces
 from wsph.geometry.fitted.gate import AREA, VOLUME
 from wsph.geometry.fitted.outline import outline, too_fine
 from wsph.geometry.fitted.planning import on_grid_lines
@@ -27,18 +26,29 @@ def stepped(scene: Scene, bodies: Sequence[BodyRun]) -> Iterator[str]:
         patches = geometry.faces.patches
         if not isinstance(patches, StairPatches) or (on_grid_lines(shape) and not run.body.lattice_rotate):
             continue
-        facing = _facing(geometry.faces, patches)
+        facing = _facing(geometry, patches)
         named = {each.patch for each in scene.boundary if each.body == run.body.name}
         if not too_fine(shape, geometry.spacing):
             yield from _of_shape(run, geometry, patches, facing, named, f"bodies.{k}")
         yield from _of_loads(scene, run, geometry, facing)
 
 
-def _facing(faces: Faces, patches: StairPatches) -> np.ndarray:
-    """The parts of the areas of the faces that look along the normals of their patches (m,) [m^(dim-1)]: in all the area of
-    the surface that the stairs follow."""
-    normal = patches.projected(faces.outer)[0]
-    return np.maximum((faces.vector.sum(1) * normal).sum(1), 0.0)
+def _own(geometry: Lattice) -> np.ndarray:
+    """Which faces are of cells that this process owns, (m,) bool."""
+    own = geometry.split.points.own
+    return (geometry.faces.cell >= own.start) & (geometry.faces.cell < own.stop)
+
+
+def _facing(geometry: Lattice, patches: StairPatches) -> np.ndarray:
+    """The parts of the areas of the faces that look along the normals of their patches (m,) [m^(dim-1)], of those that other
+    processes own none: in all the area of the surface that the stairs follow."""
+    normal = patches.projected(geometry.faces.outer)[0]
+    return np.maximum((geometry.faces.vector.sum(1) * normal).sum(1), 0.0) * _own(geometry)
+
+
+def _whole(geometry: Lattice, parts: Sequence[float]) -> list[float]:
+    """The sums of what the processes have of some numbers of a body."""
+    return geometry.split.domain.joined(np.array([parts])).sum(0).tolist()
 
 
 def _of_shape(
@@ -47,20 +57,22 @@ def _of_shape(
     """The volume, and the patches that are gone, or curved or `named` and of another area."""
     body = outline(patches.shape, geometry.spacing)
     way = "choose a smaller spacing, or a fitted surface"
-    volume = float(geometry.cell_volume.sum()) / body.volume
+    (volume,) = _whole(geometry, [geometry.cell_volume[geometry.split.points.own].sum() / body.volume])
     if abs(volume - 1.0) > VOLUME:
         yield f"{key}.spacing: in steps of a cell body {run.body.name!r} has {volume:.3g} of its volume: {way}"
     areas, watched = dict[str, float](), dict[str, bool]()
     for patch, area in zip(body.patches, body.areas.tolist(), strict=True):
         areas[patch.name] = areas.get(patch.name, 0.0) + area
         watched[patch.name] = patch.surface.normal is None or patch.name in named
-    gone = [name for name in areas if name not in patches]
+    rows = [patches.get(name, np.zeros(0, int)) for name in areas]
+    gone = [name for name, count in zip(areas, _whole(geometry, [*map(len, rows)]), strict=True) if not count]
     if gone:
         yield (
             f"{key}.spacing: {', '.join(map(repr, gone))} of body {run.body.name!r} {'is' if len(gone) == 1 else 'are'} gone: no"
             f" cell side stands for it in steps of {geometry.spacing:g} m: {way}"
         )
-    parts = {name: facing[patches[name]].sum() / areas[name] for name in areas if name not in gone and watched[name]}
+    found = dict(zip(areas, _whole(geometry, [facing[each].sum() for each in rows]), strict=True))
+    parts = {name: found[name] / areas[name] for name in areas if name not in gone and watched[name]}
     off = [f"{name!r} has {part:.3g} of its area" for name, part in parts.items() if abs(part - 1.0) > AREA]
     if off:
         yield f"{key}.spacing: in steps of a cell {', '.join(off)}: {way}"
@@ -68,12 +80,8 @@ def _of_shape(
 
 def _of_loads(scene: Scene, run: BodyRun, geometry: Lattice, facing: np.ndarray) -> Iterator[str]:
     """Loads per area on steps, whose area is larger than that of the surface that they follow."""
-    faces, position = geometry.sides, run.system.position
-    on = faces.nodes if len(position) == len(geometry.nodes) else faces.cell[:, None]
-    for k, condition, _, rows in selected_conditions(
-        scene, run.body.name, faces, geometry.spacing, position, on, run.system.domain
-    ):
-        true, steps = float(facing[rows].sum()), float(faces.area[rows].sum())
+    for k, condition, _, rows in chosen(scene, run.body.name, geometry, run.system.position, run.system.domain):
+        true, steps = _whole(geometry, [facing[rows].sum(), geometry.sides.area[rows & _own(geometry)].sum()])
         if not true > 0.0 or steps < (1.0 + AREA) * true:
             continue
         for key in _per_area(condition):
