@@ -299,3 +299,9 @@ def looks_like_quantity(text: str) -> bool:
 def rounded(place: Iterable[float]) -> list[float]:
     """A position as messages tell it: six digits of each coordinate, and no negative zero."""
     return [float(f"{x:.6g}") + 0.0 for x in place]
+
+
+def rounded_down(number: float, digits: int) -> str:
+    """So many digits of a positive number, none of them rounded up: what a message suggests has to do."""
+    unit = 10.0 ** (math.floor(math.log10(number)) + 1 - digits)
+    return f"{math.floor(number / unit * (1.0 + 1e-9)) * unit:.{digits}g}"

@@ -42,8 +42,9 @@ def test_what_cannot_be_shared_is_refused_by_name_before_anything_is_written(tmp
 @needs_mpi
 @pytest.mark.parametrize(("of", "field"), [("root", "torque"), ("rot", "force")])
 def test_numbers_that_are_not_there_are_refused_as_in_one_process(tmp_path: Path, of: str, field: str) -> None:
-    path = written(tmp_path, probes=[{"name": "p", "of": of, "fields": [field], "every": 4}])
-    alone, done = (launched(count, "-m", "wsph", "run", str(path), "-o", str(tmp_path / "out")) for count in (1, 2))
+    probes = f'probes=[{{name = "p", of = "{of}", fields = ["{field}"], every = 4}}]'
+    command = ("-m", "wsph", "run", str(written(tmp_path)), "-o", str(tmp_path / "out"), "--set", probes)
+    alone, done = (launched(count, *command) for count in (1, 2))
     assert done.returncode == alone.returncode == 2
     assert len(errors(done.stderr)) == 1
     assert errors(done.stderr) == errors(alone.stderr)
@@ -125,7 +126,7 @@ import os, sys
 from wsph.cli import main
 from wsph.ranks import world
 if world.domain().rank == 1:
-    os.chdir("/")
+    os.chdir("tests/ranks")
 sys.exit(main(sys.argv[1:]))
 """
 

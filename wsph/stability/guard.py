@@ -12,6 +12,7 @@ from wsph.scene.scene import Scene
 from wsph.stability.growth import largest_growth
 from wsph.stability.limit import SLACK
 from wsph.stability.margins import PRODUCTS
+from wsph.units import rounded_down
 
 GROWN = 10.0
 """A mode that a run amplifies by more than this is refused or warned of."""
@@ -68,7 +69,7 @@ def guard(scene: Scene, run: LimitedBody, dt: float, steps: int, double: Again |
             )
     for name, longest in run.longest_steps.items():
         if dt > longest * (1.0 + SLACK):
-            at_most = _rounded_down(longest)
+            at_most = rounded_down(longest, 4)
             faults.append(
                 f"body {run.body.name!r}: a time step of {dt:.4g} s is beyond what {name} can take, limit {at_most} s; use"
                 f" run.dt <= {at_most}"
@@ -77,9 +78,3 @@ def guard(scene: Scene, run: LimitedBody, dt: float, steps: int, double: Again |
         raise Refused("\n".join(f'{f}; run.guard = "warn" runs it all the same' for f in faults))
     for fault in faults:
         doubt(fault, stacklevel=2)
-
-
-def _rounded_down(number: float) -> str:
-    """Rounded down to four digits, so that the step that a message suggests is accepted."""
-    digits = 3 - int(np.floor(np.log10(number)))
-    return f"{np.floor(number * 10.0**digits) / 10.0**digits:.4g}"

@@ -35,12 +35,20 @@ def is_a_study(folder: Path) -> bool:
     return is_table(content) and is_list(content.get("rows")) and "title" in content
 
 
+class OtherRow(OutputError):
+    """A row of a folder that was made of something else, as `why` says."""
+
+    def __init__(self, folder: Path, why: str):
+        super().__init__(f"{folder}: {why}: give --overwrite to make all rows anew, or choose another folder with -o")
+        self.why = why
+
+
 STUDY = Kind("study", is_a_study, is_a_study)
 
 
 def known_rows(folder: Path, facts: Sequence[Facts], names: Sequence[str]) -> dict[int, Made]:
     """The rows that a folder's study has already, by their number. Raises OutputError where it has no study to go on from,
-    and where a row of that name was made of another scene, answer or version."""
+    and OtherRow where a row of that name was made of another scene, answer or version."""
     if not is_a_study(folder):
         raise OutputError(f"{folder}: holds no study to resume; run without --resume")
     content = json.loads((folder / ROWS).read_text(encoding="utf-8"))
@@ -55,10 +63,7 @@ def known_rows(folder: Path, facts: Sequence[Facts], names: Sequence[str]) -> di
             continue
         row, before, columns = there[name]
         if before != now:
-            raise OutputError(
-                f"{folder}: row {name!r} was made with another {before.changed(now)}: give --overwrite to make all rows"
-                " anew, or choose another folder with -o"
-            )
+            raise OtherRow(folder, f"row {name!r} was made with another {before.changed(now)}")
         if (made := _with_series(folder, now, row, columns)) is not None:
             found[number] = made
     return found

@@ -34,7 +34,6 @@ def _declare(parser: argparse.ArgumentParser) -> None:
 
 def _act(options: argparse.Namespace) -> int:
     # 1 where rows are lost.
-    from wsph.errors import OutputError
     from wsph.output.claim import Claim
     from wsph.ranks.world import refuse_copies
     from wsph.study import files
@@ -56,8 +55,8 @@ def _act(options: argparse.Namespace) -> int:
         if files.is_a_study(folder):
             try:
                 there = files.known_rows(folder, facts(study, plan, beside), names)
-            except OutputError as error:
-                print(f"the rows in {folder} tell nothing: {str(error).partition(': ')[2].partition(': give')[0]}")
+            except files.OtherRow as error:
+                print(f"the rows in {folder} tell nothing: {error.why}")
         for line in in_words(plan, there):
             print(line)
         return 0

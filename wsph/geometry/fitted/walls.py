@@ -6,6 +6,7 @@ import numpy as np
 
 from wsph.geometry.fitted.outline import OFF, Outline
 from wsph.geometry.fitted.planning import Plan
+from wsph.units import rounded_down
 
 ROWS = 4.0
 """Thickness in spacings that a wall has at least between two surfaces with layers: two layers, and two rows of cells."""
@@ -76,14 +77,8 @@ def _thinnest(body: Outline, plan: Plan, patch: int) -> tuple[float, str] | None
         )
     return float(rows_there), (
         f"the wall at {where}, between {one} and {two}, is {high[row]:.3g} m thick, {rows_there:.2g} spacings, and a fitted "
-        f"surface needs {needed[row]:g}: a spacing of {_rounded_down(SURE * high[row] / ROWS)} m does for all walls"
+        f"surface needs {needed[row]:g}: a spacing of {rounded_down(SURE * high[row] / ROWS, 3)} m does for all walls"
     )
-
-
-def _rounded_down(length: float) -> str:
-    """Three digits of a length, none of them rounded up: what a message suggests has to do."""
-    unit = 10.0 ** (np.floor(np.log10(length)) - 2.0)
-    return f"{np.floor(length / unit * (1.0 + 1e-9)) * unit:.3g}"
 
 
 def _thinned(body: Outline, patch: int) -> tuple[np.ndarray, np.ndarray]:

@@ -88,10 +88,8 @@ def _field(state: State, owner: str, name: str) -> np.ndarray | None:
 
 def _contact(name: str, state: State) -> Condition:
     """Whether a contact has a force."""
-    ends = tuple(f"_{axis}" for axis in fields.AXES)
-    columns = [key for key in state.numbers if key.startswith(f"contact_{name}") and key.endswith(ends)]
-    if name:
-        columns = [key for key in columns if key[: -len(ends[0])] == f"contact_{name}"]
+    found = [re.fullmatch(r"contact_(.*)_[xyz]", key) for key in state.numbers]
+    columns = [each[0] for each in found if each is not None and name in ("", each[1])]
     return _any(columns, "contact", name, lambda now: any(now.numbers[key] for key in columns))
 
 
