@@ -24,7 +24,8 @@ STEPS = 12
 
 
 def scene(dim: int = 2, form: str = "stress-points", law: str = "elastic", **changes: object) -> wsph.Scene:
-    """A body of some thousand particles that is bent and pulled across all cuts, with records of every kind."""
+    """A body of some thousand particles that is bent and pulled across all cuts, with records of every kind. `more`: bodies
+    beside it, as name, corners and what differs; `probed`: more probes."""
     far = {1: [5000.0], 2: [90.0, 50.0], 3: [24.0, 15.0, 15.0]}[dim]
     run = {"integrator": "leapfrog", "formulation": form, "end": 0.2 * STEPS, "dt": 0.2, **changes.pop("run", {})}  # type: ignore[dict-item]
     flat = {"state": "stress" if dim == 1 else "strain"} if dim < 3 else {}
@@ -37,21 +38,25 @@ def scene(dim: int = 2, form: str = "stress-points", law: str = "elastic", **cha
         **flat,
         **changes.pop("body", {}),  # type: ignore[dict-item]
     }
+    bodies = [body]
+    for name, low, high, differs in changes.pop("more", []):  # type: ignore[attr-defined]
+        bodies.append({**body, "name": name, "shape": {"type": "box", "min": low, "max": high}, **differs})
     boundary = [
         {"name": "root", "body": "b", "where": "x < 0.6", "fixed": list("xyz"[:dim])},
         {"name": "end", "body": "b", "face": "+x", "traction": {"x": "1e-3*min(t, 1)"}},
         *changes.pop("boundary", []),  # type: ignore[misc]
     ]
-    fields = ["velocity", "stress", "displacement"]
+    fields = ["velocity", "stress", "displacement", *changes.pop("fields", [])]  # type: ignore[misc]
     middle = [0.5 * far[0] + 0.3, *(0.2 * each for each in far[1:])]
     probes = [
         {"name": "middle", "at": [middle], "fields": ["velocity", "stress"], "every": 1},
         {"name": "tip", "where": f"x > {far[0] - 0.6}", "fields": ["velocity"], "reduce": "mean", "every": 3},
         {"name": "force", "of": "root", "fields": ["force", "work"], "every": 4},
+        *changes.pop("probed", []),  # type: ignore[misc]
     ]
     output = {"every": STEPS // 2, "history": 3, "fields": fields, "formats": []}
     tables = {"boundary": boundary, "probes": probes, "output": output, **changes}
-    return wsph.Scene(schema=1, dim=dim, run=run, bodies=[body], **tables)
+    return wsph.Scene(schema=1, dim=dim, run=run, bodies=bodies, **tables)
 
 
 MISES = {"law": "mises", "material": {"yield_stress": 1e-3}}
@@ -71,6 +76,73 @@ HOLE = {
 }
 VISCOUS = {"viscosity": {"alpha": 0.1, "beta": 0.2}, "damping": {"rate": 0.01}}
 
+ROUND = {"shape": {"type": "disc", "center": [-34.0, 40.0], "radius": 6.0}}
+BESIDE = [
+    ("c", [0.0, 60.0], [70.0, 126.0], {}),
+    ("s", [-40.0, 0.0], [-28.0, 12.0], VISCOUS),
+    ("f", [], [], ROUND),
+]
+"""A second body that is cut, one that is too small for it, and one whose surface is fitted."""
+
+OF_BESIDE = {
+    "more": BESIDE,
+    "boundary": [
+        {"name": "pull", "body": "s", "face": "+x", "traction": {"x": 1e-3}},
+        {"name": "press", "body": "f", "where": "x < -34", "pressure": 1e-3},
+    ],
+    "probed": [
+        {"name": "pull", "of": "pull", "fields": ["force", "work"], "every": 1},
+        {
+            "name": "in-s",
+            "body": "s",
+            "where": "x < -31",
+            "fields": ["velocity", "stress"],
+            "reduce": "max",
+            "every": 3,
+        },
+        {"name": "in-c", "at": [[30.3, 80.2]], "fields": ["velocity"], "every": 1},
+    ],
+}
+
+
+def meeting(dim: int = 2, *, between: str = "surface", **changes: object) -> wsph.Scene:
+    """A body that comes down on another one, all along the cuts, and slides on it; a small one on top of it."""
+    gap, y = (0.0 if between == "tie" else 0.01), (50.0 if dim == 2 else 15.0)
+    low, high = (
+        ([3.3, y + gap], [73.3, y + gap + 66.0]) if dim == 2 else ([2.4, y + gap, -1.0], [22.4, y + gap + 15, 14.0])
+    )
+    top = high[1] + gap
+    small = [high[0] - 8.0, top, *(each - 8.0 for each in high[2:])], [high[0], top + 6.0, *high[2:]]
+    round_ = {"shape": {"type": "disc", "center": [60.0, top + 5.0], "radius": 5.0}} if dim == 2 else {}
+    down = {"velocity": ["2e-3*y", "-0.1", "0.0"][:dim]}
+    touch = {"name": "touch", "between": ["b", "c"], "law": between}
+    return scene(
+        dim,
+        more=[("c", low, high, down), ("s", *small, {"velocity": ["0.0", "-0.2", "0.0"][:dim], **round_})],
+        contact=[touch | ({"friction": 0.3} if between == "surface" else {}), {"name": "top", "between": ["c", "s"]}],
+        fields=["contact_pressure", "contact_gap"],
+        probed=[
+            {"name": f"of-{name}", "of": name, "fields": ["force", "work"], "every": 1} for name in ("touch", "top")
+        ],
+        **changes,
+    )
+
+
+DIE = {
+    "name": "die",
+    "shape": {"type": "disc", "center": [45.0, 58.1], "radius": 8.0},
+    "velocity": {"y": "-0.2"},
+    "against": ["b"],
+    "friction": 0.2,
+}
+BALL = {
+    "name": "ball",
+    "shape": {"type": "disc", "center": [22.0, 58.02], "radius": 8.0},
+    "velocity": [0.1, -0.2],
+    "mass": 50.0,
+    "against": ["b", "die"],
+}
+
 CASES = {
     "viscous": lambda: scene(body=VISCOUS, gravity={"y": -1e-4}, run={"dt": None, "cfl": "auto"}),
     "plastic": lambda: scene(3, **MISES, run={"precision": "f32"}),
@@ -84,6 +156,15 @@ CASES = {
         run={"support": 2.6, "integrator": "rkc", "precision": "f32", "dt": None, "cfl": 0.3},
     ),
     "sides": lambda: scene(law="jaumann", boundary=SIDES, run={"integrator": "kg4-8"}),
+    "bodies": lambda: scene(**OF_BESIDE, gravity={"y": -1e-4}),
+    "bodies averaged": lambda: scene(
+        form="total-lagrangian", **OF_BESIDE, run={"integrator": "rk4", "precision": "f32"}
+    ),
+    "contact": lambda: meeting(),
+    "contact 3D": lambda: meeting(3, **MISES, run={"precision": "f32", "dt": None, "cfl": "auto"}),
+    "contact averaged": lambda: meeting(form="total-lagrangian", run={"integrator": "rk4"}),
+    "tie": lambda: meeting(between="tie", run={"integrator": "blanes-moan4"}),
+    "tools": lambda: scene(tools=[DIE, BALL], probed=[{"name": "d", "of": "die", "fields": ["force"], "every": 1}]),
 }
 """Of every form, law, integrator, dimension and precision some, with what crosses the cuts."""
 

@@ -9,10 +9,13 @@ from tests.ranks.launch import launched, needs_mpi
 from tests.ranks.shared_cases import CASES
 
 RESUMED = ("sides", "plastic", "edges viscous")
+BODIES = ("bodies", "bodies averaged", "bodies, resumed")
+MEETING = ("contact", "contact 3D", "contact averaged", "tie", "tools", "contact, resumed", "tools, resumed")
+ONE = tuple(name for name in CASES if name not in (*BODIES, *MEETING))
 
 
 @needs_mpi
-@pytest.mark.parametrize("names", [tuple(CASES)[:4], tuple(CASES)[4:], tuple(f"{each}, resumed" for each in RESUMED)])
+@pytest.mark.parametrize("names", [ONE[:4], ONE[4:], tuple(f"{each}, resumed" for each in RESUMED), BODIES, MEETING])
 def test_bits_of_one_process(names: tuple[str, ...]) -> None:
     done = launched(4, "-m", "tests.ranks.shared_cases", *names)
     assert done.returncode == 0, done.stderr[-3000:]

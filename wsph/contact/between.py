@@ -7,6 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
+from wsph.backend.domain import Share
 from wsph.protocols import AnyState, BodySystem, BodyTable, DeviceArray, Entry, Integrator, Stepped
 from wsph.reporting import Reported
 
@@ -123,6 +124,11 @@ class Coupling(Protocol):
 
     def kept(self) -> Mapping[str, DeviceArray]:
         """Device arrays that a run goes on from, by name."""
+        ...
+
+    def shares(self) -> Mapping[str, Share]:
+        """The parts that this process has of kept arrays of particles of bodies that processes share, by their names: all
+        others are alike in every process."""
         ...
 
     def as_kept(self, values: Mapping[str, np.ndarray]) -> None:

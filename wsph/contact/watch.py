@@ -6,18 +6,19 @@ launch a body and, where boxes about two bodies meet, a search among the particl
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from itertools import combinations
 from typing import Protocol
 
 import numpy as np
 import warp as wp
 
+from wsph.backend.domain import WHOLE, Domain, Share
 from wsph.backend.kernels import kernel
 from wsph.backend.reduce import BLOCK, blocks
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State, fields_struct
-from wsph.contact.overlap import first_inside, solid_of
+from wsph.contact.overlap import AnySolid, first_inside, solid_of
 from wsph.geometry.geometry import Geometry
 from wsph.protocols import BodyTable, Waving
 from wsph.units import Scales
@@ -44,6 +45,12 @@ class WatchedSystem(Protocol):
     geometry: Geometry
     scales: Scales
     device: str
+
+    @property
+    def domain(self) -> Domain: ...
+
+    @property
+    def share(self) -> Share: ...
 
     @property
     def count(self) -> int: ...
@@ -104,9 +111,11 @@ def _extent_kernel(space: Space, layout: Layout) -> wp.Kernel:
 class Watch:
     """The watch over all pairs of bodies that move; each is reported once. `due` is the step of the next look."""
 
-    def __init__(self, bodies: Sequence[WatchedBody], named: Mapping[frozenset[str], bool]):
+    def __init__(self, bodies: Sequence[WatchedBody], named: Mapping[frozenset[str], bool], domain: Domain = WHOLE):
         """`named`: the pairs that contact keeps apart, and whether their surfaces do, so that particles on them lie inside
-        of the other body as deep as they are pressed."""
+        of the other body as deep as they are pressed. `domain`: of bodies that processes share; the first of them has all
+        places at a search."""
+        self._domain = domain
         moving = [k for k, run in enumerate(bodies) if "displacement" in run.system.state.layout]
         self._pairs = list(combinations(moving, 2))
         self._named = {pair: frozenset(bodies[k].body.name for k in pair) in named for pair in self._pairs}
@@ -134,7 +143,14 @@ class Watch:
 
     def _search(self, one: int, other: int, boxes: dict[int, "_Box"]) -> tuple[Meeting | None, float]:
         """Whether bodies whose boxes meet have run into each other, and for how long they cannot if they have not [s]."""
-        places = {k: self._watched[k].places() for k in (one, other)}
+        ways = {k: self._watched[k].ways() for k in (one, other)}
+        return self._domain.told(lambda: self._found(one, other, boxes, ways))
+
+    def _found(
+        self, one: int, other: int, boxes: dict[int, "_Box"], ways: dict[int, np.ndarray]
+    ) -> tuple[Meeting | None, float]:
+        """The same from the ways that all of their particles have gone."""
+        places = {k: self._watched[k].solid.places + way for k, way in ways.items()}
         spacings = {k: self._watched[k].solid.geometry.spacing for k in (one, other)}
         for a, b in ((one, other), (other, one)):
             depth = DEEP * max(spacings.values()) / spacings[b] if (one, other) in self._deep else None
@@ -152,9 +168,15 @@ class _Watched:
     def __init__(self, run: WatchedBody):
         system = run.system
         self._run = run
-        self.solid = solid_of(system.geometry, at_nodes=len(system.position) != len(system.geometry.cell_volume))
-        self._low, self._high = system.position.min(0), system.position.max(0)
+        low, high = system.position.min(0), system.position.max(0)
+        self._low, self._high = system.domain.min(low), system.domain.max(high)
         self._extents: Array = wp.zeros((blocks(system.count), 12), dtype=wp.float64, device=system.device)
+
+    @cached_property
+    def solid(self) -> AnySolid:
+        """All of it, as something that takes up room."""
+        system = self._run.system
+        return solid_of(system.geometry.entire, at_nodes=len(system.position) != len(system.geometry.cell_volume))
 
     def box(self) -> "_Box":
         """A box about it, and how fast it may go (a launch and a small copy)."""
@@ -164,7 +186,7 @@ class _Watched:
         made = _extent_kernel(state.space, state.layout)
         wp.launch(made, len(self._extents), inputs=inputs, outputs=[self._extents], device=system.device)
         each = self._extents.numpy().reshape(-1, 4, 3)[:, :, :dim]
-        smallest, largest = each.min(0), each.max(0)
+        smallest, largest = system.domain.min(each.min(0)), system.domain.max(each.max(0))
         more = FASTER * self._run.constitutive.wave_speed
         return _Box(
             self._low + smallest[0] * scales.length,
@@ -173,9 +195,10 @@ class _Watched:
             largest[3] * scales.velocity + more,
         )
 
-    def places(self) -> np.ndarray:
-        """Of its particles, (n, dim) [m]."""
-        return self.solid.places + self._run.system.state.read("displacement") * self._run.system.scales.length
+    def ways(self) -> np.ndarray:
+        """That its particles have gone, (n, dim) [m]: of a body that processes share all in the first of them."""
+        system = self._run.system
+        return system.domain.gathered(system.state.read("displacement")[system.share.own] * system.scales.length)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
-from wsph.backend.domain import Share
+from wsph.backend.domain import Domain, Share
 from wsph.backend.state import Derived, Layout, State
 from wsph.boundary.loads.reactions import Terms, reaction
 from wsph.boundary.values import BoundaryValues
@@ -108,7 +108,7 @@ class System:
     def __init__(self, setup: Setup):
         self.name, self.formulation, self.traits = setup.body.name, setup.formulation.name, setup.traits
         self.space, self.geometry, self.constitutive = setup.space, setup.geometry, setup.constitutive
-        self.domain = setup.geometry.split.domain
+        self.domain: Domain = setup.geometry.split.domain
         self.scales, self.clock, self.device = setup.scales, setup.clock, setup.device
         self.spacing, self.density = setup.geometry.spacing, setup.constitutive.density
         self.arrays, self._boundaries = Arrays(setup.device), setup.boundaries

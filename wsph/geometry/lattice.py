@@ -33,7 +33,8 @@ from wsph.ranks.slabs import Slab, slabs
 class Lattice(Geometry):
     """A body cut into the cells of a grid: `corners` (c, 2^dim) node ids, int32, `index` (n, dim) the nodes in grid
     coordinates, int32 or, with jitter, float64; `cuts` the cracks in grid coordinates; `frame` the grid before any map;
-    `part`, of a body that processes share, which part it is, and `widened` how it is made with more around it."""
+    `part`, of a body that processes share, which part it is, `widened` how it is made with more around it, and `completed`
+    how all of it."""
 
     frame: Grid
     index: np.ndarray
@@ -41,9 +42,14 @@ class Lattice(Geometry):
     cuts: tuple[Crack, ...]
     part: Split | None = None
     widened: Callable[[tuple[int, int]], "Lattice"] | None = None
+    completed: Callable[[], "Lattice"] | None = None
 
     def wider(self, layers: tuple[int, int]) -> "Lattice":
         return self if self.widened is None else self.widened(layers)
+
+    @property
+    def entire(self) -> "Lattice":
+        return self if self.completed is None else self.completed()
 
     @property
     def split(self) -> Split:
@@ -322,7 +328,10 @@ def slab_of(
         own = slabs(nodes, cells, domain.size, reach, joined=joined, who=who)[domain.rank].over(window, nodes, cells)
         part = Split(domain, own.nodes, own.cells, middle, low, own.layers)
         found = lattice(shape, spacing, lattice_rotate=lattice_rotate, held=(own, part))
-        return replace(found, widened=made)
+        return replace(found, widened=made, completed=whole)
+
+    def whole() -> Lattice:
+        return lattice(shape, spacing, lattice_rotate=lattice_rotate)
 
     return made((len(cells), 0))
 

@@ -16,6 +16,10 @@ from wsph.backend.reduce import BLOCK
 from wsph.errors import Refused
 
 
+class TooFew(Refused):
+    """A body that has too few particles to be cut for so many processes."""
+
+
 @dataclass(frozen=True)
 class Slab:
     """A slab of a body: the `layers` of cells that a process holds, from one up to another, and its shares of nodes and
@@ -45,7 +49,7 @@ class Slab:
 def slabs(nodes: np.ndarray, cells: np.ndarray, size: int, reach: int, *, joined: bool, who: str) -> list[Slab]:
     """The slabs of `size` processes, of bodies with so many `nodes` (l + 1,) and `cells` (l,) in their layers. A process
     holds `reach` layers beyond what it owns: so far does an acceleration depend on where others are. `joined`: the cells are
-    particles too, which are summed up in whole blocks. Raises Refused, naming the body, where there are too few."""
+    particles too, which are summed up in whole blocks. Raises TooFew, naming the body, where there are too few."""
     layers = len(cells)
     before = [np.concatenate([[0], np.cumsum(each)]) for each in (nodes, cells)]
     goals = before[0][-1] * np.arange(1, size) / size
@@ -56,7 +60,7 @@ def slabs(nodes: np.ndarray, cells: np.ndarray, size: int, reach: int, *, joined
         behind = np.rint(behind / BLOCK).astype(np.int64) * BLOCK
     behind = np.concatenate([[0], behind, before[1][-1:]])
     if (np.diff(cuts) <= 0).any() or (np.diff(behind) <= 0).any():
-        raise Refused(
+        raise TooFew(
             f"{who}: {before[0][-1]} particles in blocks of {BLOCK} are too few for {size} processes: start fewer"
         )
     found: list[Slab] = []

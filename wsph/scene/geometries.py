@@ -23,6 +23,7 @@ from wsph.geometry.meshes.scattered import read_points, scattered
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import Rotation
 from wsph.plugins.formulations import Formulation
+from wsph.ranks.slabs import TooFew
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body, PointsFile
 
@@ -32,9 +33,9 @@ STEPS = 'surface = "stairs", which leaves the surface in steps of a cell'
 
 def geometry_of(scene: Scene, number: int, formulation: Formulation, domain: Domain = WHOLE) -> Geometry:
     """The geometry of a scene's body, the `number`-th, for a formulation; of one that processes share the part that this
-    one has of the `domain`. Raises SceneError where the shape holds no cell,
-    a crack or a map does not fit it, a surface cannot be fitted, or a file is no mesh; Refused for what the formulation
-    cannot have."""
+    one has of the `domain`: all of one of several that has too few particles to be cut. Raises SceneError where the shape
+    holds no cell, a crack or a map does not fit it, a surface cannot be fitted, or a file is no mesh; Refused for what the
+    formulation cannot have."""
     body, key = scene.bodies[number], f"bodies.{number}"
     if body.mesh is not None:
         return _from_file(scene, body, key, formulation)
@@ -50,7 +51,11 @@ def geometry_of(scene: Scene, number: int, formulation: Formulation, domain: Dom
     if domain.size > 1:
         reach, joined = reach_of(scene, body, formulation)
         who = f"body {body.name!r}"
-        return slab_of(body.shape, body.spacing, body.lattice_rotate, domain, reach, joined=joined, who=who)
+        try:
+            return slab_of(body.shape, body.spacing, body.lattice_rotate, domain, reach, joined=joined, who=who)
+        except TooFew:
+            if len(scene.bodies) == 1:
+                raise
     if not is_fitted(scene, body, formulation):
         return _lattice(body, body.shape, body.spacing, number, scene.run.seed, formulation.traits.splits_cracks)
     try:

@@ -24,7 +24,6 @@ from typing import NotRequired, TypedDict
 
 import numpy as np
 
-from wsph.backend.domain import Share
 from wsph.errors import CheckpointError
 from wsph.output.files import write_durably
 from wsph.output.folder import OutputFolder
@@ -221,13 +220,15 @@ def kept(composition: Composition) -> dict[str, DeviceArray]:
     return found
 
 
-def _pieces(composition: Composition) -> dict[str, list[Piece]]:
-    """Where what this process keeps stands in the arrays of all that share the scene."""
-    clock = Piece(0, 0, Rows.of(Share(1, 0, 1, 0, int(composition.domain.rank == 0))))
-    times = Piece(0, 0, Rows.of(Share(4, 0, 4, 0, 4 * (composition.domain.rank == 0))))
-    found = {"clock.step": [clock], "clock.time": [times]}
+def _pieces(composition: Composition, arrays: Mapping[str, np.ndarray]) -> dict[str, list[Piece]]:
+    """Where what this process keeps, `arrays`, stands in those of all that share the scene."""
+    domain = composition.domain
+    found = {name: [Piece(0, 0, Rows.alike(len(array), domain))] for name, array in arrays.items()}
     for number, run in enumerate(composition.bodies):
-        found |= {f"body{number}.{name}": pieces for name, pieces in run.system.pieces().items()}
+        if run.system.domain.size > 1:
+            found |= {f"body{number}.{name}": pieces for name, pieces in run.system.pieces().items()}
+    for coupling in composition.joint.couplings if composition.joint is not None else ():
+        found |= {name: [Piece(0, 0, Rows.of(share))] for name, share in coupling.shares().items()}
     return found
 
 
@@ -235,8 +236,10 @@ def restore(path: Path, composition: Composition, arrays: Mapping[str, np.ndarra
     """Put the arrays of a checkpoint back. Raises CheckpointError where they are not those of the composition."""
     for coupling in composition.joint.couplings if composition.joint is not None else ():
         coupling.as_kept(arrays)
-    pieces = _pieces(composition) if composition.domain.size > 1 else {}
-    for name, array in kept(composition).items():
+    device = kept(composition)
+    here = {name: array.numpy() for name, array in device.items()} if composition.domain.size > 1 else {}
+    pieces = _pieces(composition, here) if here else {}
+    for name, array in device.items():
         value, wanted = arrays.get(name), array.numpy().shape
         if (
             value is not None
@@ -369,7 +372,7 @@ class Checkpoints:
 
     def _shards(self, folder: Path, step: int, arrays: Mapping[str, np.ndarray]) -> Shards:
         """Write the shard of this process; what a checkpoint says of all, which are whole then."""
-        pieces, rank = _pieces(self._composition), self._domain.rank
+        pieces, rank = _pieces(self._composition, arrays), self._domain.rank
         digest = shards.write(folder, shards.name_of(step, rank), arrays, pieces)
         digests: list[str] = self._domain.joined(np.array([digest])).tolist()
         names = [[shards.name_of(step, by), each] for by, each in enumerate(digests)]

@@ -16,6 +16,7 @@ from typing import TypedDict
 
 import numpy as np
 
+from wsph.backend.domain import Domain
 from wsph.constitutive.sampling import fault_of_law
 from wsph.contact.watch import Watch
 from wsph.doubts import doubt
@@ -170,7 +171,12 @@ class Checks:
     """The finite check, the energy stop and their warnings."""
 
     def __init__(
-        self, bodies: Sequence[BodyRun], timeline: Timeline, energy: float, touching: Mapping[frozenset[str], bool]
+        self,
+        bodies: Sequence[BodyRun],
+        timeline: Timeline,
+        energy: float,
+        touching: Mapping[frozenset[str], bool],
+        domain: Domain,
     ):
         """`energy`: the part of the largest energy seen that may be created before a run is stopped; `touching`: the pairs
         of bodies that contact keeps apart, and whether their surfaces do."""
@@ -178,7 +184,8 @@ class Checks:
         self._largest, self._warned, self._swung = 0.0, False, False
         self.said: list[str] = []
         """What a run has warned of, beside its findings."""
-        self.findings, self.watch = Findings(bodies), Watch(bodies, touching)
+        self.findings = Findings(bodies)
+        self.watch = Watch(bodies, touching, domain)  # pyright: ignore[reportArgumentType]
 
     def relaxing(self, sums: Sequence[BodySums], steps: int) -> None:
         """`finite`, and in one piece with others, of a state after `steps` of a relaxation."""

@@ -12,6 +12,7 @@ its material can take.
 import json
 import math
 from collections.abc import Sequence
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -31,22 +32,23 @@ from wsph.formulations import memory
 from wsph.formulations.system import System
 from wsph.plugins import integrators
 from wsph.plugins.blame import blame
+from wsph.protocols import Material
 from wsph.reporting import Reported
 from wsph.scene.geometries import is_fitted, refuse_misfits, stairs_in_words
 from wsph.scene.probes import Probe
 from wsph.scene.scene import Scene
 from wsph.simulation.composing.bodies import Standing, alone, standing
-from wsph.simulation.composing.composition import BodyRun, Composition, Step, reported
+from wsph.simulation.composing.composition import BodyRun, Composition, Step, reported, shared_numbers
 from wsph.simulation.composing.idle import idle
 from wsph.simulation.composing.setting import BareBody, Method, Setting, bare_bodies, materials_of, method_of, scales_of
-from wsph.simulation.composing.shared import refuse_shared
+from wsph.simulation.composing.shared import refuse_shared, refuse_whole, uncut
 from wsph.simulation.composing.slips import slips
 from wsph.simulation.composing.stairs import stepped
 from wsph.simulation.composing.together import joined_bodies, stiffen
 from wsph.simulation.probing.numbers import NumberRecorder
 from wsph.simulation.probing.placed import PlacedRecorder
 from wsph.simulation.probing.points import PointRecorder
-from wsph.simulation.probing.reach import keeper, reach_probes
+from wsph.simulation.probing.reach import keeper, reach_probes, read_by
 from wsph.simulation.probing.recorder import Recorder
 from wsph.simulation.probing.reduced import ReducedRecorder, needs_places
 from wsph.simulation.probing.shared_numbers import SharedNumbers
@@ -79,14 +81,14 @@ def _compose(scene: Scene, domain: Domain) -> Composition:
         refuse_shared(scene, method)
     else:
         memory.refuse_too_large(scene, device, _first_system, lambda body: is_fitted(scene, body, method.formulation))
-    bare = [reach_probes(scene, each, domain) for each in bare_bodies(scene, materials, method, domain)]
+    bare = _bodies(scene, materials, method, domain)
     scales = scales_of(bare)
     time_step = given_step(scene.run, scene.end, scales.time, device, method.who)
     setting = Setting(scene, method, scales)
     made = [standing(setting, each, space, time_step) for each in bare]
     give_back(sum(each.system.count for each in made))
     put_states(scene, made)
-    _part(scene, made)
+    _part(scene, made, domain)
     once = integrators.once(method.plugin)
     forces = couplings(scene, made, space, scales, time_step.clock, once=once)
     joint, together = joined_bodies(setting, made, forces, time_step)
@@ -112,12 +114,23 @@ def _compose(scene: Scene, domain: Domain) -> Composition:
     _guard(setting, bare, bodies, space, time_step, set(together))
     probes = _probes(setting, bodies, reported(bodies, (*between, *forces)), space, time_step, domain)
     step = Step(bodies, joint, between, time_step.clock, [probe for probe in probes if probe.every_step])
-    pairs = int(domain.sum(np.array([sum(run.system.pairs for run in bodies)]))[0])
+    pairs = sum(int(run.system.domain.sum(np.array([run.system.pairs]))[0]) for run in bodies)
     hosted = domain.size > 1
     program = Program(step, time_step.clock, pairs, scene.run.threads, step.before, hosted=hosted)
     return Composition(
         scene, space, scales, time_step, bodies, joint, between, probes, program, method.who, domain, pairs
     )
+
+
+def _bodies(scene: Scene, materials: Sequence[Material], method: Method, domain: Domain) -> list[BareBody]:
+    """The bodies of a scene, or the part of each that this process has."""
+    if domain.size == 1:
+        return bare_bodies(scene, materials, method)
+    bare = bare_bodies(scene, materials, method, domain, uncut(scene, method))
+    splits = [each.geometry.split for each in bare]
+    sizes = [each.nodes.whole for each in splits]
+    refuse_whole(scene, method, [each.domain.size > 1 for each in splits], sizes, domain.size)
+    return reach_probes(scene, bare, domain)
 
 
 def _refuse_relaxing(scene: Scene, method: Method) -> None:
@@ -153,17 +166,24 @@ def _first_system(scene: Scene, bounded: bool) -> System:
     return alone(setting, standing(setting, bare[0], space, time_step), time_step, bounded=bounded).system
 
 
-def _part(scene: Scene, bodies: Sequence[Standing]) -> None:
+def _part(scene: Scene, bodies: Sequence[Standing], domain: Domain) -> None:
     """Warn of bodies that overlap at the start. Raises Refused where contact is to keep them apart."""
     for contact in (each for each in (*scene.contact, *scene.tools) if each.warning):
         doubt(contact.warning, stacklevel=4)
     touching = {frozenset(contact.names): contact.law for contact in scene.contact}
-    solids = [solid_of(run.system.geometry, at_nodes=True) for run in bodies] if len(bodies) > 1 else []
-    for (one, solid), (other, beside) in combinations(zip(bodies, solids, strict=False), 2):
-        names = one.body.name, other.body.name
-        law = touching.get(frozenset(names))
-        room = EASED.get(law or "", 0.0) * max(solid.geometry.spacing, beside.geometry.spacing)
-        place = overlapping(solid, beside, room)
+    pairs = list(combinations(range(len(bodies)), 2))
+    laws = [touching.get(frozenset(bodies[k].body.name for k in pair)) for pair in pairs]
+
+    def overlaps() -> list[np.ndarray | None]:
+        solids = [solid_of(run.system.geometry.entire, at_nodes=True) for run in bodies] if pairs else []
+        found: list[np.ndarray | None] = []
+        for (one, other), law in zip(pairs, laws, strict=True):
+            wide = max(solids[k].geometry.spacing for k in (one, other))
+            found.append(overlapping(solids[one], solids[other], EASED.get(law or "", 0.0) * wide))
+        return found
+
+    for pair, law, place in zip(pairs, laws, domain.told(overlaps) if pairs else [], strict=True):
+        names = [bodies[k].body.name for k in pair]
         if place is None:
             continue
         where = (
@@ -229,13 +249,15 @@ def _probes(
             formulas = setting.scene.formulas
             kind = ReducedRecorder if needs_places(probe, formulas) else PointRecorder
 
-            def here() -> Recorder:
-                return kind(probe, key, bodies, space, clock, often, formulas)
+            def here(able: Sequence[BodyRun] = bodies) -> Recorder:
+                return kind(probe, key, able, space, clock, often, formulas)
 
             if domain.size > 1:
-                return PlacedRecorder(probe, clock, often, domain, keeper(probe, key, bodies, domain), here)
+                able = read_by(probe, key, bodies, [run.system.geometry for run in bodies])
+                by = keeper(probe, [run.system.geometry for run in able])
+                return PlacedRecorder(probe, clock, often, domain, by, partial(here, able))
             return here()
-        if domain.size > 1:
+        if probe.of in shared_numbers(bodies):
             return SharedNumbers(probe, key, numbers, setting.scales, clock, space.dim, often, domain)
         return NumberRecorder(probe, key, numbers, setting.scales, clock, space.dim, often)
 

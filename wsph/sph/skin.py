@@ -82,5 +82,5 @@ class Skin:
         vec (a launch and a copy)."""
         inputs, device = [self.found, u, v, self._n], self._clock.device
         wp.launch(_pace_kernel(self._space), blocks(self._n), inputs=inputs, outputs=[self._pace], device=device)
-        way, speed = (float(column.max()) for column in self._pace.numpy().T)
-        return way, speed
+        way, speed = self._domain.max(self._pace.numpy().max(0))
+        return float(way), float(speed)

@@ -23,8 +23,8 @@ NO_PAIRS = np.zeros((0, 2), int)
 class Breaking:
     """What is left of the cells of a body."""
 
-    def __init__(self, system: SurfacedSystem, *, at_nodes: bool) -> None:
-        geometry = system.geometry
+    def __init__(self, system: SurfacedSystem, geometry: Geometry, *, at_nodes: bool) -> None:
+        """`geometry`: of the whole body."""
         self._system, self._at_nodes = system, at_nodes
         self._cells = sum(len(corners) for corners in geometry.blocks)
         self._cut = _cracked(geometry) if not at_nodes else NO_PAIRS

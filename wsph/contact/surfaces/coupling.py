@@ -12,10 +12,12 @@ import warp as wp
 
 from wsph.backend.arrays import host, put
 from wsph.backend.clock import Clock
+from wsph.backend.domain import Share
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.contact.between import CoupledBody
 from wsph.contact.surfaces.body import SurfacedSystem
+from wsph.contact.surfaces.carriers import all_places
 from wsph.contact.surfaces.fields import surface_fields
 from wsph.contact.surfaces.laws import Ground, Law, LawMaker
 from wsph.contact.surfaces.reading import LawNumbers
@@ -72,10 +74,11 @@ class Surfaces:
         self._clock, self._scales, self._due = clock, ground.scales, 0
         self._due_kept: Array = wp.zeros(1, dtype=wp.int32, device=clock.device)
         self._skin = SKIN * max(surface.spacing for surface in surfaces.values())
-        self._skins = {name: Skin(space, len(each.mass), clock) for name, each in surfaces.items()}
+        own = {name: systems[name] for name in surfaces}
+        self._skins = {name: Skin(space, each.count, clock, each.domain) for name, each in own.items()}
         self._spare: dict[str, State] = {}
-        for name, each in surfaces.items():
-            rate = _Spare(_Velocity(wp.zeros(len(each.mass), dtype=space.vec, device=clock.device)))
+        for name, each in own.items():
+            rate = _Spare(_Velocity(wp.zeros(each.count, dtype=space.vec, device=clock.device)))
             self._spare[name] = cast(State, rate)
         self._read = [LawNumbers(law, space, clock) for law in self.laws if not law.rigid]
         self.rigid = {each.name: each for law in self.laws for each in law.rigid}
@@ -253,11 +256,17 @@ class Surfaces:
         put(self._due_kept, np.array([self._due]))
         return surfaces | laws | rigid | skins | {"surfaces.due": self._due_kept}
 
+    def shares(self) -> dict[str, Share]:
+        """The parts that this process has of kept arrays of particles of bodies that processes share, by their names."""
+        return {
+            f"skin.{name}": self._systems[name].share for name in self.surfaces if self._systems[name].domain.size > 1
+        }
+
     def as_kept(self, values: Mapping[str, np.ndarray]) -> None:
         """Have the surfaces that there were when `values` were kept."""
         own = {name: f"surface.{name}." for name in self.surfaces}
         parts = {
-            name: {k.removeprefix(own[name]): v for k, v in values.items() if k.startswith(own[name])} for name in own
+            name: {k.removeprefix(own[name]): values[k] for k in values if k.startswith(own[name])} for name in own
         }
         self._renew({name: surface.as_kept(parts[name]) for name, surface in self.surfaces.items()})
 
@@ -279,13 +288,16 @@ def coupled(
 ) -> Surfaces | None:
     """The coupling of a scene's surfaces by the laws that `makers` find in it, None where there are none. `once`: a step
     evaluates forces once, at its end. Raises Refused."""
+    if not (scene.contact or scene.tools):
+        return None
     systems = {run.body.name: cast(SurfacedSystem, run.system) for run in bodies}
-    origin = np.mean([system.position.mean(0) for system in systems.values()], axis=0)
+    wholes = {name: system.geometry.entire for name, system in systems.items()}
+    origin = np.mean([all_places(system, wholes[name]).mean(0) for name, system in systems.items()], axis=0)
     surfaces: dict[str, Surface] = {}
 
     def surface(name: str) -> Surface:
         if name not in surfaces:
-            surfaces[name] = Surface(name, systems[name], origin, lagged=once)
+            surfaces[name] = Surface(name, systems[name], origin, lagged=once, whole=wholes[name])
         return surfaces[name]
 
     ground = Ground(space, scales, clock, once, origin)

@@ -29,7 +29,7 @@ def surface_fields(surface: Surface, laws: Sequence[Law], scales: Scales) -> Map
         weight, values = abs(surface.B), _pressures(surface)
         whole = np.bincount(weight.indices, weight.values, weight.columns)
         found = np.bincount(weight.indices, weight.values * values[weight.rows], weight.columns)
-        return (found / np.maximum(whole, 1e-300) * scales.stress)[:, None]
+        return surface.of_particles(found / np.maximum(whole, 1e-300) * scales.stress, 0.0)[:, None]
 
     def gap() -> np.ndarray:
         vertices = np.full(surface.n, np.nan)
@@ -39,7 +39,7 @@ def surface_fields(surface: Surface, laws: Sequence[Law], scales: Scales) -> Map
         largest = np.maximum.reduceat(weight.values, weight.offsets[:-1])
         much = weight.values > PART * largest[weight.rows]
         np.fmin.at(found, weight.indices[much], vertices[weight.rows[much]])
-        return (found * scales.length)[:, None]
+        return surface.of_particles(found * scales.length, np.nan)[:, None]
 
     return {"contact_pressure": pressure, "contact_gap": gap}
 

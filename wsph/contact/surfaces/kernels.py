@@ -135,7 +135,7 @@ def note_kernel(space: Space) -> wp.Kernel:
 
 @cache
 def spread_kernel(space: Space) -> wp.Kernel:
-    """Forces on particles, B^T f, and the accelerations by them."""
+    """Forces on particles, B^T f, and the accelerations by them of those that are here."""
     real, vec, Rows = space.scalar, space.vec, rows_struct(space)
 
     @kernel(ranged=True)
@@ -155,6 +155,7 @@ def spread_kernel(space: Space) -> wp.Kernel:
             load += back.weight[k] * force[back.indices[k]]
         load_out[s] = load
         j = particle[s]
-        rate_out[j] = rate_out[j] + share[s] * load
+        if j >= 0:
+            rate_out[j] = rate_out[j] + share[s] * load
 
     return spread

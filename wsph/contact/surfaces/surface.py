@@ -14,12 +14,12 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays, host, put
-from wsph.backend.domain import WHOLE, Domain
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.contact.surfaces.attention import Rows, attention
 from wsph.contact.surfaces.body import SurfacedSystem
 from wsph.contact.surfaces.breaking import Breaking
+from wsph.contact.surfaces.carriers import carriers_of
 from wsph.contact.surfaces.kernels import area_kernel, normal_kernel, note_kernel, place_kernel, spread_kernel
 from wsph.contact.surfaces.meshing.boundary import successors
 from wsph.contact.surfaces.meshing.embedding import embedding
@@ -28,6 +28,7 @@ from wsph.contact.surfaces.meshing.sparse import SparseRows
 from wsph.contact.surfaces.struct import SurfaceArrays, surface_struct
 from wsph.contact.surfaces.work import SurfaceWork
 from wsph.errors import Refused
+from wsph.geometry.geometry import Geometry
 from wsph.sph.rows import rows_struct
 
 THIN = (0.1, 1.5, 2.0)
@@ -53,7 +54,7 @@ class Surface:
     mesh                        # on the host, in metres (`wsph.contact.surfaces.meshing.mesh`)
     B                           # rows, vertices by particles (`wsph.contact.surfaces.meshing.sparse`)
     exact                       # whether B carries every linear field: sources span all directions everywhere
-    mass, free                  # of the particles, (count,), (count, dim): 1 where a component of the velocity is free
+    mass, free                  # of the particles of B, (k,), (k, dim): 1 where a component of the velocity is free
     """
 
     mesh: SurfaceMesh
@@ -62,35 +63,36 @@ class Surface:
     force: Array
 
     def __init__(
-        self, name: str, system: SurfacedSystem, origin: np.ndarray, *, lagged: bool, domain: Domain = WHOLE
+        self, name: str, system: SurfacedSystem, origin: np.ndarray, *, lagged: bool, whole: Geometry | None = None
     ) -> None:
         """About `origin` (dim,) [m], which all bodies share. `lagged`: velocities are the ways of the last step over its
         length, for methods with one evaluation at the end of the step; otherwise those of the state that is evaluated.
-        Raises Refused for a body without cells."""
-        geometry, scales = system.geometry, system.scales
+        `whole`: the geometry of all of the body. Raises Refused for a body without cells."""
+        geometry, scales = whole or system.geometry.entire, system.scales
         if not len(geometry.faces.cell):
             raise Refused(
                 f"body {name!r}: its particles have no cells between them, and so no surface: use pinball contact"
             )
         self.name, self._system, self._origin, self._lagged = name, system, origin, lagged
         self._space: Space = system.space
-        self._clock, self._last = system.clock, system.state
-        self._at_nodes = system.position is geometry.nodes
+        self._clock, self._last, self._carriers = system.clock, system.state, carriers_of(system)
+        self._at_nodes = system.position is system.geometry.nodes
         self.wave_speed = system.constitutive.wave_speed / scales.velocity
         self.carries = AVERAGED if system.form.averaged else 1.0
         self.modulus, self.impedance = system.density * self.wave_speed**2, system.density * self.wave_speed
-        whole = float(system.volume.mean()) ** (1.0 / self._space.dim)
-        self.spacing = whole if geometry.mapped else system.spacing / scales.length
-        self.mass: np.ndarray = system.density * system.volume
-        self.free: np.ndarray = system.free_components.reshape(-1, self._space.dim)
+        cube = float(system.volume.mean()) ** (1.0 / self._space.dim)
+        self.spacing = cube if geometry.mapped else system.spacing / scales.length
         self.least_side = float(np.ptp(geometry.nodes, axis=0).min()) / scales.length
         self.arrays = Arrays(self._clock.device)
-        self._breaking = Breaking(system, at_nodes=self._at_nodes)
+        self._breaking = Breaking(system, geometry, at_nodes=self._at_nodes)
         self._live, self._parted = self._breaking.live(), self._breaking.parted()
-        self._make()
+        self._make(geometry)
+        self.mass: np.ndarray = self._carriers.rows(system.density * system.volume)
+        self.free: np.ndarray = self._carriers.rows(system.free_components.reshape(-1, self._space.dim))
         # Which particles forces can reach changes where cells can die.
         support = np.arange(len(self.mass)) if system.breaks else np.unique(self.B.indices)
-        self._work = SurfaceWork(support, self._space, self.arrays.part("work"), domain)
+        self._work = SurfaceWork(support, self._space, self.arrays.part("work"), self._carriers)
+        self._stands: Array = self.arrays.of("stands", self._carriers.stands(support).astype(np.int32), wp.int32)
         share = (1.0 / self.mass[support]).astype(self._space.numpy)
         self._share: Array = self.arrays.of("share", share, self._space.scalar)
         self._back = self._rows_of("back", self.B.T.only(support))
@@ -104,13 +106,14 @@ class Surface:
     def _flagged(self) -> np.ndarray:
         return self._breaking.flags(self._live, self._parted)
 
-    def _make(self) -> None:
+    def _make(self, geometry: Geometry) -> None:
         """The mesh of the live cells, and its arrays."""
-        geometry, space, of = self._system.geometry, self._space, self.arrays.of
+        space, of = self._space, self.arrays.of
         length = self._system.scales.length
         self.mesh = mesh = surface_mesh(geometry, self._live, self._parted, deep=not self._at_nodes)
         made = embedding(geometry, mesh, at_nodes=self._at_nodes)
-        self.B, self.exact, self._identity = made.B, made.exact, made.identity  # pyright: ignore[reportConstantRedefinition]
+        self.B = self._carriers.hang(made.B)  # pyright: ignore[reportConstantRedefinition]
+        self.exact, self._identity = made.exact, made.identity
         self._sizes = abs(self.B), abs(self.B).T
         self.n, self.m = len(mesh.X), len(mesh.faces)
         self.struct = cast(SurfaceArrays, surface_struct(space)())
@@ -149,7 +152,7 @@ class Surface:
         self.force.zero_()
         self.place(self._last)
         self._note()
-        self._work.attend(self._seen, host(self._last.struct.displacement))
+        self._work.attend(self._seen, self._carriers.rows(host(self._last.struct.displacement)))
 
     def start(self, state: State) -> None:
         """Take a state, and the forces that were spread in it, as those at the start of the run: there is no work yet
@@ -160,8 +163,10 @@ class Surface:
 
     def place(self, state: State) -> None:
         """Places, ways, velocities, areas and normals in a state; no forces yet (launches)."""
-        space, seen, fields = self._space, self._seen, state.struct
-        inputs = [self._forth, self._X, fields.displacement, fields.velocity, self._before, self._clock.time]
+        space, seen, carriers = self._space, self._seen, self._carriers
+        carriers.bring(state)
+        moves = [carriers.displacement(state), carriers.velocity(state)]
+        inputs = [self._forth, self._X, *moves, self._before, self._clock.time]
         place = place_kernel(space, self._identity, self._lagged)
         self._over(place, seen.placed, inputs, [self.struct, self._way, self.force])
         if space.dim > 1:
@@ -170,7 +175,7 @@ class Surface:
 
     def spread(self, rate: State) -> None:
         """Add the accelerations of the forces to the rate of the particles' velocities (a launch)."""
-        inputs = [self._work.particle, self._back, self._share, self.force]
+        inputs = [self._stands, self._back, self._share, self.force]
         outputs = [rate.struct.velocity, self._work.load]
         self._over(spread_kernel(self._space), self._seen.pushed, inputs, outputs)
 
@@ -191,8 +196,8 @@ class Surface:
 
     def places(self, displacement: np.ndarray | None = None) -> np.ndarray:
         """Where all vertices are now, on the host, about the origin, (n, dim); or with another `displacement` of the
-        particles, (count, dim)."""
-        u = host(self._last.struct.displacement) if displacement is None else displacement
+        particles, (count, dim). All processes that share the body ask together."""
+        u = self._carriers.rows(host(self._last.struct.displacement) if displacement is None else displacement)
         return (self.mesh.X - self._origin) / self._system.scales.length + self.B @ u.astype(float)
 
     def square(self, stiffness: np.ndarray) -> float:
@@ -213,6 +218,10 @@ class Surface:
         depth = -(off * mesh.N[faces]).sum(1)
         across = np.linalg.norm(off + depth[:, None] * mesh.N[faces], axis=1)
         return ~beside & ~((depth > least) & (depth < most) & (across < aside))
+
+    def of_particles(self, values: np.ndarray, otherwise: float) -> np.ndarray:
+        """Numbers of the columns of B as those of the particles of the body, (count,), `otherwise` of others."""
+        return self._carriers.back(values, otherwise)
 
     def resultant(self, force: Array | None = None) -> np.ndarray:
         """The sum of forces on the vertices, all of them or one law's `force` (n,) vec, on the host, (dim,)."""
@@ -241,7 +250,7 @@ class Surface:
         old = self.mesh.boundary
         self._live = live
         self._parted = self._parted if parted is None else parted
-        self._make()
+        self._make(self._system.geometry)
         put(self._flags, self._flagged())
         self._back = self._rows_of("back", self.B.T.only(self._work.support))
         self.attend(np.arange(self.n), np.arange(self.m))

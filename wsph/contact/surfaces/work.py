@@ -7,11 +7,11 @@ import warp as wp
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
-from wsph.backend.domain import Domain
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.contact.surfaces.attention import Attention
+from wsph.contact.surfaces.carriers import Carriers
 from wsph.parts.works import Works
 
 
@@ -58,9 +58,9 @@ class SurfaceWork(Works):
 
     columns = 1
 
-    def __init__(self, support: np.ndarray, space: Space, arrays: Arrays, domain: Domain):
-        super().__init__(len(support), True, arrays.device, domain)
-        self._space, self._attention = space, None
+    def __init__(self, support: np.ndarray, space: Space, arrays: Arrays, carriers: Carriers):
+        super().__init__(len(support), True, arrays.device)
+        self._space, self._attention, self._carriers = space, None, carriers
         self.support = support
         arrays.take("work", self._work, kept=True, reset=self._work.zero_)
         self.particle: Array = arrays.of("support", support.astype(np.int32), wp.int32)
@@ -82,7 +82,7 @@ class SurfaceWork(Works):
         seen = self._attention
         if seen is None:
             raise RuntimeError("nothing is attended to yet")
-        inputs = [seen.blocks, seen.pushed.device, self.particle, self.load, state.struct.displacement]
+        inputs = [seen.blocks, seen.pushed.device, self.particle, self.load, self._carriers.displacement(state)]
         return _work_kernel(self._space), inputs, [self._before, self._place]
 
     @property

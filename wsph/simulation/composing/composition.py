@@ -161,6 +161,11 @@ class Composition:
         return reported(self.bodies, self.between)
 
     @property
+    def shared_numbers(self) -> frozenset[str]:
+        """The names of those of which every process has a part."""
+        return shared_numbers(self.bodies)
+
+    @property
     def clock(self) -> Clock:
         """The clock of all bodies, on the device."""
         return self.time_step.clock
@@ -277,6 +282,11 @@ def reported(bodies: Sequence[BodyRun], between: Sequence[object]) -> tuple[Repo
     """What of bodies, and of what acts `between` them, people read numbers off."""
     holders = (*(run.system for run in bodies), *between)
     return tuple(each for holder in holders if isinstance(holder, Reporting) for each in holder.reported)
+
+
+def shared_numbers(bodies: Sequence[BodyRun]) -> frozenset[str]:
+    """The names of what people read numbers off that processes have to put together: that of bodies that they share."""
+    return frozenset(each.name for run in bodies if run.system.domain.size > 1 for each in run.system.reported)
 
 
 def integrators_of(bodies: Sequence[BodyRun]) -> list[Integrator]:

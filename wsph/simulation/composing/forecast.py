@@ -16,13 +16,14 @@ import time
 import numpy as np
 import warp as wp
 
+from wsph.backend.domain import Share
 from wsph.geometry.grid import layers_of, plan
-from wsph.ranks.slabs import slabs
+from wsph.ranks.slabs import TooFew, slabs
 from wsph.scene.geometries import reach_of
 from wsph.scene.scene import Scene
-from wsph.simulation.composing.composition import Composition
-from wsph.simulation.composing.setting import method_of
-from wsph.simulation.composing.shared import refuse_shared
+from wsph.simulation.composing.composition import BodyRun, Composition
+from wsph.simulation.composing.setting import Method, method_of
+from wsph.simulation.composing.shared import refuse_shared, refuse_whole, uncut
 
 ALPHA = 4e-6
 """Time of a message [s]: 3 to 4 us were measured in shared memory (Open MPI 5), 2 us are told of InfiniBand."""
@@ -35,31 +36,39 @@ COPIED = 2**22
 
 
 def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[str, str]]:
-    """The rows of a check of a scene with one body that `count` processes are to share. Raises SceneError for what they
-    cannot share, Refused where there are too few particles."""
-    method, body = method_of(scene), scene.bodies[0]
+    """The rows of a check of a scene that `count` processes are to share. Raises SceneError for what they cannot share,
+    Refused where there are too few particles."""
+    method, joint = method_of(scene), composition.joint
     refuse_shared(scene, method)
-    assert body.shape is not None
-    assert body.spacing is not None
-    grid = plan(body.shape, body.spacing, body.lattice_rotate)
-    layers = layers_of(body.shape, grid, 0, int(grid.count[0]) + 1)
-    reach, joined = reach_of(scene, body, method.formulation)
-    found = slabs(layers[:, 0], layers[:-1, 1], count, reach, joined=joined, who=f"body {body.name!r}")
-    shares = [each.cells if joined and composition.particles != layers[:, 0].sum() else each.nodes for each in found]
-    held = np.array([share.held for share in shares])
-    copies = np.array([share.held - (share.high - share.low) for share in shares])
+    fixed = uncut(scene, method)
+    found = [None if k in fixed else _shares(scene, run, method, count) for k, run in enumerate(composition.bodies)]
+    sizes = [run.system.geometry.split.nodes.whole for run in composition.bodies]
+    refuse_whole(scene, method, [each is not None for each in found], sizes, count)
+    cut = [shares for shares in found if shares is not None]
+    whole = [run for run, shares in zip(composition.bodies, found, strict=True) if shares is None]
+    own = np.array([[share.high - share.low for share in shares] for shares in cut]).sum(0)
+    copies = np.array([[share.held for share in shares] for shares in cut]).sum(0) - own
+    held = own + copies + sum(run.system.count for run in whole)
     sent = int(copies.max()) * scene.dim * np.dtype(composition.space.numpy).itemsize
     per_particle, rate = _measured(composition), _copied()
     evaluations = max(run.work for run in composition.bodies)
-    messages = 2.0 * (2 if count > 2 else 1) * evaluations * ALPHA
+    touching = {name for coupling in (joint.couplings if joint is not None else ()) for name in coupling.bodies()}
+    placed = [
+        run for run, shares in zip(composition.bodies, found, strict=True) if shares and run.body.name in touching
+    ]
+    messages = (
+        evaluations * ALPHA * (2.0 * (2 if count > 2 else 1) * len(cut) + float(np.ceil(np.log2(count))) * len(placed))
+    )
     longest = per_particle * float(held.max()) + messages + 2.0 * evaluations * sent / rate
     efficiency = per_particle * composition.particles / (count * longest)
     memory = composition.nbytes / composition.particles * float(held.max())
     return [
         ("processes", f"{count}, slabs across the first axis of the grid"),
-        (
-            "  particles",
-            f"{min(s.high - s.low for s in shares)} to {max(s.high - s.low for s in shares)} of its own each",
+        ("  particles", f"{own.min()} to {own.max()} of its own each"),
+        *(("  whole", f"body {run.body.name!r}: every process has its {run.system.count} particles") for run in whole),
+        *(
+            ("  contact", "every process finds all of it: the efficiency is less by its part of a step")
+            for _ in touching and "1"
         ),
         (
             "  copies",
@@ -73,6 +82,23 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
             f" here, and {1e6 * ALPHA:g} us a message, assumed",
         ),
     ]
+
+
+def _shares(scene: Scene, run: BodyRun, method: Method, count: int) -> list[Share] | None:
+    """What so many processes have of the particles of a body; None where each has all. Raises TooFew for one by itself."""
+    body = run.body
+    assert body.shape is not None
+    assert body.spacing is not None
+    grid = plan(body.shape, body.spacing, body.lattice_rotate)
+    layers = layers_of(body.shape, grid, 0, int(grid.count[0]) + 1)
+    reach, joined = reach_of(scene, body, method.formulation)
+    try:
+        found = slabs(layers[:, 0], layers[:-1, 1], count, reach, joined=joined, who=f"body {body.name!r}")
+    except TooFew:
+        if len(scene.bodies) == 1:
+            raise
+        return None
+    return [each.cells if joined and run.system.count != layers[:, 0].sum() else each.nodes for each in found]
 
 
 def _measured(composition: Composition) -> float:

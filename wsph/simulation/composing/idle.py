@@ -9,7 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
-from wsph.backend.domain import any_of
+from wsph.backend.domain import any_of, mean_of
 from wsph.boundary.loads.rows import FORCE
 from wsph.boundary.programs.functions import Function
 from wsph.boundary.programs.motion import UNITS
@@ -174,15 +174,15 @@ def _strangers(scene: Scene, bodies: Sequence[BodyRun]) -> Iterator[str]:
 
 def _speed(scene: Scene, run: BodyRun) -> np.ndarray:
     """The mean velocity of a body at the start [m/s], or that which a boundary prescribes as a number."""
-    velocity = run.system.state.read("velocity").mean(0) * run.system.scales.velocity
+    system = run.system
+    velocity = mean_of(system.domain, system.state.read("velocity")[system.share.own]) * system.scales.velocity
+    first = system.domain.told(lambda: system.position[:1])
     for condition in scene.boundary:
         if condition.body == run.body.name:
             given: Mapping[str, Value] = condition.velocity
             for axis, value in given.items():
                 made = scene.value(value, "m/s")
-                most = (
-                    made.at(scene.end) if isinstance(made, Function) else float(made(run.system.position[:1], 0.0)[0])
-                )
+                most = made.at(scene.end) if isinstance(made, Function) else float(made(first, 0.0)[0])
                 velocity["xyz".index(axis)] = most
     return np.asarray(velocity, float)
 

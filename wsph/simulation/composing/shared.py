@@ -1,10 +1,13 @@
-"""What processes cannot share: refused by name, before anything is made or written."""
+"""What processes cannot share: refused by name, before anything is made or written.
+
+A body that cannot be cut stands beside others where it is small: then every process has all of it.
+"""
 
 # pyright: strict
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
-from wsph.errors import Fault, SceneError
+from wsph.errors import Fault, Refused, SceneError
 from wsph.scene.geometries import is_fitted
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body, Boundary
@@ -14,10 +17,32 @@ ALONE = "is for one process: start it without mpiexec"
 
 
 def refuse_shared(scene: Scene, method: Method) -> None:
-    """Raise SceneError for all of a scene that several processes cannot share."""
-    found = [Fault(0, key, f"{what} {ALONE}") for key, what in _faults(scene, method)]
+    """Raise SceneError for all of a scene that several processes cannot share, of bodies where there is one alone."""
+    found = list(_faults(scene, method))
+    if len(scene.bodies) == 1:
+        found += _of_body(scene, 0, method)
+    _refuse(found)
+
+
+def uncut(scene: Scene, method: Method) -> list[int]:
+    """The numbers of the bodies that cannot be cut."""
+    return [k for k in range(len(scene.bodies)) if any(_of_body(scene, k, method))]
+
+
+def refuse_whole(scene: Scene, method: Method, cut: Sequence[bool], sizes: Sequence[int], count: int) -> None:
+    """Raise SceneError for bodies that cannot be cut and have, of `sizes` particles, more than a part of the others that
+    are `cut` among so many processes; Refused where none is."""
+    part = sum(size for each, size in zip(cut, sizes, strict=True) if each) / count
+    large = [k for k in uncut(scene, method) if sizes[k] > part]
+    _refuse([fault for k in large for fault in _of_body(scene, k, method)])
+    if not any(cut):
+        names = ", ".join(repr(body.name) for body in scene.bodies)
+        raise Refused(f"bodies {names}: each has too few particles for {count} processes: start fewer")
+
+
+def _refuse(found: Sequence[tuple[str, str]]) -> None:
     if found:
-        raise SceneError("scene", found)
+        raise SceneError("scene", [Fault(0, key, f"{what} {ALONE}") for key, what in found])
 
 
 def _faults(scene: Scene, method: Method) -> Iterator[tuple[str, str]]:
@@ -25,26 +50,30 @@ def _faults(scene: Scene, method: Method) -> Iterator[tuple[str, str]]:
     if not (traits.one_set and traits.reference):
         kind = "of two sets" if not traits.one_set else "that follows the motion"
         yield "run.formulation", f"the {method.formulation.name} form {kind}"
-    if len(scene.bodies) > 1:
-        yield "bodies", "a scene of several bodies"
     if scene.run.correction == "paper":
         yield "run.correction", "the correction of the paper"
     if scene.run.threads > 1:
         yield "run.threads", f"a run of {scene.run.threads} threads"
-    for name in ("contact", "tools", "sections"):
-        if getattr(scene, name):
-            yield name, "what acts between bodies" if name != "sections" else "a section"
+    for k, contact in enumerate(scene.contact):
+        if contact.law == "pinball":
+            yield f"contact.{k}.law", "contact between balls"
+    if scene.sections:
+        yield "sections", "a section"
     if scene.relaxes:
         yield "relax", "a relaxation"
-    for k, body in enumerate(scene.bodies):
-        yield from (
-            (f"bodies.{k}.{key}" if key else f"bodies.{k}", what) for key, what in _of_body(scene, body, method)
-        )
+
+
+def _of_body(scene: Scene, number: int, method: Method) -> Iterator[tuple[str, str]]:
+    """What of a body, and of what is prescribed to it, keeps it from being cut."""
+    body = scene.bodies[number]
+    for key, what in _of_table(scene, body, method):
+        yield (f"bodies.{number}.{key}" if key else f"bodies.{number}"), what
     for k, condition in enumerate(scene.boundary):
-        yield from ((f"boundary.{k}.{key}", what) for key, what in _of_boundary(condition))
+        if condition.body == body.name:
+            yield from ((f"boundary.{k}.{key}", what) for key, what in _of_boundary(condition))
 
 
-def _of_body(scene: Scene, body: Body, method: Method) -> Iterator[tuple[str, str]]:
+def _of_table(scene: Scene, body: Body, method: Method) -> Iterator[tuple[str, str]]:
     """What of a body: its lattice is cut into slabs, and nothing else."""
     if body.shape is None:
         yield ("mesh" if body.mesh is not None else "points"), "a body from a file"

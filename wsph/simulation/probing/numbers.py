@@ -4,7 +4,7 @@ Whatever has such numbers says which sums on the device they are (`wsph.reportin
 are made here, alike for boundaries, contacts, tools and sections.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import cache
 
 import numpy as np
@@ -70,10 +70,18 @@ class Numbers:
     a relaxation, or where something is stored from the start (`wsph.simulation.ledger` does the same).
     """
 
-    def __init__(self, reported: Sequence[Reported], scales: Scales, dim: int, domain: Domain = WHOLE):
-        self._reported, self._domain = reported, domain
+    def __init__(
+        self,
+        reported: Sequence[Reported],
+        scales: Scales,
+        dim: int,
+        domain: Domain = WHOLE,
+        shared: Collection[str] = (),
+    ):
+        """`shared`: the names of those of which every process of a `domain` has a part; of others each has all."""
+        self._reported = reported
         self._terms = [
-            (column(each, number), terms, scale(number, scales, dim))
+            (column(each, number), terms, scale(number, scales, dim), domain if each.name in shared else WHOLE)
             for each in reported
             for number, terms in each.numbers.items()
         ]
@@ -84,7 +92,7 @@ class Numbers:
     def values(self) -> list[float]:
         """The columns at present, SI (launches, and copies from the device)."""
         found = self.present()
-        return [(found[name] - self.stood.get(name, 0.0)) * scale for name, _, scale in self._terms]
+        return [(found[name] - self.stood.get(name, 0.0)) * scale for name, _, scale, _ in self._terms]
 
     def open(self) -> None:
         """Begin to count works (launches, and copies from the device)."""
@@ -96,7 +104,7 @@ class Numbers:
         for each in self._reported:
             each.gather()
         copies: dict[int, np.ndarray] = {}
-        return {name: _value(terms, copies, self._domain) for name, terms, _ in self._terms}
+        return {name: _value(terms, copies, domain) for name, terms, _, domain in self._terms}
 
 
 def _value(terms: Sequence[Term], copies: dict[int, np.ndarray], domain: Domain) -> float:

@@ -22,6 +22,7 @@ from wsph.output import fields
 from wsph.output.fields import Formulas
 from wsph.scene.probes import Probe
 from wsph.scene.tables import Body
+from wsph.simulation.probing.reach import inside
 from wsph.simulation.probing.recorder import Recorder
 from wsph.sph.averages import Averages
 from wsph.units import rounded
@@ -121,18 +122,6 @@ def _several(bodies: Sequence[Probed], key: str) -> SceneError:
     return fault(key, f"lies in {names}: name one with `body`")
 
 
-def _holds(run: Probed, points: np.ndarray) -> bool:
-    """Whether all of the points (n, dim) [m] lie in a body."""
-    geometry = run.system.geometry
-    shape = run.body.shape
-    if geometry.mapped or shape is None:
-        return bool(geometry.holds(points).all())
-    # Steps of a cell reach beyond the shape, and a face of triangles may leave out what lies on it.
-    inside = shape.contains(points)
-    inside[~inside] = geometry.holds(points[~inside])
-    return bool(inside.all())
-
-
 def _extent(run: Probed) -> str:
     nodes, shape = run.system.geometry.nodes, run.body.shape
     said = f"{run.body.name!r} reaches from {rounded(nodes.min(0))} to {rounded(nodes.max(0))} m"
@@ -145,13 +134,13 @@ def _extent(run: Probed) -> str:
 
 def _at(points: np.ndarray, key: str, bodies: Sequence[Probed]) -> tuple[Probed, Places]:
     """The body that holds the points (n, dim) [m] of a probe, and how a field is read at each."""
-    inside = [b for b in bodies if _holds(b, points)]
-    if not inside:
+    there = [b for b in bodies if inside(b.body, b.system.geometry, points).all()]
+    if not there:
         text = f"{points.tolist()} does not lie in one body; {'; '.join(map(_extent, bodies))}"
         raise fault(f"{key}.at", text)
-    if len(inside) > 1:
-        raise _several(inside, f"{key}.at")
-    reading = inside[0].reading
+    if len(there) > 1:
+        raise _several(there, f"{key}.at")
+    reading = there[0].reading
 
     def read(name: str) -> list[list[Averages]]:
         try:
@@ -163,7 +152,7 @@ def _at(points: np.ndarray, key: str, bodies: Sequence[Probed]) -> tuple[Probed,
             raise fault(f"{key}.at", text)
         return [[each.only(np.array([k])) for each in found] for k in range(len(points))]
 
-    return inside[0], read
+    return there[0], read
 
 
 def selected(

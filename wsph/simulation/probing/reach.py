@@ -1,9 +1,10 @@
-"""Where the probes of fields of a body that processes share read, and which process has all that is read there."""
+"""Where the probes of fields of bodies that processes share read, and which process has all that is read there."""
 
 # pyright: strict
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -14,8 +15,8 @@ from wsph.geometry.lattice import on_grid
 from wsph.geometry.selection import select
 from wsph.scene.probes import Probe
 from wsph.scene.scene import Scene
+from wsph.scene.tables import Body
 from wsph.simulation.composing.setting import BareBody
-from wsph.simulation.probing.points import Probed
 
 AROUND = 7
 """Layers around a place that what is read there may be made of."""
@@ -24,40 +25,94 @@ LEAST = 32
 """Layers that a probe may always read over; of a longer body, half of them."""
 
 
-def _layers(probe: Probe, body: Geometry, domain: Domain) -> tuple[int, int] | None:
+class Tabled(Protocol):
+    """What has the table of a body."""
+
+    @property
+    def body(self) -> Body: ...
+
+
+B = TypeVar("B", bound=Tabled)
+
+
+def inside(body: Body, geometry: Geometry, points: np.ndarray) -> np.ndarray:
+    """Which points (n, dim) [m] lie in a body, or in the part of its cells that is here, (n,) bool."""
+    if geometry.mapped or body.shape is None:
+        return geometry.holds(points)
+    # Steps of a cell reach beyond the shape, and a face of triangles may leave out what lies on it.
+    found = body.shape.contains(points)
+    found[~found] = geometry.holds(points[~found])
+    return found
+
+
+def _places(geometry: Geometry) -> np.ndarray:
+    """Nodes and cells that a process owns, (n, dim) [m]."""
+    split = geometry.split
+    return np.concatenate([geometry.nodes[split.nodes.own], geometry.cells[split.points.own]])
+
+
+def _reads(probe: Probe, body: Body, geometry: Geometry) -> bool:
+    """Whether a probe reads in a body: all processes that share it ask together."""
+    domain = geometry.split.domain
+    if probe.points is not None:
+        here = inside(body, geometry, np.array(probe.points, float))
+        return bool(domain.max(here.astype(np.int64)).all())
+    return any_of(domain, bool(select(probe.where or "", _places(geometry), geometry.spacing).any()))
+
+
+def read_by(probe: Probe, key: str, bodies: Sequence[B], geometries: Sequence[Geometry]) -> list[B]:
+    """The bodies that a probe may be of: the one that it reads in, where it names none; all of them where it reads in none,
+    which its recorder says. Raises SceneError where it reads in several."""
+    named = [k for k, each in enumerate(bodies) if probe.of is None and probe.body in (None, each.body.name)]
+    found = [k for k in named if len(named) == 1 or _reads(probe, bodies[k].body, geometries[k])]
+    if len(found) > 1:
+        names = ", ".join(repr(bodies[k].body.name) for k in found)
+        at = "at" if probe.points is not None else "where"
+        raise SceneError("scene", [Fault(0, f"{key}.{at}", f"lies in {names}: name one with `body`")])
+    return [bodies[k] for k in found or named]
+
+
+def _layers(probe: Probe, body: Geometry) -> tuple[int, int] | None:
     """The first and the last layer of cells that a probe reads in; None where it selects nothing."""
-    lattice = on_grid(body)
+    lattice, domain = on_grid(body), body.split.domain
     if probe.points is not None:
         along = lattice.frame.coordinates(np.array(probe.points, float))[:, 0]
     else:
-        split, text = body.split, probe.where or ""
-        places = np.concatenate([body.nodes[split.nodes.own], body.cells[split.points.own]])
-        along = lattice.frame.coordinates(places[select(text, places, body.spacing)])[:, 0]
+        places = _places(body)
+        along = lattice.frame.coordinates(places[select(probe.where or "", places, body.spacing)])[:, 0]
     low, high = along.min(initial=np.inf), along.max(initial=-np.inf)
     low, high = float(domain.min(np.array(low))), float(domain.max(np.array(high)))
     return (int(np.floor(low)), int(np.floor(high))) if low <= high else None
 
 
-def _owner(layers: tuple[int, int], body: Geometry, domain: Domain) -> int:
+def _owner(layers: tuple[int, int], body: Geometry) -> int:
     """The process that owns the layer in the middle of some."""
     lattice = on_grid(body)
     share = body.split.nodes
     node, middle = np.rint(lattice.index[share.own, 0]), sum(layers) // 2
     nearest = np.abs(node - middle).min(initial=np.inf)
-    return int(domain.joined(np.array([nearest])).argmin())
+    return int(body.split.domain.joined(np.array([nearest])).argmin())
 
 
-def reach_probes(scene: Scene, bare: BareBody, domain: Domain) -> BareBody:
-    """A body whose part here has around the places of probes whatever is read for them. Raises SceneError for a probe that
+def reach_probes(scene: Scene, bare: Sequence[BareBody], domain: Domain) -> list[BareBody]:
+    """Bodies whose parts here have around the places of probes whatever is read for them. Raises SceneError for a probe that
     reads all along a body that processes share."""
+    if domain.size == 1:
+        return list(bare)
+    geometries = [each.geometry for each in bare]
+    of = [read_by(probe, f"probes.{k}", bare, geometries) for k, probe in enumerate(scene.probes)]
+    return [_reaching(scene, each, [each in some for some in of]) for each in bare]
+
+
+def _reaching(scene: Scene, bare: BareBody, read: Sequence[bool]) -> BareBody:
+    """A body with what is around the places of those of the probes that it is `read` by."""
+    domain = bare.geometry.split.domain
     if domain.size == 1:
         return bare
     wanted = [bare.geometry.split.layers]
     most = max(int(on_grid(bare.geometry).frame.count[0]) // 2, LEAST)
     for k, probe in enumerate(scene.probes):
-        if probe.of is not None or probe.body not in (None, bare.body.name):
-            continue
-        layers = _layers(probe, bare.geometry, domain)
+        layers = _layers(probe, bare.geometry) if read[k] else None
         if layers is None:
             continue
         if layers[1] - layers[0] > most:
@@ -66,7 +121,7 @@ def reach_probes(scene: Scene, bare: BareBody, domain: Domain) -> BareBody:
                 " most half of the body, or start the run without mpiexec"
             )
             raise SceneError("scene", [Fault(0, f"probes.{k}", text)])
-        if _owner(layers, bare.geometry, domain) == domain.rank:
+        if _owner(layers, bare.geometry) == domain.rank:
             wanted.append((layers[0] - AROUND, layers[1] + 1 + AROUND))
     low, high = (of(each) for of, each in zip((min, max), zip(*wanted, strict=True), strict=True))
     if not any_of(domain, (low, high) != bare.geometry.split.layers):
@@ -74,11 +129,11 @@ def reach_probes(scene: Scene, bare: BareBody, domain: Domain) -> BareBody:
     return replace(bare, geometry=bare.geometry.wider((low, high)))
 
 
-def keeper(probe: Probe, key: str, bodies: Sequence[Probed], domain: Domain) -> int:
-    """The process that records a probe: the first where none has its places, which says so."""
-    for run in bodies:
-        if probe.body in (None, run.body.name):
-            layers = _layers(probe, run.system.geometry, domain)
+def keeper(probe: Probe, geometries: Sequence[Geometry]) -> int:
+    """The process that records a probe of one of some bodies: the first where none has its places, which says so."""
+    for geometry in geometries:
+        if geometry.split.domain.size > 1:
+            layers = _layers(probe, geometry)
             if layers is not None:
-                return _owner(layers, run.system.geometry, domain)
+                return _owner(layers, geometry)
     return 0

@@ -45,7 +45,8 @@ class Records:
         self._moved, self._dim = scene.output.positions == "current", scene.dim
         axes = [f"momentum_{axis}" for axis in "xyz"[: scene.dim]]
         self._domain = composition.domain
-        self._numbers = Numbers(composition.reported, scales, scene.dim, self._domain)
+        shared = composition.shared_numbers
+        self._numbers = Numbers(composition.reported, scales, scene.dim, self._domain, shared)
         self._names = ["step", "time", "dt", *energies, *axes, *self._numbers.units]
         self._rows: list[list[float]] = []
         self._energy = scales.stress * scales.length**scene.dim
@@ -214,8 +215,12 @@ class Records:
         if self._single:
             whole = {name: _single(values) if name not in fields.ALWAYS else values for name, values in whole.items()}
         # Of bodies that processes share all but the first have their own rows.
-        first = self._bodies[0].system.share.low
-        return whole | {"id": first + np.arange(len(whole["body"])), "body": whole.pop("body")}
+        before = np.cumsum([0, *(run.system.share.whole for run in self._bodies)])
+        ids = [
+            first + run.system.share.low + np.arange(len(part["body"]))
+            for run, first, part in zip(self._bodies, before[:-1], parts, strict=True)
+        ]
+        return whole | {"id": np.concatenate(ids), "body": whole.pop("body")}
 
     def kept(self) -> tuple[dict[str, np.ndarray], list[Recorded]]:
         """The records that a checkpoint holds: arrays, and of each probe its keys and its steps."""

@@ -32,7 +32,7 @@ class SharedNumbers(NumberRecorder):
         super().__init__(probe, key, reported, scales, clock, dim, often=False)
         if often:
             raise SceneError("scene", [Fault(0, f"{key}.every", "numbers of every step are for one process")])
-        self._together = Numbers([self._of], scales, dim, domain)
+        self._together = Numbers([self._of], scales, dim, domain, (self._of.name,))
 
     def record(self) -> None:
         """What there is is put together when it is read."""

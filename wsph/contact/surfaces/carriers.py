@@ -1,0 +1,115 @@
+"""The particles that the surface of a body hangs on: its own, or of a body that processes share those of all of them.
+
+Every process has the whole surface of a shared body, and finds the same contacts, to the bit. What the surface takes of the
+particles is brought up to date by a message whenever it is placed; of the forces each process takes those on its own.
+"""
+
+# pyright: strict
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+
+from functools import partial
+
+import numpy as np
+import warp as wp
+
+from wsph.backend.arrays import host, put
+from wsph.backend.space import Array
+from wsph.backend.state import State
+from wsph.contact.surfaces.body import SurfacedSystem
+from wsph.contact.surfaces.meshing.sparse import SparseRows
+from wsph.geometry.geometry import Geometry
+
+
+class Carriers:
+    """The particles of a body that is here as a whole."""
+
+    def __init__(self, system: SurfacedSystem):
+        self._system = system
+
+    def hang(self, B: SparseRows) -> SparseRows:
+        """A matrix (vertices, particles of the whole body) as one over these particles."""
+        return B
+
+    def stands(self, particles: np.ndarray) -> np.ndarray:
+        """Where some of them (k,) stand among the particles of the body that are here; -1 for those that are not."""
+        return particles
+
+    def bring(self, state: State) -> None:
+        """Bring what the surface takes of a state up to date."""
+
+    def displacement(self, state: State) -> Array:
+        """Of them, in a state that was brought last."""
+        return state.struct.displacement
+
+    def velocity(self, state: State) -> Array:
+        """The same."""
+        return state.struct.velocity
+
+    def rows(self, values: np.ndarray) -> np.ndarray:
+        """What they have, of rows of the particles that are here. All processes that share the body ask together."""
+        return values
+
+    def back(self, values: np.ndarray, otherwise: float) -> np.ndarray:
+        """What the particles that are here have, of numbers (k,) of these; `otherwise` where that is none of these."""
+        return values
+
+
+class SharedCarriers(Carriers):
+    """Those of the particles of a body that processes share on which any vertex of its surface hangs, k of all.
+
+    _own     # those that this process owns, rows of the particles that are here, ascending
+    _stands  # where each stands among the particles that are here, -1 where it is not, (k,)
+    _u, _v   # their displacements and velocities, (k,) vec
+    """
+
+    def hang(self, B: SparseRows) -> SparseRows:
+        system, share = self._system, self._system.share
+        which = np.unique(B.indices)
+        self._own = which[(which >= share.low) & (which < share.high)] - share.first
+        here = (which >= share.first) & (which < share.first + share.held)
+        self._stands = np.where(here, which - share.first, -1)
+        vec, device = system.space.vec, system.clock.device
+        self._u: Array = wp.zeros(len(which), dtype=vec, device=device)
+        self._v: Array = wp.zeros(len(which), dtype=vec, device=device)
+        return SparseRows(B.offsets, np.searchsorted(which, B.indices), B.values, len(which))
+
+    def stands(self, particles: np.ndarray) -> np.ndarray:
+        return self._stands[particles]
+
+    def bring(self, state: State) -> None:
+        self._system.clock.host(partial(self._bring, state.struct.displacement, state.struct.velocity))
+
+    def _bring(self, displacement: Array, velocity: Array) -> None:
+        dim = self._system.space.dim
+        # Processes have ranges of particles, in their order.
+        mine = np.concatenate([host(each)[self._own] for each in (displacement, velocity)], 1)
+        found = self._system.domain.joined(mine)
+        put(self._u, found[:, :dim])
+        put(self._v, found[:, dim:])
+
+    def displacement(self, state: State) -> Array:
+        return self._u
+
+    def velocity(self, state: State) -> Array:
+        return self._v
+
+    def rows(self, values: np.ndarray) -> np.ndarray:
+        return self._system.domain.joined(values[self._own])
+
+    def back(self, values: np.ndarray, otherwise: float) -> np.ndarray:
+        found = np.full(self._system.count, otherwise)
+        here = self._stands >= 0
+        found[self._stands[here]] = values[here]
+        return found
+
+
+def carriers_of(system: SurfacedSystem) -> Carriers:
+    """The particles that the surface of a body hangs on."""
+    return Carriers(system) if system.domain.size == 1 else SharedCarriers(system)
+
+
+def all_places(system: SurfacedSystem, whole: Geometry) -> np.ndarray:
+    """Where all particles of a body are at the start, of all processes, (n, dim) [m]; `whole` is its geometry."""
+    if whole is system.geometry:
+        return system.position
+    return whole.nodes if system.position is system.geometry.nodes else whole.cells
