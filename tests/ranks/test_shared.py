@@ -9,8 +9,8 @@ from tests.ranks.launch import launched, needs_mpi
 from tests.ranks.shared_cases import CASES
 
 RESUMED = ("sides", "plastic", "edges viscous")
-BODIES = ("bodies", "bodies averaged", "bodies, resumed")
-MEETING = ("contact", "contact 3D", "contact averaged", "tie", "tools", "contact, resumed", "tools, resumed")
+BODIES = ("bodies", "bodies, resumed")
+MEETING = ("contact", "contact 3D", "tie", "contact, resumed")
 ONE = tuple(name for name in CASES if name not in (*BODIES, *MEETING))
 
 

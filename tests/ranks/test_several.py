@@ -1,0 +1,66 @@
+"""Several bodies among processes: what a check tells of them, and what is refused by name."""
+
+from typing import Any
+
+import pytest
+
+import wsph
+from tests.ranks.shared_cases import BESIDE, CASES, scene
+from wsph.checking import described
+from wsph.errors import Refused, SceneError, WsphError
+
+
+def told(made: wsph.Scene, count: int) -> dict[str, list[str]]:
+    rows = described(made, "", count)
+    first = [name for name, _ in rows].index("processes")
+    found: dict[str, list[str]] = {}
+    for name, words in rows[first:]:
+        found.setdefault(name.strip(), []).append(words)
+    return found
+
+
+def test_a_check_tells_what_every_process_has_of_several_bodies() -> None:
+    made = CASES["bodies"]()
+    found = told(made, 2)
+    whole = [f"body 's': every process has its {13 * 13} particles", "body 'f': every process has its"]
+    assert [words.startswith(each) for words, each in zip(found["whole"], whole, strict=True)] == [True, True]
+    low, high = (int(word) for word in found["particles"][0].split()[:3:2])
+    assert low + high == 91 * 51 + 71 * 67
+    assert "contact" not in found
+
+
+def test_a_check_says_that_contact_is_found_by_all() -> None:
+    found = told(CASES["contact"](), 3)
+    assert found["contact"] == ["every process finds all of it: the efficiency is less by its part of a step"]
+    alone, together = (float(each["efficiency"][0].split()[0]) for each in (told(scene(), 2), told(scene(), 4)))
+    assert 0.0 < together < alone < 100.0
+
+
+SMALL = {"shape": {"type": "box", "min": [0.0, 0.0], "max": [9.0, 5.0]}}
+LARGE = ("c", [0.0, 60.0], [70.0, 126.0], {"jitter": 0.1})
+
+
+@pytest.mark.parametrize(
+    ("changes", "kind", "words"),
+    [
+        ({"more": [LARGE]}, SceneError, "bodies.1.jitter: a body with jitter is for one process"),
+        (
+            {
+                "more": [BESIDE[0]],
+                "contact": [{"between": ["b", "c"], "law": "pinball"}],
+                "form": "total-lagrangian",
+            },
+            SceneError,
+            "contact.0.law: contact between balls is for one process",
+        ),
+        ({"body": SMALL, "more": BESIDE[1:2], "probes": []}, Refused, "bodies 'b', 's': each has too few particles"),
+        ({"body": SMALL, "probes": []}, Refused, "body 'b': 60 particles in blocks of 1024 are too few"),
+        ({"body": {"jitter": 0.1}}, SceneError, "bodies.0.jitter: a body with jitter is for one process"),
+    ],
+)
+def test_what_of_bodies_cannot_be_shared_is_refused_by_name(
+    changes: dict[str, Any], kind: type[WsphError], words: str
+) -> None:
+    with pytest.raises(kind) as caught:
+        described(scene(**changes), "", 2)
+    assert words in str(caught.value)
