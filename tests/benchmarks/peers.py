@@ -5,11 +5,11 @@
 A size is dimensions:rows. Ours is timed with LAMMPS's own parts (hourglass control and viscosity), with LAMMPS's pairs and
 with those of the edges of cells, which the form has by default; with LAMMPS's pairs also with viscosity alone, on
 approaching or on all pairs (pair damping), with the residual, bare, bare with its root moved by an expression; and in the
-default form (stress points). Both with LAMMPS's parts, the bare and the default also on all cores, beside as many independent copies, a
-core each, which say what the machine's cores are worth together just then: cores that are shared with others are not always
-worth their number. The C loops (`reference.c`, -O3
--march=native -ffast-math) have our data: the same pairs, stored W'/r and order; they do the two loops over pairs and no
-more, beside our kernels of the two, in both precisions.
+default form (stress points). Both with LAMMPS's parts, the bare and the default also on all cores, beside as many
+independent copies, a core each, which say what the machine's cores are worth together just then: cores that are shared
+with others are not always worth their number. The C loops (`reference.c`, -O3 -march=native -ffast-math) have our data: the
+same pairs, stored W'/r and order; they do the two loops over pairs and no more, beside our kernels of the two, in both
+precisions.
 
 Sides alternate, rounds over; medians of ratios. A particle-step is one particle through one step: leapfrog evaluates its
 forces once in it, PySPH's integrator twice. --write leaves docs/peers.json, where what was not asked for stays, and
