@@ -48,7 +48,8 @@ from wsph.simulation.composing.together import joined_bodies, stiffen
 from wsph.simulation.probing.numbers import NumberRecorder
 from wsph.simulation.probing.placed import PlacedRecorder
 from wsph.simulation.probing.points import PointRecorder
-from wsph.simulation.probing.reach import keeper, reach_probes, read_by
+from wsph.simulation.probing.reach import keeper, reach_probes
+from wsph.simulation.probing.read_in import read_by
 from wsph.simulation.probing.recorder import Recorder
 from wsph.simulation.probing.reduced import ReducedRecorder, needs_places
 from wsph.simulation.probing.shared_numbers import SharedNumbers

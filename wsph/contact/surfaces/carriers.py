@@ -17,7 +17,6 @@ from wsph.backend.space import Array
 from wsph.backend.state import State
 from wsph.contact.surfaces.body import SurfacedSystem
 from wsph.contact.surfaces.meshing.sparse import SparseRows
-from wsph.geometry.geometry import Geometry
 
 
 class Carriers:
@@ -106,10 +105,3 @@ class SharedCarriers(Carriers):
 def carriers_of(system: SurfacedSystem) -> Carriers:
     """The particles that the surface of a body hangs on."""
     return Carriers(system) if system.domain.size == 1 else SharedCarriers(system)
-
-
-def all_places(system: SurfacedSystem, whole: Geometry) -> np.ndarray:
-    """Where all particles of a body are at the start, of all processes, (n, dim) [m]; `whole` is its geometry."""
-    if whole is system.geometry:
-        return system.position
-    return whole.nodes if system.position is system.geometry.nodes else whole.cells

@@ -16,8 +16,7 @@ from wsph.backend.domain import Share
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.contact.between import CoupledBody
-from wsph.contact.surfaces.body import SurfacedSystem
-from wsph.contact.surfaces.carriers import all_places
+from wsph.contact.surfaces.body import SurfacedSystem, all_places
 from wsph.contact.surfaces.fields import surface_fields
 from wsph.contact.surfaces.laws import Ground, Law, LawMaker
 from wsph.contact.surfaces.reading import LawNumbers

@@ -22,7 +22,7 @@ from wsph.output import fields
 from wsph.output.fields import Formulas
 from wsph.scene.probes import Probe
 from wsph.scene.tables import Body
-from wsph.simulation.probing.reach import inside
+from wsph.simulation.probing.read_in import inside
 from wsph.simulation.probing.recorder import Recorder
 from wsph.sph.averages import Averages
 from wsph.units import rounded
