@@ -79,10 +79,11 @@ VISCOUS = {"viscosity": {"alpha": 0.1, "beta": 0.2}, "damping": {"rate": 0.01}}
 ROUND = {"shape": {"type": "disc", "center": [35.0, 132.3], "radius": 6.0}, "velocity": ["0.0", "-0.5"]}
 BESIDE = [
     ("c", [0.0, 60.0], [70.0, 126.0], {}),
-    ("s", [-40.0, 0.0], [-28.0, 12.0], VISCOUS),
+    ("s", [-60.0, 0.0], [-10.0, 50.0], VISCOUS),
     ("f", [], [], ROUND),
 ]
-"""A second body that is cut, one that is too small for it, and one whose surface is fitted, which runs into the second."""
+"""A second body that is cut, one that is too small for four processes, and one whose surface is fitted, which runs into the
+second."""
 
 OF_BESIDE = {
     "more": BESIDE,
@@ -91,11 +92,12 @@ OF_BESIDE = {
         {"name": "press", "body": "f", "where": "x < 35", "pressure": 1e-3},
     ],
     "probed": [
-        {"name": "pull", "of": "pull", "fields": ["force", "work"], "every": 1},
+        {"name": "pull", "of": "pull", "fields": ["force", "work"], "every": 4},
+        {"name": "press", "of": "press", "fields": ["force", "work"], "every": 1},
         {
             "name": "in-s",
             "body": "s",
-            "where": "x < -31",
+            "where": "x < -51",
             "fields": ["velocity", "stress"],
             "reduce": "max",
             "every": 3,
@@ -193,13 +195,13 @@ def resumed(comm: object, made: wsph.Scene) -> dict[str, str | None]:
     half = made.with_(end=made.end / 2, checkpoint={"every": 4, "final": True})
     shared(comm, half, 2, out=folder / "2")
     found: dict[str, str | None] = {}
-    for count in (3, 1):
+    for count in (4, 1):
         if comm.rank == 0:  # type: ignore[attr-defined]
             shutil.copytree(folder / "2", folder / f"2 to {count}")
         comm.Barrier()  # type: ignore[attr-defined]
         found[f"2 to {count}"] = shared(comm, made, count, out=folder / f"2 to {count}", resume=True)
-    shared(comm, half, 1, out=folder / "1 to 4")
-    found["1 to 4"] = shared(comm, made, 4, out=folder / "1 to 4", resume=True)
+    shared(comm, half, 1, out=folder / "1 to 3")
+    found["1 to 3"] = shared(comm, made, 3, out=folder / "1 to 3", resume=True)
     comm.Barrier()  # type: ignore[attr-defined]
     if comm.rank == 0:  # type: ignore[attr-defined]
         shutil.rmtree(folder)
