@@ -28,6 +28,7 @@ from wsph.formulations.taylor.face_frames import PASSES, frame_kernel
 from wsph.formulations.taylor.faces import turning_faces_struct
 from wsph.formulations.taylor.kernels import TaylorKernels
 from wsph.formulations.taylor.moving_kernels import kernels, places_struct
+from wsph.formulations.taylor.operators import Sets
 from wsph.formulations.taylor.system import TwoSetSystem
 from wsph.sph.rows import rows_struct
 
@@ -40,6 +41,8 @@ class MovingTwoSetSystem(TwoSetSystem):
     _slopes  # rows with weights of slopes along the axes of the grid
     _frames  # current axes of each particle's faces, in rows, (f,) mat
     """
+
+    by_rows = False
 
     def __init__(self, setup: Setup):
         super().__init__(setup)
@@ -110,6 +113,9 @@ class MovingTwoSetSystem(TwoSetSystem):
     def _spanning(self, name: str) -> np.ndarray:
         """All: each axis by itself is no gradient under shear and rotation: corners would find strain in a rigid turn."""
         return np.ones(len(self.lattice.nodes if name == "real" else self.lattice.cells), bool)
+
+    def _listed_for(self, sets: Sets) -> str:
+        return "its gradients follow the motion"
 
     def _layout(self, where: str) -> Layout:
         spins = self.space.dim * (self.space.dim - 1) // 2 * (where == "virtual")
