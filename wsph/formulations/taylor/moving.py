@@ -28,7 +28,6 @@ from wsph.formulations.taylor.face_frames import PASSES, frame_kernel
 from wsph.formulations.taylor.faces import turning_faces_struct
 from wsph.formulations.taylor.kernels import TaylorKernels
 from wsph.formulations.taylor.moving_kernels import kernels, places_struct
-from wsph.formulations.taylor.operators import Sets
 from wsph.formulations.taylor.system import TwoSetSystem
 from wsph.sph.rows import rows_struct
 
@@ -114,7 +113,7 @@ class MovingTwoSetSystem(TwoSetSystem):
         """All: each axis by itself is no gradient under shear and rotation: corners would find strain in a rigid turn."""
         return np.ones(len(self.lattice.nodes if name == "real" else self.lattice.cells), bool)
 
-    def _listed_for(self, sets: Sets) -> str:
+    def _listed_for(self) -> str:
         return "its gradients follow the motion"
 
     def _layout(self, where: str) -> Layout:

@@ -1,8 +1,8 @@
 """The operators between the two sets of a body: weights of what each particle sees of the other set.
 
-A particle inside of a lattice sees the 2^dim of the other set around it, each with a weight of one over their number, and its
-gradients are differences along the axes: its row follows from the lattice, and needs no list. Where weights are others, as at
-faces, whose nodes have less volume, along cracks or with a larger support, there are lists, beside such rows too.
+A particle inside of a lattice sees the 2^dim of the other set around it, each with a weight of one over their number, and
+its gradients are differences along the axes: its row follows from the lattice, and needs no list. Where weights are others,
+as at faces, whose nodes have less volume, along cracks or with a larger support, there are lists, beside such rows too.
 """
 
 # pyright: strict
@@ -28,11 +28,14 @@ from wsph.sph.weights import Weights, gradient_weights, interpolation_weights
 WIDENINGS = 2
 """Times that the support of a target may grow by half where it spans too few directions (a corner) and has to span all."""
 
-LEAST = 0.25
-"""Part of the rows of an operator that follow from the lattice from which they pay."""
+FEWEST = {1: 60, 2: 200, 3: 150}
+"""Rows of an operator that follow from the lattice from which they pay, by the dimension: a step has two launches more, of
+half a microsecond each. Microseconds a step, elastic in double precision, with them and by lists alone: in 1D 1.5 and 1.4 of
+31 particles, 2.3 and 2.6 of 101; in 2D 6.5 and 5.8 of 169, 12 and 14 of 441; in 3D 34 and 31 of 343, 64 and 67 of 729
+(tests/benchmarks/rows.py tells of larger ones)."""
 
-FEWEST = {1: 1000, 2: 1, 3: 1}
-"""Rows that follow from the lattice from which they pay, by the dimension."""
+SHORTEST = 6.0
+"""Mean length of their runs from which they pay: a block of fewer rows does not fill a vector."""
 
 ROUNDINGS = 64.0
 """Within so many rounding units weights are those of a lattice; what differs does so by a tenth."""
@@ -43,9 +46,9 @@ class Sets:
     neighbours. No pair reaches through a crack."""
 
     def __init__(self, setup: Setup, support: float):
-        """`support` in cells. `few`: rows follow from the lattice, but fewer than pay."""
+        """`support` in cells."""
         self._space, self._device, self._smoothing = setup.space, setup.device, setup.scene.run.kernel
-        self._lattice, self._support, self.few = setup.lattice, support, False
+        self._lattice, self._support = setup.lattice, support
         self.nodes, self.cells = setup.lattice.centred
         self._off_cracks = setup.lattice.off_cracks if setup.lattice.cracks else (self.nodes, self.cells)
 
@@ -81,17 +84,6 @@ class Sets:
             )
         return interpolation, gradient
 
-    def rows(self, weights: tuple[Weights, Weights], apart: np.ndarray) -> np.ndarray:
-        """What the targets of `weights` see whose rows follow from the lattice, as `lattice_rows` says it; of those `apart`
-        (targets,) bool none does, and where they are too few to pay none at all."""
-        near = lattice_rows(*weights)
-        near[apart] = -1
-        many = np.count_nonzero(near[:, 0] >= 0)
-        if many < max(LEAST * len(near), FEWEST[self._space.dim]):
-            self.few |= many > 0
-            near[:] = -1
-        return near
-
 
 def lattice_rows(interpolation: Weights, gradient: Weights) -> np.ndarray:
     """What targets see whose weights are those of the middle of 2^dim equal sources, to rounding, (targets, 2^dim) int32, in
@@ -108,7 +100,8 @@ def lattice_rows(interpolation: Weights, gradient: Weights) -> np.ndarray:
         alike &= np.abs(corners * weight[at] - 1.0) < within
         alike &= (np.abs(0.5 * corners * np.abs(g) - 1.0) < within).all(1)
         found[np.arange(len(rows)), (g > 0.0) @ 2 ** np.arange(dim)[::-1]] = indices[at]
-    alike &= (found >= 0).all(1)
+    # What is behind a row along the last axis is before the next: a line of them is read once.
+    alike &= (found >= 0).all(1) & (found[:, 1::2] == found[:, ::2] + 1).all(1)
     near = np.full((interpolation.pairs.targets, corners), -1, np.int32)
     near[rows[alike]] = found[alike]
     return near
@@ -120,8 +113,9 @@ class Operator:
     listed                   # targets that have lists, (k,)
     interpolation, gradient  # their weights
     rows                     # the lists as kernels take them
+    few                      # rows follow from the lattice, but in such a way that they do not pay
     table                    # blocks of the other rows (`wsph.formulations.lattice.runs`), flat; None where there are none
-    across                   # rows of a block, but at the end of a run
+    across                   # rows of a block, but where a run ends
     slope                    # dim x dim: their differences along the axes of the grid, summed, times it are the gradient
     """
 
@@ -134,8 +128,11 @@ class Operator:
         self._turn = np.eye(dim) if turn is None else turn
         width = width_of(device, space.precision)
         self._threads = ACROSS if width == 1 else 1
-        self.across, spare = (ACROSS, 0) if width == 1 else (width, width // 2)
-        self._blocks = gathered_runs(near, weights[0].pairs.sources, self.across, spare)
+        self.across = ACROSS if width == 1 else width
+        blocks = gathered_runs(near, weights[0].pairs.sources, self.across)
+        many = int(blocks[:, OWN].sum())
+        self.few = 0 < many < max(FEWEST[dim], SHORTEST * len(blocks))
+        self._blocks = blocks[:0] if self.few else blocks
         self.listed = np.arange(self.targets, dtype=np.int32)
         if self.regular:
             self.listed = np.flatnonzero(near[:, 0] < 0).astype(np.int32)
@@ -168,6 +165,12 @@ class Operator:
     def pairs(self) -> int:
         """Directed pairs, as many as lists of all would have."""
         return self.interpolation.pairs.count + 2**self._space.dim * self.regular
+
+    @property
+    def spared(self) -> int:
+        """Bytes that a row which follows from the lattice does without: a list, its support, and that it is one."""
+        number = np.dtype(self._space.numpy).itemsize
+        return 2**self._space.dim * (4 + (1 + self._space.dim) * number) + 16
 
     def arrays(self) -> dict[str, Array]:
         """The arrays on the device, by their names."""

@@ -49,9 +49,10 @@ def _gathering(space: Space, laws: Laws, source: Layout, width: int, rotated: bo
     return gather
 
 
-def _own(space: Space, laws: Laws, layout: Layout, width: int) -> tuple[wp.Function, wp.Function]:
-    """Warp functions (fields, first, rows, velocity_out, stress_out, memory_out) that reads what neighbouring particles
-    have, and (velocity, stress, memory, first, rows, fields_out) that writes it."""
+def _own(space: Space, laws: Laws, layout: Layout, width: int, drifts: bool) -> tuple[wp.Function, wp.Function]:
+    """Warp functions (fields, first, rows, velocity_out, stress_out, memory_out, place_out) that reads what neighbouring
+    particles have, and (velocity, stress, memory, place, first, rows, fields_out) that writes it; displacements where a
+    particle `drifts`."""
     real, Fields, kept = space.scalar, fields_struct(space, layout), "internals" in layout
     (read_v, write_v), (read_s, write_s), (read_q, write_q) = (
         field_lanes(space, width, each) for each in (space.vec, laws.stress, laws.internal)
@@ -65,17 +66,21 @@ def _own(space: Space, laws: Laws, layout: Layout, width: int) -> tuple[wp.Funct
         velocity_out: wp.array(dtype=real),
         stress_out: wp.array(dtype=real),
         memory_out: wp.array(dtype=real),
+        place_out: wp.array(dtype=real),
     ):
         read_v(fields.velocity, first, rows, velocity_out)
         read_s(fields.stress, first, rows, stress_out)
         if wp.static(kept):
             read_q(fields.internals, first, rows, memory_out)
+        if wp.static(drifts):
+            read_v(fields.displacement, first, rows, place_out)
 
     @wp.func
     def write(
         velocity: wp.array(dtype=real),
         stress: wp.array(dtype=real),
         memory: wp.array(dtype=real),
+        place: wp.array(dtype=real),
         first: int,
         rows: int,
         fields_out: Fields,
@@ -84,6 +89,8 @@ def _own(space: Space, laws: Laws, layout: Layout, width: int) -> tuple[wp.Funct
         write_s(stress, first, rows, fields_out.stress)
         if wp.static(kept):
             write_q(memory, first, rows, fields_out.internals)
+        if wp.static(drifts):
+            write_v(place, first, rows, fields_out.displacement)
 
     return read, write
 
@@ -111,12 +118,11 @@ def advance_kernel(
     get_gradient, seen = by_row.matrix[0], by_row.widened
     (get_s, put_s), (get_q, put_q), (get_v, put_v) = by_row.stress, by_row.memory, lane(space, width, vec)
     get_mean, get_force = lane(space, width, vec, dim * dim)[0], lane(space, width, vec, w)[0]
-    gather, (read, write) = _gathering(space, laws, source, width, rotated), _own(space, laws, target, width)
-    read_u, write_u = field_lanes(space, width, vec)
+    gather, (read, write) = _gathering(space, laws, source, width, rotated), _own(space, laws, target, width, drifts)
     accelerated, Inertia = acceleration(space, parts), inertia_struct(space, parts.varied)
     vectors, stresses, memories = dim * capacity, w * capacity, laws.internal._length_ * capacity
     motions, bearings = (dim + 1) * vectors, stresses + vectors
-    of_rest, of_change = (stresses, memories) if sourced else (1, 1)
+    (of_rest, of_change), of_place = (stresses, memories) if sourced else (1, 1), vectors if drifts else 1
 
     @kernel(ranged=True, lanes=True)
     def advance_by_rows(
@@ -142,14 +148,11 @@ def advance_kernel(
         velocity = wp.zeros(shape=vectors, dtype=real)
         old_s = bearing
         old_q = memory
-        place = velocity
+        place = wp.zeros(shape=of_place, dtype=real)
         if wp.static(adds):
             old_s = wp.zeros(shape=stresses, dtype=real)
             old_q = wp.zeros(shape=memories, dtype=real)
-            read(fields_out, i, many, velocity, old_s, old_q)
-        if wp.static(drifts):
-            place = wp.zeros(shape=vectors, dtype=real)
-            read_u(fields_out.displacement, i, many, place)
+            read(fields_out, i, many, velocity, old_s, old_q, place)
         turn = seen(gradient)
         e = int(0)
         while e < many:
@@ -169,8 +172,6 @@ def advance_kernel(
             put_s(bearing, e, get_s(old_s, e) + dt * ds)
             put_q(memory, e, get_q(old_q, e) + dt * dq)
             e += 1
-        write(velocity, bearing, memory, i, many, fields_out)
-        if wp.static(drifts):
-            write_u(place, i, many, fields_out.displacement)
+        write(velocity, bearing, memory, place, i, many, fields_out)
 
     return advance_by_rows

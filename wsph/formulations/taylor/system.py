@@ -35,7 +35,7 @@ from wsph.formulations.taylor.carried import CarriedCells
 from wsph.formulations.taylor.faces import faces_struct
 from wsph.formulations.taylor.judgement import turned
 from wsph.formulations.taylor.kernels import TaylorKernels, drift_kernel, kernels
-from wsph.formulations.taylor.operators import Operator, Sets
+from wsph.formulations.taylor.operators import Operator, Sets, lattice_rows
 from wsph.geometry.cracks import parted
 from wsph.geometry.lattice import Lattice
 from wsph.parts.body_force import BodyForce
@@ -96,10 +96,10 @@ class TwoSetSystem(System):
         self._real = self._operator(sets, "real", lattice.cell_volume / cell)
         rows = self._virtual.regular + self._real.regular
         self.regular = rows / (self._virtual.targets + self._real.targets)
-        self.listed = self._listed_for(sets)
+        self.listed = self._listed_for()
         if rows:
             block = 4 * (HEAD + 2**space.dim)
-            self.segmented = Segmented(self._virtual.across, 0, block, block, 0, 0)
+            self.segmented = Segmented(self._virtual.across, 0, block, block, 0, 0, self._virtual.spared)
         self.state = self._new("real", own=True)
         self._axes = space.mat(*lattice.frame.axes.T.ravel())
         self._rotated = not lattice.frame.upright
@@ -198,21 +198,27 @@ class TwoSetSystem(System):
         """From one set to the "virtual" or the "real" particles. Gradients are brought to lengths and to the coordinate
         axes."""
         weights = sets.weights(name, volume, self._spanning(name))
-        apart = np.full(len(weights[0].rank), not self.by_rows)
+        near = lattice_rows(*weights)
+        if not self.by_rows:
+            near[:] = -1
         if name == "real":
-            apart |= (self._held_components() != 0) | (self.conditions.free_normals != 0)
+            near[(self._held_components() != 0) | (self.conditions.free_normals != 0)] = -1
         frame = self.lattice.frame
         along = frame.upright and (np.abs(frame.step / self.scales.length - 1.0) < 1e-6).all()
         turn = None if along else frame.axes * (self.scales.length / frame.step)
-        return Operator(self.space, weights, turn, sets.rows(weights, apart), self.device)
+        return Operator(self.space, weights, turn, near, self.device)
 
-    def _listed_for(self, sets: Sets) -> str:
+    def _listed_for(self) -> str:
         """What it has lists for, in words; empty where rows follow from its lattice."""
         if self.regular > 0.0:
             return ""
         if self.lattice.irregular:
             return "its cells differ"
-        return "it is too small" if sets.few else "its particles see more than the nearest of the other set"
+        return (
+            "too small for rows to pay"
+            if self._virtual.few or self._real.few
+            else "its particles see more than the nearest of the other set"
+        )
 
     def _second_moments(self, nodes: np.ndarray, cells: np.ndarray) -> float:
         """Smallest second moment of the interpolation to a virtual particle, in spacings squared."""
