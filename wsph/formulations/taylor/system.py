@@ -232,9 +232,9 @@ class TwoSetSystem(System):
         # One-sided neighbourhoods at the faces have smaller moments and grow nothing: where there is an interior it decides.
         # In a body of one or two cells across there is none; the moments along the axes leave out the corners' skewness.
         at_face = np.bincount(row, on_face[indices], len(listed)) > 0
-        others = on_face[self.lattice.corners].any(1)
-        others[listed] = True
-        smallest = np.linalg.eigvalsh(moment[~at_face])[:, 0].min(initial=np.inf if others.all() else CORNERS)
+        inner = np.delete(np.arange(len(cells)), listed)
+        initial = CORNERS if (~on_face[self.lattice.corners[inner]]).all(1).any() else np.inf
+        smallest = np.linalg.eigvalsh(moment[~at_face])[:, 0].min(initial=initial)
         if smallest == np.inf:
             smallest = np.einsum("nii->ni", moment).min(initial=CORNERS)
         return float(smallest)
