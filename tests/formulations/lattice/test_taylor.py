@@ -9,7 +9,7 @@ import pytest
 
 import wsph
 from tests import scenes
-from tests.formulations.lattice.bodies import CELL, random_body
+from tests.formulations.lattice.bodies import CELL, random_body, same_bits
 from wsph.formulations.lattice.runs import FIRST, HEAD, OWN
 from wsph.formulations.taylor import operators, system
 from wsph.simulation.compose import compose
@@ -212,11 +212,4 @@ def test_its_bits_are_those_of_two_threads_and_of_a_resumed_run(
 ) -> None:
     share()
     scene = made(law, precision, threads=1)
-    straight, two = wsph.run(scene), wsph.run(made(law, precision, threads=2))
-    wsph.run(scene.with_(end=0.3, checkpoint={"every": 5}), tmp_path / "out")
-    resumed = wsph.run(scene, tmp_path / "out", resume=True)
-    for name, values in straight.particles.items():
-        assert np.array_equal(values, two.particles[name]), name
-        assert np.array_equal(values, resumed.particles[name]), name
-    for name in straight.history:
-        assert straight.history[name][-1] == resumed.history[name][-1], name
+    same_bits(scene, made(law, precision, threads=2), 0.3, tmp_path / "out")
