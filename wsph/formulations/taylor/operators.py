@@ -17,7 +17,7 @@ from wsph.backend.arrays import host
 from wsph.backend.space import Array, Space
 from wsph.errors import Refused
 from wsph.formulations.lattice.block_rates import width_of
-from wsph.formulations.lattice.lanes import ACROSS, corner_signs
+from wsph.formulations.lattice.lanes import ACROSS, capacity_of, corner_signs
 from wsph.formulations.lattice.runs import FIRST, HEAD, OWN, gathered_runs
 from wsph.formulations.setup import Setup
 from wsph.formulations.taylor.gather import operator_struct
@@ -128,7 +128,7 @@ class Operator:
         self._turn = np.eye(dim) if turn is None else turn
         width = width_of(device, space.precision)
         self._threads = ACROSS if width == 1 else 1
-        self.across = ACROSS if width == 1 else width
+        self.across = ACROSS if width == 1 else capacity_of(width)
         blocks = gathered_runs(near, weights[0].pairs.sources, self.across)
         many = int(blocks[:, OWN].sum())
         self.few = 0 < many < max(FEWEST[dim], SHORTEST * len(blocks))
