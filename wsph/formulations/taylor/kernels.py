@@ -15,7 +15,7 @@ from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.formulations.taylor.faces import faces_struct, replacing
 from wsph.formulations.taylor.gather import divergence, gather, operator_struct, target_of
-from wsph.formulations.taylor.row_kernels import advance_kernel
+from wsph.formulations.taylor.row_kernels import step_kernel
 from wsph.parts.body_force import BodyForceKinds, acceleration, inertia_struct
 
 
@@ -260,7 +260,7 @@ def kernels(
     def by_rows(source: Layout, target: Layout, adds: bool) -> wp.Kernel | None:
         if not mixed[adds]:
             return None
-        return advance_kernel(space, laws, source, target, parts, width, rotated=rotated, adds=adds)
+        return step_kernel(space, laws, source, target, parts, width, rotated=rotated, adds=adds)
 
     return TaylorKernels(
         _half_step_kernel(space, laws, virtual, real, parts, mixed[0]),

@@ -96,7 +96,7 @@ def _own(space: Space, laws: Laws, layout: Layout, width: int, drifts: bool) -> 
 
 
 @cache
-def advance_kernel(
+def step_kernel(
     space: Space,
     laws: Laws,
     source: Layout,
@@ -125,7 +125,7 @@ def advance_kernel(
     (of_rest, of_change), of_place = (stresses, memories) if sourced else (1, 1), vectors if drifts else 1
 
     @kernel(ranged=True, lanes=True)
-    def advance_by_rows(
+    def step_by_rows(
         first: int,
         p: Params,
         body: Inertia,
@@ -174,4 +174,4 @@ def advance_kernel(
             e += 1
         write(velocity, bearing, memory, place, i, many, fields_out)
 
-    return advance_by_rows
+    return step_by_rows
