@@ -35,7 +35,7 @@ from wsph.formulations.taylor.carried import CarriedCells
 from wsph.formulations.taylor.faces import faces_struct
 from wsph.formulations.taylor.judgement import turned
 from wsph.formulations.taylor.kernels import TaylorKernels, drift_kernel, kernels
-from wsph.formulations.taylor.operators import Operator, Sets, lattice_rows
+from wsph.formulations.taylor.operators import SHORTEST, Operator, Sets, lattice_rows
 from wsph.geometry.cracks import parted
 from wsph.geometry.lattice import Lattice
 from wsph.parts.body_force import BodyForce
@@ -98,8 +98,8 @@ class TwoSetSystem(System):
         self.regular = rows / (self._virtual.targets + self._real.targets)
         self.listed = self._listed_for()
         if rows:
-            block = 4 * (HEAD + 2**space.dim)
-            self.segmented = Segmented(self._virtual.across, 0, block, block, 0, 0, self._virtual.spared)
+            across, block, spared = self._virtual.across, 4 * (HEAD + 2**space.dim), self._virtual.spared
+            self.segmented = Segmented(across, 0, block, block, 0, 0, spared, SHORTEST)
         self.state = self._new("real", own=True)
         self._axes = space.mat(*lattice.frame.axes.T.ravel())
         self._rotated = not lattice.frame.upright
