@@ -65,6 +65,15 @@ def answers(composition: Composition, seed: int) -> dict[str, np.ndarray]:
     return found
 
 
+def apart(found: dict[str, np.ndarray], expected: dict[str, np.ndarray]) -> float:
+    """The largest difference of any of the answers, as a part of the largest number of its kind."""
+    assert found.keys() == expected.keys()
+    # In one dimension two corners have no misfit, and its energy is a rounding.
+    return max(
+        float(np.abs(found[name] - values).max() / max(np.abs(values).max(), 1e-9)) for name, values in expected.items()
+    )
+
+
 def same_bits(scene: wsph.Scene, two_threads: wsph.Scene, until: float, folder: Path) -> None:
     """Hold a scene to the bits of two threads, and of a run that goes on from `until` [s]."""
     straight, two = wsph.run(scene), wsph.run(two_threads)
