@@ -7,9 +7,9 @@ estimate, held in 99 % at twice the true error in the median; Roache's grid conv
 held in 77 %, and 3 with the formal order in 97 % at three times.
 
 Cells that are fitted to a surface are no refined ones of each other: a part of the error of a row is its own, differences
-have those of two rows, and a small ratio of spacings magnifies them: such estimates are twice the true error. There it
-is fitted, too, as one of the formal order with a part that no other row has. That alone is too small where the order is not
-yet seen (0.7 of the true error in torsion); the estimate is the geometric mean of both.
+have those of two rows, and a small ratio of spacings magnifies them: such estimates are twice the true error. There one
+with a part that no other row has is fitted to all pairs beside the envelope. That alone may be too small, by half in
+torsion, for four rows do not tell both parts for sure: the estimate is the geometric mean of both.
 
     from wsph.accuracy.envelope import estimate
     found = estimate(spacings, distances(records), formal=2.0)      # both finest first
@@ -138,21 +138,28 @@ def _scaled(h: np.ndarray, d: np.ndarray, k: int, order: float) -> float:
     return float(d[k, k + 1] / ((h[k + 1] / h[0]) ** order - (h[k] / h[0]) ** order))
 
 
-def own_part(spacings: np.ndarray, distances: np.ndarray, order: float) -> float:
-    """The error of the first of k rows with one part of an `order` that all have alike and one that is each row's own:
-    distances (k, k) are sqrt(a (h_i^p - h_j^p)^2 + b (h_i^2p + h_j^2p)), with a and b not below zero by least squares of
-    relative squares over all pairs; the error is sqrt(a + b) h_0^p."""
+def own_part(spacings: np.ndarray, distances: np.ndarray, formal: float) -> float:
+    """The error of the first of k rows with one part that all have alike and one that is each row's own: distances (k, k)
+    are sqrt(a (h_i^p - h_j^p)^2 + b (h_i^2p + h_j^2p)), with a and b not below zero and the order p not above the `formal`
+    one, by least squares of relative squares over all pairs; the error is sqrt(a + b) h_0^p."""
+    orders = np.linspace(LEAST_ORDER[formal], formal, 21)
+    return min(_two_parts(spacings, distances, float(each)) for each in orders)[1]
+
+
+def _two_parts(spacings: np.ndarray, distances: np.ndarray, order: float) -> tuple[float, float]:
+    """The sum of squares that is left at an order, and the error."""
     first, other = np.triu_indices(len(spacings), 1)
-    powers = (np.asarray(spacings, float) / float(spacings[0])) ** order
+    powers = (spacings / spacings[0]) ** order
     d = distances[first, other]
-    alike = ((powers[first] - powers[other]) / d) ** 2
-    own = (powers[first] ** 2 + powers[other] ** 2) / d**2
-    both = np.linalg.lstsq(np.stack([alike, own], 1), np.ones(len(d)), rcond=None)[0]
-    if (both >= 0.0).all():
-        return float(np.sqrt(both.sum()))
-    # The least squares of one of them alone: the nearer to the distances.
-    alone = [(float(part.sum() / (part @ part)), part) for part in (alike, own)]
-    return math.sqrt(min(alone, key=lambda each: float(((each[0] * each[1] - 1.0) ** 2).sum()))[0])
+    alike: np.ndarray = ((powers[first] - powers[other]) / d) ** 2
+    own: np.ndarray = (powers[first] ** 2 + powers[other] ** 2) / d**2
+    a, b = np.linalg.lstsq(np.stack([alike, own], 1), np.ones(len(d)), rcond=None)[0].tolist()
+    tried = (
+        [(a, b)]
+        if min(a, b) >= 0.0
+        else [(float(alike.sum() / (alike @ alike)), 0.0), (0.0, float(own.sum() / (own @ own)))]
+    )
+    return min((float(((a * alike + b * own - 1.0) ** 2).sum()), math.sqrt(a + b)) for a, b in tried)
 
 
 def _converges(h: np.ndarray, d: np.ndarray, least: float | None) -> bool:
