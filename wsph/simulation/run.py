@@ -74,8 +74,18 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
     """
     if progress is True:
         with Bar() as bar:
-            return run(scene, out, overwrite=overwrite, resume=resume, throw=throw, progress=bar, domain=domain,
-                       composed=composed, enough=enough, **overrides)  # fmt: skip
+            return run(
+                scene,
+                out,
+                overwrite=overwrite,
+                resume=resume,
+                throw=throw,
+                progress=bar,
+                domain=domain,
+                composed=composed,
+                enough=enough,
+                **overrides,
+            )
     folder = Path(out) if out is not None else None
     claim = Claim(folder, overwrite, resume) if folder is not None and domain.rank == 0 else None
     interrupts = Interrupts(enough)
