@@ -16,13 +16,10 @@ import time
 import numpy as np
 import warp as wp
 
-from wsph.backend.domain import Share
-from wsph.geometry.grid import layers_of, plan
-from wsph.ranks.slabs import TooFew, slabs
-from wsph.scene.geometries import reach_of
 from wsph.scene.scene import Scene
-from wsph.simulation.composing.composition import BodyRun, Composition
-from wsph.simulation.composing.setting import Method, method_of
+from wsph.simulation.composing.composition import Composition
+from wsph.simulation.composing.parts import shares_of
+from wsph.simulation.composing.setting import method_of
 from wsph.simulation.composing.shared import refuse_shared, refuse_whole, uncut
 
 ALPHA = 4e-6
@@ -41,7 +38,7 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
     method, joint = method_of(scene), composition.joint
     refuse_shared(scene, method)
     fixed = uncut(scene, method)
-    found = [None if k in fixed else _shares(scene, run, method, count) for k, run in enumerate(composition.bodies)]
+    found = [None if k in fixed else shares_of(scene, run, method, count) for k, run in enumerate(composition.bodies)]
     sizes = [run.system.geometry.split.nodes.whole for run in composition.bodies]
     refuse_whole(scene, method, [each is not None for each in found], sizes, count)
     cut = [shares for shares in found if shares is not None]
@@ -82,23 +79,6 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
             f" here, and {1e6 * ALPHA:g} us a message, assumed",
         ),
     ]
-
-
-def _shares(scene: Scene, run: BodyRun, method: Method, count: int) -> list[Share] | None:
-    """What so many processes have of the particles of a body; None where each has all. Raises TooFew for one by itself."""
-    body = run.body
-    assert body.shape is not None
-    assert body.spacing is not None
-    grid = plan(body.shape, body.spacing, body.lattice_rotate)
-    layers = layers_of(body.shape, grid, 0, int(grid.count[0]) + 1)
-    reach, joined = reach_of(scene, body, method.formulation)
-    try:
-        found = slabs(layers[:, 0], layers[:-1, 1], count, reach, joined=joined, who=f"body {body.name!r}")
-    except TooFew:
-        if len(scene.bodies) == 1:
-            raise
-        return None
-    return [each.cells if joined and run.system.count != layers[:, 0].sum() else each.nodes for each in found]
 
 
 def _measured(composition: Composition) -> float:

@@ -1,0 +1,28 @@
+"""What each of several processes would have of a body."""
+
+# pyright: strict
+
+from wsph.backend.domain import Share
+from wsph.geometry.grid import layers_of, plan
+from wsph.ranks.slabs import TooFew, slabs
+from wsph.scene.geometries import reach_of
+from wsph.scene.scene import Scene
+from wsph.simulation.composing.composition import BodyRun
+from wsph.simulation.composing.setting import Method
+
+
+def shares_of(scene: Scene, run: BodyRun, method: Method, count: int) -> list[Share] | None:
+    """What so many processes have of the particles of a body; None where each has all. Raises TooFew for one by itself."""
+    body = run.body
+    assert body.shape is not None
+    assert body.spacing is not None
+    grid = plan(body.shape, body.spacing, body.lattice_rotate)
+    layers = layers_of(body.shape, grid, 0, int(grid.count[0]) + 1)
+    reach, joined = reach_of(scene, body, method.formulation)
+    try:
+        found = slabs(layers[:, 0], layers[:-1, 1], count, reach, joined=joined, who=f"body {body.name!r}")
+    except TooFew:
+        if len(scene.bodies) == 1:
+            raise
+        return None
+    return [each.cells if joined and run.system.count != layers[:, 0].sum() else each.nodes for each in found]
