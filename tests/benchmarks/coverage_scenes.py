@@ -350,7 +350,7 @@ def _annulus():
 
 def _turning():
     """A free disc that turns about its middle to and fro, ring against ring: J1(k r) with J2(k) = 0, which the traction on
-    its edge goes with. Added after fitted bodies had an estimate of their own, whose form was changed once with it in view."""
+    its edge goes with. Added after fitted bodies had an estimate, whose form was changed once more with it in view."""
     ratio, k = 0.3, 5.135622301840683
     _, value = _bessel(k)
     square = np.linspace(0.0, 1.0, 200)
