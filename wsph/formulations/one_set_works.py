@@ -3,7 +3,7 @@
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
 
-from collections.abc import Generator, Iterable
+from collections.abc import Generator, Iterable, Mapping
 from contextlib import contextmanager
 
 import numpy as np
@@ -57,10 +57,10 @@ class Prescribed:
         self.slides = slides_of(conditions.slides, conditions.entries, space.dim, conditions.owners)
         units = (scales.velocity, scales.time)
         self._sliding: Sliding | None = None
-        if len(self.slides.particle):
+        if any_of(domain, len(self.slides.particle) > 0):
             part = arrays.part("sliding")
-            self._sliding = Sliding(self.slides, space, position, mass, units, part, state.layout)
-        self._loads = loads
+            self._sliding = Sliding(self.slides, space, position, mass, units, part, state.layout, share, domain)
+        self._loads, self._acting = loads, conditions.acting
         self._constraint_work = ConstraintWork(space, self.values, mass, device, share, domain)
         forces = loads.forces
         pieces = np.arange(len(forces.particle))
@@ -153,6 +153,10 @@ class Prescribed:
         constraints, loads = self._constraint_work.rows(share), self._load_work.rows(share)
         found |= {f"work.{name}": constraints for name in ("_old", "_sums", "_last")}
         found |= {f"loads.work.{name}": loads for name in ("_work", "_before", "_place")}
+        for (name, _, _), load in zip(self._acting, self._loads.acting, strict=True):
+            found |= {f"loads.{name}.{of}": rows for of, rows in load.rows().items()}
+        if self._sliding is not None:
+            found |= {f"sliding.{of}": rows for of, rows in self._sliding.rows(Rows.of(share)).items()}
         moved = self.values.moving(share, domain)
         return found | {f"motions.moves.{name}": moved for name in ("velocity", "displacement")}
 
@@ -172,14 +176,20 @@ class Prescribed:
 
 
 def pieces_of(
-    kept: Iterable[str], state: State, prescribed: Prescribed, shares: tuple[Share, Share], domain: Domain
+    kept: Iterable[str],
+    state: State,
+    prescribed: Prescribed,
+    shares: tuple[Share, Share],
+    domain: Domain,
+    of_parts: Mapping[str, Rows],
 ) -> dict[str, list[Piece]]:
     """Where the kept arrays of a body stand in those of all processes that share it, by their names. `shares`: its
-    particles and its points."""
+    particles and its points; `of_parts`: those of its parts."""
     particles, points = (Rows.of(share) for share in shares)
     fields = [field for field in state.layout.fields if field.name in state.start]
     own = [Piece(state.start[field.name], field.width, points if field.at_points else particles) for field in fields]
     known = prescribed.rows(shares[0], domain)
+    known |= dict(of_parts)
     known |= {"loads.imposed": particles, "fading.zeta": points, "fading.freed": points}
     known |= {f"drag.work.{name}": particles for name in ("before", "_hold")}
     known |= {"force._place": particles, "force._work": Rows.of_blocks(shares[0])}

@@ -47,12 +47,8 @@ def geometry_of(scene: Scene, number: int, formulation: Formulation, domain: Dom
         raise Refused(
             f'body {body.name!r}: its surface cannot be fitted: {why}; leave that out, or write surface = "stairs"'
         )
-    if domain.size > 1:
-        reach, joined = reach_of(scene, body, formulation)
-        who = f"body {body.name!r}"
-        return slab_of(body.shape, body.spacing, body.lattice_rotate, domain, reach, joined=joined, who=who)
-    if not is_fitted(scene, body, formulation):
-        return _lattice(body, body.shape, body.spacing, number, scene.run.seed, formulation.traits.splits_cracks)
+    if domain.size > 1 or not is_fitted(scene, body, formulation):
+        return _lattice(scene, number, body.shape, body.spacing, formulation, domain)
     try:
         return meshed(fit(body.shape, body.spacing, scene.run.seed), body.shape.axes)
     except ValueError as error:
@@ -178,18 +174,29 @@ def _of_points(dim: int, body: Body, table: PointsFile, key: str, formulation: F
 
 
 def _lattice(
-    body: Body, shape: Shape, spacing: float | tuple[float, ...], number: int, seed: int, split: bool
+    scene: Scene,
+    number: int,
+    shape: Shape,
+    spacing: float | tuple[float, ...],
+    formulation: Formulation,
+    domain: Domain,
 ) -> Lattice:
-    """The lattice of a body with a shape. `split`: cracks part the particles on them."""
+    """The lattice of a scene's body, the `number`-th, with a shape, or the part of it that a process has."""
+    body, seed, split = scene.bodies[number], scene.run.seed, formulation.traits.splits_cracks
     cracks = tuple((crack.start, crack.end) for crack in body.cracks)
     expressions = [compile_expression(text) for text in body.map or ()]
 
     def mapped(points: np.ndarray) -> np.ndarray:
         return np.stack([expression(points) for expression in expressions], 1)
 
+    moved = mapped if expressions else None
     try:
+        if domain.size > 1:
+            reach, joined = reach_of(scene, body, formulation)
+            return slab_of(shape, spacing, body.jitter, seed, domain, reach, joined=joined, who=f"body {body.name!r}",
+                           lattice_rotate=body.lattice_rotate, cracks=cracks, split=split, map=moved)  # fmt: skip
         return lattice(shape, spacing, body.jitter, seed, lattice_rotate=body.lattice_rotate, cracks=cracks,
-                       split=split, map=mapped if expressions else None)  # fmt: skip
+                       split=split, map=moved)  # fmt: skip
     except ValueError as error:
         key = "spacing" if "no cell" in str(error) else "map" if "the map" in str(error) else "cracks"
         raise SceneError("scene", [Fault(0, f"bodies.{number}.{key}", str(error))]) from None

@@ -15,12 +15,14 @@ import numpy as np
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
+from wsph.backend.domain import Domain, Share
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.programs.prescribed import Prescribed
 from wsph.protocols import Entry
 from wsph.quantities import Model
+from wsph.ranks.kept import Rows
 from wsph.reporting import Term
 from wsph.units import Scales
 
@@ -31,8 +33,9 @@ class LoadedFaces:
     and `normal` (k, dim) outward unit vectors, in the reference configuration, nondimensional.
 
     By the f faces: `corners` (f, c) their particles, and `vector` (f, c, dim) the integrals of N_j n, n outward. `place` (n,
-    dim) [m] of all particles of the body; `values` what the load's keys prescribe, in SI units; `impedance` the density
-    times the speeds of waves along and across their way at the start [Pa s/m].
+    dim) [m] of all particles of the body; `values` what the load's keys prescribe, in SI units; `share` the part of the
+    body's particles that they are, in a `domain`; `impedance` the density times the speeds of waves along and across their
+    way at the start [Pa s/m].
     """
 
     particle: np.ndarray
@@ -42,7 +45,30 @@ class LoadedFaces:
     vector: np.ndarray
     place: np.ndarray
     values: Mapping[str, Prescribed]
+    share: Share
+    domain: Domain
     impedance: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def own(self) -> np.ndarray:
+        """Which of its particles this process owns, (k,) bool."""
+        return (self.particle >= self.share.own.start) & (self.particle < self.share.own.stop)
+
+    @property
+    def middle(self) -> np.ndarray:
+        """The middle of the bounds of the whole body (dim,) [m]."""
+        return 0.5 * (self.domain.min(self.place.min(0)) + self.domain.max(self.place.max(0)))
+
+    @property
+    def rows(self) -> Rows:
+        """Where what is kept of every particle stands in what all processes keep."""
+        return Rows.by_keys(self.particle[:, None] + self.share.first, self.own, self.domain)
+
+    @property
+    def own_rows(self) -> Rows:
+        """The same of what is kept of those that a process owns."""
+        keys = self.particle[self.own, None] + self.share.first
+        return Rows.by_keys(keys, np.ones(len(keys), bool), self.domain)
 
 
 class ActingLoad:
@@ -53,6 +79,10 @@ class ActingLoad:
     numbers: Mapping[str, Sequence[Term]] = {}
     """What it does to the body, for those who read it off (`wsph.reporting.Reported`): "force_x", ..., the mean of the last
     step, and "work" so far."""
+
+    def rows(self) -> dict[str, Rows]:
+        """Where what it keeps stands in what all processes keep, by the names of its arrays."""
+        return {}
 
     def impose(self, clock: Clock, c: float | tuple[float, float]) -> None:
         """Take the prescribed values of t + c dt for the evaluations to come; of c = (a, b) the mean of both times

@@ -42,4 +42,4 @@ class Quiet(Load):
 
     def attach(self, faces: LoadedFaces, space: Space, scales: Scales, clock: Clock, arrays: Arrays) -> ActingLoad:
         damping = by_face(faces, *faces.impedance) / (scales.density * scales.velocity)
-        return Ground(faces.particle, None, damping, space, clock, arrays)
+        return Ground(faces, None, damping, space, clock, arrays)

@@ -130,4 +130,4 @@ class Spring(Load):
             each.matrices(faces) / scales.of(each.unit) if each is not None else None
             for each in (self.stiffness, self.damping)
         ]
-        return Ground(faces.particle, found[0], found[1], space, clock, arrays)
+        return Ground(faces, found[0], found[1], space, clock, arrays)

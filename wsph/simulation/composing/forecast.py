@@ -45,7 +45,7 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
     layers = layers_of(body.shape, grid, 0, int(grid.count[0]) + 1)
     reach, joined = reach_of(scene, body, method.formulation)
     found = slabs(layers[:, 0], layers[:-1, 1], count, reach, joined=joined, who=f"body {body.name!r}")
-    shares = [each.cells if joined and composition.particles != layers[:, 0].sum() else each.nodes for each in found]
+    shares = [each.cells if joined and composition.particles == layers[:-1, 1].sum() else each.nodes for each in found]
     held = np.array([share.held for share in shares])
     copies = np.array([share.held - (share.high - share.low) for share in shares])
     sent = int(copies.max()) * scene.dim * np.dtype(composition.space.numpy).itemsize

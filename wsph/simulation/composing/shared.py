@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from wsph.errors import Fault, SceneError
 from wsph.scene.geometries import is_fitted
 from wsph.scene.scene import Scene
-from wsph.scene.tables import Body, Boundary
+from wsph.scene.tables import Body
 from wsph.simulation.composing.setting import Method
 
 ALONE = "is for one process: start it without mpiexec"
@@ -31,17 +31,13 @@ def _faults(scene: Scene, method: Method) -> Iterator[tuple[str, str]]:
         yield "run.correction", "the correction of the paper"
     if scene.run.threads > 1:
         yield "run.threads", f"a run of {scene.run.threads} threads"
-    for name in ("contact", "tools", "sections"):
+    for name in ("contact", "tools"):
         if getattr(scene, name):
-            yield name, "what acts between bodies" if name != "sections" else "a section"
-    if scene.relaxes:
-        yield "relax", "a relaxation"
+            yield name, "what acts between bodies"
     for k, body in enumerate(scene.bodies):
         yield from (
             (f"bodies.{k}.{key}" if key else f"bodies.{k}", what) for key, what in _of_body(scene, body, method)
         )
-    for k, condition in enumerate(scene.boundary):
-        yield from ((f"boundary.{k}.{key}", what) for key, what in _of_boundary(condition))
 
 
 def _of_body(scene: Scene, body: Body, method: Method) -> Iterator[tuple[str, str]]:
@@ -50,19 +46,3 @@ def _of_body(scene: Scene, body: Body, method: Method) -> Iterator[tuple[str, st
         yield ("mesh" if body.mesh is not None else "points"), "a body from a file"
     elif is_fitted(scene, body, method.formulation):
         yield "surface", 'a fitted surface (surface = "stairs" can be shared)'
-    for key in ("jitter", "map", "cracks", "initial", "body_force"):
-        if getattr(body, key):
-            yield key, f"a body with {key}"
-    for key, part in body.parts.items():
-        if part.acts and (part.breaks or part.frees):
-            yield key, f"a body with {key}"
-
-
-def _of_boundary(condition: Boundary) -> Iterator[tuple[str, str]]:
-    for key in condition.acting:
-        yield key, f"a load that follows the motion ({key})"
-    for key in ("normal", "periodic"):
-        if getattr(condition, key) is not None:
-            yield key, f"a boundary with {key}"
-    if condition.force:
-        yield "force", "a total force on faces (traction can be shared)"
