@@ -181,6 +181,15 @@ def resumed(comm: object, made: wsph.Scene) -> dict[str, str | None]:
     return found
 
 
+def begun(comm: object, made: wsph.Scene) -> dict[str, str | None]:
+    """The same of runs that begin with the state that two processes have kept."""
+    folder = Path(comm.bcast(tempfile.mkdtemp() if comm.rank == 0 else None))  # type: ignore[attr-defined]
+    shared(comm, made.with_(checkpoint={"final": True}), 2, out=folder / "2")
+    (file,) = (folder / "2" / "checkpoints").glob("checkpoint_????????????.npz")
+    again = made.with_(**{"bodies.0.initial": {"file": str(file)}})
+    return {str(count): shared(comm, again, count) for count in range(1, comm.size + 1)}  # type: ignore[attr-defined]
+
+
 def stopped(comm: object, made: wsph.Scene) -> dict[str, str | None]:
     """The same where a relaxation of two processes was asked to end in its middle."""
     folder = Path(comm.bcast(tempfile.mkdtemp() if comm.rank == 0 else None))  # type: ignore[attr-defined]
@@ -214,6 +223,8 @@ def main(names: list[str]) -> None:
         if name.endswith(", stopped"):
             made = made.with_(**{"probes": []})
             found = {"1": shared(comm, made, 1), **stopped(comm, made)}
+        elif name.endswith(", begun"):
+            found = begun(comm, made)
         elif name.endswith(", resumed"):
             made = made.with_(**{"output.history": 3, "probes": []})
             found = {"1": shared(comm, made, 1), **resumed(comm, made)}

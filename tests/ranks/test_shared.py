@@ -12,7 +12,7 @@ RESUMED = ("sides", "plastic", "edges viscous", "on faces", "inside", "breaking"
 GROUPS = [
     ("viscous", "plastic", "rubber", "bar", "edges", "edges viscous", "kernel", "sides"),
     ("on faces", "inside", "periodic", "relaxed", "jittered edges", "cracked", "cracked kernel", "mapped"),
-    ("breaking", "breaking kernel", "breaking points", "links", "relaxed, stopped"),
+    ("breaking", "breaking kernel", "breaking points", "links", "relaxed, stopped", "edges, begun"),
     tuple(f"{each}, resumed" for each in RESUMED),
 ]
 
