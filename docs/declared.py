@@ -88,7 +88,7 @@ def _rows(group: str) -> Iterator[tuple[str, str]]:
 
 
 def _row(key: Key) -> str:
-    cells = (f"`{key.name}`", escaped(key.unit), _code(key.default), escaped(key.range), escaped(key.kind))
+    cells = (f"`{key.name}`", escaped(key.unit), _code(key.default), escaped(key.range), escaped(key.words))
     return "| " + " | ".join(cells) + " |"
 
 
@@ -106,7 +106,7 @@ def commands() -> str:
     """The page of the commands: what each says of itself."""
     from wsph.cli.entry import COMMANDS
 
-    os.environ["COLUMNS"] = "110"
+    os.environ["COLUMNS"] = "86"
     lines = ["# Commands", "", "What `wsph COMMAND --help` says."]
     for command in COMMANDS:
         parser = argparse.ArgumentParser(prog=f"wsph {command.name}", description=command.help)

@@ -2,13 +2,14 @@
 
     python tests/benchmarks/peers.py [--sizes 3:12 3:21 3:37 2:97] [--lammps PYTHON] [--pysph PYTHON] [--million] [--write]
 
-A size is dimensions:rows. Ours is timed with LAMMPS's own parts (hourglass control and viscosity), with viscosity alone, on
-approaching or on all pairs (pair damping), with the residual, bare, bare with its root moved by an expression, and in the
-default form (stress points). The first, the bare and the default also on all cores, beside as many independent copies, a
-core each, which say what the machine's cores are worth together just then: cores that are shared with others are not always
-worth their number. The C loops (`reference.c`, -O3
--march=native -ffast-math) have our data: the same pairs, stored W'/r and order; they do the two loops over pairs and no
-more, beside our kernels of the two, in both precisions.
+A size is dimensions:rows. Ours is timed with LAMMPS's own parts (hourglass control and viscosity), with LAMMPS's pairs and
+with those of the edges of cells, which the form has by default; with LAMMPS's pairs also with viscosity alone, on
+approaching or on all pairs (pair damping), with the residual, bare, bare with its root moved by an expression; and in the
+default form (stress points). Both with LAMMPS's parts, the bare and the default also on all cores, beside as many
+independent copies, a core each, which say what the machine's cores are worth together just then: cores that are shared
+with others are not always worth their number. The C loops (`reference.c`, -O3 -march=native -ffast-math) have our data: the
+same pairs, stored W'/r and order; they do the two loops over pairs and no more, beside our kernels of the two, in both
+precisions.
 
 Sides alternate, rounds over; medians of ratios. A particle-step is one particle through one step: leapfrog evaluates its
 forces once in it, PySPH's integrator twice. --write leaves docs/peers.json, where what was not asked for stays, and
@@ -41,8 +42,11 @@ HERE, ROOT = Path(__file__).resolve().parent, Path(__file__).resolve().parents[2
 ROUNDS, SECONDS, COURANT = 3, 2.0, 0.3
 SLICES, SLICE_SECONDS = 15, 0.7
 VISCOSITY = {"alpha": 0.06, "kind": "approach"}
+HELD = {"residual": False, "hourglass": {"coefficient": 0.1}, "viscosity": VISCOSITY}
+EDGES = "edges, hourglass and viscosity"
 PARTS = {
-    "hourglass and viscosity": {"residual": False, "hourglass": {"coefficient": 0.1}, "viscosity": VISCOSITY},
+    "hourglass and viscosity": HELD,
+    EDGES: HELD,
     "pair damping": {"residual": False, "viscosity": {**VISCOSITY, "kind": "pair"}},
     "viscosity": {"residual": False, "viscosity": VISCOSITY},
     "residual": {},
@@ -50,7 +54,7 @@ PARTS = {
     "bare, root moved": {"residual": False},
     "stress points": {},
 }
-ON_ALL_CORES = ("hourglass and viscosity", "bare", "stress points")
+ON_ALL_CORES = ("hourglass and viscosity", EDGES, "bare", "stress points")
 C_FLAGS = ["-O3", "-march=native", "-ffast-math", "-mprefer-vector-width=512", "-shared", "-fPIC"]
 
 
@@ -64,8 +68,10 @@ def block(dim: int, rows: int, form: str, threads: int = 1, precision: str = "f6
         body["state"] = "strain"
     run = {"integrator": "leapfrog", "end": 1.0, "cfl": COURANT, "guard": "off", "threads": threads, "precision": precision,
            "support": beam.SUPPORT, "formulation": "total-lagrangian"}  # fmt: skip
+    if form in ("stress points", EDGES):
+        del run["support"]
     if form == "stress points":
-        del run["support"], run["formulation"]
+        del run["formulation"]
     root: dict[str, object] = {"body": "b", "where": f"x < {(beam.HELD + 0.01) * edge!r}"}
     root |= {"velocity": {"y": "1e-3*sin(50*t)"}} if "moved" in form else {"fixed": list("xyz"[:dim])}
     composition = compose(wsph.Scene(schema=1, dim=dim, run=run, bodies=[body], boundary=[root]))
@@ -210,7 +216,7 @@ def main() -> None:
         print(precision, json.dumps(found["reference"][precision]), flush=True)
     if options.million:
         for precision in ("f64", "f32"):
-            composition = block(3, 47, "bare", threads=0, precision=precision)
+            composition = block(3, 47, "stress points", threads=0, precision=precision)
             system = composition.bodies[0].system
             found[f"million_{precision}"] = {"particles": composition.particles, "rate_all_cores": rate(composition, 10.0),
                                              "bytes_per_particle": system.nbytes / system.count}  # fmt: skip

@@ -125,14 +125,29 @@ def test_a_name_is_described_with_keys_units_defaults_ranges_source_and_example(
     assert "taken by total-lagrangian (1 set)" in found["words"][0]
 
 
-@pytest.mark.parametrize("name", ["boundary", "bodies", "functions"])
+WORDS = {
+    "run": ("support", "radius of the kernel in spacings"),
+    "bodies": ("viscosity", "Artificial viscosity"),
+    "functions": ("t", "times, increasing"),
+    "boundary": ("traction", "force per reference area, by component"),
+    "contact": ("self", "a body that touches itself"),
+    "sections": ("body", "that it cuts"),
+    "tools": ("shape", "a plane, ball"),
+    "probes": ("at", "material points"),
+    "accuracy": ("free", "what it may choose"),
+    "output": ("every", "between frames"),
+    "checkpoint": ("keep", "how many stay"),
+    "stop": ("energy", "created"),
+    "steps": ("duration", "how long"),
+}
+
+
+@pytest.mark.parametrize("name", WORDS)
 def test_every_key_of_the_tables_that_a_scene_is_made_of_is_described(name: str) -> None:
     (found,) = (each for each in find(name) if each.group == "tables")
     assert [key.name for key in found.keys if not key.said] == []
-    shown = {key.name: key.said for key in found.keys}
-    words = {"boundary": ("traction", "force per reference area, by component"), "bodies": ("viscosity", "Artificial viscosity"),
-             "functions": ("t", "times, increasing")}[name]  # fmt: skip
-    assert shown[words[0]].startswith(words[1])
+    key, said = WORDS[name]
+    assert {key.name: key.said for key in found.keys}[key].startswith(said)
 
 
 @dataclass(frozen=True)

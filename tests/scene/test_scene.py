@@ -58,7 +58,7 @@ ROWS: list[tuple[dict, str]] = [
     ({"run.device": "gpu"}, r"^run.device: 'gpu' is no device: write .auto., .cpu., .cuda. or .cuda:1"),
     ({"run.threads": -1}, r"^run.threads: -1: must be greater than or equal to 0$"),
     ({"run.guard": "on"}, r"^run.guard: 'on' is none of 'refuse', 'warn' or 'off'"),
-    ({"run.kernel": "cubic"}, r"^run.kernel: 'cubic' is none of cubic-spline, wendland-c2"),
+    ({"run.kernel": "cubic"}, r"^run.kernel: 'cubic' is none of 'cubic-spline' or 'wendland-c2'"),
     ({"run.cfll": 1.0}, r"^run.cfll: unknown key; did you mean 'cfl'\?"),
     ({"bodies": []}, r"^bodies: \[\]: .*at least 1 item"),
     ({"bodies.0.name": 3}, r"^bodies.0.name: 3 must be a string"),

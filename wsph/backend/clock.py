@@ -54,6 +54,8 @@ class Clock:
     def __init__(self, dt: float, device: str):
         self.device = device
         self._listed: list[Launch | HostCall] | None = None
+        self._groups, self._part = 0, (0, 0)
+        """Groups so far, and the group and the part of it that launches are of."""
         self.step: Array = wp.zeros(1, dtype=wp.int64, device=device)
         self._none: Array = wp.full(1, -1, dtype=wp.int64, device=device)
         self.time: Array = wp.array([0.0, dt, 0.0, 0.0], dtype=wp.float64, device=device)
@@ -80,11 +82,19 @@ class Clock:
 
     def launch(self, kernel: wp.Kernel, n: int, inputs: Sequence[object], outputs: Sequence[object]) -> None:
         """Launch a kernel at once, or put it into the list that is being made."""
-        launch = Launch(kernel, n, list(inputs), list(outputs), self.device)
+        launch = Launch(kernel, n, list(inputs), list(outputs), self.device, *self._part)
         if self._listed is None:
             launch.run()
         else:
             self._listed.append(launch)
+
+    def apart(self, parts: Sequence[Callable[[], None]]) -> None:
+        """Do parts whose launches do not take of each other's: threads that share a step need not wait between them."""
+        self._groups += 1
+        for number, part in enumerate(parts):
+            self._part = (self._groups, number) if len(parts) > 1 else (0, 0)
+            part()
+        self._part = (0, 0)
 
     def host(self, call: Callable[[], None]) -> None:
         """Have the host do something between launches, at once or in the list that is being made: what is captured ends

@@ -14,13 +14,16 @@ from wsph.backend.kernels import is_ranged
 
 @dataclass(frozen=True)
 class Launch:
-    """A kernel over `n` threads. A ranged one takes, before the inputs, where a range of them begins."""
+    """A kernel over `n` threads. A ranged one takes, before the inputs, where a range of them begins. Launches of a `group`,
+    from 1 on, take of those of their own `part` of it alone."""
 
     kernel: wp.Kernel
     n: int
     inputs: list[object]
     outputs: list[object]
     device: str
+    group: int = 0
+    part: int = 0
 
     @property
     def divisible(self) -> bool:

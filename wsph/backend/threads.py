@@ -3,9 +3,10 @@
 A step is, for every thread, a list of segments. Every thread has a range of each shared launch. Launches of up to a
 millisecond stand in captured graphs, one a thread; the first thread's has the launches that are not shared too. In a launch
 that takes longer every thread goes through its range in pieces, ever smaller ones, and then takes what is last in others':
-so cores of unequal speed, or ranges of unequal work, end together. Before and after a shared launch the threads meet, and
-wait for each other awake: on a shared machine a core that goes to sleep between two launches is back late, by a tenth of a
-step of a hundred thousand particles. A thread that has waited a few microseconds offers its core to others between looks.
+so cores of unequal speed, or ranges of unequal work, end together. Of parts whose launches do not take of each other's
+(`Clock.apart`) each thread has its own. Before and after a shared launch, and such parts, the threads meet, and wait for
+each other awake: on a shared machine a core that goes to sleep between two launches is back late, by a tenth of a step of a
+hundred thousand particles. A thread that has waited a few microseconds offers its core to others between looks.
 
 Every row is computed as it is in one piece: results are the same bits for any number of threads.
 """
@@ -101,14 +102,25 @@ class Sharing(Enum):
 
     ALONE = "the first thread's"
     RANGES = "a range each"
+    PARTS = "one thread's, of which others have theirs"
     PIECES = "in pieces"
 
 
 def share(launch: Launch, seconds: float) -> Sharing:
-    """How a launch that takes `seconds` [s] is shared."""
-    if not launch.divisible or seconds <= ALONE_SECONDS:
+    """How a launch that takes `seconds` [s], or its whole group, is shared."""
+    if seconds <= ALONE_SECONDS or not (launch.group or launch.divisible):
         return Sharing.ALONE
+    if launch.group:
+        return Sharing.PARTS
     return Sharing.PIECES if seconds > LONG_SECONDS else Sharing.RANGES
+
+
+def _together(launches: list[Launch], seconds: list[float]) -> list[float]:
+    """What each of the launches takes [s], and those of a group what all of it takes."""
+    sums: dict[int, float] = {}
+    for launch, each in zip(launches, seconds, strict=True):
+        sums[launch.group] = sums.get(launch.group, 0.0) + each
+    return [sums[launch.group] if launch.group else each for launch, each in zip(launches, seconds, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -140,12 +152,15 @@ class ThreadTeam:
     def segments(self, launches: list[Launch], seconds: list[float]) -> list[Segment]:
         """The segments of a step, from its launches and the measured `seconds` of each [s]. Kernels are loaded."""
         found = []
-        planned = [(launch, each, share(launch, each)) for launch, each in zip(launches, seconds, strict=True)]
+        planned = [
+            (launch, each, share(launch, each))
+            for launch, each in zip(launches, _together(launches, seconds), strict=True)
+        ]
         for cut, group in groupby(planned, lambda each: each[2] is Sharing.PIECES):
             if cut:
                 found += [Segment([], self._pieces(launch, each)) for launch, each, _ in group]
             else:
-                plan = [(launch, how is Sharing.RANGES) for launch, _, how in group]
+                plan = [(launch, how) for launch, _, how in group]
                 parts = [partial(self._part, plan, number) for number in range(self.threads)]
                 found.append(Segment([captured(part) for part in parts], []))
         return found
@@ -166,17 +181,19 @@ class ThreadTeam:
                 low = high
         return found
 
-    def _part(self, plan: list[tuple[Launch, bool]], number: int) -> None:
-        """A thread's part of launches that are shared or not."""
-        before = None  # whether the last one was shared; at the start of a segment all have met
-        for launch, shared in plan:
-            if before is not None and (shared or before):
+    def _part(self, plan: list[tuple[Launch, Sharing]], number: int) -> None:
+        """A thread's part of launches."""
+        before = None  # at the start of a segment all have met
+        for launch, how in plan:
+            # One thread has its launches in their order, be they the first's or those of a part.
+            now = (how, launch.group if how is Sharing.PARTS else 0)
+            if before is not None and (now != before or how is Sharing.RANGES):
                 self._meet(number)
-            if shared:
+            before = now
+            if how is Sharing.RANGES:
                 launch.run(*self._range(launch.n, number))
-            elif number == 0:
+            elif number == (launch.part % self.threads if how is Sharing.PARTS else 0):
                 launch.run()
-            before = shared
         self._meet(number)
 
     def _meet(self, number: int) -> None:

@@ -26,6 +26,11 @@ class Key:
     range: str
     said: str = ""
 
+    @property
+    def words(self) -> str:
+        """What it is, and what its declaration says."""
+        return f"{self.kind}: {self.said}" if self.said else self.kind
+
 
 def keys_of(schema: Table, root: Table | None = None) -> list[Key]:
     """The keys of a table by its schema; definitions are those of `root`."""
@@ -36,7 +41,10 @@ def keys_of(schema: Table, root: Table | None = None) -> list[Key]:
     for name, given in properties.items():
         part = given if is_table(given) else {}
         default = "needed" if name in needed else written(part["default"]) if "default" in part else ""
-        found.append(Key(name, kind_of(part), unit_of(part), default, range_of(part), said_of(part, root or {})))
+        kind, said = kind_of(part), said_of(part, root or {})
+        # What keys of a table are in, its own rows say.
+        unit, bounds = ("", "") if kind == "table" else (unit_of(part), range_of(part))
+        found.append(Key(name, kind, unit, default, bounds, said))
     return found
 
 

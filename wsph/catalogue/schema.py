@@ -3,6 +3,8 @@ installed plugin."""
 
 # pyright: strict
 
+from collections.abc import Iterator
+
 from pydantic import BaseModel
 from pydantic.json_schema import JsonSchemaValue
 
@@ -10,7 +12,7 @@ from wsph.catalogue.docstrings import attribute_docstrings
 from wsph.errors import PluginError
 from wsph.plugins import registry
 from wsph.plugins.declared import integrator_schema, material_schema
-from wsph.quantities import Table, is_list, is_table
+from wsph.quantities import Model, Table, is_list, is_table
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -35,12 +37,18 @@ def scene_schema() -> Table:
 def bare_scene_schema() -> Table:
     """The JSON schema of a scene without the keys of plugins; none is imported."""
     from wsph.scene.scene import Scene
-    from wsph.scene.tables import Body, Boundary, Function
 
     found = schema_of(Scene)
-    for model in (Body, Boundary, Function):
+    for model in _tables(Model):
         _describe(found, model)
     return found
+
+
+def _tables(of: type[BaseModel]) -> Iterator[type[BaseModel]]:
+    """The tables that are known of a kind."""
+    for each in of.__subclasses__():
+        yield each
+        yield from _tables(each)
 
 
 def _describe(schema: Table, model: type[BaseModel]) -> None:
@@ -53,8 +61,10 @@ def _describe(schema: Table, model: type[BaseModel]) -> None:
     # Classes that are made of tables have no source.
     own = (each for each in model.__mro__ if each.__module__.startswith("wsph.") and "_With" not in each.__name__)
     for cls in own:
-        for name, said in attribute_docstrings(cls).items():
-            if is_table(key := properties.get(name)) and said != name:
+        for attribute, said in attribute_docstrings(cls).items():
+            field = model.model_fields.get(attribute)
+            name = attribute if field is None else field.alias or attribute
+            if is_table(key := properties.get(name)) and said not in (name, attribute):
                 properties[name] = {"description": said, **key}
 
 

@@ -61,6 +61,7 @@ class Points(Protocol):
     moment: Array
     volume: Array
     share: Array
+    whole: Array
     slope: Array
     back: Array
     stabilisation: float
@@ -75,6 +76,7 @@ def points_struct(space: Space) -> type:
     moment         # inverse second moments of a point's particles, (m,) mat
     volume         # (m,)
     share          # volume over the spread of a point's particles, (m,)
+    whole          # the same as drag takes it: before it fades (`wsph.parts.fading`), (m,)
     slope, back    # V_p times the gradient's weight of a pair from p, and of the same pair the other way, (pairs,) vec,
                    # where they are no weights' times r; of points with places of their own `back` is `slope` by particle
     stabilisation  # stiffness against the misfit of a linear field to the displacements
@@ -86,6 +88,7 @@ def points_struct(space: Space) -> type:
         "moment": wp.array(dtype=mat),
         "volume": wp.array(dtype=real),
         "share": wp.array(dtype=real),
+        "whole": wp.array(dtype=real),
         "slope": wp.array(dtype=vec),
         "back": wp.array(dtype=vec),
         "stabilisation": real,
@@ -93,12 +96,14 @@ def points_struct(space: Space) -> type:
     return cast(type, wp.struct(type("Points", (), {"__annotations__": annotations, "__module__": __name__})))
 
 
-def with_share(space: Space, points: Points, share: Array) -> Points:
-    """The struct of `points` with the shares (m,) that a part has reduced."""
+def with_share(space: Space, points: Points, share: Array, *, fades: bool) -> Points:
+    """The struct of `points` with the shares (m,) that a part has reduced; where what holds spurious modes `fades`, what
+    drags stays as it was: a plastic shock needs its viscosity."""
     found: Points = points_struct(space)()
     for name in ("node", "centre", "moment", "volume", "slope", "back", "stabilisation"):
         setattr(found, name, getattr(points, name))
     found.share = share
+    found.whole = points.share if fades else share
     return found
 
 

@@ -23,11 +23,15 @@ class Section(Model):
 
     model_config = example({"name": "root", "body": "bar", "point": ["10 mm", 0.0], "normal": [1.0, 0.0]})
     name: Annotated[str, AfterValidator(file_name)]
+    """of its numbers in history.csv"""
     body: str
+    """that it cuts"""
     point: Point
+    """on the plane, in the reference"""
     normal: Annotated[
         tuple[Annotated[float, Unit("")], ...], BeforeValidator(as_tuple), Field(min_length=1, max_length=3)
     ]
+    """of any length; its side acts on the other"""
 
 
 def boundary_names(boundaries: Sequence[Boundary]) -> tuple[str, ...]:

@@ -59,10 +59,15 @@ class Output(Model):
 
     model_config = example({"every": "0.1 ms", "formats": ["vtu"], "fields": ["velocity", "stress", "von_mises"]})
     every: Cadence | None = None
+    """between frames: steps, or time with a unit"""
     formats: Annotated[tuple[_Format, ...], BeforeValidator(as_tuple)] = ("vtu",)
+    """of frames"""
     fields: Strings = ("velocity", "stress")
+    """of frames (`wsph list fields`)"""
     positions: Literal["current", "reference"] = "current"
+    """where particles of frames are: now, or at the start"""
     history: Cadence | None = None
+    """between rows of history.csv: steps, or time with a unit"""
 
 
 def _due(value: object) -> int | float | None:
@@ -83,8 +88,11 @@ class Checkpoint(Model):
 
     model_config = example({"every": "10 min"})
     every: Annotated[int | float | None, BeforeValidator(_due), WithJsonSchema(_DUE)] = None
+    """steps, or wall time with a unit"""
     keep: Annotated[int, Field(ge=1)] = 2
+    """how many stay, the last ones"""
     final: bool = False
+    """one at the end too"""
 
     @model_validator(mode="after")
     def _sometime(self) -> "Checkpoint":
@@ -98,6 +106,7 @@ class Stop(Model):
 
     model_config = example({"energy": 0.1})
     energy: Annotated[float, Unit("", gt=0)] = 0.10
+    """created, as a part of the largest seen"""
 
 
 Quantity = Literal["history", "frequency", "mean", "final", "peak", "arrival"]
@@ -135,13 +144,19 @@ class Accuracy(Model):
     whole bar is to be within the tolerance, not the estimate alone."""
 
     tolerance: Tolerance | None = None
+    """relative error of all columns of probes, as 1%"""
     quantity: Quantity = "history"
+    """what of the columns is judged"""
     sure: bool = False
+    """the whole bar within the tolerance, not the estimate alone"""
     budget: Annotated[float, Unit("s", gt=0)] | None = None
+    """time that a search may take"""
     work: Annotated[float, Unit("", gt=0)] | None = None
+    """pair visits that it may cost, in place of budget"""
     free: Annotated[
         tuple[Literal["spacing", "integrator", "formulation", "precision"], ...], BeforeValidator(as_tuple)
     ] = ("spacing",)
+    """what it may choose beside the time step"""
 
     @model_validator(mode="after")
     def _one_limit(self) -> "Accuracy":

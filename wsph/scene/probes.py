@@ -50,17 +50,29 @@ class Probe(Model):
 
     model_config = example({"name": "tip", "at": [["100 mm", "10 mm"]], "fields": ["displacement", "stress_xx"]})
     name: Annotated[str, AfterValidator(file_name)]
+    """of its columns and file"""
     body: str | None = None
+    """whose particles; needed where there are several"""
     at: Annotated[tuple[Point, ...], BeforeValidator(_points)] | None = None
+    """material points, by reference coordinates"""
     where: str | None = None
+    """a comparison of x, y, z that selects particles"""
     of: str | None = None
+    """a boundary, contact, tool or section"""
     line: Line | None = None
+    """material points along a line"""
     reduce: Literal["min", "max", "mean", "sum", "integral"] | None = None
+    """what becomes of the selected particles' values"""
     fields: Annotated[Strings, Field(min_length=1)]
+    """what is recorded (`wsph list fields`)"""
     every: Cadence = 1
+    """between rows: steps, or time with a unit"""
     tolerance: Judged = None
+    """of its columns, for `--accuracy`; false: they are not judged"""
     quantity: Quantity | None = None
+    """what of its columns is judged"""
     scale: Annotated[float, Unit("", gt=0)] | None = None
+    """a size that errors are relative to, in the columns' unit"""
 
     @model_validator(mode="after")
     def _complete(self) -> "Probe":

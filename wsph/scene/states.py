@@ -34,7 +34,9 @@ class Relax(Model):
 
     model_config = example({"until": 1e-6})
     until: Annotated[float, Unit("", gt=0, lt=1)] = 1e-6
+    """kinetic over strain energy"""
     max_steps: Annotated[int, Field(ge=1)] = 100_000
+    """at most so many"""
 
 
 class Stage(Model):
@@ -42,8 +44,11 @@ class Stage(Model):
 
     model_config = example({"name": "preload", "duration": "1 ms"})
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}$")]
+    """that boundaries name"""
     duration: Annotated[float, Unit("s", gt=0)]
+    """how long it is"""
     relax: Relax | None = None
+    """bodies come to rest before it"""
 
 
 def begins_of(stages: Sequence[Stage]) -> tuple[float, ...]:

@@ -4,6 +4,7 @@
 
 import dataclasses
 import re
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 from pydantic import (
@@ -61,12 +62,6 @@ def _whole(value: object) -> object:
     return value
 
 
-def _smoothing(name: str) -> str:
-    if name not in SMOOTHING:
-        raise ValueError(f"{name!r} is none of {', '.join(SMOOTHING)}")
-    return name
-
-
 DEVICE = r"^(auto|cpu|cuda(:\d+)?)$"
 
 
@@ -76,8 +71,8 @@ def _device(name: str) -> str:
     return name
 
 
-def _formulation(name: str) -> str:
-    if name not in (known := names()):
+def _known(name: str, known: Iterable[str]) -> str:
+    if name not in (known := tuple(known)):
         raise ValueError(none_of(name, known))
     return name
 
@@ -119,17 +114,31 @@ class Run(Model):
     model_config = example({"integrator": "leapfrog", "end": "1 ms", "cfl": "auto"})
     integrator: Annotated[IntegratorSpec, BeforeValidator(_named), Also({"type": "string"})]
     end: Annotated[float, Unit("s", gt=0)] | None = None
+    """when it ends; with `steps` it is their sum"""
     cfl: NumberOrAuto | None = None
+    """Courant number: time step times wave speed over spacing, or the largest stable step"""
     dt: Annotated[float, Unit("s", gt=0)] | None = None
+    """time step, in place of cfl"""
     precision: Literal["f64", "f32"] = "f64"
+    """double or single"""
     device: Annotated[str, AfterValidator(_device), WithJsonSchema({"type": "string", "pattern": DEVICE})] = "auto"
+    """cpu, cuda or cuda:1; auto takes a GPU where there is one"""
     threads: Annotated[int, Field(ge=0, le=1024)] = 0
-    formulation: Annotated[str, AfterValidator(_formulation), Choice(tuple(names()))] | None = None
+    """of the CPU; 0: all cores, where a scene is worth it"""
+    formulation: Annotated[str, AfterValidator(lambda name: _known(name, names())), Choice(tuple(names()))] | None = (
+        None
+    )
+    """what particles see; without it that of the integrator"""
     correction: Literal["symmetric", "paper"] = "symmetric"
-    kernel: Annotated[str, AfterValidator(_smoothing), Choice(tuple(SMOOTHING))] = DEFAULT
+    """of the kernel's gradients: keeps momentum, or as published"""
+    kernel: Annotated[str, AfterValidator(lambda name: _known(name, SMOOTHING)), Choice(tuple(SMOOTHING))] = DEFAULT
+    """smoothing kernel; one that is named asks for the pairs of a kernel"""
     support: Annotated[float, Unit("", gt=0)] | None = None
+    """radius of the kernel in spacings; without it that of the form"""
     guard: Literal["refuse", "warn", "off"] = "refuse"
+    """what becomes of a time step beyond the limit"""
     seed: Annotated[int, Field(ge=0)] = 0
+    """of what is random, as jitter"""
 
     @model_validator(mode="after")
     def _one_step(self) -> "Run":

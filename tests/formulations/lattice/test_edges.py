@@ -17,7 +17,8 @@ from wsph.formulations.lattice.edges import rows as edge_rows
 from wsph.formulations.lattice.edges.blocks import block_runs
 from wsph.formulations.lattice.edges.rates import EdgeRates
 from wsph.formulations.lattice.edges.rows import Rows
-from wsph.formulations.lattice.runs import CLOSES, FIRST, HEAD, OPENS, OWN, edge_runs, staged_pieces
+from wsph.formulations.lattice.pieces import pieces_of
+from wsph.formulations.lattice.runs import CLOSES, FIRST, HEAD, OPENS, OWN, edge_runs
 from wsph.geometry.edges import cell_edges
 from wsph.simulation.compose import compose
 from wsph.simulation.composing.composition import Composition
@@ -151,23 +152,37 @@ def test_every_node_is_in_one_block_and_sees_its_edges(seed: int, dim: int, widt
     assert set(zip(edges.start.tolist(), edges.end.tolist(), edges.axis.tolist(), strict=True)) <= seen
 
 
-def test_pieces_take_what_was_found_before() -> None:
+@pytest.mark.parametrize("threads", [1, 2, 5])
+def test_pieces_take_what_was_found_before(threads: int) -> None:
+    """Of their own part; what is left, of all parts. Each block is done once."""
     body = composed(scenes.box(0.5, 0.6, 1.7)).bodies[0].system.lattice
     assert body.boxes is not None
     runs = edge_runs(body.boxes, 16)
     rows = Rows.of(composed(scenes.box(0.5, 0.6, 1.7), **MISES).bodies[0].system.rates._host, body.boxes, "cpu")
     assert rows.blocks is not None
     counts = [len(runs.blocks), len(runs.blocks), len(rows.blocks.runs), len(runs.blocks), len(runs.blocks)]
-    waits = [runs.reach, rows.to_means, rows.to_rows, runs.reach]
-    pieces = staged_pieces(counts[0], 20, waits)
-    assert len(pieces) > 5
-    done = [0] * len(counts)
-    for piece in pieces:
-        for stage, (first, end) in enumerate(piece):
-            assert first == done[stage]
-            done[stage] = end
-            assert stage == 0 or end == first or waits[stage - 1][first:end].max() < done[stage - 1]
-    assert done == counts
+    stages = [runs.takes, *rows.around, runs.takes]
+    found = pieces_of(counts[0], 12, stages, threads)
+    assert len(found.parts) == threads
+    done = [np.zeros(count, int) for count in counts]
+    own = [np.full(count, -1) for count in counts]
+
+    def takes(stage: int, block: int) -> slice:
+        return slice(stages[stage - 1].first[block], stages[stage - 1].last[block] + 1)
+
+    for part, pieces in enumerate(found.parts):
+        for piece in pieces:
+            for stage, (first, end) in enumerate(piece):
+                for block in range(first, end):
+                    assert stage == 0 or (own[stage - 1][takes(stage, block)] == part).all()
+                done[stage][first:end] += 1
+                own[stage][first:end] = part
+    for stage, blocks in enumerate(found.left):
+        assert (len(blocks) == 0) == (threads == 1 or stage == 0)
+        for block in blocks:
+            assert done[stage - 1][takes(stage, block)].all()
+        done[stage][blocks] += 1
+    assert all((each == 1).all() for each in done)
 
 
 @pytest.mark.parametrize("dim", [2, 3])

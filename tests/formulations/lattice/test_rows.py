@@ -9,7 +9,9 @@ import pytest
 import wsph
 from tests import scenes
 from tests.formulations.lattice.bodies import CELL, answers, random_body
-from wsph.formulations.lattice import rates
+from wsph.formulations.lattice import pieces, rates
+from wsph.formulations.lattice.edges import rows as edge_rows
+from wsph.formulations.lattice.pieces import Pieces, pieces_of
 from wsph.formulations.lattice.rates import LatticeRates
 from wsph.formulations.lattice.runs import FIRST, OWN, runs_of
 from wsph.simulation.compose import compose
@@ -150,16 +152,28 @@ def test_every_cell_and_every_node_is_in_one_block(seed: int, dim: int, width: i
 @pytest.mark.parametrize("material", ["elastic", "mises"])
 @pytest.mark.parametrize("form", ["stress-points", "total-lagrangian"])
 def test_steps_have_the_same_bits_for_any_number_of_threads(
-    form: str, material: str, share: Callable[[], None]
+    form: str, material: str, share: Callable[[], None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In pieces: those of two threads are twice as large."""
+    """Each has a part of the body, piece by piece, and what takes of two parts is left until both have ended."""
     share()
+    parts: list[int] = []
+
+    def noting(*given: Any) -> Pieces:
+        found = pieces_of(*given)
+        parts.append(len(found.parts))
+        return found
+
+    monkeypatch.setattr(pieces, "pieces_of", noting)
+    for each in (rates, edge_rows):
+        monkeypatch.setattr(each, "PIECE_BYTES", 2**14)
     shape, law = scenes.box(0.9, 1.0, 1.7), PARTS[material]
     keys = {"velocity": ["0.1*sin(3*y)", "0.1*x*z", "0"], **law}
     found = []
-    for threads in (1, 2):
+    for threads in (1, 2, 3):
         run = {"formulation": form, "guard": "off", "cfl": 0.4, "end": 0.2, "threads": threads}
         scene = scenes.scene(scenes.body(shape, CELL, **keys), run=run)
         found.append(wsph.run(scene).particles)
+    assert set(parts) == {1, 2, 3}
     for name in found[0]:
         assert np.array_equal(found[0][name], found[1][name]), name
+        assert np.array_equal(found[0][name], found[2][name]), name

@@ -97,7 +97,7 @@ def _table(keys: "tuple[Key, ...]") -> list[str]:
         return []
     rows = [
         ("key", "unit", "default", "range", "what it is"),
-        *((k.name, k.unit, k.default, k.range, f"{k.kind}: {k.said}" if k.said else k.kind) for k in keys),
+        *((k.name, k.unit, k.default, k.range, k.words) for k in keys),
     ]
     widths = [max(len(row[column]) for row in rows) for column in range(4)]
     return [

@@ -138,6 +138,9 @@ def force_between_kernel(space: Space, layout: Layout, parts: BodyForceKinds, fo
             both = real(0.0)
             if wp.static(form.shares):
                 both = w * (own + at(points.share, j))
+            whole = both
+            if wp.static(damps and form.shares and form.fades >= 0):
+                whole = w * (points.whole[i] + at(points.whole, j))
             if wp.static(form.stabilised and form.vectors):
                 H = own * at(answers.gradient, i) + at(points.share, j) * at(answers.gradient, j)
                 f = f - points.stabilisation * (H * wr)
@@ -150,7 +153,7 @@ def force_between_kernel(space: Space, layout: Layout, parts: BodyForceKinds, fo
             square = wp.dot(apart, apart)
             if wp.static(damps):
                 drag = drag + dragged(
-                    c, body.density, points, answers, fields, others, i, j, wr, r, apart, square, both
+                    c, body.density, points, answers, fields, others, i, j, wr, r, apart, square, whole
                 )
             if wp.static(holds):
                 hold = hold + held(c, body.density, points, answers, fields, others, i, j, wr, r, apart, square, both)

@@ -212,7 +212,7 @@ class LagrangianRates(ReferenceRates):
             if part.response is not None:
                 self._response = part.response
             if part.share is not None:
-                self._acting = with_share(self._space, self._points, part.share)
+                self._acting = with_share(self._space, self._points, part.share, fades=self.form.fades >= 0)
 
     def own_parts(self, state: State, arrays: Arrays) -> dict[str, Attached]:
         """What the stabilisation has of its own on the device."""

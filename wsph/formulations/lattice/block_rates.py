@@ -4,14 +4,12 @@
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 from collections.abc import Iterable, Sequence
-from typing import cast
 
 import warp as wp
 
 from wsph.backend.space import Array
 from wsph.backend.state import State
 from wsph.backend.threads import cores
-from wsph.formulations.lattice.runs import HEAD
 from wsph.formulations.one_set_rates import ReferenceRates
 from wsph.formulations.one_set_setup import RateSetup
 from wsph.parts.part import Attached, Host, Neighbourhood, Part
@@ -48,7 +46,6 @@ class BlockRates(ReferenceRates):
         self._domain = made.domain
         self.form = made.form(loaded=made.loads.some)
         self._coefficients, self._threads = made.coefficients(self.form), threads
-        # Every thread has its part of a piece in the cache of its own core, and threads meet after whole pieces.
         self._cores = made.setup.scene.run.threads or len(cores())
 
     def attach(self, parts: Iterable[Attached]) -> None:
@@ -73,14 +70,6 @@ class BlockRates(ReferenceRates):
         if self.form.total:
             self.refresh(state)
 
-    def _part(self, table: Array, blocks: tuple[int, int]) -> Array:
-        """The rows of some blocks in a table."""
-        columns = HEAD + 2**self._space.dim
-        return cast(Array, table[blocks[0] * columns : blocks[1] * columns])
-
-    def _launch(
-        self, kernel: wp.Kernel, blocks: tuple[int, int], inputs: Sequence[object], outputs: Sequence[object]
-    ) -> None:
-        """Launch a kernel over some blocks."""
-        if blocks[1] > blocks[0]:
-            self._clock.launch(kernel, (blocks[1] - blocks[0]) * self._threads, inputs, outputs)
+    def _launch(self, kernel: wp.Kernel, blocks: int, inputs: Sequence[object], outputs: Sequence[object]) -> None:
+        """Launch a kernel over so many blocks."""
+        self._clock.launch(kernel, blocks * self._threads, inputs, outputs)

@@ -30,8 +30,9 @@ from wsph.formulations.lattice.flow import flow_kernel
 from wsph.formulations.lattice.forces import force_kernel
 from wsph.formulations.lattice.held import RowFading, fade_kernel, held_kernel, held_of_cells
 from wsph.formulations.lattice.lanes import ACROSS, quantities
+from wsph.formulations.lattice.pieces import Order, Table
 from wsph.formulations.lattice.rest import Rest
-from wsph.formulations.lattice.runs import HEAD, VECTOR, Runs, pieces_of, runs_of
+from wsph.formulations.lattice.runs import FIRST, HEAD, VECTOR, Runs, runs_of
 from wsph.formulations.lattice.strain import drag_kernel, strain_kernel
 from wsph.formulations.lattice.total import answer_kernel, telling_kernel
 from wsph.formulations.one_set import OneSetSystem
@@ -159,17 +160,16 @@ class LatticeRates(BlockRates):
     def _allocate(self, rows: Rows, stabilisation: float, state: State) -> None:
         """The blocks of cells and nodes and what cells hand to nodes.
 
-        _cells, _nodes   # blocks (`wsph.formulations.lattice.runs.Runs`), flat
+        _cells, _order   # blocks of cells (`wsph.formulations.lattice.runs.Runs`), and the order of these and of nodes
         _chunks, _drags  # chunks of what nodes take: of the stress and the residual, and of the viscous stress
         _volume          # of the particles, (n,) scalar
         holding          # forces per mass that hold spurious modes: there are none beside the residual's
         """
         space, arrays, real, runs, boxes = self._space, self._arrays, self._space.scalar, rows.runs, rows.boxes
-        self._count, self._boxes = (len(runs.cells), len(runs.nodes)), len(boxes.corners)
-        piece = self._cores * rows.piece(np.dtype(space.numpy).itemsize)
-        self._pieces = pieces_of(runs, boxes.corners, self._placement.count, piece)
-        self._cells = arrays.of("cells", runs.cells.ravel(), wp.int32)
-        self._nodes = arrays.of("nodes", runs.nodes.ravel(), wp.int32)
+        self._boxes = len(boxes.corners)
+        self._cells, nodes = Table.of(runs.cells, arrays, "cells"), Table.of(runs.nodes, arrays, "nodes")
+        takes, most = runs.taking(boxes.corners, self._placement.count), rows.piece(np.dtype(space.numpy).itemsize)
+        self._order = Order(self._cells, [(nodes, takes)], most, self._cores, arrays, "left")
         self._cell = cell_of(space, boxes.steps(self._host.scales.length), boxes.axes, stabilisation)
         if self.form.total and state.derived is not None:
             # Where the stress follows from the displacements, no step reads the derived fields.
@@ -185,13 +185,13 @@ class LatticeRates(BlockRates):
 
     def own_parts(self, state: State, arrays: Arrays) -> dict[str, Attached]:
         """What the stabilisation has of its own on the device."""
-        flow, count = self._constitutive.flow, (self._count[0], self._boxes)
+        flow, count = self._constitutive.flow, (self._cells.count, self._boxes)
         if flow is None or self.form.fades < 0:
             return {}
         part = arrays.part("fading")
         whole = partial(own_sum, share=self._placement.point_share, domain=self._domain)
         kernel = fade_kernel(self._space, self._layout, flow[0], cell_struct(self._space), held_of_cells(self._space))
-        own = RowFading(kernel, flow, self._cell, self._cells, count, state, self._clock, part, whole)
+        own = RowFading(kernel, flow, self._cell, self._cells.rows, count, state, self._clock, part, whole)
         found: dict[str, Attached] = {"fading": own}
         if self._rest is not None:
             found["fading of the rest"] = self._rest.fading(flow, state, arrays.part("fading of the rest"))
@@ -223,29 +223,28 @@ class LatticeRates(BlockRates):
 
     def _flow(self, state: State, out: State, ahead: float) -> None:
         refuse_other(state)
-        inputs = [self._clock.time, self._space.scalar(ahead), self._constitutive.params, self._cell, self._cells]
-        self._launch(self.kernels.flow, (0, self._count[0]), [*inputs, state.struct], [out.struct])
+        inputs = [self._clock.time, self._space.scalar(ahead), self._constitutive.params, self._cell, self._cells.rows]
+        self._launch(self.kernels.flow, self._cells.count, [*inputs, state.struct], [out.struct])
         if self._rest is not None:
             self._rest.flow(state, out, ahead)
 
     def refresh(self, state: State) -> None:
         """Deformation and, of a total law, stress of a state from its displacement (launches)."""
-        blocks = 0, self._count[0]
         if not self.form.total:
-            self._strain(state, blocks)
+            self._strain(state, self._cells.rows, self._cells.count)
         else:
-            inputs = [self._constitutive.params, self._cell, self._cells, state.struct]
-            self._launch(self.kernels.tell, blocks, inputs, [state.struct])
+            inputs = [self._constitutive.params, self._cell, self._cells.rows, state.struct]
+            self._launch(self.kernels.tell, self._cells.count, inputs, [state.struct])
         if state.derived is not None:
             state.derived.of = state
         if self._rest is not None:
             self._rest.strain(state)
 
-    def _strain(self, state: State, blocks: tuple[int, int]) -> None:
+    def _strain(self, state: State, cells: Array, blocks: int) -> None:
         """What the nodes of a state take of some blocks of cells (launches)."""
         if state.derived is not None:
             state.derived.of = None if self.form.total else state
-        cells, outputs = self._part(self._cells, blocks), [self._chunks]
+        outputs = [self._chunks]
         if self.form.total:
             inputs = [self._constitutive.params, self._cell, cells, state.struct]
             self._launch(self.kernels.answer, blocks, inputs, outputs)
@@ -258,26 +257,28 @@ class LatticeRates(BlockRates):
         if self._rest is not None:
             self._rest.strain(state)
             self._rest.push(state)
-        for cells, cells_end, nodes, nodes_end in self._pieces:
-            blocks = (cells, cells_end)
-            self._strain(state, blocks)
+
+        def strain(cells: Array, blocks: int) -> None:
+            self._strain(state, cells, blocks)
             if self.form.rate_term is not None:
-                inputs = [self._coefficients, self._density, self._cell, self._part(self._cells, blocks), state.struct]
+                inputs = [self._coefficients, self._density, self._cell, cells, state.struct]
                 self._launch(self.kernels.drag, blocks, inputs, [self._drags])
-            blocks = (nodes, nodes_end)
-            inputs = [body, self._part(self._nodes, blocks), self._chunks, self._drags]
-            inputs += [*loads, self._volume, self._pushed, state.struct]
+
+        def force(nodes: Array, blocks: int) -> None:
+            inputs = [body, nodes, self._chunks, self._drags, *loads, self._volume, self._pushed, state.struct]
             self._launch(self.kernels.force, blocks, inputs, [out.struct])
+
+        self._order.run([strain, force], self._clock)
 
     def held_energy(self, state: State) -> float:
         """Energy of the residual, of a state that is up to date, nondimensional (a launch and a copy)."""
         if not self.form.stabilised:
             return 0.0
-        sums: Array = wp.zeros(self._count[0], dtype=wp.float64, device=self._clock.device)
-        inputs = [self._cell, self._cells, self._chunks, state.struct]
+        sums: Array = wp.zeros(self._cells.count, dtype=wp.float64, device=self._clock.device)
+        inputs = [self._cell, self._cells.rows, self._chunks, state.struct]
         made = held_kernel(self._space, self._layout, self._width, self.form.fades >= 0)
         wp.launch(made, len(sums), inputs=inputs, outputs=[sums], device=self._clock.device)
-        first = self._cells.numpy()[:: HEAD + 2**self._space.dim]
+        first = self._cells.blocks[:, FIRST]
         return own_total(sums, first, self._placement.point_share, self._domain) + (
             0.0 if self._rest is None else self._rest.held_energy(state)
         )

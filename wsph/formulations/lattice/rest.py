@@ -159,6 +159,6 @@ class Rest:
         )
         whole = partial(own_sum, share=Share.all(len(self._volume)), domain=WHOLE)
         found = Fading(flow, self._space, seen, self._layout, self._tail(state), self._clock, arrays, whole)
-        self._acting = with_share(self._space, self._points, cast(Points, found.response).share)
+        self._acting = with_share(self._space, self._points, cast(Points, found.response).share, fades=True)
         self._response = found.response
         return found

@@ -13,12 +13,12 @@ neighbours of all its rows are. Runs end at holes, notches and cracks; a node be
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
+from wsph.formulations.lattice.pieces import Takes
 from wsph.geometry.cells import Boxes, edge_ends
 
 FIRST, OWN, COMPUTED, PLACE, COPY, BEFORE, BEHIND, HEAD = range(8)
@@ -47,26 +47,14 @@ class Runs:
     chunks: int
     places: int
 
-
-def _ends(count: int, most: int) -> np.ndarray:
-    """Where pieces of at most `most` of so many blocks end."""
-    return np.append(np.arange(most, count, most), count)
-
-
-def pieces_of(runs: Runs, corners: np.ndarray, nodes: int, most: int) -> list[tuple[int, int, int, int]]:
-    """The blocks in pieces of at most `most` blocks of cells: from which to which block of cells, and then of nodes, all of
-    whose cells have been then."""
-    if len(runs.cells) <= most:
-        return [(0, len(runs.cells), 0, len(runs.nodes))]
-    last = np.zeros(nodes, int)
-    for k in range(corners.shape[1]):
-        last[corners[:, k]] = np.maximum(last[corners[:, k]], np.arange(len(corners)))
-    waits = np.maximum.reduceat(last, runs.nodes[:, FIRST])
-    waits = np.maximum.accumulate(np.searchsorted(runs.cells[:, FIRST], waits, side="right") - 1)
-    ends = _ends(len(runs.cells), most)
-    ready = np.searchsorted(waits, ends, side="left")
-    starts = np.concatenate([[0], ends[:-1]]), np.concatenate([[0], ready[:-1]])
-    return list(zip(*(each.tolist() for each in (starts[0], ends, starts[1], ready)), strict=True))
+    def taking(self, corners: np.ndarray, nodes: int) -> Takes:
+        """Of which blocks of cells those of so many nodes take. Nodes beyond the grid take of none."""
+        low, high = np.full(nodes, len(corners) - 1, np.int32), np.zeros(nodes, np.int32)
+        order = np.arange(len(corners), dtype=np.int32)
+        for k in range(corners.shape[1]):
+            at = corners[:, k]
+            low[at], high[at] = np.minimum(low[at], order), np.maximum(high[at], order)
+        return Takes.of_rows(low, high, self.nodes[:, FIRST], self.cells[:, FIRST])
 
 
 def runs_of(boxes: Boxes, nodes: int, width: int, quantities: int, reserved: int = 0) -> Runs:
@@ -130,26 +118,14 @@ def _last(boxes: Boxes) -> np.ndarray:
     return np.rint(last - (last.min() if boxes.first is None else boxes.first)).astype(np.int32)
 
 
-def staged_pieces(count: int, most: int, waits: Sequence[np.ndarray]) -> list[list[tuple[int, int]]]:
-    """So many blocks in pieces of at most `most`: from which to which each of the stages goes, the first and one for each of
-    `waits`, which says of every block of a stage the last one of the stage before that it takes of."""
-    ends = _ends(count, most)
-    found: list[list[tuple[int, int]]] = []
-    for waiting in (None, *waits):
-        if waiting is not None:
-            ends = np.searchsorted(np.maximum.accumulate(waiting), ends, side="left")
-        found.append(list(zip([0, *ends[:-1].tolist()], ends.tolist(), strict=True)))
-    return [list(piece) for piece in zip(*found, strict=True)]
-
-
 @dataclass(frozen=True)
 class EdgeRuns:
     """`blocks` of the nodes of a lattice that see each other along the edges of its cells, int32, a row each, how many
-    ends of `edges` they see, and for each block the last that has a row that one of its own takes, `reach`."""
+    ends of `edges` they see, and of which blocks each takes."""
 
     blocks: np.ndarray
     edges: int
-    reach: np.ndarray
+    takes: Takes
 
 
 def edge_runs(boxes: Boxes, width: int) -> EdgeRuns:
@@ -184,8 +160,7 @@ def edge_runs(boxes: Boxes, width: int) -> EdgeRuns:
     packed = sum(number << 4 * k for k, number in enumerate(numbers))
     blocks[:, SHARES] = packed | (whole[middle] << 16) | (behind[middle, -1] << 20)
     blocks[:, OPENS], blocks[:, CLOSES] = share[first, -1] == 1.0, share[first + many - 1, -1] == 0.0
-    reach = np.searchsorted(first, np.maximum.reduceat(near.max(1), first), side="right") - 1
-    return EdgeRuns(blocks, int(np.count_nonzero(cells)), reach)
+    return EdgeRuns(blocks, int(np.count_nonzero(cells)), Takes.of_rows(near.min(1), near.max(1), first, first))
 
 
 def _cell_blocks(

@@ -59,16 +59,27 @@ class Contact(Model):
 
     model_config = example({"between": ["ball", "plate"], "friction": 0.2})
     between: Annotated[tuple[str, ...], BeforeValidator(as_tuple)] | None = None
+    """two bodies"""
     self_: Annotated[str | None, Field(alias="self")] = None
+    """a body that touches itself"""
     name: Annotated[str, AfterValidator(file_name)] = Field(default_factory=_called)
+    """of its numbers in history.csv"""
     law: Annotated[Law, BeforeValidator(_law)] = "surface"
+    """how surfaces meet; tie: they stay together"""
     stiffness: NumberOrAuto = Field(default_factory=_stiff)  # pyright: ignore[reportAssignmentType]
+    """a multiple of the materials'; auto: by the time step"""
     friction: Annotated[float, Unit("", ge=0)] = 0.0
+    """Coulomb's coefficient"""
     damping: Annotated[float, Unit("", ge=0)] = Field(default_factory=_damping)
+    """a multiple of the impedance"""
     memory: Annotated[float, Unit("", ge=0)] | None = None
+    """of friction, in cells that a wave crosses"""
     edges: bool = True
+    """whether edges meet edges"""
     strength: Annotated[float, Unit("Pa", gt=0)] | None = None
+    """of a tie: where it parts"""
     radius: Annotated[float, Unit("", gt=0, le=1)] = 0.5
+    """of a ball, in spacings (pinball)"""
 
     @model_validator(mode="after")
     def _complete(self) -> "Contact":

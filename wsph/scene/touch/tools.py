@@ -139,18 +139,31 @@ class Tool(Model):
 
     model_config = example(_EXAMPLE)
     name: Annotated[str, AfterValidator(file_name)]
+    """of its numbers in history.csv"""
     shape: ToolShape
+    """a plane, ball, cylinder, box or surface of triangles"""
     inside: bool = False
+    """it is a hole that keeps bodies in"""
     velocity: Velocity = {}
+    """prescribed, by component; a list: the initial one of a tool with a mass"""
     turn: Turn | None = None
+    """a prescribed turning"""
     mass: Annotated[Value, Measured("kg, of 2D kg/m, of 1D kg/m2")] | None = None
+    """with it the tool moves as the forces on it have it"""
     inertia: Inertia | None = None
+    """about its centre of mass; without it that of its shape"""
     spin: Spin | None = None
+    """initial, of a tool with a mass [1/s]"""
     against: Annotated[Strings, Field(min_length=1)]
+    """the bodies that it touches"""
     friction: Annotated[float, Unit("", ge=0)] = 0.0
+    """Coulomb's coefficient"""
     stiffness: NumberOrAuto = "auto"
+    """a multiple of the materials'; auto: by the time step"""
     damping: Annotated[float, Unit("", ge=0)] = Field(default_factory=_damping)
+    """a multiple of the impedance"""
     memory: Annotated[float, Unit("", ge=0)] | None = None
+    """of friction, in cells that a wave crosses"""
 
     @model_validator(mode="after")
     def _of_one_kind(self) -> "Tool":

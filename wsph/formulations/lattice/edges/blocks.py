@@ -14,9 +14,10 @@ import numpy as np
 @dataclass(frozen=True)
 class BlockRuns:
     """Runs of blocks, int32, a row each: how many blocks, and where the members of the first are, in the order of corners
-    and -1 for none; `last` the last member of each run, `run` the run that each node is in."""
+    and -1 for none; `first` and `last` the outermost members of each run, `run` the run that each node is in."""
 
     runs: np.ndarray
+    first: np.ndarray
     last: np.ndarray
     run: np.ndarray
 
@@ -40,7 +41,8 @@ def block_runs(index: np.ndarray, most: int) -> BlockRuns:
     first = np.repeat(begins, np.diff(np.append(begins, len(keys))))
     first = np.flatnonzero((np.arange(len(keys)) - first) % most == 0)
     count = np.diff(np.append(first, len(keys)))
-    last = np.maximum.reduceat(members.max(1), first)
+    low = np.minimum.reduceat(np.where(members < 0, len(own), members).min(1), first)
+    high = np.maximum.reduceat(members.max(1), first)
     run = np.searchsorted(first, own, side="right") - 1
     runs = np.column_stack([count, members[first]]).astype(np.int32)
-    return BlockRuns(runs, last, run)
+    return BlockRuns(runs, low, high, run)

@@ -148,9 +148,11 @@ def _terms(space: Space, form: Form, width: int) -> wp.Function:
     )
     made = {t.sum: t.along(space, Coefficients) for t in form.pair_terms if t.along is not None}
     dragged, held, damps, holds = made.get("drag"), made.get("hold"), "drag" in made, "hold" in made
-    size, (get, put) = (3 * dim + 1) * capacity, lane(space, width, vec)
+    fades = form.fades >= 0
+    size, (get, put) = (3 * dim + 1 + fades) * capacity, lane(space, width, vec)
     get_rate, get_seen = lane(space, width, vec, dim)[0], lane(space, width, vec, 2 * dim)[0]
-    get_share = lane(space, width, space.vector(1), 3 * dim)[0]
+    # What holds spurious modes fades, what drags does not.
+    get_share, get_left = (lane(space, width, space.vector(1), 3 * dim + k)[0] for k in (0, int(fades)))
 
     @wp.func
     def act(
@@ -182,12 +184,15 @@ def _terms(space: Space, form: Form, width: int) -> wp.Function:
                 apart = r + get(values, e)
                 square = wp.dot(apart, apart)
                 both = (weight * get_share(values, e)[0]) * apart
+                left = both
+                if wp.static(fades):
+                    left = (weight * get_left(values, e)[0]) * apart
                 dv = get_rate(values, e)
                 seen = get_seen(values, e)
                 if wp.static(damps):
                     put(drag_out, e, get(drag_out, e) + dragged(c, density, dv, seen, r, apart, square) * both)
                 if wp.static(holds):
-                    put(hold_out, e, get(hold_out, e) + held(c, density, dv, seen, r, apart, square) * both)
+                    put(hold_out, e, get(hold_out, e) + held(c, density, dv, seen, r, apart, square) * left)
                 e += 1
             side += 1
 

@@ -212,10 +212,11 @@ def pull_along_edges(space: Space, width: int, stabilised: bool, fades: bool) ->
 def pairs_of(space: Space, width: int, fades: bool) -> wp.Function:
     """Warp function (blocks, block, lane, rows, side, columns, displacement, velocity, step, left, stride, values_out): of
     every row and its neighbour on a `side`, 2 k before and 2 k + 1 behind on axis k: what their displacements differ by,
-    their velocities, what both gradients say of that together, dim numbers each, and the share of the row's cells between
-    them, where it fades times what is left. Where there are none the row is its own neighbour."""
-    kept = "*(S(0.5)*(left.data[from + e] + left.data[to + e]))" if fades else ""
+    their velocities, what both gradients say of that together, dim numbers each, the share of the row's cells between them,
+    and where it fades what is left of that. Where there are none the row is its own neighbour."""
     dim, capacity = space.dim, capacity_of(width)
+    mean = "S(0.5)*(left.data[from + e] + left.data[to + e])"
+    faded = f"o[{(3 * dim + 1) * capacity}+e] = share[e]*({mean});" if fades else ""
     cases = " ".join(f"if (side/2 == {k}) {{ before = a{k}; behind = b{k}; }}" for k in range(dim))
     lines: list[str] = []
     for a in range(dim):
@@ -244,7 +245,8 @@ def pairs_of(space: Space, width: int, fades: bool) -> wp.Function:
         for (int e = 0; e < rows; ++e) {{
             const bool there = share[e] > S(0);
             {" ".join(lines)}
-            o[{3 * dim * capacity}+e] = share[e]{kept};
+            o[{3 * dim * capacity}+e] = share[e];
+            {faded}
         }}
     """)
     def pairs(

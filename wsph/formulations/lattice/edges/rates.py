@@ -21,7 +21,8 @@ from wsph.formulations.lattice.edges.held import held_kernel, held_of_nodes
 from wsph.formulations.lattice.edges.rows import Rows
 from wsph.formulations.lattice.edges.stages import Stage, kernels_of
 from wsph.formulations.lattice.held import RowFading, fade_kernel
-from wsph.formulations.lattice.runs import HEAD, staged_pieces
+from wsph.formulations.lattice.pieces import Order, Table
+from wsph.formulations.lattice.runs import FIRST
 from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.one_set_rates import refuse_other
 from wsph.formulations.one_set_setup import RateSetup
@@ -78,18 +79,19 @@ class EdgeRates(BlockRates):
             laws, kinds = host.constitutive.laws, made.force.parts
             self.kernels = kernels_of(space, laws, made.layout, kinds, self.form, rows.width)
         self._allocate(rows, made, state)
-        runs, reach, blocks = rows.runs, rows.runs.reach, self.form.blocks
-        self._ends, self._counts = runs.edges, (len(runs.blocks), 0 if rows.blocks is None else len(rows.blocks.runs))
-        most = self._cores * rows.piece(np.dtype(space.numpy).itemsize)
-        around = [rows.to_means, rows.to_rows] if blocks else []
-        waits = [reach, *around, *(around if self.form.total else []), reach, reach]
-        self._pieces = staged_pieces(self._counts[0], most, waits)
-        self._flows = staged_pieces(self._counts[0], most, [reach, *around])
+        self._ends, along, most = rows.runs.edges, rows.runs.takes, rows.piece(np.dtype(space.numpy).itemsize)
+        own, means = self._tables[0], self._tables[-1]
+        around = list(zip([means, own], rows.around, strict=True)) if self.form.blocks else []
+        forces = [(own, along), *around, *(around if self.form.total else []), (own, along), (own, along)]
+        self._forces, self._flows = (
+            Order(own, after, most, self._cores, self._arrays, name)
+            for after, name in ((forces, "left of forces"), ([(own, along), *around], "left of flow"))
+        )
 
     def _allocate(self, rows: Rows, made: RateSetup, state: State) -> None:
         """The rows, and what loops pass on.
 
-        _tables   # rows and runs of blocks, flat (`wsph.formulations.lattice.runs`, `.edges.blocks`), with their columns
+        _tables   # rows and runs of blocks (`wsph.formulations.lattice.runs`, `.edges.blocks`)
         grid      # what rows have in common (`wsph.formulations.lattice.edges.grid`)
         _columns, _nominal, _passed  # gradients, answers, and what forces take, dim dim numbers a row
         _weights, _means  # of blocks, a number a row
@@ -97,11 +99,9 @@ class EdgeRates(BlockRates):
         holding           # forces per mass that hold spurious modes
         """
         host, space, arrays = made.host, made.host.space, self._arrays
-        table = arrays.of("blocks", rows.runs.blocks.ravel(), wp.int32), rows.runs.blocks.shape[1]
-        self._tables = [table]
+        self._tables = [Table.of(rows.runs.blocks, arrays, "blocks")]
         if rows.blocks is not None:
-            found = rows.blocks.runs
-            self._tables.append((arrays.of("means", found.ravel(), wp.int32), found.shape[1]))
+            self._tables.append(Table.of(rows.blocks.runs, arrays, "means"))
         if self.form.total and state.derived is not None:
             # No step reads the derived fields, and what loops pass on may stand in their place.
             state.derived.tell = self.refresh
@@ -130,9 +130,9 @@ class EdgeRates(BlockRates):
         flow = self._constitutive.flow
         if flow is None or self.form.fades < 0:
             return {}
-        space, count = self._space, (self._counts[0], self._placement.count)
+        space, count = self._space, (self._tables[0].count, self._placement.count)
         fade = fade_kernel(space, self._layout, flow[0], grid_struct(space), held_of_nodes(space))
-        part, rows = arrays.part("fading"), self._tables[0][0]
+        part, rows = arrays.part("fading"), self._tables[0].rows
         whole = partial(own_sum, share=self._placement.share, domain=self._domain)
         return {"fading": RowFading(fade, flow, self.grid, rows, count, state, self._clock, part, whole)}
 
@@ -168,17 +168,19 @@ class EdgeRates(BlockRates):
             means = [self._means, self._weights] if self.form.blocks else []
             inputs = [self._constitutive.params, self.grid], [self._columns, *means]
             stages[-1] = Stage(self.kernels.tell, *inputs, [state.struct])
-        self._run(stages, [[(0, self._counts[stage.means]) for stage in stages]])
+        for stage in stages:
+            table = self._tables[stage.means]
+            self._start(stage, table.rows, table.count)
         if state.derived is not None:
             state.derived.of = state
 
-    def _run(self, stages: list[Stage], pieces: list[list[tuple[int, int]]]) -> None:
+    def _run(self, stages: list[Stage], order: Order) -> None:
         """Launch stages, piece by piece."""
-        for piece in pieces:
-            for stage, (first, end) in zip(stages, piece, strict=True):
-                table, columns = self._tables[stage.means]
-                inputs = [*stage.before, table[first * columns : end * columns], *stage.after]
-                self._launch(stage.kernel, (first, end), inputs, stage.outputs)
+        order.run([partial(self._start, stage) for stage in stages], self._clock)
+
+    def _start(self, stage: Stage, rows: Array, blocks: int) -> None:
+        """Launch a stage over the rows of some blocks."""
+        self._launch(stage.kernel, blocks, [*stage.before, rows, *stage.after], stage.outputs)
 
     def _gradient(self, field: Array, out: Array) -> Stage:
         """Columns of the gradient of a field."""
@@ -229,17 +231,17 @@ class EdgeRates(BlockRates):
         spread = Stage(self.kernels.spread, [grid], [columns, self._nominal], [passed])
         before, after = [body, self._coefficients, grid], [columns, passed, *loads, state.struct]
         force = Stage(self.kernels.force, before, after, [self.holding, out.struct])
-        self._run([*self._answers(state), spread, force], self._pieces)
+        self._run([*self._answers(state), spread, force], self._forces)
 
     def held_energy(self, state: State) -> float:
         """Energy of the residual of a state, nondimensional (a launch and a copy)."""
         if not self.form.stabilised:
             return 0.0
-        sums: Array = wp.zeros(self._counts[0], dtype=wp.float64, device=self._clock.device)
+        sums: Array = wp.zeros(self._tables[0].count, dtype=wp.float64, device=self._clock.device)
         made = held_kernel(self._space, self._layout, self.form.fades >= 0)
-        inputs = [self.grid, self._tables[0][0], state.struct]
+        inputs = [self.grid, self._tables[0].rows, state.struct]
         wp.launch(made, len(sums), inputs=inputs, outputs=[sums], device=self._clock.device)
-        first = self._tables[0][0].numpy()[:: HEAD + 2**self._space.dim]
+        first = self._tables[0].blocks[:, FIRST]
         return own_total(sums, first, self._placement.share, self._domain)
 
 

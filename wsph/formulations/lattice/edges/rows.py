@@ -11,6 +11,7 @@ from wsph.backend.space import Space
 from wsph.formulations.lattice.block_rates import PIECE_BYTES, width_of
 from wsph.formulations.lattice.edges.blocks import BlockRuns, block_runs
 from wsph.formulations.lattice.lanes import ACROSS
+from wsph.formulations.lattice.pieces import Takes
 from wsph.formulations.lattice.runs import FIRST, HEAD, VECTOR, EdgeRuns, edge_runs
 from wsph.formulations.one_set_setup import is_stabilised
 from wsph.formulations.system import Segmented
@@ -45,16 +46,14 @@ class Rows:
         return max(PIECE_BYTES // (number * self.width * self.boxes.axes.size), 1)
 
     @property
-    def to_means(self) -> np.ndarray:
-        """For each run of blocks the last block of rows that it takes of."""
+    def around(self) -> list[Takes]:
+        """Of which blocks of rows the runs of blocks take, and of which of these the blocks of rows; none without them."""
         first, found = self.runs.blocks[:, FIRST], self.blocks
-        return np.zeros(0, int) if found is None else np.searchsorted(first, found.last, side="right") - 1
-
-    @property
-    def to_rows(self) -> np.ndarray:
-        """For each block of rows the last run of blocks that it takes of."""
-        first, found = self.runs.blocks[:, FIRST], self.blocks
-        return np.zeros(0, int) if found is None else np.maximum.reduceat(found.run, first)
+        if found is None:
+            return []
+        to_means = (np.searchsorted(first, each, side="right") - 1 for each in (found.first, found.last))
+        to_rows = (each.reduceat(found.run, first) for each in (np.minimum, np.maximum))
+        return [Takes(*to_means), Takes(*to_rows)]
 
     def segmented(self, space: Space) -> Segmented:
         """The memory of the blocks, two of the body's of one row."""
