@@ -34,6 +34,10 @@ def _faults(scene: Scene, method: Method) -> Iterator[tuple[str, str]]:
     for name in ("contact", "tools"):
         if getattr(scene, name):
             yield name, "what acts between bodies"
+    if len(scene.bodies) > 1 and scene.sections:
+        yield "sections", "a section of one of several bodies"
+    if len(scene.bodies) > 1 and scene.relaxes:
+        yield "relax", "a relaxation of several bodies"
     for k, body in enumerate(scene.bodies):
         yield from (
             (f"bodies.{k}.{key}" if key else f"bodies.{k}", what) for key, what in _of_body(scene, body, method)
