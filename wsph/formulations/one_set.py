@@ -261,9 +261,7 @@ class OneSetSystem(System):
         return self.rates.follow()
 
     def pieces(self) -> dict[str, list[Piece]]:
-        of_parts = {f"{key}.{name}": rows for key, part in self.attached.items() for name, rows in part.rows().items()}
-        shares = (self.share, self.point_share)
-        return pieces_of(self.arrays.kept, self.state, self._prescribed, shares, self.domain, of_parts)
+        return pieces_of(self.arrays.kept, self.state, self._prescribed, self.placement, self.domain, self.attached)
 
     def placed(self) -> None:
         self.rates.placed()

@@ -21,7 +21,8 @@ from wsph.boundary.slide import slides_of
 from wsph.boundary.sliding import Sliding
 from wsph.boundary.values import BoundaryValues
 from wsph.boundary.work import ConstraintWork, DragWork
-from wsph.formulations.one_set_setup import Loads
+from wsph.formulations.one_set_setup import Loads, Placement
+from wsph.parts.part import Attached
 from wsph.ranks.kept import Piece, Rows
 from wsph.units import Scales
 
@@ -179,17 +180,18 @@ def pieces_of(
     kept: Iterable[str],
     state: State,
     prescribed: Prescribed,
-    shares: tuple[Share, Share],
+    placement: Placement,
     domain: Domain,
-    of_parts: Mapping[str, Rows],
+    attached: Mapping[str, Attached],
 ) -> dict[str, list[Piece]]:
-    """Where the kept arrays of a body stand in those of all processes that share it, by their names. `shares`: its
-    particles and its points; `of_parts`: those of its parts."""
+    """Where the kept arrays of a body stand in those of all processes that share it, by their names. `placement`: its
+    particles and its points; `attached`: its parts."""
+    shares = placement.share, placement.point_share
     particles, points = (Rows.of(share) for share in shares)
     fields = [field for field in state.layout.fields if field.name in state.start]
     own = [Piece(state.start[field.name], field.width, points if field.at_points else particles) for field in fields]
     known = prescribed.rows(shares[0], domain)
-    known |= dict(of_parts)
+    known |= {f"{key}.{name}": rows for key, part in attached.items() for name, rows in part.rows().items()}
     known |= {"loads.imposed": particles, "fading.zeta": points, "fading.freed": points}
     known |= {f"drag.work.{name}": particles for name in ("before", "_hold")}
     known |= {"force._place": particles, "force._work": Rows.of_blocks(shares[0])}

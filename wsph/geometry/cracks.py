@@ -117,15 +117,15 @@ def parted(index: np.ndarray, faces: Faces) -> tuple[np.ndarray, np.ndarray, np.
 
 
 def part_nodes(corners: np.ndarray, node_index: np.ndarray, inside: np.ndarray, cut: np.ndarray,
-          offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+          offsets: np.ndarray, first: int) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Nodes once for each group of cells around them that no cut parts: new corners, and the old node of each new one.
-    `node_index` (n, dim) in the array of the cells that are `inside`."""
+    Cells are `inside` an array of the grid's shape, from its `first` layer on."""
     dim = inside.ndim
     around, solid = np.pad(inside, 1), len(offsets)
     slot = {tuple(o): k for k, o in enumerate(offsets)}
     blocked = np.pad(cut, [(0, 0), *[(1, 1)] * dim])
     # Cell of slot o around a node stands at node - 1 + o, or node + o in the padded arrays.
-    place = node_index[:, None, :] + offsets
+    place = (node_index - first * np.eye(dim, dtype=int)[0])[:, None, :] + offsets
     present = around[tuple(np.moveaxis(place, -1, 0))]
     label = np.where(present, np.arange(solid), solid)
     for _ in range(solid):

@@ -11,7 +11,7 @@ coordinates are in cells along the grid's own axes.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import product
 
 import numpy as np
@@ -241,8 +241,8 @@ def lattice(
     part of it that is made. Raises ValueError where spacing or cracks do not fit, or the map turns a cell inside out.
     """
     dim, grid = shape.dim, plan(shape, spacing, lattice_rotate)
-    slab, owned = (None, None) if held is None else (held.slab, held.split)
-    domain = WHOLE if owned is None else owned.domain
+    slab, owned = (held and held.slab), (held and held.split)
+    domain = owned.domain if owned else WHOLE
     layers = (0, int(grid.count[0])) if slab is None else slab.around(int(grid.count[0]))
     inside, offsets = cells_in(shape, grid, layers), np.array(list(product((0, 1), repeat=dim)))
     if not inside.any():
@@ -254,20 +254,17 @@ def lattice(
         if split:
             cut_faces(crack, cut, shape, grid, layers[0])
         if not any_of(domain, parts_cells(crack, inside, index, layers[0])):
-            ends = ", ".join(
-                str([round(float(x), 12) for x in end]) for end in grid.points(np.stack([crack.start, crack.end]))
-            )
-            raise ValueError(f"from and to {ends} part no cells of the body")
+            raise ValueError(f"from and to {_ends(crack, grid)} part no cells of the body")
     every = find_faces(inside, cut)
     shift = np.zeros((len(node_index) if jitter else 0, dim))
     if jitter:
         shift = _jittered(jitter, seed, len(node_index), dim, 0 if held is None else held.before(layers[0]))
-        cell, axis, sign, _ = every
+        on, axis = face_nodes(corners[every[0]], offsets, *every[1:3]), every[1]
         for k in range(dim):
-            shift[np.unique(face_nodes(corners[cell], offsets, axis, sign)[axis == k]), k] = 0.0
+            shift[np.unique(on[axis == k]), k] = 0.0
     cell, axis, sign, whole = every if slab is None else _of_slab(every, index, slab)
     if cut.any():
-        parted, owner = part_nodes(corners, node_index - layers[0] * np.eye(dim, dtype=int)[0], inside, cut, offsets)
+        parted, owner = part_nodes(corners, node_index, inside, cut, offsets, layers[0])
         corners = parted.astype(np.int32)
         node_index, shift = node_index[owner], shift[owner] if jitter else shift
     turn = shape.axes.T @ grid.axes
@@ -288,10 +285,10 @@ def lattice(
         nodes = nodes + (shift * grid.step) @ grid.axes.T
         cell_volume = cell_volume * cell_volumes((node_index + shift)[corners], offsets)
     edges = (float(grid.step.min()), float(grid.step.max()))
-    bent = False
+    bent, straight = False, nodes
     if map is not None:
-        nodes, before = map(nodes), nodes
-        bent = any_of(domain, bool((nodes != before).any()))
+        nodes = map(nodes)
+        bent = any_of(domain, bool((nodes != straight).any()))
         cell_volume, edges = mapped_cells(nodes[corners], offsets)
         edges = (float(domain.min(np.array(edges[0]))), float(domain.max(np.array(edges[1]))))
     if jitter or map is not None:
@@ -303,6 +300,12 @@ def lattice(
     placed = node_index + shift if jitter else node_index
     made = Lattice(nodes, node_volume, cell_volume, faces, edges, grid, placed, corners, cuts, bent, owned)
     return made if slab is None else _within(made, slab)
+
+
+def _ends(crack: Crack, grid: Grid) -> str:
+    """Where a crack begins and ends [m], in words."""
+    ends = grid.points(np.stack([crack.start, crack.end]))
+    return ", ".join(str([round(float(x), 12) for x in end]) for end in ends)
 
 
 def _jittered(jitter: float, seed: int, count: int, dim: int, before: int) -> np.ndarray:
@@ -373,9 +376,9 @@ def slab_of(
     def made(window: tuple[int, int]) -> Lattice:
         own = slabs(nodes, cells, domain.size, reach, joined=joined, who=who)[domain.rank].over(window, nodes, cells)
         part = Split(domain, own.nodes, own.cells, middle, low, own.layers)
-        found = lattice(shape, spacing, jitter, seed, lattice_rotate=lattice_rotate, cracks=cracks, split=split, map=map,
-                        held=Held(own, part, plain))  # fmt: skip
-        return replace(found, widened=made)
+        there = Held(own, part, plain)
+        given = partial(lattice, lattice_rotate=lattice_rotate, cracks=cracks, split=split, map=map)
+        return replace(given(shape, spacing, jitter, seed, held=there), widened=made)
 
     return made((len(cells), 0))
 
@@ -388,7 +391,7 @@ def _part_layers(layers: np.ndarray, shape: Shape, grid: Grid, ends: tuple[int, 
     for crack in cracks:
         cut_faces(crack, cut, shape, grid, around[0])
     corners, node = _corners(inside, offsets)
-    parted = node[part_nodes(corners, node, inside, cut, offsets)[1]] if cut.any() else node
+    parted = node[part_nodes(corners, node, inside, cut, offsets, 0)[1]] if cut.any() else node
     for k in range(*ends):
         here = parted[parted[:, 0] == k - around[0]].astype(np.int64)
         here[:, 0] += around[0]

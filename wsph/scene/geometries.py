@@ -3,6 +3,7 @@
 # pyright: strict
 
 import math
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -189,14 +190,14 @@ def _lattice(
     def mapped(points: np.ndarray) -> np.ndarray:
         return np.stack([expression(points) for expression in expressions], 1)
 
-    moved = mapped if expressions else None
+    moved, turn = mapped if expressions else None, body.lattice_rotate
+    made = partial(lattice, lattice_rotate=turn, cracks=cracks, split=split, map=moved)
+    if domain.size > 1:
+        reach, joined = reach_of(scene, body, formulation)
+        slab = partial(slab_of, domain=domain, reach=reach, joined=joined, who=f"body {body.name!r}")
+        made = partial(slab, lattice_rotate=turn, cracks=cracks, split=split, map=moved)
     try:
-        if domain.size > 1:
-            reach, joined = reach_of(scene, body, formulation)
-            return slab_of(shape, spacing, body.jitter, seed, domain, reach, joined=joined, who=f"body {body.name!r}",
-                           lattice_rotate=body.lattice_rotate, cracks=cracks, split=split, map=moved)  # fmt: skip
-        return lattice(shape, spacing, body.jitter, seed, lattice_rotate=body.lattice_rotate, cracks=cracks,
-                       split=split, map=moved)  # fmt: skip
+        return made(shape, spacing, body.jitter, seed)
     except ValueError as error:
         key = "spacing" if "no cell" in str(error) else "map" if "the map" in str(error) else "cracks"
         raise SceneError("scene", [Fault(0, f"bodies.{number}.{key}", str(error))]) from None
