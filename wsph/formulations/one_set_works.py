@@ -154,6 +154,9 @@ class Prescribed:
         constraints, loads = self._constraint_work.rows(share), self._load_work.rows(share)
         found |= {f"work.{name}": constraints for name in ("_old", "_sums", "_last")}
         found |= {f"loads.work.{name}": loads for name in ("_work", "_before", "_place")}
+        # Where nothing of the whole body is loaded there is a row that stands for none.
+        count = len(self._loads.vectors)
+        found["loads.imposed"] = Rows.of(share) if count == share.held else Rows.alike(count, domain)
         for (name, _, _), load in zip(self._acting, self._loads.acting, strict=True):
             found |= {f"loads.{name}.{of}": rows for of, rows in load.rows().items()}
         if self._sliding is not None:
@@ -192,7 +195,7 @@ def pieces_of(
     own = [Piece(state.start[field.name], field.width, points if field.at_points else particles) for field in fields]
     known = prescribed.rows(shares[0], domain)
     known |= {f"{key}.{name}": rows for key, part in attached.items() for name, rows in part.rows().items()}
-    known |= {"loads.imposed": particles, "fading.zeta": points, "fading.freed": points}
+    known |= {"fading.zeta": points, "fading.freed": points}
     known |= {f"drag.work.{name}": particles for name in ("before", "_hold")}
     known |= {"force._place": particles, "force._work": Rows.of_blocks(shares[0])}
     leading = [piece for field, piece in zip(fields, own, strict=True) if field.leads]

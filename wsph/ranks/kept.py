@@ -33,6 +33,11 @@ class Rows:
         return cls(blocks(share.whole), places, np.ones(len(places), bool))
 
     @classmethod
+    def alike(cls, n: int, domain: Domain) -> "Rows":
+        """All of n rows that every process has alike: the first keeps them."""
+        return cls(n, np.arange(n), np.full(n, domain.rank == 0))
+
+    @classmethod
     def by_keys(cls, keys: np.ndarray, own: np.ndarray, domain: Domain) -> "Rows":
         """Rows that stand in the order of their keys (n, k), the last of which ascend from one process to the next. Rows of
         others have the keys that those have."""
