@@ -116,6 +116,7 @@ def test_sums_of_blocks_that_processes_share_are_those_of_the_whole() -> None:
     whole = own_sum(values, Share.all(5000), WHOLE)
     found = together(2, lambda domain: own_sum(values[SPLIT[domain.rank].window], SPLIT[domain.rank], domain))
     assert found == [whole, whole]
+    assert own_sum(values[:3000], Share.all(5000), WHOLE) == pytest.approx(values[:3000].sum())
 
 
 def test_gradients_of_a_part_are_added_up_as_those_of_the_whole() -> None:

@@ -93,5 +93,8 @@ def own_mean(values: np.ndarray, share: Share, domain: Domain) -> np.ndarray:
 
 
 def own_sum(values: np.ndarray, share: Share, domain: Domain) -> float:
-    """The sum of the own rows of all processes of numbers (n,) of a share, block by block, in double precision."""
+    """The sum of the own rows of all processes of numbers (n,) of a share, block by block, in double precision; where one
+    process has all of them, they may be those of the first rows alone."""
+    if domain.size == 1:
+        share = Share.all(len(values))
     return float(Blocks.of(share).of_rows(values[share.own], domain).sum())
