@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wsph.accuracy.envelope import disagree, estimate, fitted_order
+from wsph.accuracy.envelope import disagree, estimate, fitted_order, own_part
 from wsph.accuracy.measures import Record, distances
 
 TIMES = np.linspace(0.0, 1.0, 401)
@@ -93,3 +93,28 @@ def test_two_rows_give_no_estimate():
 def test_answers_disagree_where_their_bars_do_not_meet():
     assert disagree(0.015, 0.02, apart=0.04)
     assert not disagree(0.015, 0.02, apart=0.03)
+
+
+@pytest.mark.parametrize("order", [1.2, 1.6, 2.0])
+def test_a_part_that_is_a_row_s_own_is_found_beside_the_one_of_all(order):
+    """Errors along one direction that all rows share and each along one of its own, all of an order."""
+    h = np.array([1.0, 1.6, 2.0, 3.2])
+    for alike, own in ((0.01, 0.0), (0.01, 0.005), (0.0, 0.01)):
+        errors = np.zeros((4, 5))
+        errors[:, 0] = alike * h**order
+        errors[np.arange(4), 1 + np.arange(4)] = own * h**order
+        table = np.linalg.norm(errors[:, None] - errors[None, :], axis=2)
+        true = np.hypot(alike, own)
+        assert own_part(h, table, 2.0) == pytest.approx(true, rel=0.02)
+        envelope, found = (estimate(h, table, 2.0, fitted=fitted).error for fitted in (False, True))
+        assert found == pytest.approx(np.sqrt(envelope * true), rel=0.01)
+        assert found >= 0.98 * true
+        if own:
+            assert envelope > 1.3 * true
+
+
+def test_fitted_rows_are_no_special_case_of_three_rows_or_of_numbers():
+    h, records = ladder(1.6)
+    table = distances(records)
+    assert estimate(h[:3], table[:3, :3], 2.0, fitted=True) == estimate(h[:3], table[:3, :3], 2.0)
+    assert estimate(h, table, 2.0, fitted=True, norms=False) == estimate(h, table, 2.0, norms=False)

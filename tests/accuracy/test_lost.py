@@ -16,8 +16,8 @@ from wsph.accuracy.measures import Record, distances
 from wsph.accuracy.rows import Rows
 from wsph.accuracy.search import UNLIKE, Found, search
 
-LIMITED = {"pulled at 0.015 t", "pulled at 0.03 t", "pulled at 0.06 t"}
-"""Of these the first four rows fall by chance, or do fall: the search ends before the row that is wanted, at its limit."""
+LIMITED = {"pulled at 0.015 t", "pulled at 0.03 t"}
+"""Of these five rows fall by chance; a sixth, of 192 cells, tells, and is beyond the limit of the search."""
 
 
 def ended(case) -> Found:
@@ -40,7 +40,7 @@ def test_softening_without_a_length(number):
 @pytest.mark.filterwarnings("ignore:.*cracks of links follow the lattice:RuntimeWarning")
 @pytest.mark.parametrize("number", range(len(LINKS)))
 def test_virtual_links_at_several_rates(number):
-    """At four of seven; at the others nothing is claimed either."""
+    """At five of seven; at the others nothing is claimed either."""
     case = LINKS[number]()
     found = ended(case)
     if case.name.removeprefix("virtual links, ") in LIMITED:

@@ -44,9 +44,9 @@ class Kept(Rows):
         super().__init__(case.scene)
         self._known = known
 
-    def run(self, scene, cells, planned, progress=None):
+    def run(self, scene, cells, planned, progress=None, composed=None):
         if cells not in self._known:
-            self._known[cells] = super().run(scene, cells, planned, progress)
+            self._known[cells] = super().run(scene, cells, planned, progress, composed)
             self.spent -= self._known[cells].work
         self.spent += self._known[cells].work
         return self._known[cells]

@@ -3,6 +3,8 @@
     python tests/benchmarks/coverage_budgets.py [--only NAME] [--write]     budgets in work, which are the same everywhere
     python tests/benchmarks/coverage_budgets.py --seconds [--only NAME]     in seconds, on a machine that does nothing else:
                                                                             some six minutes
+    python tests/benchmarks/coverage_budgets.py --cpu [--only NAME]         the same in CPU seconds of this process, on one
+                                                                            that others use too
 
 --write puts the table of work into docs/coverage.json for docs/make.py.
 """
@@ -123,10 +125,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", default="", metavar="NAME", help="scenes whose name has this in it")
     parser.add_argument("--seconds", action="store_true")
+    parser.add_argument("--cpu", action="store_true")
     parser.add_argument("--write", action="store_true")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
-    if options.seconds:
+    if options.cpu:
+        time.perf_counter = time.process_time  # by which searches, runs and this table are timed
+    if options.seconds or options.cpu:
         seconds(options.only)
         return
     table = {case.name: spent(case) for case in (make() for make in CASES) if options.only in case.name}

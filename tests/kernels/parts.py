@@ -12,6 +12,8 @@ import wsph
 MATERIAL = {"density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.25}
 YIELDING = {"yield_stress": 1e-3, "hardening_modulus": 0.1}
 FORMS = ("total-lagrangian", "stress-points", "updated-lagrangian")
+ROWS = ((1, 1.0 / 100.0, 0.0), (2, 1.0 / 24.0, 30.0), (3, 0.125, 0.0))
+"""Dimensions, spacings and turns of lattices that are large enough for rows of two sets to pay."""
 
 
 def block(*, dim: int = 2, form: str = "total-lagrangian", material: str | dict[str, Any] = "elastic",
@@ -94,6 +96,10 @@ def _placed_and_loaded() -> Iterator[tuple[str, dict[str, Any]]]:
         driven = {"body": "block", "face": "-x", "displacement": {"x": "1e-3*t"}, "acceleration": {"y": "t"}}
         keys = {"boundary": [driven], "gravity": {"x": "1e-3*t"}, "body": {"body_force": {"y": "t*x"}}}
         yield f"motions and forces, {integrator}", {"run": run, **keys}
+    for (dim, spacing, turn), law in itertools.product(ROWS, ("elastic", "perzyna")):
+        material = {"model": law} | ({**YIELDING, "fluidity": 1.0, "exponent": 1.0} if law == "perzyna" else {})
+        body, run = {"spacing": spacing, "lattice_rotate": turn}, {"integrator": "tsph", "formulation": None}
+        yield f"rows of two sets, {law}, {dim}D", {"dim": dim, "run": run, "material": material, "body": body}
     probe = {"name": "most", "where": "x > 0.5", "reduce": "max", "fields": ["stress_xx"], "every": 1}
     yield "a probe", {"probes": [probe]}
     # Above some size the threads of a CPU share a step, and meet in a kernel of its own.

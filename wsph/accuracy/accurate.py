@@ -6,6 +6,9 @@ answer.status, answer.data["bar"], answer.result.probes
 
 # pyright: strict
 
+import math
+import time
+from collections.abc import Callable
 from contextlib import nullcontext, suppress
 from pathlib import Path
 
@@ -48,6 +51,7 @@ def accurate(
     """Search for the `tolerance`, the scene's own where none is given; without any, spend the limit. `check`: ask another
     scheme too. With `out`, the folder holds the output of the finest row and accuracy.json. Raises SceneError where nothing
     is judged, Refused where no row can be made, and what a run raises before it writes anything."""
+    begun = time.perf_counter()
     asked = scene.accuracy or Accuracy()
     tolerance = tolerance if tolerance is not None else asked.tolerance
     given = limit or _limit(asked)
@@ -60,7 +64,8 @@ def accurate(
     formats.check_installed(scene.output.formats)
     claim = Claim(out, overwrite) if out is not None else None
     with claim or nullcontext():
-        rows, notes = _rows(scene, asked, tolerance, out, tell, progress)
+        rows, notes = _rows(scene, asked, tolerance, lambda of: Rows(of, out, tell, progress, begun))
+        rows.until = limit.until
         if claim is not None and out is not None:
             claim.make()
             clear(out)
@@ -89,12 +94,7 @@ def _limit(asked: Accuracy) -> Limit | None:
 
 
 def _rows(
-    scene: Scene,
-    asked: Accuracy,
-    tolerance: float | None,
-    out: Path | None,
-    tell: Tell | None,
-    progress: Progress | None,
+    scene: Scene, asked: Accuracy, tolerance: float | None, rows: Callable[[Scene], Rows]
 ) -> tuple[Rows, list[str]]:
     """The rows of a scene at the largest time step that its integrator, materials and contacts take: a smaller one costs
     more and is in no scene more accurate for its work. What was changed, in words."""
@@ -108,21 +108,23 @@ def _rows(
         scene = scene.with_(precision="f32")
         notes.append("precision f32")
     if scene.run.cfl == "auto":
-        return Rows(scene, out, tell, progress), notes
+        return rows(scene), notes
     try:
-        return Rows(scene.with_(cfl="auto"), out, tell, progress), [*notes, 'cfl = "auto"']
+        return rows(scene.with_(cfl="auto")), [*notes, 'cfl = "auto"']
     except Refused as error:
-        rows = Rows(scene, out, tell, progress)
-        return rows, [*notes, f"the scene's own time step: {str(error).splitlines()[0]}"]
+        return rows(scene), [*notes, f"the scene's own time step: {str(error).splitlines()[0]}"]
 
 
 def _checked(rows: Rows, wanted: dict[str, Aim], found: Found, check: bool) -> list[str]:
     """What another scheme says of the answer, where it is asked."""
     if not check or not found.seen or found.status == "interrupted":
         return []
+    until, rows.until = rows.until, math.inf  # what it takes is beside the limit
     try:
         return second.opinion(rows, wanted, found.seen)
     except Halted as halt:
         if halt.status == "interrupted":
             return ["interrupted before another scheme had its say"]
         return [f"another scheme was asked: {halt}"]
+    finally:
+        rows.until = until

@@ -97,7 +97,9 @@ def look_at(spacings: Sequence[float], records: Sequence[Record], aim: Aim, form
     table = distances(records, aim.quantity, aim.scale)
     factor = BAR_OF_STAIRS if formal.stairs else BAR
     limits = {"tolerance": aim.tolerance, "floor": FLOOR[precision], "bar": factor}
-    return Seen(aim, estimate(spacings, table, formal.order, norms=aim.quantity == "history", **limits), table[0])
+    norms, fitted = aim.quantity == "history", formal.fitted and formal.order == 2.0
+    found = estimate(spacings, table, formal.order, norms=norms, fitted=fitted, **limits)
+    return Seen(aim, found, table[0])
 
 
 def widened(seen: Mapping[str, Seen], more: Mapping[str, float]) -> dict[str, Seen]:

@@ -2,6 +2,7 @@
 
 # pyright: strict
 
+import math
 from dataclasses import dataclass
 
 from wsph.accuracy.planning.cost import Plan
@@ -13,8 +14,11 @@ from wsph.units import quantity
 DEFAULT_SECONDS = 3600.0
 """What a search may take where nothing is said."""
 
-SHARE = 0.9
-"""The part of a budget that is planned with where what a run takes is a prediction."""
+SHARE, SHARE_OF_SECONDS = 0.9, 0.87
+"""The parts of a budget of work, and of one of seconds, that are planned with where what a run takes is a prediction."""
+
+END = 0.98
+"""The part of seconds at which a run is ended that has not come to its end: what it has found is still to be looked at."""
 
 
 @dataclass(frozen=True)
@@ -42,17 +46,22 @@ class Limit:
     def __str__(self) -> str:
         return in_seconds(self.seconds) if self.seconds is not None else f"{self.work:.3g} pair visits"
 
+    @property
+    def until(self) -> float:
+        """The seconds at which the last run has to end; infinite where there are none."""
+        return END * self.seconds if self.seconds is not None else math.inf
+
     def left(self, rows: Rows, share: float = 1.0) -> float:
         """Of a part of it, what is left to the rows to come [s, or pair visits]."""
         if self.seconds is not None:
             return share * self.seconds - rows.seconds
         return share * (self.work or 0.0) - rows.spent
 
-    def cost(self, rows: Rows, plan: Plan) -> float:
-        """A run in the limit's own measure; zero where that is not known yet."""
+    def cost(self, rows: Rows, plan: Plan, *, composed: bool = False) -> float:
+        """A run in the limit's own measure, from where it is `composed` on or with that; zero where it is not known yet."""
         if self.seconds is None:
             return plan.work * rows.rate.more
-        seconds = rows.rate.seconds(plan)
+        seconds = rows.rate.seconds(plan, composed=composed)
         return seconds if seconds == seconds else 0.0
 
     def data(self) -> Table:

@@ -64,6 +64,14 @@ class Row:
         }
 
 
+class Late(Halted):
+    """A row that was ended because it would have gone beyond the seconds that there are: as far as it came."""
+
+    def __init__(self, why: str, row: Row):
+        super().__init__("out of reach", why)
+        self.row = row
+
+
 def in_seconds(seconds: float) -> str:
     """A time in words."""
     if seconds < 120.0:

@@ -1,11 +1,13 @@
 """The rows of a search: runs of one scene on lattices of it, each with its cost planned before and measured after.
 
 With a folder, a row is written into a folder inside of it, and takes the place of the one before when it is complete:
-what is in the folder is at any time the ordinary output of the best row so far, also after an interrupt.
+what is in the folder is at any time the ordinary output of the best row so far, also after an interrupt. Where seconds are
+limited, a row that turns out to take longer than there is left is ended (`wsph.accuracy.planning.watch`).
 """
 
 # pyright: strict
 
+import math
 import shutil
 import time
 from collections.abc import Callable
@@ -15,11 +17,13 @@ from wsph.accuracy.planning.cost import Costs, Plan
 from wsph.accuracy.planning.formal import Formal, formal_order
 from wsph.accuracy.planning.lattices import Lattices
 from wsph.accuracy.planning.rate import Rate, Took
-from wsph.accuracy.row import Halted, Row, in_seconds
+from wsph.accuracy.planning.watch import Watch
+from wsph.accuracy.row import Halted, Late, Row, in_seconds
 from wsph.errors import Refused, SceneError
 from wsph.output.files import ROW, own_files
 from wsph.output.formats import FORMATS
 from wsph.scene.scene import Scene
+from wsph.simulation.composing.composition import Composition
 from wsph.simulation.run import Progress, run
 
 Tell = Callable[[str], None]
@@ -27,11 +31,18 @@ Tell = Callable[[str], None]
 
 
 class Rows:
-    """The rows of a scene so far, coarsest first (`made`), and what is needed to make more. `formal` is its order."""
+    """The rows of a scene so far, coarsest first (`made`), and what is needed to make more. `formal` is its order. Seconds
+    are counted from `begun` on, by `time.perf_counter`, `until` those at which the last run has to end."""
 
     def __init__(
-        self, scene: Scene, folder: Path | None = None, tell: Tell | None = None, progress: Progress | None = None
+        self,
+        scene: Scene,
+        folder: Path | None = None,
+        tell: Tell | None = None,
+        progress: Progress | None = None,
+        begun: float | None = None,
     ):
+        self._begun, self.until = begun if begun is not None else time.perf_counter(), math.inf
         self.scene, self._folder, self._progress = scene, folder, progress
         self.tell: Tell = tell or (lambda _: None)
         self.lattices = Lattices(scene)
@@ -39,12 +50,12 @@ class Rows:
         self.first = self._first()
         self.formal: Formal = formal_order(self.lattices.scene_at(self.first))
         self.made: list[Row] = []
-        self.spent, self._started = 0.0, time.perf_counter()
+        self.spent = 0.0
 
     @property
     def seconds(self) -> float:
         """Since the search began [s]."""
-        return time.perf_counter() - self._started
+        return time.perf_counter() - self._begun
 
     def _first(self) -> int:
         """The coarsest lattice that can be set up: walls may be too thin for it, or a selection empty."""
@@ -60,17 +71,26 @@ class Rows:
                 return cells
 
     def make(self, cells: int) -> Row:
-        """Run a lattice. Raises Halted where it does not come to its end."""
+        """Run a lattice. Raises Halted where it does not come to its end, Late where it would come to it too late."""
         plan = self.costs.plan(cells)
         expected = self.rate.expected(plan)
         self.tell(self._in_words(cells, plan, expected))
-        row = self.run(self.lattices.scene_at(cells), cells, expected.work, self._progress)
+        try:
+            row = self.run(self.lattices.scene_at(cells), cells, expected.work, self._progress, self.costs.ready(cells))
+        except Late as late:
+            if late.row.steps:
+                self._learn(plan.longer(late.row.steps / expected.steps), late.row)
+            raise
+        self._learn(plan, row)
         self.made.append(row)
-        inside = min(row.result.seconds, row.wall_seconds)
-        self.rate.learn(Took(plan, row.work, inside, row.wall_seconds - inside))
         if self._folder is not None:
             _replace(self._folder, self._folder / ROW)
         return row
+
+    def _learn(self, plan: Plan, row: Row) -> None:
+        inside = min(row.result.seconds, row.wall_seconds)
+        composing = self.costs.taken.get(row.cells, 0.0)
+        self.rate.learn(Took(plan, row.work, inside, composing, row.wall_seconds - inside))
 
     def _in_words(self, cells: int, plan: Plan, expected: Plan) -> str:
         """What a row is `expected` to take, by the rows before it; the least where there are none and steps get shorter."""
@@ -88,18 +108,31 @@ class Rows:
         last = self.made[-1]
         return self.costs.plan(last.cells).finer(cells / last.cells, self.scene.dim)
 
-    def run(self, scene: Scene, cells: int, planned: float, progress: Progress | None = None) -> Row:
-        """Run a scene as a row that is not kept among those of the ladder. Raises as `make` does."""
+    def run(
+        self,
+        scene: Scene,
+        cells: int,
+        planned: float,
+        progress: Progress | None = None,
+        composed: Composition | None = None,
+    ) -> Row:
+        """Run a scene, which may be `composed` already, as a row that is not kept among those of the ladder. Raises as
+        `make` does."""
         out = self._folder / ROW if self._folder is not None else None
         wall, cpu = time.perf_counter(), time.process_time()
-        result = run(scene, out, overwrite=True, throw=False, progress=progress)
+        watch = Watch(self._begun + self.until, progress)
+        result = run(
+            scene, out, overwrite=True, throw=False, progress=watch.progress, composed=composed, enough=watch.late
+        )
         wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
+        row = Row(cells, self.lattices.spacing(cells), planned, wall, cpu, result)
+        self.spent += row.work
+        if result.status == "interrupted" and watch.ended:
+            raise Late(f"the row with {cells} cells would have gone beyond the limit and was ended", row)
         if result.status == "interrupted":
             raise Halted("interrupted", f"interrupted in the run with {cells} cells")
         if result.failure is not None:
             raise Halted("refused", f"the run with {cells} cells is {result.status}: {result.reason}")
-        row = Row(cells, self.lattices.spacing(cells), planned, wall, cpu, result)
-        self.spent += row.work
         return row
 
 

@@ -34,7 +34,7 @@ ROUNDS = 8
 
 UNKNOWN = 0.5
 """An estimate of the finest of four rows from which nothing is extrapolated: one row more is made before a search is ended
-for what it would take."""
+for what it would take. So it is wherever the formal order is one: four rows that do not converge may fall by chance."""
 
 UNLIKE = 0.35
 """Difference of the two finest rows from which, where no finer one can be had, they have not been seen to converge: rows
@@ -146,7 +146,8 @@ def _refusal(
     left = limit.left(rows)
     # Where no convergence is seen yet what is wanted says nothing: one row more will tell.
     sees = bool(seen) and len(rows.made) >= KEEP and all(each.estimate.converges for each in seen.values())
-    sees = sees and (len(rows.made) > KEEP or max(each.estimate.error for each in seen.values()) < UNKNOWN)
+    trusts = rows.formal.order == 2.0 and max((each.estimate.error for each in seen.values()), default=0.0) < UNKNOWN
+    sees = sees and (len(rows.made) > KEEP or trusts)
     far = sees and limit.cost(rows, rows.scaled(wanted)) > left
     if limit.cost(rows, rows.costs.plan(cells)) <= left and not far:
         return None

@@ -49,7 +49,8 @@ class BodyWork(Protocol):
 class Segmented:
     """Memory of a body that goes by the segments of `width` cells that its lines are cut into [bytes]: of each of cells,
     `chunk` and `cells`, and of nodes, `nodes`. Chunks share the memory of fields that take `fields` a cell; there is one
-    more of them, and `spare` behind it."""
+    more of them, and `spare` behind it. `inner`: what is spared for each cell with all of its neighbours, and for each node
+    with all of its cells, where segments of these are no shorter than `shortest` in the mean."""
 
     width: int
     chunk: int
@@ -57,11 +58,17 @@ class Segmented:
     nodes: int
     fields: int
     spare: int
+    inner: int = 0
+    shortest: float = 0.0
 
-    def bytes(self, cells: float, segments: tuple[int, int]) -> float:
-        """That memory, of so many cells, and segments of cells and of nodes."""
+    def bytes(self, cells: float, inner: int, segments: tuple[int, int]) -> float:
+        """That memory, of so many cells, of cells and nodes that are `inner`, and segments of cells and of nodes; where
+        inner ones spare something segments are theirs."""
+        if inner < self.shortest * sum(segments):
+            inner, segments = 0, (0, 0)
         chunks = 1 + max(segments[0], -(-int(self.fields * cells) // max(self.chunk, 1)))
-        return self.chunk * chunks + self.spare + self.cells * segments[0] + self.nodes * segments[1]
+        shared = self.chunk * chunks + self.spare - self.inner * inner
+        return shared + self.cells * segments[0] + self.nodes * segments[1]
 
 
 class System:

@@ -86,6 +86,51 @@ def block_segments(cells: tuple[int, ...], width: int) -> tuple[int, int]:
     return int(np.prod(cells[:-1])) * along, int(np.prod([n + 1 for n in cells[:-1]])) * along
 
 
+def inner_rows(
+    shape: Shape,
+    spacing: float | tuple[float, ...],
+    lattice_rotate: Rotation = 0.0,
+    *,
+    fitted: bool = False,
+    width: int,
+) -> tuple[int, tuple[int, int]]:
+    """How many cells of a body have all of their neighbours, and how many nodes all of their cells, together; and in how
+    many pieces of at most `width` the runs of either along the last axis of the grid are cut. Raises ValueError as `plan`
+    does."""
+    grid = plan(shape, spacing, lattice_rotate, fitted=fitted)
+    if isinstance(shape, Box) and lattice_rotate == 0.0:
+        return block_inner(tuple(grid.count.tolist()), width)
+    nodes = _all_around(cells_in(shape, grid))
+    cells = _all_around(nodes)
+    return int(np.count_nonzero(nodes) + np.count_nonzero(cells)), (_cut_runs(cells, width), _cut_runs(nodes, width))
+
+
+def block_inner(cells: tuple[int, ...], width: int) -> tuple[int, tuple[int, int]]:
+    """The same of a block with so many `cells` along its axes."""
+    rows, cut = 0, list[int]()
+    for less in (2, 1):
+        own = [max(n - less, 0) for n in cells]
+        rows += int(np.prod(own))
+        cut.append(int(np.prod(own[:-1])) * -(-own[-1] // width))
+    return rows, (cut[0], cut[1])
+
+
+def _all_around(there: np.ndarray) -> np.ndarray:
+    """Between which places of a grid there is something in all of them."""
+    for axis in range(there.ndim):
+        before, behind = (np.take(there, range(k, there.shape[axis] - 1 + k), axis) for k in (0, 1))
+        there = before & behind
+    return there
+
+
+def _cut_runs(there: np.ndarray, width: int) -> int:
+    """Pieces of at most `width` of the runs along the last axis."""
+    place, opens = np.arange(there.shape[-1]), there.copy()
+    opens[..., 1:] &= ~there[..., :-1]
+    first = np.maximum.accumulate(np.where(opens, place, 0), axis=-1)
+    return int(np.count_nonzero(there & ((place - first) % width == 0)))
+
+
 def _segments(lines: np.ndarray, width: int) -> int:
     """Segments of lines along the last axis that have anything in them."""
     starts = np.arange(0, lines.shape[-1], width)

@@ -15,7 +15,7 @@ import warp as wp
 
 from wsph.backend.device import give_back
 from wsph.backend.domain import WHOLE, Domain, failing_together
-from wsph.doubts import keeping
+from wsph.doubts import doubt, keeping
 from wsph.errors import Unstable
 from wsph.output import fields, formats
 from wsph.output.claim import Claim
@@ -55,7 +55,8 @@ ONE_RUN = threading.RLock()
 
 
 def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: bool = False, resume: bool = False, throw: bool = True,
-        progress: Progress | bool | None = None, domain: Domain = WHOLE, **overrides: object) -> Result:  # fmt: skip
+        progress: Progress | bool | None = None, domain: Domain = WHOLE, composed: Composition | None = None,
+        enough: Callable[[], bool] | None = None, **overrides: object) -> Result:  # fmt: skip
     """Run a scene (or a scene file) and return its result; with `out`, write the output folder too.
 
     With `resume` it goes on from the last checkpoint in `out`, which must fit the scene: the bits of never having
@@ -67,16 +68,27 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
     write into one folder at a time, of whatever processes: the later is refused (OutputError).
 
     `domain`: the part of the scene that this process has, of those that share it (`wsph.ranks.mpi.Ranks`); all of them call
-    this alike. The first of them writes, and its result is that of the whole.
+    this alike. The first of them writes, and its result is that of the whole. `composed`: the scene as `compose` has made it
+    ready, and as nobody has run it yet. `enough` is asked between stretches of steps: where it says so the run ends after
+    a whole step, and its result says "interrupted".
     """
     if progress is True:
         with Bar() as bar:
             return run(
-                scene, out, overwrite=overwrite, resume=resume, throw=throw, progress=bar, domain=domain, **overrides
+                scene,
+                out,
+                overwrite=overwrite,
+                resume=resume,
+                throw=throw,
+                progress=bar,
+                domain=domain,
+                composed=composed,
+                enough=enough,
+                **overrides,
             )
     folder = Path(out) if out is not None else None
     claim = Claim(folder, overwrite, resume) if folder is not None and domain.rank == 0 else None
-    interrupts = Interrupts()
+    interrupts = Interrupts(enough)
     with failing_together(domain):
         scene = prepared(scene, overrides)
         with claim or nullcontext():
@@ -85,7 +97,9 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
             started = time.perf_counter()
             found = checkpoint.last(scene, folder, overwrite) if resume else None
             with ONE_RUN, np.errstate(over="ignore", invalid="ignore"):  # the finite check speaks, numpy need not
-                composition = compose(scene, domain)
+                composition = composed or compose(scene, domain)
+                for words in composed.said if composed is not None else ():
+                    doubt(words, stacklevel=2)
                 composition.compile()
                 give_back(composition.particles)
                 with interrupts:
@@ -95,7 +109,7 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
     asked = interrupts.asked
     if throw and result.failure is not None:
         raise result.failure
-    if throw and asked:
+    if throw and asked > 0:
         signal.raise_signal(asked)
     return result
 

@@ -66,6 +66,18 @@ class Pairs:
         indices = wp.array(self.indices.numpy()[kept], dtype=wp.int32, device=device)
         return replace(self, offsets=wp.array(before[offsets], dtype=wp.int32, device=device), indices=indices)
 
+    def only(self, targets: np.ndarray) -> tuple["Pairs", np.ndarray]:
+        """The rows of some `targets` (k,) alone, and where their pairs stand in `indices`."""
+        offsets, device = self.offsets.numpy(), self.offsets.device
+        many = np.diff(offsets)[targets]
+        ends = np.concatenate([[0], np.cumsum(many)])
+        where = np.arange(ends[-1]) + np.repeat(offsets[targets] - ends[:-1], many)
+        starts, indices = (
+            wp.array(each, dtype=wp.int32, device=device) for each in (ends, self.indices.numpy()[where])
+        )
+        reach = wp.array(self.reach.numpy()[targets], dtype=wp.float64, device=device)
+        return Pairs(starts, indices, len(targets), self.sources, reach), where
+
     @property
     def nbytes(self) -> int:
         """Device memory of the rows [bytes]."""

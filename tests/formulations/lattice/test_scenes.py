@@ -9,6 +9,7 @@ import pytest
 
 import wsph
 from tests import scenes
+from tests.formulations.lattice.bodies import same_bits
 from wsph.formulations.lattice import rates
 from wsph.formulations.lattice.block_rates import BlockRates
 from wsph.formulations.lattice.edges import rates as edge_rates
@@ -173,14 +174,7 @@ def test_its_bits_are_those_of_two_threads_and_of_a_resumed_run(
 ) -> None:
     share()
     scene = fitted(LAWS[law], threads=1)
-    straight, two = wsph.run(scene), wsph.run(fitted(LAWS[law], threads=2))
-    wsph.run(scene.with_(end=0.5, checkpoint={"every": 5}), tmp_path / "out")
-    resumed = wsph.run(scene, tmp_path / "out", resume=True)
-    for name, values in straight.particles.items():
-        assert np.array_equal(values, two.particles[name]), name
-        assert np.array_equal(values, resumed.particles[name]), name
-    for name in straight.history:
-        assert straight.history[name][-1] == resumed.history[name][-1], name
+    same_bits(scene, fitted(LAWS[law], threads=2), 0.5, tmp_path / "out")
 
 
 BITS = {
@@ -203,15 +197,7 @@ def test_along_edges_it_has_the_same_bits_resumed_and_on_two_threads(
         {**MOVES, **keys}, {"boundary": [PULLED[1], RESISTED[0]], **SEEN}, precision=precision, threads=1, **ONE_SET
     )
     assert by_lattice(scene) == [True]
-    straight = wsph.run(scene)
-    two = wsph.run(scene.with_(run={**scene.data()["run"], "threads": 2}))
-    wsph.run(scene.with_(end=0.5, checkpoint={"every": 5}), tmp_path / "out")
-    resumed = wsph.run(scene, tmp_path / "out", resume=True)
-    for name, values in straight.particles.items():
-        assert np.array_equal(values, two.particles[name]), name
-        assert np.array_equal(values, resumed.particles[name]), name
-    for name in straight.history:
-        assert straight.history[name][-1] == resumed.history[name][-1], name
+    same_bits(scene, scene.with_(run={**scene.data()["run"], "threads": 2}), 0.5, tmp_path / "out")
 
 
 @pytest.mark.parametrize("keys", [{}, MISES, {"viscosity": {"alpha": 0.5}}], ids=["elastic", "mises", "viscous"])

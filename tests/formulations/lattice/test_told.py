@@ -33,8 +33,7 @@ def scene_of(name: str) -> wsph.Scene:
 
 
 LISTED = {
-    "tsph": ("small-strain", "weights between its two sets differ at faces"),
-    "ul-tsph": ("updated-lagrangian", "weights between its two sets differ at faces"),
+    "ul-tsph": ("updated-lagrangian", "its gradients follow the motion"),
     "leapfrog": ("updated-lagrangian", "its pairs follow the motion"),
 }
 """What integrators have lists for, in their forms."""
@@ -46,6 +45,29 @@ def test_forms_that_have_lists_alone_say_why(integrator: str) -> None:
     run = {"integrator": integrator, "formulation": formulation, "guard": "off", "cfl": 0.2, "end": 1.0}
     said = dict(described(scenes.scene(scenes.body(scenes.box(1.0, 1.0), 0.1), run=run), "a scene"))["  rows"]
     assert said == f"0 % follow from the lattice, without lists of pairs: {why}"
+
+
+TWO_SETS: dict[str, tuple[dict[str, Any], dict[str, Any], int, str]] = {
+    "even": ({}, {}, 81, ""),
+    "with a crack": ({"cracks": [{"from": [0.0, 0.5], "to": [0.3, 0.5]}]}, {}, 79, ""),
+    "a wide support": ({}, {"support": 1.8}, 0, ": its particles see more than the nearest of the other set"),
+    "jittered": ({"jitter": 0.1}, {}, 0, ": its cells differ"),
+}
+"""Keys of a body of two sets, keys of its run, its share of rows [%] and the reason that is said where there are none."""
+
+
+@pytest.mark.parametrize("name", list(TWO_SETS))
+def test_two_sets_say_what_they_have_lists_for(name: str) -> None:
+    keys, run, share, why = TWO_SETS[name]
+    run = {"integrator": "tsph", "guard": "off", "cfl": 0.2, "end": 1.0, **run}
+    said = dict(described(scenes.scene(scenes.body(scenes.box(1.0, 1.0), 0.05, **keys), run=run), "a scene"))["  rows"]
+    assert said == f"{share} % follow from the lattice, without lists of pairs{why}"
+
+
+def test_a_short_bar_of_two_sets_has_lists() -> None:
+    run = {"integrator": "tsph", "guard": "off", "cfl": 0.2, "end": 1.0}
+    said = dict(described(scenes.bar(40, run=run), "a scene"))["  rows"]
+    assert said == "0 % follow from the lattice, without lists of pairs: too small for rows to pay"
 
 
 @pytest.mark.parametrize(

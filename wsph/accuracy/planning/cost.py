@@ -1,13 +1,15 @@
 """What a run will cost, before it runs: pair visits, the pairs of all operators times the right-hand sides.
 
-A scene is set up for it, some hundredths of a second, and nothing of its step is compiled: its pairs, its time step and the
-right-hand sides of its integrator are then what the run itself will have. Beyond LARGEST cells it is scaled from a smaller
-lattice of the same scene. Steps that shrink with the deformation are more than were planned, which is said before the first
-row: `wsph.accuracy.planning.rate` learns by how much, and what a visit takes in seconds, from the rows that were run.
+A scene is set up for it, and nothing of its step is compiled: its pairs, its time step and the right-hand sides of its
+integrator are then what the run itself will have. That takes some hundredths of a second, and seconds where cells are fitted
+to a surface: what was set up last is kept for its run. Beyond LARGEST cells it is scaled from a smaller lattice. Steps that
+shrink with the deformation are more than were planned, which is said before the first row: `wsph.accuracy.planning.rate`
+learns by how much, and what setting up and a visit take in seconds, from the rows that were run.
 """
 
 # pyright: strict
 
+import time
 import warnings
 from dataclasses import dataclass, replace
 
@@ -15,6 +17,7 @@ from wsph.accuracy.planning.lattices import Lattices
 from wsph.accuracy.planning.shrinking import shrinks
 from wsph.scene.scene import Scene
 from wsph.simulation.compose import compose
+from wsph.simulation.composing.composition import Composition
 
 LARGEST = 2e5
 """Particles up to which a scene is set up to know its work."""
@@ -50,20 +53,30 @@ class Plan:
 
 def plan(scene: Scene) -> Plan:
     """The plan of a scene. Raises what `wsph.compose` raises."""
+    return plan_of(_composed(scene))
+
+
+def _composed(scene: Scene) -> Composition:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the run itself gives them
-        made = compose(scene)
+        return compose(scene)
+
+
+def plan_of(made: Composition) -> Plan:
+    """The plan of a scene that is made ready."""
     courant = max(run.courant for run in made.bodies)
     return Plan(made.particles, made.pairs, made.steps, made.steps * made.evaluations, courant, shrinks(made))
 
 
 class Costs:
-    """Plans of the lattices of a scene, each made once."""
+    """Plans of the lattices of a scene, each made once; `taken`: the seconds that setting up for it took, by cells."""
 
     def __init__(self, lattices: Lattices):
         self._lattices = lattices
         self._dim = lattices.scene.dim
         self._known: dict[int, Plan] = {}
+        self.taken: dict[int, float] = {}
+        self._ready: dict[int, Composition] = {}
 
     def plan(self, cells: int) -> Plan:
         """The plan of a lattice: exact up to LARGEST particles, scaled beyond. Raises what `wsph.compose` raises."""
@@ -72,5 +85,17 @@ class Costs:
             known = self._known.get(largest)
             if known is not None and known.particles * (cells / largest) ** self._dim > LARGEST:
                 return known.finer(cells / largest, self._dim)
-            self._known[cells] = plan(self._lattices.scene_at(cells))
+            self._ready.clear()
+            begun = time.perf_counter()
+            made = _composed(self._lattices.scene_at(cells))
+            self._known[cells], self.taken[cells] = plan_of(made), time.perf_counter() - begun
+            self._ready[cells] = made
         return self._known[cells]
+
+    def holds(self, cells: int) -> bool:
+        """Whether a lattice is set up, for its run."""
+        return cells in self._ready
+
+    def ready(self, cells: int) -> Composition | None:
+        """What was set up last, for its run, where it is that of a lattice; None a second time."""
+        return self._ready.pop(cells, None)

@@ -10,19 +10,21 @@ from typing import cast
 from wsph.accuracy.planning import jumps
 from wsph.plugins import traits
 from wsph.protocols import Material
+from wsph.scene.geometries import is_fitted
 from wsph.scene.scene import Scene
 from wsph.simulation.compose import stairs as stairs_of
-from wsph.simulation.composing.setting import materials_of
+from wsph.simulation.composing.setting import materials_of, method_of
 
 
 @dataclass(frozen=True)
 class Formal:
     """The formal `order`, the reasons for which it is not 2, in words, and of bodies whose surface is in steps of a cell
-    why it is (`stairs`, by name)."""
+    why it is (`stairs`, by name); whether cells are fitted to the surface of any (`fitted`)."""
 
     order: float
     why: tuple[str, ...]
     stairs: dict[str, str]
+    fitted: bool = False
 
     def __str__(self) -> str:
         if self.order == 2.0:
@@ -34,7 +36,8 @@ def formal_order(scene: Scene) -> Formal:
     """The formal order of a scene. Raises what materials and formulations raise that cannot be built."""
     stairs = stairs_of(scene)
     why = (*_reasons(scene), *(f"the surface of {name!r} is {said}" for name, said in stairs.items()))
-    return Formal(1.0 if why else 2.0, why, stairs)
+    form = method_of(scene).formulation
+    return Formal(1.0 if why else 2.0, why, stairs, any(is_fitted(scene, body, form) for body in scene.bodies))
 
 
 def _reasons(scene: Scene) -> Iterator[str]:

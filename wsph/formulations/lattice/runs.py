@@ -112,6 +112,21 @@ def runs_of(boxes: Boxes, nodes: int, width: int, quantities: int, reserved: int
     return Runs(cells, _blocks(near, joined, nodes - np.arange(nodes, dtype=np.int32)), chunks, places)
 
 
+def gathered_runs(near: np.ndarray, sources: int, width: int) -> np.ndarray:
+    """Blocks of rows that gather of `near` (n, k) int32 of so many sources and hand nothing on, as those of cells but for
+    places and copies; rows whose `near` is -1 are in none. A run goes on where all that its rows gather of does, and is cut
+    after every `width` rows."""
+    there = near[:, 0] >= 0
+    follows = there[1:] & there[:-1]
+    for k in range(near.shape[1]):
+        follows &= np.diff(near[:, k]) == 1
+    first = np.concatenate([[0], 1 + np.flatnonzero(~follows)])
+    within = np.arange(len(near)) - np.repeat(first, np.diff(np.append(first, len(near))))
+    follows &= within[1:] % width > 0
+    blocks = _blocks(near, follows, sources - near.max(1))
+    return blocks[there[blocks[:, FIRST]]]
+
+
 def _last(boxes: Boxes) -> np.ndarray:
     """Where nodes are along the last axis of the grid, from the first on, (n,) int32."""
     last = boxes.index[:, -1]

@@ -1,9 +1,4 @@
-"""Sums of a target over the other set: one loop over its pairs, shared by every two-set kernel.
-
-By rows of the lattice (`wsph.formulations.lattice`) the half step of a cell inside takes 36 ns in place of 77 in 3D, and 9
-in place of 20 in 2D, in double precision (`tests/benchmarks/taylor_rows.py`): rows would pay. Targets at faces, whose
-weights are their own, would keep lists beside them; there are no such rows here.
-"""
+"""Sums of a target over the other set: one loop over its pairs, shared by every two-set kernel over lists."""
 
 from functools import cache
 
@@ -24,19 +19,35 @@ def operator_struct(space: Space) -> type:
     indices   # sources, (pairs,) int32
     weight    # of the interpolation, (pairs,) scalar
     gradient  # (pairs,) vec
+    targets   # whose rows they are, where other targets have none, (rows,) int32
     """
     annotations = {
         "offsets": wp.array(dtype=wp.int32),
         "indices": wp.array(dtype=wp.int32),
         "weight": wp.array(dtype=space.scalar),
         "gradient": wp.array(dtype=space.vec),
+        "targets": wp.array(dtype=wp.int32),
     }
     return wp.struct(type("Operator", (), {"__annotations__": annotations, "__module__": __name__}))
 
 
 @cache
+def target_of(space: Space, mixed: bool) -> wp.Function:
+    """Warp function (rows, row) -> the target of a row; `mixed`: there are targets without one."""
+    Operator = operator_struct(space)
+
+    @wp.func
+    def target(rows: Operator, row: int) -> int:
+        if wp.static(mixed):
+            return rows.targets[row]
+        return row
+
+    return target
+
+
+@cache
 def gather(space: Space, laws: Laws, layout: Layout) -> wp.Function:
-    """Warp function (rows, i, fields, sources, v0, s0) -> (v, s, q, S, Q, L, slope, G): sums over the pairs of target i.
+    """Warp function (rows, i, fields, sources, v0, s0) -> (v, s, q, S, Q, L, slope, G): sums over the pairs of row i.
 
     v, s, q: interpolated velocity and stress, less v0 and s0, and internals; S, Q: interpolated source, that of the
     internals within the range of its sources: dissipation grows; L (dim x dim) and slope (stress components x dim):

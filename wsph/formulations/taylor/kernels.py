@@ -14,7 +14,8 @@ from wsph.constitutive.evolution import volume_ratio
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
 from wsph.formulations.taylor.faces import faces_struct, replacing
-from wsph.formulations.taylor.gather import divergence, gather, operator_struct
+from wsph.formulations.taylor.gather import divergence, gather, operator_struct, target_of
+from wsph.formulations.taylor.row_kernels import step_kernel
 from wsph.parts.body_force import BodyForceKinds, acceleration, inertia_struct
 
 
@@ -24,13 +25,15 @@ class TaylorKernels:
 
     `half_step` advances the virtual particles from the real ones, `rate` the real ones from the virtual ones, `turn` turns
     stresses on faces into the axes of the faces and back, `source`, by the layout of the state, evaluates a law that
-    relaxes at L = 0.
+    relaxes at L = 0. Those `by_rows` do both half steps of particles whose rows follow from the lattice, None where there
+    are none.
     """
 
     half_step: wp.Kernel
     rate: wp.Kernel
     turn: wp.Kernel
     source: dict[Layout, wp.Kernel]
+    by_rows: tuple[wp.Kernel | None, wp.Kernel | None] = (None, None)
 
 
 def source_kernels(space: Space, laws: Laws, *layouts: Layout) -> dict[Layout, wp.Kernel]:
@@ -58,12 +61,13 @@ def _source_kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
 
 
 def _half_step_kernel(
-    space: Space, laws: Laws, virtual: Layout, real_layout: Layout, parts: BodyForceKinds
+    space: Space, laws: Laws, virtual: Layout, real_layout: Layout, parts: BodyForceKinds, mixed: bool
 ) -> wp.Kernel:
     real, Params, kept = space.scalar, laws.Params, "internals" in dict(virtual)
     Operator, Real, Virtual = operator_struct(space), fields_struct(space, real_layout), fields_struct(space, virtual)
     from_real, linear, force_of = gather(space, laws, real_layout), laws.linear, divergence(space, laws)
     accelerated, Inertia = acceleration(space, parts), inertia_struct(space, parts.varied)
+    target = target_of(space, mixed)
 
     @kernel(ranged=True)
     def half_step(
@@ -77,12 +81,13 @@ def _half_step_kernel(
         weight: real,
         fields_out: Virtual,
     ):
-        i = first + wp.tid()
+        row = first + wp.tid()
+        i = target(rows, row)
         dt = real(dt_of(clock)) * weight
-        near = rows.indices[rows.offsets[i]]
+        near = rows.indices[rows.offsets[row]]
         v0 = fields.velocity[near]
         s0 = fields.stress[near]
-        v, s, q, S, Q, L, slope, G = from_real(rows, i, fields, sources, v0, s0)
+        v, s, q, S, Q, L, slope, G = from_real(rows, row, fields, sources, v0, s0)
         # At a virtual particle f_I is the interpolated value itself.
         L -= wp.outer(v, G)
         slope -= wp.outer(s, G)
@@ -152,14 +157,20 @@ def _face_rate(space: Space, laws: Laws, rotated: bool) -> wp.Function:
 
 
 def _rate_kernel(
-    space: Space, laws: Laws, virtual: Layout, real_layout: Layout, parts: BodyForceKinds, rotated: bool
+    space: Space,
+    laws: Laws,
+    virtual: Layout,
+    real_layout: Layout,
+    parts: BodyForceKinds,
+    rotated: bool,
+    mixed: bool,
 ) -> wp.Kernel:
     real, dim, Params, stress, internal = space.scalar, space.dim, laws.Params, laws.stress, laws.internal
     kept, displacement = "internals" in dict(virtual), "displacement" in dict(real_layout)
     Operator, Real, Virtual = operator_struct(space), fields_struct(space, real_layout), fields_struct(space, virtual)
     from_virtual, linear, force_of = gather(space, laws, virtual), laws.linear, divergence(space, laws)
     Faces, replaced, at_face = faces_struct(space), replacing(space, space.dim), _face_rate(space, laws, rotated)
-    prescribed = _face_values(space, laws, rotated)
+    prescribed, target = _face_values(space, laws, rotated), target_of(space, mixed)
     accelerated, Inertia = acceleration(space, parts), inertia_struct(space, parts.varied)
 
     @kernel(ranged=True)
@@ -176,11 +187,12 @@ def _rate_kernel(
         weight: real,
         fields_out: Real,
     ):
-        i = first + wp.tid()
+        row = first + wp.tid()
+        i = target(rows, row)
         dt = real(dt_of(clock)) * weight
         v0 = fields_out.velocity[i]
         s0 = fields_out.stress[i]
-        v, s, q, S, Q, L, slope, G = from_virtual(rows, i, fields, sources, v0, s0)
+        v, s, q, S, Q, L, slope, G = from_virtual(rows, row, fields, sources, v0, s0)
         # f_I: the interpolated value, or the prescribed one.
         held = faces.held[i]
         if held != 0:
@@ -232,13 +244,28 @@ def drift_kernel(space: Space, layout: Layout) -> wp.Kernel:
 
 @cache
 def kernels(
-    space: Space, laws: Laws, virtual: Layout, real: Layout, parts: BodyForceKinds, rotated: bool
+    space: Space,
+    laws: Laws,
+    virtual: Layout,
+    real: Layout,
+    parts: BodyForceKinds,
+    rotated: bool,
+    mixed: tuple[bool, bool],
+    width: int,
 ) -> TaylorKernels:
     """The kernels of a body in small strain. `virtual` and `real` are the layouts of the two sets' states; `rotated`: the
-    axes of its faces are not the coordinate axes."""
+    axes of its faces are not the coordinate axes; `mixed`: whether the virtual and the real particles have rows that follow
+    from the lattice, `width` of them a thread."""
+
+    def by_rows(source: Layout, target: Layout, adds: bool) -> wp.Kernel | None:
+        if not mixed[adds]:
+            return None
+        return step_kernel(space, laws, source, target, parts, width, rotated=rotated, adds=adds)
+
     return TaylorKernels(
-        _half_step_kernel(space, laws, virtual, real, parts),
-        _rate_kernel(space, laws, virtual, real, parts, rotated),
+        _half_step_kernel(space, laws, virtual, real, parts, mixed[0]),
+        _rate_kernel(space, laws, virtual, real, parts, rotated, mixed[1]),
         _turn_kernel(space, laws, real),
         source_kernels(space, laws, virtual, real),
+        (by_rows(real, virtual, False), by_rows(virtual, real, True)),
     )

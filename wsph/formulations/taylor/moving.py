@@ -41,6 +41,8 @@ class MovingTwoSetSystem(TwoSetSystem):
     _frames  # current axes of each particle's faces, in rows, (f,) mat
     """
 
+    by_rows = False
+
     def __init__(self, setup: Setup):
         super().__init__(setup)
         lattice, space, scales, device = setup.lattice, setup.space, setup.scales, setup.device
@@ -110,6 +112,9 @@ class MovingTwoSetSystem(TwoSetSystem):
     def _spanning(self, name: str) -> np.ndarray:
         """All: each axis by itself is no gradient under shear and rotation: corners would find strain in a rigid turn."""
         return np.ones(len(self.lattice.nodes if name == "real" else self.lattice.cells), bool)
+
+    def _listed_for(self) -> str:
+        return "its gradients follow the motion"
 
     def _layout(self, where: str) -> Layout:
         spins = self.space.dim * (self.space.dim - 1) // 2 * (where == "virtual")

@@ -26,29 +26,32 @@ from wsph.boundary.programs.prescribed import varies
 from wsph.boundary.values import BoundaryValues
 from wsph.boundary.work import ExternalWork
 from wsph.constitutive.constitutive import project_faces_kernel
-from wsph.errors import Refused
+from wsph.formulations.lattice.block_rates import width_of
+from wsph.formulations.lattice.runs import HEAD
 from wsph.formulations.layout import displacement_field, matter_fields, velocity_field
 from wsph.formulations.setup import Setup
-from wsph.formulations.system import System
+from wsph.formulations.system import Segmented, System
 from wsph.formulations.taylor.carried import CarriedCells
 from wsph.formulations.taylor.faces import faces_struct
-from wsph.formulations.taylor.gather import operator_struct
 from wsph.formulations.taylor.judgement import turned
 from wsph.formulations.taylor.kernels import TaylorKernels, drift_kernel, kernels
+from wsph.formulations.taylor.operators import SHORTEST, Operator, Sets, lattice_rows
 from wsph.geometry.cracks import parted
 from wsph.geometry.lattice import Lattice
 from wsph.parts.body_force import BodyForce
 from wsph.parts.body_force_work import MiddleWork
 from wsph.plugins.blame import blame
-from wsph.sph.averages import Averages, average, outward_weights, ranges, visible
-from wsph.sph.pairs import Pairs, find_pairs_once
+from wsph.sph.averages import Averages, average, outward_weights, ranges
 from wsph.sph.second_order import between
-from wsph.sph.weights import Weights, gradient_weights, interpolation_weights
+from wsph.sph.weights import Weights
 
 JITTERED = 1.8
 """Support by default where nodes have been moved [spacings]: two layers of cells. A particle on a face that sees one layer,
 whose centres are not in one plane, finds 6 to 40 % of wrong stress under a linear velocity."""
 
+
+CORNERS = 0.25
+"""Second moment of the mean of the corners of a cell [spacings squared]."""
 
 CLOSED = 0.1
 """Overlap of a crack's sides, in parts of the range of the displacements, from which it counts as closed: that of one that
@@ -63,16 +66,14 @@ def _support(lattice: Lattice, regular: float) -> float:
 class TwoSetSystem(System):
     """A body as Taylor-SPH sees it: `position`, `volume` and `state` are those of the n real particles.
 
-    to_virtual, to_real  # weights of interpolation and of gradient, nondimensional, from the other set
-    _axes                # axes of the shape and its faces, in rows, mat
-    _framed              # particles on faces, (f,) int32
-    _faces               # what is prescribed at the real particles: `wsph.formulations.taylor.faces`
+    _virtual, _real  # operators from the other set: `wsph.formulations.taylor.operators`
+    _axes            # axes of the shape and its faces, in rows, mat
+    _framed          # particles on faces, (f,) int32
+    _faces           # what is prescribed at the real particles: `wsph.formulations.taylor.faces`
     """
 
-    listed = "weights between its two sets differ at faces"
-    widenings = 2
-    """Times that the support of a target may grow by half where it spans too few directions (a corner) and `_spanning` asks
-    for all."""
+    by_rows = True
+    """Whether rows that follow from its lattice have kernels without lists."""
 
     def __init__(self, setup: Setup):
         super().__init__(setup)
@@ -85,18 +86,20 @@ class TwoSetSystem(System):
         self._sources: dict[int, State] = {}
         """The law's rates at L = 0 at the particles of each state, where the law has any."""
         self._support = scene.run.support or _support(lattice, self.traits.support)
-        nodes, cells = lattice.centred
-        moved_nodes, moved_cells = lattice.off_cracks if lattice.cracks else (nodes, cells)
         self.conditions: Conditions = face_conditions(scene, body.name, lattice, constitutive.state.labels)
         cell = float(np.prod(lattice.frame.step))
         # With its images: the half of a body that symmetry stands for has the operators of the whole, at a crack's tip too.
         whole = self.conditions.mirrored * lattice.node_volume / cell
-        self.to_virtual = self._operator((cells, nodes), (moved_cells, moved_nodes), whole, scene.run.kernel, "virtual")
-        self.to_real = self._operator(
-            (nodes, cells), (moved_nodes, moved_cells), lattice.cell_volume / cell, scene.run.kernel, "real"
-        )
-        self._moment = self._second_moments(nodes, cells)
-        self._virtual_rows, self._real_rows = self._rows(*self.to_virtual), self._rows(*self.to_real)
+        sets = Sets(setup, self._support)
+        self._virtual = self._operator(sets, "virtual", whole)
+        self._moment = self._second_moments(sets.nodes, sets.cells)
+        self._real = self._operator(sets, "real", lattice.cell_volume / cell)
+        rows = self._virtual.regular + self._real.regular
+        self.regular = rows / (self._virtual.targets + self._real.targets)
+        self.listed = self._listed_for()
+        if rows:
+            across, block, spared = self._virtual.across, 4 * (HEAD + 2**space.dim), self._virtual.spared
+            self.segmented = Segmented(across, 0, block, block, 0, 0, spared, SHORTEST)
         self.state = self._new("real", own=True)
         self._axes = space.mat(*lattice.frame.axes.T.ravel())
         self._rotated = not lattice.frame.upright
@@ -144,11 +147,9 @@ class TwoSetSystem(System):
 
     def _register(self) -> None:
         """The arrays that the body holds, by name."""
-        for name, weights in (("virtual", self.to_virtual), ("real", self.to_real)):
-            for kind, each in zip(("interpolation", "gradient"), weights, strict=True):
-                self.arrays.take(f"{name}.{kind}", each.values)
-            for part in ("offsets", "indices", "reach"):
-                self.arrays.take(f"{name}.{part}", getattr(weights[0].pairs, part))
+        for name, operator in (("virtual", self._virtual), ("real", self._real)):
+            for part, array in operator.arrays().items():
+                self.arrays.take(f"{name}.{part}", array)
         self.arrays.part("body").adopt(self)
         self.arrays.part("boundary").adopt(self.boundary)
         self.arrays.part("motions").adopt(self.boundary.motions, self.boundary.motions.kept())
@@ -168,7 +169,8 @@ class TwoSetSystem(System):
 
     def _make_kernels(self) -> TaylorKernels:
         layouts = self._layout("virtual"), self._layout("real")
-        return kernels(self.space, self.constitutive.laws, *layouts, self.force.parts, self._rotated)
+        mixed, width = (self._virtual.regular > 0, self._real.regular > 0), width_of(self.device, self.space.precision)
+        return kernels(self.space, self.constitutive.laws, *layouts, self.force.parts, self._rotated, mixed, width)
 
     def _held_components(self) -> np.ndarray:
         """Per real particle, one bit for every prescribed component: velocity first, then stress."""
@@ -192,69 +194,49 @@ class TwoSetSystem(System):
                 spanning[[particle for particle, value in values.items() if varies(value)]] = True
         return spanning
 
-    def _operator(
-        self,
-        points: tuple[np.ndarray, np.ndarray],
-        off_cracks: tuple[np.ndarray, np.ndarray],
-        volume: np.ndarray,
-        smoothing: str,
-        name: str,
-    ) -> tuple[Weights, Weights]:
-        """Interpolation and gradient from sources to targets, `points` = (targets, sources) in cells. The kernel is one of
-        grid coordinates, so cells of any aspect have the same neighbours; gradients are brought to lengths and to the
-        coordinate axes. No pair reaches through a crack."""
-        targets, sources = points
-        reach = np.full(len(targets), self._support)
-
-        def seen() -> Pairs:
-            return visible(find_pairs_once(targets, sources, reach, self.device), self.lattice, *off_cracks)
-
-        pairs = seen()
-        gradient = gradient_weights(self.space, pairs, targets, sources, volume, smoothing)
-        spanning = self._spanning(name)
-        for _ in range(self.widenings):
-            # A corner sees one particle of the other set.
-            narrow = spanning & (gradient.rank < self.space.dim)
-            if not narrow.any():
-                break
-            reach[narrow] *= 1.5
-            pairs = seen()
-            gradient = gradient_weights(self.space, pairs, targets, sources, volume, smoothing)
-        interpolation = interpolation_weights(self.space, pairs, targets, sources, volume, smoothing)
-        isolated = np.flatnonzero((interpolation.rank < 0) | (gradient.rank < 0))
-        if len(isolated):
-            where = (self.lattice.cells if name == "virtual" else self.lattice.nodes)[isolated[0]].tolist()
-            raise Refused(
-                f"{len(isolated)} {name} particles, the first at {where} m, see too few particles of the other set"
-                f" for a gradient: raise run.support (now {self._support:g} spacings)"
-            )
+    def _operator(self, sets: Sets, name: str, volume: np.ndarray) -> Operator:
+        """From one set to the "virtual" or the "real" particles. Gradients are brought to lengths and to the coordinate
+        axes."""
+        weights = sets.weights(name, volume, self._spanning(name))
+        near = lattice_rows(*weights)
+        if not self.by_rows:
+            near[:] = -1
+        if name == "real":
+            near[(self._held_components() != 0) | (self.conditions.free_normals != 0)] = -1
         frame = self.lattice.frame
-        if not (frame.upright and (np.abs(frame.step / self.scales.length - 1.0) < 1e-6).all()):
-            gradient = gradient.mapped(self.space, frame.axes * (self.scales.length / frame.step))
-        return interpolation, gradient
+        along = frame.upright and (np.abs(frame.step / self.scales.length - 1.0) < 1e-6).all()
+        turn = None if along else frame.axes * (self.scales.length / frame.step)
+        return Operator(self.space, weights, turn, near, self.device)
 
-    def _rows(self, interpolation: Weights, gradient: Weights) -> object:
-        rows = operator_struct(self.space)()
-        rows.offsets, rows.indices = interpolation.pairs.offsets, interpolation.pairs.indices
-        rows.weight, rows.gradient = interpolation.values, gradient.values
-        return rows
+    def _listed_for(self) -> str:
+        """What it has lists for, in words; empty where rows follow from its lattice."""
+        if self.regular > 0.0:
+            return ""
+        if self.lattice.irregular:
+            return "its cells differ"
+        return (
+            "too small for rows to pay"
+            if self._virtual.few or self._real.few
+            else "its particles see more than the nearest of the other set"
+        )
 
     def _second_moments(self, nodes: np.ndarray, cells: np.ndarray) -> float:
         """Smallest second moment of the interpolation to a virtual particle, in spacings squared."""
-        weights = self.to_virtual[0]
+        weights, listed, on_face = self._virtual.interpolation, self._virtual.listed, self.lattice.on_face
         indices: np.ndarray = weights.pairs.indices.numpy()
         values: np.ndarray = weights.values.numpy()
         row = weights.pairs.rows()
-        r = nodes[indices] - cells[row]
-        moment = np.zeros((len(cells), self.space.dim, self.space.dim))
+        r = nodes[indices] - cells[listed][row]
+        moment = np.zeros((len(listed), self.space.dim, self.space.dim))
         np.add.at(moment, row, values[:, None, None] * r[:, :, None] * r[:, None, :])
         # One-sided neighbourhoods at the faces have smaller moments and grow nothing: where there is an interior it decides.
         # In a body of one or two cells across there is none; the moments along the axes leave out the corners' skewness.
-        at_face = np.bincount(row, self.lattice.on_face[indices], len(cells)) > 0
-        if at_face.all():
-            smallest = np.einsum("nii->ni", moment).min()
-        else:
-            smallest = np.linalg.eigvalsh(moment[~at_face])[:, 0].min()
+        at_face = np.bincount(row, on_face[indices], len(listed)) > 0
+        inner = np.delete(np.arange(len(cells)), listed)
+        initial = CORNERS if (~on_face[self.lattice.corners[inner]]).all(1).any() else np.inf
+        smallest = np.linalg.eigvalsh(moment[~at_face])[:, 0].min(initial=initial)
+        if smallest == np.inf:
+            smallest = np.einsum("nii->ni", moment).min(initial=CORNERS)
         return float(smallest)
 
     @property
@@ -268,7 +250,17 @@ class TwoSetSystem(System):
     @property
     def pairs(self) -> int:
         """Directed pairs of both operators."""
-        return self.to_virtual[0].pairs.count + self.to_real[0].pairs.count
+        return self._virtual.pairs + self._real.pairs
+
+    @property
+    def to_virtual(self) -> tuple[Weights, Weights]:
+        """Weights of interpolation and of gradient, nondimensional, from the real to the virtual particles."""
+        return self._virtual.whole()
+
+    @property
+    def to_real(self) -> tuple[Weights, Weights]:
+        """Those from the virtual to the real particles."""
+        return self._real.whole()
 
     def new(self, where: str = "real") -> State:
         """A state, zero but for the internals' initial values, at the "real" or at the "virtual" particles."""
@@ -295,9 +287,19 @@ class TwoSetSystem(System):
     def half_step(self, source: State, out: State, weight: float) -> None:
         """Virtual `out` = interpolated real `source` + weight dt times the rate there."""
         self._pull(0.0)
-        inputs = [self.constitutive.params, self._inertia[0], self._virtual_rows, source.struct, self._source(source)]
-        inputs += [self.clock.time, self.space.scalar(weight)]
-        self.clock.launch(self.kernels.half_step, out.n, inputs, [out.struct])
+        shared = [source.struct, self._source(source), self.clock.time, self.space.scalar(weight)]
+        if len(self._virtual.listed):
+            inputs = [self.constitutive.params, self._inertia[0], self._virtual.rows, *shared]
+            self.clock.launch(self.kernels.half_step, len(self._virtual.listed), inputs, [out.struct])
+        self._step_rows(False, shared, out)
+
+    def _step_rows(self, real: bool, shared: list[object], out: State) -> None:
+        """A half step of the particles whose rows follow from the lattice (a launch, where there are any): `shared` are the
+        arguments of both kernels."""
+        operator, kernel = (self._virtual, self._real)[real], self.kernels.by_rows[real]
+        if kernel is not None:
+            inputs = [self.constitutive.params, self._inertia[real], operator.slope, operator.table, *shared]
+            self.clock.launch(kernel, operator.threads, inputs, [out.struct])
 
     def rate(self, source: State, out: State, *, imposed: State, weight: float) -> None:
         """Real `out` += weight dt times the rate from virtual `source`.
@@ -308,9 +310,12 @@ class TwoSetSystem(System):
         self._carried.carry(self.clock, imposed, source)
         self._middle = source
         self._pull(0.5)
-        inputs = [self.constitutive.params, self._inertia[1], self._real_rows, *self._at_targets]
-        inputs += [source.struct, self._source(source), imposed.struct, self.clock.time, self.space.scalar(weight)]
-        self.clock.launch(self.kernels.rate, out.n, inputs, [out.struct])
+        shared = [source.struct, self._source(source), self.clock.time, self.space.scalar(weight)]
+        if len(self._real.listed):
+            inputs = [self.constitutive.params, self._inertia[1], self._real.rows, *self._at_targets]
+            inputs += [*shared[:2], imposed.struct, *shared[2:]]
+            self.clock.launch(self.kernels.rate, len(self._real.listed), inputs, [out.struct])
+        self._step_rows(True, shared, out)
 
     def hold(self, state: State, c: float | tuple[float, float]) -> None:
         """Impose prescribed values on the state that the run continues from; stresses in the axes of each face."""
