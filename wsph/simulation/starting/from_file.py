@@ -78,7 +78,9 @@ def _put_state(scene: Scene, number: int, system: System, path: Path) -> None:
 
 def _share(name: str, system: System) -> Share:
     """The rows of a field that are here, of those of the whole body."""
-    return system.point_share if system.state.layout.by_name[name].at_points else system.share
+    share = system.point_share if system.state.layout.by_name[name].at_points else system.share
+    count = system.state.counts[name]
+    return share if share.held == count else Share.all(count)  # some fields have places of their own
 
 
 def _units(name: str, system: System, scales: Scales) -> np.ndarray:
