@@ -18,7 +18,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from wsph.backend.domain import WHOLE, Domain, Share, Split, any_of
-from wsph.boundary.loads.acting import Load, LoadedFaces
+from wsph.boundary.loads.acting import Load
+from wsph.boundary.loads.loaded_faces import LoadedFaces
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.programs.motion import UNITS, Motion
 from wsph.boundary.programs.prescribed import Moved, Prescribed, nonzero

@@ -17,7 +17,8 @@ from wsph.boundary.conditions import (
     selected_conditions,
     velocity_key,
 )
-from wsph.boundary.loads.acting import Load, LoadedFaces
+from wsph.boundary.loads.acting import Load
+from wsph.boundary.loads.loaded_faces import LoadedFaces
 from wsph.boundary.loads.rows import FORCE, FaceLoad, stress_load, total_load, traction_load
 from wsph.boundary.periodic import partners
 from wsph.boundary.programs.prescribed import Prescribed

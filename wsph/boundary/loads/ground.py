@@ -16,7 +16,8 @@ from wsph.backend.kernels import kernel
 from wsph.backend.reduce import totals
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
-from wsph.boundary.loads.acting import ActingLoad, LoadedFaces
+from wsph.boundary.loads.acting import ActingLoad
+from wsph.boundary.loads.loaded_faces import LoadedFaces
 from wsph.output.fields import AXES
 from wsph.protocols import Entry
 from wsph.ranks.kept import Rows

@@ -18,7 +18,8 @@ from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
-from wsph.boundary.loads.acting import ActingLoad, Load, LoadedFaces
+from wsph.boundary.loads.acting import ActingLoad, Load
+from wsph.boundary.loads.loaded_faces import LoadedFaces
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.loads.work import LoadWork
 from wsph.boundary.programs.prescribed import constant

@@ -17,8 +17,9 @@ from pydantic_core import CoreSchema
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.space import Space
-from wsph.boundary.loads.acting import ActingLoad, Load, LoadedFaces
+from wsph.boundary.loads.acting import ActingLoad, Load
 from wsph.boundary.loads.ground import Ground
+from wsph.boundary.loads.loaded_faces import LoadedFaces
 from wsph.declarations import Also, example, number_schema
 from wsph.output.fields import AXES
 from wsph.quantities import Model, Unit, is_table
