@@ -15,7 +15,8 @@ from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
-from wsph.boundary.loads.acting import ActingLoad, Load, LoadedFaces
+from wsph.boundary.loads.acting import ActingLoad, Load
+from wsph.boundary.loads.loaded_faces import LoadedFaces
 from wsph.protocols import Entry
 from wsph.quantities import Unit
 from wsph.units import Scales

@@ -105,3 +105,14 @@ def test_a_map_in_three_dimensions() -> None:
     assert body.cell_volume.sum() == pytest.approx(0.5 * np.pi * 3.0, rel=5e-3)
     assert body.faces.area[body.faces.named("+z")].sum() == pytest.approx(0.25 * np.pi * 3.0, rel=5e-3)
     assert body.faces.area[body.faces.named("+x")].sum() == pytest.approx(2.0 * np.pi, rel=3e-3)
+
+
+def test_a_map_that_leaves_the_shortest_edge_as_it_was_is_a_map() -> None:
+    body = lattice(shape(**cube(2)), 0.25, map=lambda x: np.stack([x[:, 0], x[:, 1] * (1.0 + x[:, 0])], 1))
+    assert body.edges[0] == 0.25
+    assert body.mapped
+    assert body.irregular
+    assert body.boxes is None
+    assert body.cell_volume.sum() == pytest.approx(1.5)
+    assert body.mean_volume == pytest.approx(1.5 / 16.0)
+    assert not lattice(shape(**cube(2)), 0.25, map=lambda x: x.copy()).mapped

@@ -7,7 +7,9 @@ Prints for every case a line of JSON: digests of all that a run gives, by the nu
 
 import hashlib
 import json
+import os
 import shutil
+import signal
 import sys
 import tempfile
 import traceback
@@ -69,11 +71,29 @@ HOLE = {
         "type": "difference",
         "shapes": [
             {"type": "box", "min": [0.0, 0.0], "max": [100.0, 60.0]},
-            {"type": "disc", "center": [50.0, 30.0], "radius": 14.0},
+            {"type": "disc", "name": "hole", "center": [50.0, 30.0], "radius": 14.0},
         ],
     },
     "surface": "stairs",
 }
+ON_FACES = [
+    {"name": "slide", "body": "b", "face": "-y", "normal": 0.0},
+    {"name": "hole", "body": "b", "patch": "hole", "pressure": "1e-3*min(t, 1)"},
+    {"name": "held", "body": "b", "face": "+y", "spring": {"stiffness": 0.02, "damping": {"normal": 0.1}}},
+]
+WEIGHT = [{"where": "y > 20", "y": "-1e-5*min(t, 1)"}, {"x": "1e-6*y"}]
+CUT = {"name": "cut", "body": "b", "point": [50.0, 0.0], "normal": [1.0, 0.2]}
+WHOLE_FORCE = {"name": "pull", "body": "b", "face": "+x", "force": {"y": "0.02*min(t, 1)"}}
+PERIODIC = {"body": "b", "face": "-y", "periodic": "+y"}
+QUIET = {"name": "out", "body": "b", "face": "+z", "quiet": True}
+CRACKS = [{"from": [20.0, 25.0], "to": [70.0, 25.0]}, {"from": [45.0, 30.0], "to": [45.0, 50.0]}]
+TORN = {"velocity": [0.0, "0.02*tanh(y - 25.5)*(1 + 0.3*sin(x))"]}
+"""A motion that tears a body along all of its length."""
+CRACKING = {"fracture_energy": 2e-4, "length": 3.0}
+PRESSED = [
+    {"body": "b", "face": "+x", "force": {"y": 0.02}},
+    {"body": "b", "face": "+y", "pressure": "1e-4*(1 + x)", "spring": {"stiffness": 1e-3}},
+]
 VISCOUS = {"viscosity": {"alpha": 0.1, "beta": 0.2}, "damping": {"rate": 0.01}}
 
 ROUND = {"shape": {"type": "disc", "center": [35.0, 132.3], "radius": 6.0}, "velocity": ["0.0", "-0.5"]}
@@ -152,6 +172,36 @@ CASES = {
         body={"viscosity": {"alpha": 0.5}},
         run={"support": 2.6, "integrator": "rkc", "precision": "f32", "dt": None, "cfl": 0.3},
     ),
+    "on faces": lambda: scene(
+        body={**HOLE, "initial": {"stress": {"xx": "1e-5*x", "xy": 1e-4}}}, boundary=ON_FACES, sections=[CUT]
+    ),
+    "inside": lambda: scene(
+        form="total-lagrangian",
+        law="jaumann",
+        body={"body_force": WEIGHT, "initial": {"stress": {"yy": "1e-5*y"}}},
+        boundary=[WHOLE_FORCE, ON_FACES[0]],
+        sections=[CUT],
+    ),
+    "periodic": lambda: scene(3, boundary=[PERIODIC, QUIET], run={"precision": "f32"}),
+    "relaxed": lambda: scene(
+        body={"body_force": [{"where": "y > 20", "y": "-1e-5"}]},
+        boundary=PRESSED,
+        relax={"until": 0.7, "max_steps": 5000},
+        run={"dt": 0.4},
+        checkpoint={"every": 40},
+    ),
+    "jittered edges": lambda: scene(form="total-lagrangian", body={"jitter": 0.1, "viscosity": {"alpha": 0.1}}),
+    "cracked": lambda: scene(body={"cracks": CRACKS, "jitter": 0.1}, boundary=[*SIDES, WHOLE_FORCE]),
+    "cracked kernel": lambda: scene(form="total-lagrangian", body={"cracks": CRACKS}, run={"support": 2.6}),
+    "mapped": lambda: scene(body={"map": ["x + 0.2*sin(0.3*y)", "y*(1 + 0.002*x)"]}, boundary=ON_FACES[2:]),
+    "breaking": lambda: scene(body={"phase_field": CRACKING, "cracks": CRACKS[:1], **TORN}),
+    "breaking kernel": lambda: scene(
+        form="total-lagrangian", law="jaumann", body={"phase_field": CRACKING | {"model": "AT2"}, **TORN}
+    ),
+    "breaking points": lambda: scene(body={"phase_field": CRACKING, **TORN}, run={"support": 1.8}),
+    "links": lambda: scene(
+        form="total-lagrangian", law="jaumann", body={"links": {"criterion": "stretch", "threshold": 0.012}, **TORN}
+    ),
     "sides": lambda: scene(law="jaumann", boundary=SIDES, run={"integrator": "kg4-8"}),
     "bodies": lambda: scene(**OF_BESIDE, gravity={"y": -1e-4}),
     "contact": lambda: meeting(),
@@ -170,7 +220,8 @@ def digest(result: wsph.Result) -> str:
         arrays |= {f"c.{k}": v for k, v in (result.cells.blocks | result.cells.data).items()}
     for name in sorted(arrays):
         found.update(name.encode() + np.ascontiguousarray(arrays[name]).tobytes())
-    said = {key: result.summary[key] for key in ("status", "steps", "particles", "pairs", "energy", "dt", "findings")}
+    keys = ("status", "steps", "particles", "pairs", "energy", "dt", "findings", "fracture", "relaxation")
+    said = {key: result.summary.get(key) for key in keys}
     found.update(json.dumps(said, sort_keys=True).encode())
     return found.hexdigest()[:16]
 
@@ -194,17 +245,44 @@ def resumed(comm: object, made: wsph.Scene) -> dict[str, str | None]:
     folder = Path(comm.bcast(tempfile.mkdtemp() if comm.rank == 0 else None))  # type: ignore[attr-defined]
     half = made.with_(end=made.end / 2, checkpoint={"every": 4, "final": True})
     shared(comm, half, 2, out=folder / "2")
+    found = _gone_on(comm, made, folder)
+    shared(comm, half, 1, out=folder / "1 to 3")
+    found["1 to 3"] = shared(comm, made, 3, out=folder / "1 to 3", resume=True)
+    comm.Barrier()  # type: ignore[attr-defined]
+    if comm.rank == 0:  # type: ignore[attr-defined]
+        shutil.rmtree(folder)
+    return found
+
+
+def begun(comm: object, made: wsph.Scene) -> dict[str, str | None]:
+    """The same of runs that begin with the state that two processes have kept."""
+    folder = Path(comm.bcast(tempfile.mkdtemp() if comm.rank == 0 else None))  # type: ignore[attr-defined]
+    shared(comm, made.with_(checkpoint={"final": True}), 2, out=folder / "2")
+    (file,) = (folder / "2" / "checkpoints").glob("checkpoint_????????????.npz")
+    again = made.with_(**{"bodies.0.initial": {"file": str(file)}})
+    return {str(count): shared(comm, again, count) for count in range(1, comm.size + 1)}  # type: ignore[attr-defined]
+
+
+def stopped(comm: object, made: wsph.Scene) -> dict[str, str | None]:
+    """The same where a relaxation of two processes was asked to end in its middle."""
+    folder = Path(comm.bcast(tempfile.mkdtemp() if comm.rank == 0 else None))  # type: ignore[attr-defined]
+
+    def stop(*_: object) -> None:
+        if comm.rank == 0:  # type: ignore[attr-defined]
+            os.kill(os.getpid(), signal.SIGINT)
+
+    shared(comm, made, 2, out=folder / "2", progress=stop, throw=False)
+    return _gone_on(comm, made, folder)
+
+
+def _gone_on(comm: object, made: wsph.Scene, folder: Path) -> dict[str, str | None]:
+    """What four processes, and one, go on to from a folder of two."""
     found: dict[str, str | None] = {}
     for count in (4, 1):
         if comm.rank == 0:  # type: ignore[attr-defined]
             shutil.copytree(folder / "2", folder / f"2 to {count}")
         comm.Barrier()  # type: ignore[attr-defined]
         found[f"2 to {count}"] = shared(comm, made, count, out=folder / f"2 to {count}", resume=True)
-    shared(comm, half, 1, out=folder / "1 to 3")
-    found["1 to 3"] = shared(comm, made, 3, out=folder / "1 to 3", resume=True)
-    comm.Barrier()  # type: ignore[attr-defined]
-    if comm.rank == 0:  # type: ignore[attr-defined]
-        shutil.rmtree(folder)
     return found
 
 
@@ -214,8 +292,13 @@ def main(names: list[str]) -> None:
     warnings.simplefilter("ignore")
     comm = MPI.COMM_WORLD
     for name in names:
-        made = CASES[name.removesuffix(", resumed")]()
-        if name.endswith(", resumed"):
+        made = CASES[name.partition(", ")[0]]()
+        if name.endswith(", stopped"):
+            made = made.with_(**{"probes": []})
+            found = {"1": shared(comm, made, 1), **stopped(comm, made)}
+        elif name.endswith(", begun"):
+            found = begun(comm, made)
+        elif name.endswith(", resumed"):
             made = made.with_(**{"output.history": 3, "probes": []})
             found = {"1": shared(comm, made, 1), **resumed(comm, made)}
         else:

@@ -16,11 +16,11 @@ SOON = 10.0
 """Time in which all have to have ended [s]."""
 
 
-def written(tmp_path: Path, **changes: object) -> Path:
+def written(tmp_path: Path, dim: int = 1, **changes: object) -> Path:
     import tomli_w
 
     path = tmp_path / "bar.toml"
-    data = scene(1, **{"probes": [], **changes}).data()
+    data = scene(dim, **{"probes": [], **changes}).data()
     path.write_text(tomli_w.dumps(data))
     return path
 
@@ -36,6 +36,29 @@ def test_what_cannot_be_shared_is_refused_by_name_before_anything_is_written(tmp
     assert done.returncode == 2
     assert len(errors(done.stderr)) == 1
     assert "run.formulation: the small-strain form of two sets is for one process" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+PART = {
+    "periodic": (
+        {"boundary": [{"body": "b", "face": "-x", "periodic": "+x"}]},
+        "boundary.2.periodic: processes share the body",
+    ),
+    "phase field": (
+        {"dim": 2, "body": {"jitter": 0.1, "phase_field": {"fracture_energy": 1.0, "length": 3.0}}},
+        "phase_field where cells differ is for one process",
+    ),
+}
+
+
+@needs_mpi
+@pytest.mark.parametrize("name", PART)
+def test_what_cannot_be_had_in_parts_is_refused_by_name(tmp_path: Path, name: str) -> None:
+    changes, said = PART[name]
+    done = launched(2, "-m", "wsph", "run", str(written(tmp_path, **changes)), "-o", str(tmp_path / "out"))  # type: ignore[arg-type]
+    assert done.returncode == 2, done.stderr
+    assert len(errors(done.stderr)) == 1
+    assert said in done.stderr
     assert not (tmp_path / "out").exists()
 
 

@@ -103,10 +103,6 @@ class Domain(Protocol):
         """The same in the first process; its own rows in the others."""
         ...
 
-    def scattered(self, rows: np.ndarray | None, share: Share) -> np.ndarray:
-        """The rows that this process holds, of the rows of the whole that the first process has."""
-        ...
-
     def told(self, of: Callable[[], T], by: int = 0) -> T:
         """What a function gives in the first process, or in another, which alone calls it."""
         ...
@@ -153,10 +149,6 @@ class Whole:
         """The rows themselves."""
         return rows
 
-    def scattered(self, rows: np.ndarray | None, share: Share) -> np.ndarray:
-        """The rows that the share has."""
-        return np.asarray(rows)[share.window]
-
     def told(self, of: Callable[[], T], by: int = 0) -> T:
         """What the function gives."""
         return of()
@@ -193,12 +185,6 @@ def failing_together(domain: Domain) -> Generator[None]:
     except BaseException as error:
         domain.fail(error)
         raise
-
-
-def mean_of(domain: Domain, rows: np.ndarray) -> np.ndarray:
-    """The mean of the rows of all parts, one part after the other, as one process finds it."""
-    whole = domain.gathered(rows)
-    return domain.told(lambda: whole.mean(0))
 
 
 def any_of(domain: Domain, flag: bool) -> bool:

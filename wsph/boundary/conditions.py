@@ -17,8 +17,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from wsph.backend.domain import WHOLE, Domain, any_of
-from wsph.boundary.loads.acting import Load, LoadedFaces
+from wsph.backend.domain import WHOLE, Domain, Share, Split, any_of
+from wsph.boundary.loads.acting import Load
+from wsph.boundary.loads.loaded_faces import LoadedFaces
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.programs.motion import UNITS, Motion
 from wsph.boundary.programs.prescribed import Moved, Prescribed, nonzero
@@ -182,6 +183,23 @@ def _of_patch(k: int, name: str, body: str, faces: Faces, domain: Domain) -> np.
     return faces.of_patch(name)
 
 
+def share_of(split: Split, count: int) -> Share:
+    """The share of a body's particles, which are `count` of its nodes or of its points."""
+    return split.nodes if count == split.nodes.held else split.points
+
+
+def particles_of(on: np.ndarray, count: int, split: Split | None) -> np.ndarray:
+    """The particles of some faces, of `count`. A copy of one that another process owns may be on faces that are there
+    alone: it is taken with its owner."""
+    particles = np.unique(on)
+    if split is None or split.domain.size == 1:
+        return particles
+    chosen = np.zeros(count, np.int8)
+    chosen[particles] = 1
+    split.domain.halo(share_of(split, count)).fill(chosen)
+    return np.flatnonzero(chosen)
+
+
 def selected_conditions(
     scene: Prescribing,
     body: str,
@@ -189,20 +207,21 @@ def selected_conditions(
     spacing: float,
     position: np.ndarray,
     on: np.ndarray,
-    domain: Domain = WHOLE,
+    split: Split | None = None,
 ) -> Iterator[tuple[int, Boundary, np.ndarray, np.ndarray]]:
     """The conditions of a body: number, condition, the particles that it selects and the rows of its `faces` (m,) bool. `on`
-    (m, k) are the particles of each face, `spacing` [m]. Raises SceneError where one selects nothing in all of the
-    `domain`."""
+    (m, k) are the particles of each face, `spacing` [m], `split` the part of the body that it is. Raises SceneError where
+    one selects nothing in all of it."""
+    domain = WHOLE if split is None else split.domain
     for k, condition in enumerate(scene.boundary):
         if condition.body != body:
             continue
         if condition.face:
             rows = faces.named(condition.face)
-            particles = np.unique(on[rows])
+            particles = particles_of(on[rows], len(position), split)
         elif condition.patch:
             rows = _of_patch(k, condition.patch, body, faces, domain)
-            particles = np.unique(on[rows])
+            particles = particles_of(on[rows], len(position), split)
         else:
             chosen = select(condition.where or "", position, spacing)
             particles, rows = np.flatnonzero(chosen), np.all(chosen[on], axis=1)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from wsph.backend.domain import any_of
+from wsph.backend.domain import Split, any_of
 from wsph.boundary.clashes import Claims
 from wsph.boundary.conditions import (
     Conditions,
@@ -17,7 +17,8 @@ from wsph.boundary.conditions import (
     selected_conditions,
     velocity_key,
 )
-from wsph.boundary.loads.acting import Load, LoadedFaces
+from wsph.boundary.loads.acting import Load
+from wsph.boundary.loads.loaded_faces import LoadedFaces
 from wsph.boundary.loads.rows import FORCE, FaceLoad, stress_load, total_load, traction_load
 from wsph.boundary.periodic import partners
 from wsph.boundary.programs.prescribed import Prescribed
@@ -82,7 +83,7 @@ def _natural_conditions(
     faces, dim = geometry.sides, scene.dim
     result, claims = Conditions(), Claims(geometry, at_nodes=position is geometry.nodes)
     domain = geometry.split.domain
-    chosen = selected_conditions(scene, body, faces, geometry.spacing, position, on, domain)
+    chosen = selected_conditions(scene, body, faces, geometry.spacing, position, on, geometry.split)
     for k, condition, particles, rows in chosen:
         velocities = prescribed_velocities(scene, condition)
         _refuse_steps(k, condition)
@@ -112,13 +113,13 @@ def _natural_conditions(
             if position is not geometry.nodes:
                 text = 'needs particles on the faces: use "stress-points", or "total-lagrangian" with pairs along edges'
                 raise SceneError("scene", [Fault(0, key, text)])
-            pairs = partners(key, condition.periodic, particles, faces, position, geometry.spacing)
+            pairs = partners(key, condition.periodic, particles, geometry)
             result.periodic.append((key, pairs))
         if condition.normal is not None:
-            slid = _slide(f"boundary.{k}.normal", scene.value(condition.normal, "m/s"), faces, on, rows)
+            slid = _slide(f"boundary.{k}.normal", scene.value(condition.normal, "m/s"), geometry, on, rows)
             result.slides.append(replace(slid, owner=k))
         for key, load in condition.acting.items():
-            if not rows.any():
+            if not any_of(domain, bool(rows.any())):
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", "acts on no face selected here")])
             along = condition.normal is not None and load.by_corners
             if len(velocities) == dim or along:
@@ -131,7 +132,7 @@ def _natural_conditions(
                     f' with placement = "nodes"{"; or " * bool(load.otherwise)}{load.otherwise}'
                 )
                 raise SceneError("scene", [Fault(0, f"boundary.{k}.{key}", text)])
-            result.acting.append((f"{k}.{key}", load, loaded_faces(scene, condition, load, faces, on, rows, position)))
+            result.acting.append((f"{k}.{key}", load, loaded_faces(scene, condition, load, geometry, on, rows)))
         for key, load in prescribed_loads(scene, condition, geometry, on, rows):
             if not any_of(domain, len(load.particle) > 0):
                 text = "acts on no face selected here" + (
@@ -165,18 +166,33 @@ def _refuse_oblique(k: int, condition: Boundary, faces: Faces, rows: np.ndarray)
         raise SceneError("scene", [Fault(0, f"boundary.{k}.symmetry", text)])
 
 
-def _slide(key: str, value: Prescribed, faces: Faces, on: np.ndarray, rows: np.ndarray) -> Slide:
+def _slide(key: str, value: Prescribed, geometry: Geometry, on: np.ndarray, rows: np.ndarray) -> Slide:
     """A velocity along the normals of some faces, by their particles."""
-    if not rows.any():
+    split, faces = geometry.split, geometry.sides
+    if not any_of(split.domain, bool(rows.any())):
         raise SceneError("scene", [Fault(0, key, "acts on no face selected here")])
     vector = _vectors(faces, on, rows)
     particle, where = np.unique(on[rows].ravel(), return_inverse=True)
     dim = vector.shape[2]
     total = np.stack([np.bincount(where.ravel(), vector[..., k].ravel(), len(particle)) for k in range(dim)], 1)
+    if split.domain.size > 1:
+        particle, total = _as_owned(particle, total, split, at_nodes=on is faces.nodes)
     size = np.linalg.norm(total, axis=1, keepdims=True)
     if not (size > 0.0).all():
         raise SceneError("scene", [Fault(0, key, "selects two sides of one place, which have no normal in common")])
     return Slide(key, value, particle, total / size)
+
+
+def _as_owned(
+    particle: np.ndarray, total: np.ndarray, split: Split, *, at_nodes: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Particles of faces (k,) and sums over these (k, dim), as the owners of the particles have them."""
+    share = split.nodes if at_nodes else split.points
+    every = np.zeros((share.held, 1 + total.shape[1]))
+    every[particle, 0], every[particle, 1:] = 1.0, total
+    split.domain.halo(share).fill(every)
+    chosen = np.flatnonzero(every[:, 0])
+    return chosen, every[chosen, 1:]
 
 
 def prescribed_loads(
@@ -193,31 +209,34 @@ def prescribed_loads(
         yield f"traction.{axis}", traction_load(faces, on, rows, axis, program, scene.dim)
     for axis, value in condition.force.items():
         program = in_steps(scene, condition, scene.value(value, FORCE[scene.dim]))
-        yield f"force.{axis}", total_load(faces, on, rows, axis, program, scene.dim)
+        yield f"force.{axis}", total_load(geometry, on, rows, axis, program, scene.dim)
 
 
 def loaded_faces(
     scene: Prescribing,
     condition: Boundary,
     load: Load,
-    faces: Faces,
+    geometry: Geometry,
     on: np.ndarray,
     rows: np.ndarray,
-    position: np.ndarray,
 ) -> LoadedFaces:
     """The faces `rows` (m,) bool as a load of a condition that follows the state has them, SI. `on` (m, k): the particles of
-    each face; `position` (n, dim) [m] of all particles."""
+    each face, its nodes or its cell."""
+    faces, split = geometry.sides, geometry.split
+    at_nodes = on is faces.nodes
+    position = geometry.nodes if at_nodes else geometry.cells
     n, dim = position.shape
     given = {name: scene.value(getattr(load, name), unit) for name, unit in load.values.items()}
     values = {name: in_steps(scene, condition, value) for name, value in given.items()}
     vector = _vectors(faces, on, rows)
     flat = on[rows].ravel()
-    area = np.bincount(flat, faces.shares(on)[rows].ravel(), n)
+    area = np.bincount(flat, faces.shares(on)[rows].ravel(), n).astype(float)  # of none it is of integers
     particle = np.unique(flat)
-    mean = np.stack([np.bincount(flat, vector[..., k].ravel(), n) for k in range(dim)], 1)[particle]
+    mean = np.stack([np.bincount(flat, vector[..., k].ravel(), n) for k in range(dim)], 1)[particle].astype(float)
     size = np.linalg.norm(mean, axis=1, keepdims=True)
     normal = np.divide(mean, size, out=np.zeros_like(mean), where=size > 0.0)
-    return LoadedFaces(particle, area[particle], normal, on[rows], vector, position, values)
+    share = split.nodes if at_nodes else split.points
+    return LoadedFaces(particle, area[particle], normal, on[rows], vector, position, values, share, split.domain)
 
 
 def _vectors(faces: Faces, on: np.ndarray, rows: np.ndarray) -> np.ndarray:

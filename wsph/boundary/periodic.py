@@ -13,32 +13,44 @@ import warp as wp
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
+from wsph.backend.domain import any_of
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
+from wsph.boundary.conditions import particles_of
 from wsph.boundary.programs.prescribed import Moved, same, varies
 from wsph.boundary.slide import Slide
 from wsph.errors import Fault, SceneError
-from wsph.geometry.faces import Faces
+from wsph.geometry.geometry import Geometry
 from wsph.output.fields import AXES
 
 FIT = 1e-6
 """Parts of a spacing within which particles of two faces stand opposite each other."""
 
 
-def partners(key: str, name: str, particles: np.ndarray, faces: Faces, place: np.ndarray, spacing: float) -> np.ndarray:
-    """Pairs of `particles` (k,) with those of the face `name` opposite, (k, 2), of the nodes at `place` (n, dim) [m]. Raises
-    SceneError where the faces are not the same but for a shift."""
-    others = np.unique(faces.nodes[faces.named(name)])
-    if not len(others):
+def partners(key: str, name: str, particles: np.ndarray, geometry: Geometry) -> np.ndarray:
+    """Pairs of `particles` (k,) with those of the face `name` opposite, (k, 2), of the nodes of a body. Raises SceneError
+    where the faces are not the same but for a shift, or one process has not both of them."""
+    faces, place, spacing, split = geometry.sides, geometry.nodes, geometry.spacing, geometry.split
+    rows = faces.named(name)
+    others = particles_of(faces.nodes[rows], len(place), split)
+    if not any_of(split.domain, len(others) > 0):
         text = f"{name!r} is no face of it, which has {', '.join(faces.names)}"
         raise SceneError("scene", [Fault(0, key, text)])
-    if np.isin(particles, others).all():
+    if not any_of(split.domain, not np.isin(particles, others).all()):
         raise SceneError("scene", [Fault(0, key, "a face is not its own partner: name the one opposite")])
+    if split.domain.size > 1 and any_of(split.domain, bool((geometry.faces.axis[rows] == 0).any())):
+        text = (
+            f"processes share the body across the first axis of its grid, and {name!r} lies across it: what is periodic there"
+            " is for one process: turn the body, or start it without mpiexec"
+        )
+        raise SceneError("scene", [Fault(0, key, text)])
+    if not len(particles) and not len(others):
+        return np.zeros((0, 2), int)
     if len(others) == len(particles):
         shift = place[others].mean(0) - place[particles].mean(0)
-        rows = [_ordered(each, spacing) for each in (place[particles], place[others] - shift)]
-        pairs = np.stack([particles[rows[0]], others[rows[1]]], 1)
+        orders = [_ordered(each, spacing) for each in (place[particles], place[others] - shift)]
+        pairs = np.stack([particles[orders[0]], others[orders[1]]], 1)
         if np.abs(place[pairs[:, 1]] - place[pairs[:, 0]] - shift).max() <= FIT * spacing:
             return pairs
     text = (

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wsph.backend.domain import WHOLE, Domain
 from wsph.boundary.conditions import selected_conditions
 from wsph.boundary.loads.rows import FORCE, FaceLoad
 from wsph.boundary.natural import loaded_faces, prescribed_loads
@@ -65,12 +64,12 @@ def _supports(condition: Boundary) -> Iterator[str]:
 
 
 def chosen(
-    scene: Prescribing, body: str, geometry: Geometry, position: np.ndarray, domain: Domain = WHOLE
+    scene: Prescribing, body: str, geometry: Geometry, position: np.ndarray
 ) -> Iterator[tuple[int, Boundary, np.ndarray, np.ndarray]]:
     """What `selected_conditions` gives of a body on the `sides` of its geometry, whose nodes or cells are its particles at
     `position` (n, dim) [m]."""
     on = _bearers(geometry, position)
-    return selected_conditions(scene, body, geometry.sides, geometry.spacing, position, on, domain)
+    return selected_conditions(scene, body, geometry.sides, geometry.spacing, position, on, geometry.split)
 
 
 def _bearers(geometry: Geometry, position: np.ndarray) -> np.ndarray:
@@ -88,8 +87,7 @@ def selections(
     for k, condition, particles, rows in chosen(scene, body, geometry, position):
         loads = [load for _, load in prescribed_loads(scene, condition, geometry, on, rows)]
         acting = [
-            load.at_rest(loaded_faces(scene, condition, load, faces, on, rows, position))
-            for load in condition.acting.values()
+            load.at_rest(loaded_faces(scene, condition, load, geometry, on, rows)) for load in condition.acting.values()
         ]
         loads += [load for load in acting if load is not None]
         looks = [(*_resultant(loads, position, time), time) for time in _times(loads, end)]

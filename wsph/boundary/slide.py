@@ -88,7 +88,7 @@ def slides_of(
     free, given = np.zeros((len(rows), dim, dim)), list[FaceLoad]()
     shares: list[tuple[int, np.ndarray, int]] = []
     pushes: dict[int, tuple[Prescribed, list[int], list[np.ndarray]]] = {}
-    for k, (particle, each) in enumerate(rows.items()):
+    for k, (particle, each) in enumerate(sorted(rows.items())):
         N = np.array([normal for normal, _, _, _ in each])
         inverse = np.linalg.pinv(N, rcond=FLAT)
         free[k] = np.eye(dim) - inverse @ N
@@ -106,4 +106,4 @@ def slides_of(
         given.append(FaceLoad(value, np.array(particles), np.array(push), np.zeros(len(particles), int)))
     row, share, owner = ([each[c] for each in shares] for c in range(3))
     of_rows = np.array(row, int), np.array(share).reshape(-1, dim, dim), np.array(owner, int)
-    return Slides(np.array(list(rows), int), free, given, *of_rows)
+    return Slides(np.array(sorted(rows), int), free, given, *of_rows)

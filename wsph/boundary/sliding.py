@@ -7,21 +7,23 @@ import warp as wp
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock, dt_of
+from wsph.backend.domain import WHOLE, Domain, Share
 from wsph.backend.kernels import kernel
-from wsph.backend.reduce import Segments, totals
+from wsph.backend.reduce import Segments
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.boundary.loads.carried import Carried
 from wsph.boundary.loads.forces import LoadForces
 from wsph.boundary.slide import Slides
 from wsph.parts.works import work_and_force
+from wsph.ranks.kept import Rows
 from wsph.reporting import Term
 
 
 @cache
 def _slide_kernels(space: Space, layout: Layout) -> tuple[wp.Kernel, wp.Kernel]:
     real, vec, mat, Fields = space.scalar, space.vec, space.mat, fields_struct(space, layout)
-    dim, Rows, Exact = space.dim, _rows_struct(space), Space(space.dim).vec
+    dim, Rows = space.dim, _rows_struct(space)
 
     @kernel(ranged=True)
     def slide(
@@ -38,8 +40,9 @@ def _slide_kernels(space: Space, layout: Layout) -> tuple[wp.Kernel, wp.Kernel]:
         before_out[k] = v
         fields_out.velocity[i] = left[k] * v + given[i]
 
-    @kernel()
+    @kernel(ranged=True)
     def work(
+        first: int,
         clock: wp.array(dtype=wp.float64),
         step: wp.array(dtype=wp.int64),
         rows: Rows,
@@ -49,32 +52,26 @@ def _slide_kernels(space: Space, layout: Layout) -> tuple[wp.Kernel, wp.Kernel]:
         sums_out: wp.array2d(dtype=wp.float64),
         last_out: wp.array(dtype=wp.int64),
     ):
-        block = wp.tid()
-        done = wp.float64(0.0)
-        force = Exact()
-        for r in range(rows.starts[block], rows.starts[block + 1]):
-            v = fields.velocity[rows.particle[r]]
-            push = rows.mass[r] * (rows.share[r] * (v - before[rows.place[r]]))
-            done += wp.float64(real(0.5) * wp.dot(push, v + old_out[r]))
-            for a in range(wp.static(dim)):
-                force[a] += wp.float64(push[a]) / dt_of(clock)
-            old_out[r] = v
-        sums_out[block, 0] = sums_out[block, 0] + done
+        r = first + wp.tid()
+        v = fields.velocity[rows.particle[r]]
+        push = rows.mass[r] * (rows.share[r] * (v - before[rows.place[r]]))
+        sums_out[r, 0] = sums_out[r, 0] + wp.float64(real(0.5) * wp.dot(push, v + old_out[r]))
+        old_out[r] = v
         for a in range(wp.static(dim)):
+            force = wp.float64(push[a]) / dt_of(clock)
             # Velocities are set several times in a step: the first time of each begins anew.
-            if last_out[block] == step[0]:
-                force[a] += sums_out[block, 1 + a]
-            sums_out[block, 1 + a] = force[a]
-        last_out[block] = step[0]
+            if last_out[r] == step[0]:
+                force += sums_out[r, 1 + a]
+            sums_out[r, 1 + a] = force
+        last_out[r] = step[0]
 
     return slide, work
 
 
 @cache
 def _rows_struct(space: Space) -> type:
-    """Struct of what is prescribed to sliding particles, row by row, in blocks (`wsph.backend.reduce.Segments`)."""
+    """Struct of what is prescribed to sliding particles, row by row."""
     annotations = {
-        "starts": wp.array(dtype=wp.int32),
         "place": wp.array(dtype=wp.int32),
         "particle": wp.array(dtype=wp.int32),
         "mass": wp.array(dtype=space.scalar),
@@ -92,12 +89,13 @@ class Sliding:
     _still     # (n,) vec, zeros in its place while the clock is still, where it has been
     _before    # (k,) vec, velocities before they were last set
 
-    By r rows, a direction each in which a boundary prescribes the velocity of a particle, in blocks of one boundary:
+    By r rows, a direction each in which a boundary prescribes the velocity of a particle that this process owns, in the
+    order of the boundaries, with sums of its own, which processes that share a boundary put together:
 
-    _rows      # starts of the blocks; place among the k, particle, mass and share (`wsph.boundary.slide`) of each
+    _rows      # place among the k, particle, mass and share (`wsph.boundary.slide`) of each
     _old       # (r,) vec, velocities at the end of the last step
-    _sums      # (blocks, 1 + dim) float64, work of setting them so far, and the mean force of the last step
-    _last      # (blocks,) int64, the step that it is of
+    _sums      # (r, 1 + dim) float64, work of setting them so far, and the mean force of the last step
+    _last      # (r,) int64, the step that it is of
     """
 
     _still: wp.array | None = None
@@ -113,8 +111,11 @@ class Sliding:
         units: tuple[float, float],
         arrays: Arrays,
         layout: Layout,
+        share: Share,
+        domain: Domain = WHOLE,
     ):
-        """`units`: of velocity [m/s] and of time [s]."""
+        """`units`: of velocity [m/s] and of time [s]; `share`: the particles that count."""
+        self._domain = domain
         self._count = len(slides.particle)
         self._space = space
         self._slide, self._add = _slide_kernels(space, layout)
@@ -125,12 +126,18 @@ class Sliding:
         self._before = arrays.zeros("before", self._count, space.vec)
         self._sliding = slides.particle
         size = self._count * space.dim
-        self._flat = wp.array(ptr=self._before.ptr, dtype=space.scalar, shape=size, device=arrays.device, copy=False)
-        self._segments = segments = Segments.of(slides.owner)
-        order = segments.order
+        self._flat = wp.zeros(0, dtype=space.scalar, device=arrays.device)
+        if size:
+            self._flat = wp.array(
+                ptr=self._before.ptr, dtype=space.scalar, shape=size, device=arrays.device, copy=False
+            )
+        sliding = slides.particle[slides.row]
+        mine = np.flatnonzero((sliding >= share.own.start) & (sliding < share.own.stop))
+        self._segments = segments = Segments.of(slides.owner[mine], 1)
+        self._known = np.unique(domain.joined(np.unique(slides.owner[mine])))
+        order = mine[segments.order]
         place = slides.row[order]
         self._rows = rows = _rows_struct(space)()
-        rows.starts = arrays.of("starts", segments.starts, wp.int32)
         rows.place = arrays.of("place", place, wp.int32)
         rows.particle = arrays.of("rows", slides.particle[place], wp.int32)
         rows.mass = arrays.of("mass", mass[slides.particle[place]], space.scalar)
@@ -171,8 +178,17 @@ class Sliding:
     @property
     def total(self) -> float:
         """Work so far, nondimensional."""
-        return float(totals(self._sums)[0])
+        return float(self._segments.whole(self._sums.numpy(), self._domain).T[0].sum(dtype=np.float64))
 
     def terms(self, owner: int) -> dict[str, list[Term]]:
         """What the boundary of a number has of it: force and work."""
-        return self._segments.terms(owner, self._sums, work_and_force(self._space.dim))
+        if owner not in self._known:
+            return {}
+        names = work_and_force(self._space.dim)
+        return self._segments.terms(owner, self._sums, names) or self._segments.none(self._sums, names)
+
+    def rows(self, particles: Rows) -> dict[str, Rows]:
+        """Where what it keeps stands in what all processes keep, by the names of its arrays; `particles`: the body's."""
+        keys = self._segments.owner[:, None]
+        rows = Rows.by_keys(keys, np.ones(len(keys), bool), self._domain)
+        return {"given": particles, **dict.fromkeys(("old", "sums", "last"), rows)}

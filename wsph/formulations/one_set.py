@@ -40,6 +40,7 @@ from wsph.parts.body_force import BodyForce
 from wsph.parts.body_force_work import WayWork
 from wsph.parts.part import Attached, Host
 from wsph.protocols import Entry
+from wsph.ranks.blocks import own_sum
 from wsph.ranks.kept import Piece
 from wsph.sph.around import Around
 from wsph.sph.averages import Averages, average, bounded_average, outward_weights
@@ -249,8 +250,7 @@ class OneSetSystem(System):
     def kinetic(self, state: State) -> float:
         """sum m |v|^2/2 over the free components of a state's velocity, nondimensional (a copy)."""
         v = state.read("velocity") * self.free_components.reshape(-1, self.space.dim)
-        square, volume = (self.domain.joined(each[self.share.own]) for each in ((v**2).sum(1), self.volume))
-        return 0.5 * self.density * float(volume @ square)
+        return 0.5 * self.density * own_sum(self.volume * (v**2).sum(1), self.share, self.domain)
 
     def close(self) -> None:
         state = self._accepted or self.state
@@ -261,7 +261,7 @@ class OneSetSystem(System):
         return self.rates.follow()
 
     def pieces(self) -> dict[str, list[Piece]]:
-        return pieces_of(self.arrays.kept, self.state, self._prescribed, (self.share, self.point_share), self.domain)
+        return pieces_of(self.arrays.kept, self.state, self._prescribed, self.placement, self.domain, self.attached)
 
     def placed(self) -> None:
         self.rates.placed()

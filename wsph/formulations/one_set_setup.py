@@ -97,7 +97,8 @@ class Placement:
             # Volumes averaged over blocks want the gradients of whole cells.
             mix = 1.0 if host.locks or host.flows else MIX
             try:
-                found = nodal_gradients(body.places(host.scales.length), host.lattice.corners, mix)
+                places, before = body.places(host.scales.length), split.points.first
+                found = nodal_gradients(places, host.lattice.corners, mix, before)
             except ValueError as error:
                 raise Refused(f"body {host.name!r}: {error}") from error
             return cls(points, host.at_nodes, position, found.volume, found.volume, split.nodes, split.nodes, found)
@@ -175,7 +176,8 @@ def inside_loads(setup: Setup, placement: Placement) -> list[FaceLoad]:
     """Forces on the particles of regions, and of gravity that changes."""
     number, body, density = setup.scene.bodies.index(setup.body), setup.body, setup.constitutive.material.density
     spacing, unit = setup.geometry.spacing, setup.scales.length**setup.space.dim
-    loads = volume_loads(setup.scene, number, body.body_force, placement.position, spacing, density)
+    domain = setup.geometry.split.domain
+    loads = volume_loads(setup.scene, number, body.body_force, placement.position, spacing, density, domain)
     if loads and setup.host.correction == "paper":
         text = 'run.correction = "paper" takes gravity that is a number alone, and no body_force: use the symmetric correction'
         raise Refused(f"body {body.name!r}: {text}")

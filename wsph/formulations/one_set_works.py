@@ -3,7 +3,7 @@
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
 
-from collections.abc import Generator, Iterable
+from collections.abc import Generator, Iterable, Mapping
 from contextlib import contextmanager
 
 import numpy as np
@@ -21,7 +21,8 @@ from wsph.boundary.slide import slides_of
 from wsph.boundary.sliding import Sliding
 from wsph.boundary.values import BoundaryValues
 from wsph.boundary.work import ConstraintWork, DragWork
-from wsph.formulations.one_set_setup import Loads
+from wsph.formulations.one_set_setup import Loads, Placement
+from wsph.parts.part import Attached
 from wsph.ranks.kept import Piece, Rows
 from wsph.units import Scales
 
@@ -57,10 +58,10 @@ class Prescribed:
         self.slides = slides_of(conditions.slides, conditions.entries, space.dim, conditions.owners)
         units = (scales.velocity, scales.time)
         self._sliding: Sliding | None = None
-        if len(self.slides.particle):
+        if any_of(domain, len(self.slides.particle) > 0):
             part = arrays.part("sliding")
-            self._sliding = Sliding(self.slides, space, position, mass, units, part, state.layout)
-        self._loads = loads
+            self._sliding = Sliding(self.slides, space, position, mass, units, part, state.layout, share, domain)
+        self._loads, self._acting = loads, conditions.acting
         self._constraint_work = ConstraintWork(space, self.values, mass, device, share, domain)
         forces = loads.forces
         pieces = np.arange(len(forces.particle))
@@ -156,6 +157,10 @@ class Prescribed:
         # Where nothing of the whole body is loaded there is a row that stands for none.
         count = len(self._loads.vectors)
         found["loads.imposed"] = Rows.of(share) if count == share.held else Rows.alike(count, domain)
+        for (name, _, _), load in zip(self._acting, self._loads.acting, strict=True):
+            found |= {f"loads.{name}.{of}": rows for of, rows in load.rows().items()}
+        if self._sliding is not None:
+            found |= {f"sliding.{of}": rows for of, rows in self._sliding.rows(Rows.of(share)).items()}
         moved = self.values.moving(share, domain)
         return found | {f"motions.moves.{name}": moved for name in ("velocity", "displacement")}
 
@@ -175,14 +180,21 @@ class Prescribed:
 
 
 def pieces_of(
-    kept: Iterable[str], state: State, prescribed: Prescribed, shares: tuple[Share, Share], domain: Domain
+    kept: Iterable[str],
+    state: State,
+    prescribed: Prescribed,
+    placement: Placement,
+    domain: Domain,
+    attached: Mapping[str, Attached],
 ) -> dict[str, list[Piece]]:
-    """Where the kept arrays of a body stand in those of all processes that share it, by their names. `shares`: its
-    particles and its points."""
+    """Where the kept arrays of a body stand in those of all processes that share it, by their names. `placement`: its
+    particles and its points; `attached`: its parts."""
+    shares = placement.share, placement.point_share
     particles, points = (Rows.of(share) for share in shares)
     fields = [field for field in state.layout.fields if field.name in state.start]
     own = [Piece(state.start[field.name], field.width, points if field.at_points else particles) for field in fields]
     known = prescribed.rows(shares[0], domain)
+    known |= {f"{key}.{name}": rows for key, part in attached.items() for name, rows in part.rows().items()}
     known |= {"fading.zeta": points, "fading.freed": points}
     known |= {f"drag.work.{name}": particles for name in ("before", "_hold")}
     known |= {"force._place": particles, "force._work": Rows.of_blocks(shares[0])}

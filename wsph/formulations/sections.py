@@ -13,8 +13,9 @@ from typing import Protocol
 import numpy as np
 import warp as wp
 
+from wsph.backend.domain import any_of
 from wsph.backend.kernels import kernel
-from wsph.backend.reduce import BLOCK, blocks
+from wsph.backend.reduce import BLOCK
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.errors import Fault, SceneError
@@ -53,13 +54,13 @@ def _sum_kernel(space: Space, layout: Layout) -> wp.Kernel:
         arm: wp.array(dtype=vec),
         fields: Fields,
         rate: Fields,
-        count: int,
+        starts: wp.array(dtype=wp.int32),
         sums_out: wp.array2d(dtype=wp.float64),
     ):
         block = first + wp.tid()
         force = wp.vec3d()
         moment = wp.vec3d()
-        for e in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+        for e in range(starts[block], starts[block + 1]):
             i = particle[e]
             f = wp.vec3d()
             r = wp.vec3d()
@@ -80,9 +81,10 @@ class SectionForces:
     """Force and moment of one section (`wsph.reporting.Reported`), of k particles behind its plane, nondimensional.
 
     _side      # (n,) int32, 1 of the particles in front
-    _particle  # (k,) int32
+    _particle  # (k,) int32, those that this process owns
     _mass      # (k,) scalar
     _arm       # (k,) vec, from the point to where they are at the start
+    _starts    # (blocks + 1,) int32, where those of each block of the body's particles begin
     _sums      # (blocks, dim and torques) float64
     """
 
@@ -93,21 +95,24 @@ class SectionForces:
         space, point = system.space, np.array(plane.point)
         normal = np.array(plane.normal) / np.linalg.norm(plane.normal)
         height = (system.position - point) @ normal
-        behind = np.flatnonzero(height <= NEAR * system.spacing)
-        if len(behind) in (0, len(height)):
-            side = "behind" if not len(behind) else "in front of"
+        hidden, share, domain = height <= NEAR * system.spacing, system.share, system.domain
+        if not all(sides := [any_of(domain, bool(each.any())) for each in (hidden, ~hidden)]):
+            side = "behind" if not sides[0] else "in front of"
             text = f"the plane leaves no particle of body {system.name!r} {side} it"
             raise SceneError("scene", [Fault(0, f"{key}.point", text)])
         self._rate = system.temporary()
         arrays = system.arrays.part(f"section {self.name}")
         arrays.take("rate", self._rate.buffer)
         self._side = arrays.of("side", (height > NEAR * system.spacing).astype(np.int32), wp.int32)
+        behind = share.own.start + np.flatnonzero(hidden[share.own])
+        _, first = np.unique((behind + share.first) // BLOCK, return_index=True)
+        self._starts = arrays.of("starts", np.append(first, len(behind)), wp.int32)
         self._particle = arrays.of("particle", behind, wp.int32)
         self._mass = arrays.of("mass", (system.density * system.volume)[behind], space.scalar)
         self._arm = arrays.of("arm", (system.position[behind] - point) / system.scales.length, space.vec)
         torques = ((), ("torque",), tuple(f"torque_{axis}" for axis in AXES))[space.dim - 1]
         names = (*(f"force_{axis}" for axis in AXES[: space.dim]), *torques)
-        self._sums = arrays.zeros("sums", (blocks(len(behind)), len(names)), wp.float64)
+        self._sums = arrays.zeros("sums", (len(first), len(names)), wp.float64)
         rows, width = self._sums.shape
         self.numbers: Mapping[str, Sequence[Term]] = {
             name: [Term(self._sums, k, rows, width)] for k, name in enumerate(names)
@@ -119,7 +124,7 @@ class SectionForces:
         system = self._system
         state: State = system.state
         system.rates.internal(state, self._side, self._rate)
-        inputs = [self._particle, self._mass, self._arm, state.struct, self._rate.struct, len(self._particle)]
+        inputs = [self._particle, self._mass, self._arm, state.struct, self._rate.struct, self._starts]
         system.clock.launch(_sum_kernel(system.space, state.layout), len(self._sums), inputs, [self._sums])
 
 

@@ -52,20 +52,22 @@ class Crack:
         return np.asarray(on.all(1))
 
 
-def parts_cells(crack: Crack, inside: np.ndarray, index: np.ndarray) -> bool:
-    """Whether a crack passes between two neighbouring cells of the body."""
-    padded = np.pad(inside, 1)
+def parts_cells(crack: Crack, inside: np.ndarray, index: np.ndarray, first: int = 0) -> bool:
+    """Whether a crack passes between two neighbouring cells of the body. `index` (c, dim) of those that are `inside` an
+    array of the grid's shape, from its `first` layer on."""
+    padded, low = np.pad(inside, 1), first * np.eye(inside.ndim, dtype=int)[0]
     for axis in range(inside.ndim):
         step = np.eye(inside.ndim, dtype=int)[axis]
-        both = index[padded[tuple((index + 1 + step).T)]]
+        both = index[padded[tuple((index - low + 1 + step).T)]]
         centres = both + 0.5 + OFF_CENTRE[: inside.ndim]
         if len(both) and crack.crosses(centres, centres + step).any():
             return True
     return False
 
 
-def cut_faces(crack: Crack, cut: np.ndarray, shape: Shape, grid: Grid) -> None:
-    """Mark in `cut` [axis, lower cell] the faces that a crack runs along. Raises ValueError off the grid's lines."""
+def cut_faces(crack: Crack, cut: np.ndarray, shape: Shape, grid: Grid, first: int = 0) -> None:
+    """Mark in `cut` [axis, lower cell], of the grid's shape from its `first` layer on, the faces that a crack runs along.
+    Raises ValueError off the grid's lines."""
     dim, ends = len(cut), np.stack([crack.start, crack.end])
     flat = np.flatnonzero(np.abs(ends[0] - ends[1]) < FIT)
     if len(flat) != 1:
@@ -95,6 +97,7 @@ def cut_faces(crack: Crack, cut: np.ndarray, shape: Shape, grid: Grid) -> None:
         for k, n in enumerate(grid.count)
     ]
     span[axis] = slice(int(line) - 1, int(line))
+    span[0] = slice(max(span[0].start - first, 0), max(span[0].stop - first, 0))
     cut[(axis, *span)] = True
 
 
@@ -113,15 +116,16 @@ def parted(index: np.ndarray, faces: Faces) -> tuple[np.ndarray, np.ndarray, np.
     return both[:, 0], both[:, 1], both[:, 2]
 
 
-def part_nodes(corners: np.ndarray, node_index: np.ndarray, inside: np.ndarray, cut: np.ndarray, index: np.ndarray,
-          offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """Nodes once for each group of cells around them that no cut parts: new corners, and the old node of each new one."""
+def part_nodes(corners: np.ndarray, node_index: np.ndarray, inside: np.ndarray, cut: np.ndarray,
+          offsets: np.ndarray, first: int) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Nodes once for each group of cells around them that no cut parts: new corners, and the old node of each new one.
+    Cells are `inside` an array of the grid's shape, from its `first` layer on."""
     dim = inside.ndim
     around, solid = np.pad(inside, 1), len(offsets)
     slot = {tuple(o): k for k, o in enumerate(offsets)}
     blocked = np.pad(cut, [(0, 0), *[(1, 1)] * dim])
     # Cell of slot o around a node stands at node - 1 + o, or node + o in the padded arrays.
-    place = node_index[:, None, :] + offsets
+    place = (node_index - first * np.eye(dim, dtype=int)[0])[:, None, :] + offsets
     present = around[tuple(np.moveaxis(place, -1, 0))]
     label = np.where(present, np.arange(solid), solid)
     for _ in range(solid):

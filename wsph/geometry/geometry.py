@@ -107,6 +107,11 @@ class Geometry:
         return self.faces
 
     @property
+    def own_faces(self) -> np.ndarray:
+        """Which of the faces are this part's own, (m,) bool: those of points that it owns."""
+        return np.ones(len(self.faces.cell), bool)
+
+    @property
     def blocks(self) -> tuple[np.ndarray, ...]:
         """Corners of the cells (c, k), node ids, by their kind: of quadrilaterals and hexahedra in the order of
         `itertools.product` of 0 and 1 along the cell's axes."""

@@ -61,13 +61,14 @@ class NodalGradients:
     volume: np.ndarray
 
 
-def nodal_gradients(places: np.ndarray, corners: np.ndarray, mix: float = MIX) -> NodalGradients:
-    """The gradients of cells with `corners` (c, 2^dim) at `places` (n, dim). Raises ValueError for cells so distorted that a
-    node has no volume."""
+def nodal_gradients(places: np.ndarray, corners: np.ndarray, mix: float = MIX, before: int = 0) -> NodalGradients:
+    """The gradients of cells with `corners` (c, 2^dim) at `places` (n, dim). `before`: how many cells of the whole body,
+    which is summed up some cells at a time, stand in front of them. Raises ValueError for cells so distorted that a node has
+    no volume."""
     n, dim = places.shape
     volume, keys, values = np.zeros(n), list[np.ndarray](), list[np.ndarray]()
-    for first in range(0, len(corners), CELLS):
-        of = corners[first : first + CELLS]
+    for first in range(-(before % CELLS), len(corners), CELLS):
+        of = corners[max(first, 0) : first + CELLS]
         slopes, volumes = _cell_gradients(places[of], mix)
         volume += np.bincount(of.ravel(), volumes.ravel(), n)
         found, where = np.unique((of[:, :, None].astype(np.int64) * n + of[:, None, :]).ravel(), return_inverse=True)

@@ -9,14 +9,14 @@ coordinates are in cells along the grid's own axes.
 
 # pyright: strict
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import product
 
 import numpy as np
 
-from wsph.backend.domain import WHOLE, Domain, Split
+from wsph.backend.domain import WHOLE, Domain, Split, any_of
 from wsph.geometry.cells import Boxes, cell_volumes, edge_ends, mapped_cells, steps_in
 from wsph.geometry.cracks import OFF_CENTRE, Crack, cut_faces, part_nodes, parts_cells
 from wsph.geometry.faces import Faces, face_names, face_nodes, find_faces, outermost
@@ -26,6 +26,7 @@ from wsph.geometry.grid import Grid, cells_in, layers_of, plan
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import Rotation
 from wsph.geometry.shapes.stair_patches import StairPatches
+from wsph.ranks.blocks import own_sum
 from wsph.ranks.slabs import Slab, slabs
 
 
@@ -33,13 +34,14 @@ from wsph.ranks.slabs import Slab, slabs
 class Lattice(Geometry):
     """A body cut into the cells of a grid: `corners` (c, 2^dim) node ids, int32, `index` (n, dim) the nodes in grid
     coordinates, int32 or, with jitter, float64; `cuts` the cracks in grid coordinates; `frame` the grid before any map;
-    `part`, of a body that processes share, which part it is, `widened` how it is made with more around it, and `completed`
-    how all of it."""
+    `bent`: a map has moved nodes; `part`, of a body that processes share, which part it is, `widened` how it is made with
+    more around it, and `completed` how all of it."""
 
     frame: Grid
     index: np.ndarray
     corners: np.ndarray
     cuts: tuple[Crack, ...]
+    bent: bool = False
     part: Split | None = None
     widened: Callable[[tuple[int, int]], "Lattice"] | None = None
     completed: Callable[[], "Lattice"] | None = None
@@ -57,12 +59,15 @@ class Lattice(Geometry):
 
     @property
     def mean_volume(self) -> float:
-        # Cells of a part are alike; a mean has the roundings of as many as there are.
-        return float(
-            np.broadcast_to(self.cell_volume[:1], (self.split.points.whole,)).mean()
-            if self.part
-            else super().mean_volume
-        )
+        return self._mean_volume
+
+    @cached_property
+    def _mean_volume(self) -> float:
+        share = self.split.points
+        if self.irregular:
+            return own_sum(self.cell_volume, share, self.split.domain) / share.whole
+        # Cells are alike; a mean has the roundings of as many as there are.
+        return float(np.broadcast_to(self.cell_volume[:1], (share.whole,)).mean())
 
     @property
     def cells(self) -> np.ndarray:
@@ -90,12 +95,13 @@ class Lattice(Geometry):
     @property
     def mapped(self) -> bool:
         """Whether cells differ in size and direction: a map has moved the nodes."""
-        return self.edges[0] != float(self.frame.step.min())
+        return self.bent
 
     @property
     def irregular(self) -> bool:
         """Whether cells differ: by jitter or a map."""
-        return self.mapped or (self.index.dtype.kind == "f" and bool((self.index != np.rint(self.index)).any()))
+        moved = self.index.dtype.kind == "f"
+        return self.mapped or (moved and (self.part is not None or bool((self.index != np.rint(self.index)).any())))
 
     @property
     def sides(self) -> Faces:
@@ -108,12 +114,17 @@ class Lattice(Geometry):
         patches = self.faces.patches
         if self.mapped or not isinstance(patches, StairPatches) or patches.along(self.frame.axes):
             return self.faces
-        normal, name, last = patches.projected(self.faces.outer)
+        normal, name, last = patches.projected(self.faces.outer, self.split.domain)
         outward = self.faces.sign[:, None] * self.frame.axes.T[self.faces.axis]
         share = self.faces.share * np.maximum((normal * outward).sum(1), 0.0)[:, None]
         none = np.full(len(name), -1)
         vector = share[:, :, None] * normal[:, None]
         return replace(self.faces, axis=none, share=share, vector=vector, name=name, last=last)
+
+    @property
+    def own_faces(self) -> np.ndarray:
+        own = self.split.points.own
+        return (self.faces.cell >= own.start) & (self.faces.cell < own.stop)
 
     @property
     def boxes(self) -> Boxes | None:
@@ -146,15 +157,21 @@ class Lattice(Geometry):
         """Nodes (n, dim) and cells (c, dim) in cells of the grid about the middle of the body.
 
         From the grid's integers, not from the positions: differences of positions lose a digit for every decade of
-        cells, and a scheme that is exact at Courant number 1 shows it.
+        cells, and a scheme that is exact at Courant number 1 shows it. The middle is that of the nodes without jitter.
         """
         middle = self.split.middle
-        nodes = self.index - np.floor(self.index.mean(0) if middle is None else middle)
+        nodes = self.index - np.floor(np.rint(self.index).mean(0) if middle is None else middle)
         return nodes, nodes[self.corners].mean(1)
+
+    @property
+    def middle(self) -> np.ndarray:
+        """The middle of the bounds of the whole body's nodes (dim,) [m]."""
+        domain = self.split.domain
+        return 0.5 * (domain.min(self.nodes.min(0)) + domain.max(self.nodes.max(0)))
 
     def places(self, length: float) -> np.ndarray:
         if self.mapped:
-            return super().places(length)
+            return (self.nodes - self.middle) / length
         return self.centred[0] * self.steps(length) @ self.frame.axes.T
 
     def steps(self, length: float) -> np.ndarray:
@@ -188,6 +205,20 @@ class Lattice(Geometry):
         return self.index + 1e-3 * (np.stack(mean, 1) - self.index), cells + OFF_CENTRE[: self.index.shape[1]]
 
 
+@dataclass(frozen=True)
+class Held:
+    """The part of a lattice that is made: its `slab`, which part of the whole that is (`split`), and how many nodes the
+    whole has in its layers (l + 1,) before cracks part them."""
+
+    slab: Slab
+    split: Split
+    nodes: np.ndarray
+
+    def before(self, layer: int) -> int:
+        """Nodes of the whole in front of a layer."""
+        return int(self.nodes[:layer].sum())
+
+
 def on_grid(geometry: Geometry) -> Lattice:
     """A geometry as the lattice that it is. Raises TypeError for one that no grid has cut."""
     if not isinstance(geometry, Lattice):
@@ -205,18 +236,18 @@ def lattice(
     cracks: tuple[tuple[tuple[float, ...], tuple[float, ...]], ...] = (),
     split: bool = True,
     map: Callable[[np.ndarray], np.ndarray] | None = None,
-    held: tuple[Slab, Split] | None = None,
+    held: Held | None = None,
 ) -> Lattice:
     """Cut `shape` into cells of edge `spacing` [m], one number or one for each axis.
 
     `jitter` moves every node by up to that fraction of the spacing along each axis, those on a face within their face;
     cells follow as the centroids of their corners. `cracks` are (from, to) [m]; with `split` they have to run along lines
     of the grid, and part the nodes on them. `map` takes positions (n, dim) [m] to where the nodes are to be. `held`: the
-    slab of it that is made, and which part that is; it has neither jitter nor cracks nor a map. Raises ValueError where
-    spacing or cracks do not fit, or the map turns a cell inside out.
+    part of it that is made. Raises ValueError where spacing or cracks do not fit, or the map turns a cell inside out.
     """
     dim, grid = shape.dim, plan(shape, spacing, lattice_rotate)
-    slab, owned = held or (None, None)
+    slab, owned = (held and held.slab), (held and held.split)
+    domain = owned.domain if owned else WHOLE
     layers = (0, int(grid.count[0])) if slab is None else slab.around(int(grid.count[0]))
     inside, offsets = cells_in(shape, grid, layers), np.array(list(product((0, 1), repeat=dim)))
     if not inside.any():
@@ -226,28 +257,26 @@ def lattice(
     cut = np.zeros((dim, *inside.shape), bool)
     for crack in cuts:
         if split:
-            cut_faces(crack, cut, shape, grid)
-        if not parts_cells(crack, inside, index):
-            ends = ", ".join(
-                str([round(float(x), 12) for x in end]) for end in grid.points(np.stack([crack.start, crack.end]))
-            )
-            raise ValueError(f"from and to {ends} part no cells of the body")
-    cell, axis, sign, whole = _faces(inside, cut, index, slab)
-    sides = (corners[cell], offsets, axis, sign)
+            cut_faces(crack, cut, shape, grid, layers[0])
+        if not any_of(domain, parts_cells(crack, inside, index, layers[0])):
+            raise ValueError(f"from and to {_ends(crack, grid)} part no cells of the body")
+    every = find_faces(inside, cut)
     shift = np.zeros((len(node_index) if jitter else 0, dim))
     if jitter:
-        shift = np.random.default_rng(seed).uniform(-jitter, jitter, shift.shape)
+        shift = _jittered(jitter, seed, len(node_index), dim, 0 if held is None else held.before(layers[0]))
+        on, axis = face_nodes(corners[every[0]], offsets, *every[1:3]), every[1]
         for k in range(dim):
-            shift[np.unique(face_nodes(*sides)[axis == k]), k] = 0.0
+            shift[np.unique(on[axis == k]), k] = 0.0
+    cell, axis, sign, whole = every if slab is None else _of_slab(every, index, slab)
     if cut.any():
-        parted, owner = part_nodes(corners, node_index, inside, cut, index, offsets)
+        parted, owner = part_nodes(corners, node_index, inside, cut, offsets, layers[0])
         corners = parted.astype(np.int32)
         node_index, shift = node_index[owner], shift[owner] if jitter else shift
     turn = shape.axes.T @ grid.axes
     name, way = face_names(turn, axis, sign), sign[:, None] * np.eye(dim)[axis]
     outer = whole & ~shape.covers(grid.points(index[cell] + 0.5 + way))
     middle = (index[cell] + 0.5 + 0.5 * way) * grid.step
-    last = outermost(name, outer, turn, axis, middle, grid.step, WHOLE if owned is None else owned.domain)
+    last = outermost(name, outer, turn, axis, middle, grid.step, domain)
     on = face_nodes(corners[cell], offsets, axis, sign)
     share = np.repeat((np.prod(grid.step) / grid.step[axis] / on.shape[1])[:, None], on.shape[1], 1)
     outward = sign[:, None] * grid.axes.T[axis]
@@ -261,9 +290,12 @@ def lattice(
         nodes = nodes + (shift * grid.step) @ grid.axes.T
         cell_volume = cell_volume * cell_volumes((node_index + shift)[corners], offsets)
     edges = (float(grid.step.min()), float(grid.step.max()))
+    bent, straight = False, nodes
     if map is not None:
         nodes = map(nodes)
+        bent = any_of(domain, bool((nodes != straight).any()))
         cell_volume, edges = mapped_cells(nodes[corners], offsets)
+        edges = (float(domain.min(np.array(edges[0]))), float(domain.max(np.array(edges[1]))))
     if jitter or map is not None:
         share, vector = face_shares(nodes[faces.nodes], nodes[corners[faces.cell]].mean(1))
         faces = replace(faces, share=share, vector=vector)
@@ -271,22 +303,33 @@ def lattice(
     for k in reversed(range(2**dim)):  # the cells of a node in their order
         node_volume[corners[:, k]] += part
     placed = node_index + shift if jitter else node_index
-    made = Lattice(nodes, node_volume, cell_volume, faces, edges, grid, placed, corners, cuts, owned)
+    made = Lattice(nodes, node_volume, cell_volume, faces, edges, grid, placed, corners, cuts, bent, owned)
     return made if slab is None else _within(made, slab)
 
 
-def _faces(inside: np.ndarray, cut: np.ndarray, index: np.ndarray, slab: Slab | None) -> tuple[np.ndarray, ...]:
-    """The faces of a body's cells, as `find_faces` has them, or of those of a slab of it."""
-    found = find_faces(inside, cut)
-    if slab is None:
-        return found
+def _ends(crack: Crack, grid: Grid) -> str:
+    """Where a crack begins and ends [m], in words."""
+    ends = grid.points(np.stack([crack.start, crack.end]))
+    return ", ".join(str([round(float(x), 12) for x in end]) for end in ends)
+
+
+def _jittered(jitter: float, seed: int, count: int, dim: int, before: int) -> np.ndarray:
+    """Shifts of nodes (count, dim) at random, in cells: those that stand in the whole body behind so many `before`."""
+    numbers = np.random.PCG64(seed)
+    numbers.advance(before * dim)  # one for each
+    return np.random.Generator(numbers).uniform(-jitter, jitter, (count, dim))
+
+
+def _of_slab(found: tuple[np.ndarray, ...], index: np.ndarray, slab: Slab) -> tuple[np.ndarray, ...]:
+    """Of the faces of cells, as `find_faces` has them, those of a slab."""
     layer = index[found[0], 0]
     return tuple(rows[(layer >= slab.layers[0]) & (layer < slab.layers[1])] for rows in found)
 
 
 def _within(made: Lattice, slab: Slab) -> Lattice:
-    """The nodes, cells and faces of a slab, of a lattice that has a layer more on either side."""
-    node, cell = made.index[:, 0], made.index[made.corners[:, 0], 0]
+    """The nodes, cells and faces of a slab, of a lattice that has layers more on either side."""
+    node = np.rint(made.index[:, 0]).astype(np.int64)
+    cell = node[made.corners[:, 0]]
     start, cells = np.searchsorted(node, slab.layers[0]), np.searchsorted(cell, slab.layers)
     nodes, mine = slice(start, np.searchsorted(node, slab.layers[1], side="right")), slice(*cells)
     faces = replace(made.faces, nodes=made.faces.nodes - start, cell=made.faces.cell - cells[0])
@@ -304,19 +347,30 @@ def _within(made: Lattice, slab: Slab) -> Lattice:
 def slab_of(
     shape: Shape,
     spacing: float | tuple[float, ...],
-    lattice_rotate: Rotation,
+    jitter: float,
+    seed: int,
     domain: Domain,
     reach: int,
     *,
     joined: bool,
     who: str,
+    lattice_rotate: Rotation,
+    cracks: tuple[tuple[tuple[float, ...], tuple[float, ...]], ...],
+    split: bool,
+    map: Callable[[np.ndarray], np.ndarray] | None,
 ) -> Lattice:
     """The part of a lattice that a process of a domain has, which holds `reach` layers beyond what it owns; `joined` and
-    `who` as of `wsph.ranks.slabs.slabs`. None makes more of the lattice than its part."""
+    `who` as of `wsph.ranks.slabs.slabs`, the rest as of `lattice`. None makes more of the lattice than its part."""
     grid, dim = plan(shape, spacing, lattice_rotate), shape.dim
     count = int(grid.count[0]) + 1
     first, end = (count * k // domain.size for k in (domain.rank, domain.rank + 1))
-    layers = domain.joined(layers_of(shape, grid, first, end))
+    mine = layers_of(shape, grid, first, end)
+    plain = domain.joined(mine[:, 0])
+    if cracks and split:
+        _part_layers(
+            mine, shape, grid, (first, end), [Crack(*grid.coordinates(np.array(ends, float))) for ends in cracks]
+        )
+    layers = domain.joined(mine)
     nodes, cells = layers[:, 0], layers[:-1, 1]
     if not cells.sum():
         raise ValueError(f"{grid.step.min():g} m leaves no cell inside the shape")
@@ -327,13 +381,28 @@ def slab_of(
     def made(window: tuple[int, int]) -> Lattice:
         own = slabs(nodes, cells, domain.size, reach, joined=joined, who=who)[domain.rank].over(window, nodes, cells)
         part = Split(domain, own.nodes, own.cells, middle, low, own.layers)
-        found = lattice(shape, spacing, lattice_rotate=lattice_rotate, held=(own, part))
-        return replace(found, widened=made, completed=whole)
+        return replace(given(held=Held(own, part, plain)), widened=made, completed=given)
 
-    def whole() -> Lattice:
-        return lattice(shape, spacing, lattice_rotate=lattice_rotate)
+    given = partial(
+        lattice, shape, spacing, jitter, seed, lattice_rotate=lattice_rotate, cracks=cracks, split=split, map=map
+    )
 
     return made((len(cells), 0))
+
+
+def _part_layers(layers: np.ndarray, shape: Shape, grid: Grid, ends: tuple[int, int], cracks: Sequence[Crack]) -> None:
+    """Put into `layers`, as `layers_of` has them from one up to another, the nodes that there are where cracks part them."""
+    dim, around = shape.dim, (max(ends[0] - 1, 0), min(ends[1], int(grid.count[0])))
+    inside, offsets = cells_in(shape, grid, around), np.array(list(product((0, 1), repeat=dim)))
+    cut = np.zeros((dim, *inside.shape), bool)
+    for crack in cracks:
+        cut_faces(crack, cut, shape, grid, around[0])
+    corners, node = _corners(inside, offsets)
+    parted = node[part_nodes(corners, node, inside, cut, offsets, 0)[1]] if cut.any() else node
+    for k in range(*ends):
+        here = parted[parted[:, 0] == k - around[0]].astype(np.int64)
+        here[:, 0] += around[0]
+        layers[k - ends[0], 0], layers[k - ends[0], 2 : 2 + dim] = len(here), here.sum(0)
 
 
 def _places(inside: np.ndarray, first: int = 0) -> np.ndarray:

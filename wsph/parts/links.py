@@ -19,7 +19,7 @@ Criteria, n the current direction of the link:
     principal-stress  the largest principal stress of that mean >= threshold [Pa], on the links within 45 degrees of it
 """
 
-from functools import cache
+from functools import cache, partial
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -28,8 +28,8 @@ from pydantic import model_validator
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
+from wsph.backend.domain import any_of
 from wsph.backend.kernels import kernel
-from wsph.backend.reduce import total
 from wsph.backend.space import Space
 from wsph.backend.state import Field, Layout, State, fields_struct
 from wsph.backend.tensors import determinant_and_inverse, generalized_inverse, in_plane, principal
@@ -46,6 +46,8 @@ from wsph.parts.viscosity import Viscosity
 from wsph.plugins.traits import turns
 from wsph.protocols import Entry, Traits
 from wsph.quantities import Unit
+from wsph.ranks.blocks import own_sum
+from wsph.ranks.kept import Rows
 from wsph.sph.misfit import misfit
 from wsph.sph.rows import rows_of, rows_struct
 from wsph.units import quantity
@@ -124,7 +126,7 @@ class Links(Part):
     def attach(self, host: Host, seen: Neighbourhood, state: State, clock: Clock, arrays: Arrays) -> Attached | None:
         spacing = host.geometry.spacing
         may = np.ones(len(seen.position), bool) if self.where is None else select(self.where, seen.position, spacing)
-        if self.where is not None and not may.any():
+        if not any_of(seen.split.domain, bool(may.any())):
             raise Refused(
                 f"body {host.name!r}: links.where: {self.where!r} selects no particle: they have {ranges(self.where, seen.position)}"
             )
@@ -310,11 +312,17 @@ class LinkDamage(Attached):
             arrays.changes(name, array)
         damage = state.struct.damage
         arrays.take("damage", damage, kept=True, reset=damage.zero_)
-        self.weight = seen.weight
+        self.weight, split = seen.weight, seen.split
+        self._domain, self._share = split.domain, split.particles
+        self._halo = split.domain.halo(split.particles)
         self.ledger = (Entry("dissipated", lambda: self.released),)
 
     def advance(self) -> None:
-        """Close a step (two launches)."""
+        """Close a step (two launches). Whether a link breaks both ends find from the same numbers: copies have those of the
+        particles that other processes own."""
+        if self._domain.size > 1:
+            for name in (name for name in ("stress", "deformation", "internals") if name in self._state.widths):
+                self._clock.host(partial(self._halo.update, getattr(self._state.struct, name)))
         n, points, fields = self._state.n, self._seen.points, self._state.struct
         inputs = [self._params, self._threshold, self._breakable, points, fields]
         self._clock.launch(self._tear, n, inputs, [self._rows, self._torn, self._released])
@@ -325,13 +333,24 @@ class LinkDamage(Attached):
     def released(self) -> float:
         """Energy of the particles that have come free, and of the residual that broken links have no more,
         nondimensional."""
-        return total(self._released)
+        return own_sum(self._released.numpy(), self._share, self._domain)
+
+    def rows(self) -> dict[str, Rows]:
+        _, particles = self._seen.split.rows()
+        ends = self._seen.pairs.rows(), self._seen.pairs.indices.numpy()
+        own = (ends[0] >= self._share.own.start) & (ends[0] < self._share.own.stop)
+        first, second = (each.astype(np.int64) + self._share.first for each in ends)
+        pairs = Rows.by_keys((first * self._share.whole + second)[:, None], own, self._domain)
+        return {"weight": pairs, **dict.fromkeys(("moment", "share", "released", "damage"), particles)}
 
     def fracture(self) -> dict[str, float]:
         """Broken links and free particles, and the energy that they set free."""
-        moment = self._seen.points.moment.numpy().reshape(self._state.n, -1)
+        moment = self._seen.points.moment.numpy().reshape(self._state.n, -1)[self._share.own]
+        of_own = slice(*self._seen.pairs.offsets.numpy()[[self._share.own.start, self._share.own.stop]])
+        broken = (self._seen.weight.numpy()[of_own] == 0.0).sum(), (moment == 0.0).all(1).sum()
+        links, free = self._domain.sum(np.array(broken)).tolist()
         return {
-            "broken_links": int((self._seen.weight.numpy() == 0.0).sum()) // 2,
-            "free": int((moment == 0.0).all(1).sum()),
+            "broken_links": links // 2,
+            "free": free,
             "released_energy": self.released,
         }

@@ -15,6 +15,7 @@ import numpy as np
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
+from wsph.backend.domain import WHOLE, Domain, Share
 from wsph.backend.space import Array, Space
 from wsph.backend.state import Field, State
 from wsph.constitutive.constitutive import Constitutive
@@ -23,6 +24,7 @@ from wsph.geometry.lattice import Lattice, on_grid
 from wsph.parts.terms import PairTerm, Points, RateTerm, Response, StressTerm
 from wsph.protocols import Entry, Traits
 from wsph.quantities import Model
+from wsph.ranks.kept import Rows
 from wsph.sph.pairs import Pairs
 from wsph.sph.smoothing import SUPPORT
 from wsph.units import Scales
@@ -89,6 +91,24 @@ class Host:
 
 
 @dataclass(frozen=True)
+class Parts:
+    """The `points` and `particles` that a process of a `domain` has of a body's."""
+
+    domain: Domain
+    points: Share
+    particles: Share
+
+    @classmethod
+    def whole(cls, points: int, particles: int) -> "Parts":
+        """All of them."""
+        return cls(WHOLE, Share.all(points), Share.all(particles))
+
+    def rows(self) -> tuple[Rows, Rows]:
+        """Where points and particles stand in those of all processes."""
+        return Rows.of(self.points), Rows.of(self.particles)
+
+
+@dataclass(frozen=True)
 class Neighbourhood:
     """Points of a body and the particles that they see, on the device and nondimensional: m points, n particles.
 
@@ -98,6 +118,7 @@ class Neighbourhood:
     gradient           # displacement gradient as pairs see it, (m,) mat
     spread, volume     # sum w r^2 (m,), volumes of points (m,), on the host
     position           # of the particles, on the host, (n, dim) [m]
+    split              # the parts of the body's points and particles that they are
     back, back_weight  # pairs from particles to points, where points have places of their own
     """
 
@@ -109,6 +130,7 @@ class Neighbourhood:
     spread: np.ndarray
     volume: np.ndarray
     position: np.ndarray
+    split: Parts
     back: Pairs | None = None
     back_weight: Array | None = None
 
@@ -140,6 +162,10 @@ class Attached:
 
     def advance(self) -> None:
         """Close a step (launches)."""
+
+    def rows(self) -> dict[str, Rows]:
+        """Where what it keeps stands in what all processes keep, by the names of its arrays."""
+        return {}
 
     def restored(self) -> None:
         """Recompute whatever depends on the kept arrays, after a checkpoint has put them back."""

@@ -47,9 +47,37 @@ class Blocks:
         return found
 
     def of_rows(self, values: np.ndarray, domain: Domain) -> np.ndarray:
-        """The sums of the blocks of the whole of numbers (n,) of its own rows, in double precision."""
-        sums = np.add.reduceat(values.astype(np.float64), self.starts[:-1]) if self.count else np.zeros(0)
-        return self.whole(sums, domain)
+        """The sums of the blocks of the whole of numbers (n,) of its own rows, in double precision, one after the other."""
+        block = np.repeat(np.arange(self.count), np.diff(self.starts))
+        return self.whole(np.bincount(block, values, self.count), domain)
+
+
+class Dots:
+    """Scalar products of vectors over the particles of a body, of which a process has those of the particles that it
+    holds: in double precision, block by block of those that processes own, which begin with whole ones. No BLAS, whose
+    threads take longer to start than these sums, and change their last bits. All processes ask for them together."""
+
+    def __init__(self, share: Share, domain: Domain, width: int):
+        """Of vectors of `width` numbers a particle."""
+        self.whole, self._domain = share.whole * width, domain
+        low, high, each = share.own.start * width, share.own.stop * width, BLOCK * width
+        self._blocks = [slice(begin, min(begin + each, high)) for begin in range(low, high, each)]
+
+    def one(self, a: np.ndarray, b: np.ndarray) -> float:
+        """That of a (n,) and b (n,)."""
+        sums = [np.einsum("n,n->", a[rows], b[rows], dtype=np.float64) for rows in self._blocks]
+        return float(self._domain.joined(np.array(sums)).sum())
+
+    def every(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """Those of a (n,) and the rows of b (m, n), (m,)."""
+        sums = np.zeros((len(self._blocks), len(b)))
+        for k, rows in enumerate(self._blocks):
+            sums[k] = np.einsum("n,jn->j", a[rows], np.ascontiguousarray(b[:, rows]), dtype=np.float64)
+        return self._domain.joined(sums).sum(0)
+
+    def products(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """Those of the rows of a (k, n) and the rows of b (m, n), (k, m)."""
+        return np.array([self.every(row, b) for row in a]).reshape(len(a), len(b))
 
 
 def own_total(values: Array, first: np.ndarray, share: Share, domain: Domain) -> float:
@@ -59,6 +87,14 @@ def own_total(values: Array, first: np.ndarray, share: Share, domain: Domain) ->
     return float(domain.joined(values.numpy()[(first >= low) & (first < high)]).sum(dtype=np.float64))
 
 
+def own_mean(values: np.ndarray, share: Share, domain: Domain) -> np.ndarray:
+    """The mean (k,) of the own rows of all processes of numbers (n, k) of a share."""
+    return np.array([own_sum(column, share, domain) for column in values.T]) / share.whole
+
+
 def own_sum(values: np.ndarray, share: Share, domain: Domain) -> float:
-    """The sum of the own rows of all processes of numbers (n,) of a share, block by block, in double precision."""
+    """The sum of the own rows of all processes of numbers (n,) of a share, block by block, in double precision; where one
+    process has all of them, they may be those of the first rows alone."""
+    if domain.size == 1:
+        share = Share.all(len(values))
     return float(Blocks.of(share).of_rows(values[share.own], domain).sum())

@@ -49,6 +49,8 @@ class Rows:
             found = np.empty(len(mine), int)
             found[order] = place
             return cls(len(mine), found[first : first + len(keys)], own)
+        if keys.shape[1] == 1:
+            return cls(len(mine), np.searchsorted(known[:, 0], keys[:, 0]), own)
         same = (keys[:, None, :] == known[None, :, :]).all(2) if len(keys) * len(known) < 2**22 else None
         if same is not None:
             return cls(len(mine), same.argmax(1), own)

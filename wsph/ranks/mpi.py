@@ -77,21 +77,6 @@ class Ranks:
                 self._comm.Recv(piece, other, 1)
         return whole
 
-    def scattered(self, rows: np.ndarray | None, share: Share) -> np.ndarray:
-        form = None if rows is None else (rows.shape[1:], rows.dtype)
-        said = self._hear((share.first, share.held, form))
-        windows, (shape, dtype) = [each[:2] for each in said], said[0][2] or ((), np.dtype(float))
-        if rows is None:
-            mine = np.empty((share.held, *shape), dtype)
-            for piece in _pieces(mine):
-                self._comm.Recv(piece, 0, 2)
-            return mine
-        for other in range(1, self.size):
-            first, held = windows[other]
-            for piece in _pieces(np.ascontiguousarray(rows[first : first + held])):
-                self._comm.Send(piece, other, 2)
-        return rows[share.window].copy()
-
     def told(self, of: Callable[[], T], by: int = 0) -> T:
         found: T | None = None
         if self.rank == by:

@@ -30,9 +30,10 @@ class Slab:
     cells: Share
 
     def around(self, layers: int) -> tuple[int, int]:
-        """Its layers of cells, and one more on either side where the body, of so many `layers`, has it: it says which faces
-        have nothing behind them."""
-        return max(self.layers[0] - 1, 0), min(self.layers[1] + 1, layers)
+        """Its layers of cells, and two more on either side where the body, of so many `layers`, has them: the first says
+        which faces have nothing behind them, and has volumes that are right where nodes are moved by what faces they are
+        on."""
+        return max(self.layers[0] - 2, 0), min(self.layers[1] + 2, layers)
 
     def over(self, layers: tuple[int, int], nodes: np.ndarray, cells: np.ndarray) -> "Slab":
         """The same with at least some layers, from one up to another, of a body with so many `nodes` (l + 1,) and `cells`

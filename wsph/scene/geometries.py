@@ -3,6 +3,7 @@
 # pyright: strict
 
 import math
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -49,15 +50,13 @@ def geometry_of(scene: Scene, number: int, formulation: Formulation, domain: Dom
             f'body {body.name!r}: its surface cannot be fitted: {why}; leave that out, or write surface = "stairs"'
         )
     if domain.size > 1:
-        reach, joined = reach_of(scene, body, formulation)
-        who = f"body {body.name!r}"
         try:
-            return slab_of(body.shape, body.spacing, body.lattice_rotate, domain, reach, joined=joined, who=who)
+            return _lattice(scene, number, body.shape, body.spacing, formulation, domain)
         except TooFew:
             if len(scene.bodies) == 1:
                 raise
     if not is_fitted(scene, body, formulation):
-        return _lattice(body, body.shape, body.spacing, number, scene.run.seed, formulation.traits.splits_cracks)
+        return _lattice(scene, number, body.shape, body.spacing, formulation, WHOLE)
     try:
         return meshed(fit(body.shape, body.spacing, scene.run.seed), body.shape.axes)
     except ValueError as error:
@@ -183,18 +182,29 @@ def _of_points(dim: int, body: Body, table: PointsFile, key: str, formulation: F
 
 
 def _lattice(
-    body: Body, shape: Shape, spacing: float | tuple[float, ...], number: int, seed: int, split: bool
+    scene: Scene,
+    number: int,
+    shape: Shape,
+    spacing: float | tuple[float, ...],
+    formulation: Formulation,
+    domain: Domain,
 ) -> Lattice:
-    """The lattice of a body with a shape. `split`: cracks part the particles on them."""
+    """The lattice of a scene's body, the `number`-th, with a shape, or the part of it that a process has."""
+    body, seed, split = scene.bodies[number], scene.run.seed, formulation.traits.splits_cracks
     cracks = tuple((crack.start, crack.end) for crack in body.cracks)
     expressions = [compile_expression(text) for text in body.map or ()]
 
     def mapped(points: np.ndarray) -> np.ndarray:
         return np.stack([expression(points) for expression in expressions], 1)
 
+    moved, turn = mapped if expressions else None, body.lattice_rotate
+    made = partial(lattice, lattice_rotate=turn, cracks=cracks, split=split, map=moved)
+    if domain.size > 1:
+        reach, joined = reach_of(scene, body, formulation)
+        slab = partial(slab_of, domain=domain, reach=reach, joined=joined, who=f"body {body.name!r}")
+        made = partial(slab, lattice_rotate=turn, cracks=cracks, split=split, map=moved)
     try:
-        return lattice(shape, spacing, body.jitter, seed, lattice_rotate=body.lattice_rotate, cracks=cracks,
-                       split=split, map=mapped if expressions else None)  # fmt: skip
+        return made(shape, spacing, body.jitter, seed)
     except ValueError as error:
         key = "spacing" if "no cell" in str(error) else "map" if "the map" in str(error) else "cracks"
         raise SceneError("scene", [Fault(0, f"bodies.{number}.{key}", str(error))]) from None

@@ -335,7 +335,8 @@ class Checkpoints:
         if settings is not None and isinstance(settings.every, int):
             due |= relaxation.steps // settings.every > self._relaxed // settings.every
         elif settings is not None and settings.every is not None:
-            due |= self._late(settings.every)
+            every = settings.every
+            due |= self._domain.told(lambda: self._late(every))
         self._relaxed = relaxation.steps
         if due:
             self._written = time.perf_counter()
@@ -372,7 +373,8 @@ class Checkpoints:
 
     def _shards(self, folder: Path, step: int, arrays: Mapping[str, np.ndarray]) -> Shards:
         """Write the shard of this process; what a checkpoint says of all, which are whole then."""
-        pieces, rank = _pieces(self._composition, arrays), self._domain.rank
+        pieces = _pieces(self._composition, arrays) | self._relaxations.pieces()
+        rank = self._domain.rank
         digest = shards.write(folder, shards.name_of(step, rank), arrays, pieces)
         digests: list[str] = self._domain.joined(np.array([digest])).tolist()
         names = [[shards.name_of(step, by), each] for by, each in enumerate(digests)]

@@ -246,7 +246,7 @@ class Running:
                 progress(steps, most, self._timeline.time(step))
 
         try:
-            relaxation.run(lambda: bool(interrupts.asked), between)
+            relaxation.run(lambda: self._asked(interrupts), between)
         finally:
             if self._folder is not None:
                 self._folder.table("relax.csv", relaxations.columns)

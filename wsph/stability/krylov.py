@@ -3,15 +3,16 @@
 # pyright: strict
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Protocol
 
 import numpy as np
 
 from wsph.backend.arrays import host, put
-from wsph.backend.domain import Domain, Share, any_of, failing_together, mean_of
+from wsph.backend.domain import Domain, Share, any_of
 from wsph.backend.space import Space
 from wsph.backend.state import State
+from wsph.ranks.blocks import Dots, own_mean
 from wsph.stability.margins import DAMPED_VECTORS, STILL, VECTORS
 from wsph.stability.spectrum import Spectrum
 from wsph.units import Scales
@@ -75,7 +76,8 @@ class Products:
 
     Of a large body a vector is as much as its state. So they are in the run's own precision, of which a limit needs two
     digits, what is put into the body is written where it takes it, some rows at a time, and a product stands where the body
-    left it, until the next is asked for.
+    left it, until the next is asked for. Of a body that processes share each has the numbers of what it holds, and all ask
+    for the same products together.
     """
 
     def __init__(self, system: Moving):
@@ -99,8 +101,9 @@ class Products:
         if system.one_sided:
             # All pairs approach each other, so fast that a vector changes nothing in that.
             place = system.position / system.scales.length + self._field(self._start, "displacement")
-            middle = mean_of(system.domain, place[system.share.own])
+            middle = own_mean(place, system.share, system.domain)
             self._closing = -20.0 * (place - middle) * system.scales.length / system.spacing
+        self._halo = system.domain.halo(system.share)
         self._idle = self._drag(none) if self._closing is not None else 0.0
 
     def restore(self) -> None:
@@ -172,7 +175,9 @@ class Products:
             velocity[rows] = 1e-9 * (w if self._closing is None else w + self._closing[rows])
         self._put()
         self.system.rate(self._moved, self._change, "velocity")
-        return -self._rows(host(self._change.flat("drag"))).astype(np.float64) / 1e-9
+        drag = -self._rows(host(self._change.flat("drag"))).astype(np.float64) / 1e-9
+        self._halo.fill(drag)
+        return drag
 
     def damping(self, x: np.ndarray) -> np.ndarray:
         """D x, (n dim,), of all pairs."""
@@ -185,47 +190,29 @@ class Products:
         return self.system.project_free(drag.reshape(-1))
 
 
-class Multiplied(Protocol):
-    """What multiplies vectors (count,)."""
-
-    count: int
-
-    def stiffness(self, x: np.ndarray) -> np.ndarray: ...
-
-    def damping(self, x: np.ndarray) -> np.ndarray: ...
-
-    def restore(self) -> None: ...
-
-
-Making = Callable[[], Multiplied]
-"""Makes the products of a body, which take memory."""
-
-Start = Callable[[], np.ndarray]
-"""Makes the vector that they begin with, (count,), in double precision: whoever takes it is the only one who has it."""
-
-
 class _Span:
     """Up to `most` orthonormal vectors and their products."""
 
-    def __init__(self, products: Multiplied, most: int, damped: bool):
-        self._p, n = products, products.count
-        kind = np.float32 if n > LARGE else np.float64
-        self._least = 1e-5 if n > LARGE else 1e-8
+    def __init__(self, products: Products, dots: Dots, most: int, damped: bool):
+        self._p, self._dots, n = products, dots, products.count
+        large = dots.whole > LARGE
+        kind = np.float32 if large else np.float64
+        self._least = 1e-5 if large else 1e-8
         self.count, self.most = 0, most
         self._w, self._k = np.empty((most, n), kind), np.empty((most, n), kind)
         self._d = np.empty((most if damped else 0, n), kind)
 
     def add(self, x: np.ndarray) -> np.ndarray:
         """Take what is new of x; its coefficients on the vectors (count,), NaN where x is zero or not finite."""
-        size, held = math.sqrt(_dot(x, x)), self._w[: self.count]
+        size, held = math.sqrt(self._dots.one(x, x)), self._w[: self.count]
         if not np.isfinite(size) or size == 0.0:
             return np.full(self.count, np.nan)
         coefficients, left = np.zeros(self.count + 1), x / size
         for _ in range(2):
-            part = np.einsum("in,n->i", held, left)
+            part = self._dots.every(left, held)
             coefficients[:-1] += part
-            left = left - np.einsum("i,in->n", part, held)
-        new = math.sqrt(_dot(left, left))
+            left -= _combined(part, held)
+        new = math.sqrt(self._dots.one(left, left))
         if new < self._least or self.count == self.most:
             return size * coefficients[:-1]
         coefficients[-1] = new
@@ -243,53 +230,57 @@ class _Span:
 
     def next(self, last: np.ndarray, before: np.ndarray) -> np.ndarray:
         """-(D r_j + K r_(j-1)) of two vectors given by their coefficients."""
-        drag = np.einsum("i,in->n", last, self._d[: len(last)])
-        return -(drag + np.einsum("i,in->n", before, self._k[: len(before)])).astype(np.float64)
+        return -(_combined(last, self._d) + _combined(before, self._k))
 
     def spectrum(self, rate: float, still: float) -> Spectrum:
         """The spectrum that follows from the products."""
         m = self.count
         w, k, d = self._w[:m], self._k[:m], self._d[:m]
         none = np.zeros((m, m))
-        damping, kd, dd = (_products(a, d) for a in (w, k, d)) if len(self._d) else (none, none, none)
-        return Spectrum(_products(w, k), damping, (_products(k, k), kd, dd), rate, still)
+        of = self._dots.products
+        damping, kd, dd = (of(a, d) for a in (w, k, d)) if len(self._d) else (none, none, none)
+        return Spectrum(of(w, k), damping, (of(k, k), kd, dd), rate, still)
 
 
-def _dot(a: np.ndarray, b: np.ndarray) -> float:
-    """A scalar product without BLAS, whose threads take longer to start than these sums, and change their last bits."""
-    return float(np.einsum("n,n->", a, b, dtype=np.float64))
-
-
-def _products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The scalar products of the rows of a and b, in double precision."""
-    return np.einsum("in,jn->ij", a, b, dtype=np.float64)
+def _combined(factors: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """The sum of some `vectors` (m, n) times `factors` (k,), element by element, in double precision."""
+    total = np.zeros(vectors.shape[1])
+    for factor, vector in zip(factors, vectors, strict=False):
+        total += factor * vector
+    return total
 
 
 def _start(system: Moving) -> np.ndarray:
-    """A vector at random in both signs, (n dim,), which has its share of every free mode."""
-    count = len(system.volume) * system.space.dim
-    return system.project_free(np.random.default_rng(0).standard_normal(count))
+    """A vector at random in both signs, (n dim,), which has its share of every free mode. Processes that share a body go
+    through the numbers of all of it, and keep those of what they hold."""
+    dim, share, numbers = system.space.dim, system.share, np.random.default_rng(0)
+    found = np.empty(share.held * dim)
+    for begin in range(0, share.whole, ROWS):
+        some = numbers.standard_normal((min(ROWS, share.whole - begin), dim))
+        low, high = (min(max(place, begin), begin + len(some)) for place in (share.first, share.first + share.held))
+        found[(low - share.first) * dim : (high - share.first) * dim] = some[low - begin : high - begin].ravel()
+    return system.project_free(found)
 
 
-def _symmetric(system: Moving, start: Start, make: Making, rate: float, still: float) -> Spectrum:
+def _symmetric(system: Moving, dots: Dots, rate: float, still: float) -> Spectrum:
     """The spectrum of an undamped body of symmetric stiffness from Lanczos' three terms: w_(j+1) beta_(j+1) = K w_j -
     alpha_j w_j - beta_j w_(j-1), so that K projected on the w is tridiagonal, K W = W T + beta_(m+1) w_(m+1) e_m^T, and
     of the vectors two are kept. They lose their orthogonality where an eigenvalue is found to rounding, which changes no
     outermost one."""
-    kind, last = system.space.numpy, start()
-    size = math.sqrt(_dot(last, last))
+    kind, last = system.space.numpy, _start(system)
+    size = math.sqrt(dots.one(last, last))
     last /= size or 1.0
     last = last.astype(kind, copy=False)
-    before, products = np.zeros_like(last), make()
+    before, products = np.zeros_like(last), Products(system)
     diagonal, beside = np.zeros(VECTORS), np.zeros(VECTORS)
     m, beta = 0, 0.0
     while m < VECTORS and size > 0.0:
         new = products.stiffness(last)
         before *= kind(beta)
         new -= before
-        diagonal[m] = _dot(new, last)
+        diagonal[m] = dots.one(new, last)
         new -= np.multiply(last, kind(diagonal[m]), out=before)
-        beta = math.sqrt(_dot(new, new))
+        beta = math.sqrt(dots.one(new, new))
         beside[m] = beta
         m += 1
         if not np.isfinite(beta) or beta <= NOTHING * np.abs(diagonal[:m]).max():
@@ -317,19 +308,13 @@ def spectrum(system: Moving) -> Spectrum:
     if not any_of(system.domain, bool(system.free_components.any())):
         none = np.zeros((0, 0))
         return Spectrum(none, none, (none, none, none), rate, still)
-    if system.domain.size > 1:
-        return _shared(system, rate, still)
-    return _found(system, lambda: _start(system), lambda: Products(system), rate, still)
-
-
-def _found(system: Moving, start: Start, make: Making, rate: float, still: float) -> Spectrum:
-    """The spectrum that products of vectors from `start` on span."""
+    dots = Dots(system.share, system.domain, system.space.dim)
     if system.symmetric and not system.drags:
-        return _symmetric(system, start, make, rate, still)
-    products = make()
+        return _symmetric(system, dots, rate, still)
+    products = Products(system)
     lanczos, most = DAMPED_VECTORS if system.drags else (VECTORS, VECTORS)
-    span = _Span(products, most, system.drags)
-    span.add(start())
+    span = _Span(products, dots, most, system.drags)
+    span.add(_start(system))
     while span.count < lanczos:
         known = span.count
         span.add(span.last_stiffness())
@@ -346,54 +331,3 @@ def _found(system: Moving, start: Start, make: Making, rate: float, still: float
         before, last = last / size, coefficients / size
     products.restore()
     return span.spectrum(rate, still)
-
-
-class _Spread:
-    """The products of a body that processes share, as the first of them has them: of vectors over the whole body, which
-    all of them multiply."""
-
-    def __init__(self, products: Products):
-        self._products, self._system = products, products.system
-        self.count = self._system.share.whole * self._system.space.dim
-
-    def stiffness(self, x: np.ndarray) -> np.ndarray:
-        """K x."""
-        return self._multiplied("stiffness", x)
-
-    def damping(self, x: np.ndarray) -> np.ndarray:
-        """D x."""
-        return self._multiplied("damping", x)
-
-    def restore(self) -> None:
-        """All do it together, at the end."""
-
-    def _multiplied(self, by: str, x: np.ndarray) -> np.ndarray:
-        self._system.domain.told(lambda: by)
-        return self.answer(by, x.reshape(-1, self._system.space.dim)).reshape(-1)
-
-    def answer(self, by: str, rows: np.ndarray | None) -> np.ndarray:
-        """A product: the rows of the whole in the first process."""
-        domain, share = self._system.domain, self._system.share
-        mine = domain.scattered(rows, share).reshape(-1)
-        found = self._products.stiffness(mine) if by == "stiffness" else self._products.damping(mine)
-        return domain.gathered(found.reshape(-1, self._system.space.dim)[share.own])
-
-
-def _shared(system: Moving, rate: float, still: float) -> Spectrum:
-    """The spectrum of a body that processes share: the first has the vectors, and asks the others for its products."""
-    domain, share, products = system.domain, system.share, Products(system)
-    spread, free = _Spread(products), system.project_free(np.ones(products.count))
-    every = domain.gathered(free.reshape(-1, system.space.dim)[share.own]).reshape(-1)
-    found: Spectrum | None = None
-    if domain.rank > 0:
-        while by := domain.told(str):
-            spread.answer(by, None)
-    else:
-        with failing_together(domain):
-            every *= np.random.default_rng(0).standard_normal(spread.count)
-            found = _found(system, lambda: every, lambda: spread, rate, still)
-        domain.told(str)
-    products.restore()
-    made = domain.told(lambda: found)
-    assert made is not None
-    return made

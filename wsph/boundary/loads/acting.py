@@ -8,41 +8,19 @@ lowers the limit of the time step by itself: limits are found from the right-han
 # pyright: strict
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import ClassVar
-
-import numpy as np
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
+from wsph.boundary.loads.loaded_faces import LoadedFaces
 from wsph.boundary.loads.rows import FaceLoad
-from wsph.boundary.programs.prescribed import Prescribed
 from wsph.protocols import Entry
 from wsph.quantities import Model
+from wsph.ranks.kept import Rows
 from wsph.reporting import Term
 from wsph.units import Scales
-
-
-@dataclass(frozen=True)
-class LoadedFaces:
-    """Selected faces of a body by their particles: `particle` (k,), ascending, `area` (k,) of the faces that each stands for
-    and `normal` (k, dim) outward unit vectors, in the reference configuration, nondimensional.
-
-    By the f faces: `corners` (f, c) their particles, and `vector` (f, c, dim) the integrals of N_j n, n outward. `place` (n,
-    dim) [m] of all particles of the body; `values` what the load's keys prescribe, in SI units; `impedance` the density
-    times the speeds of waves along and across their way at the start [Pa s/m].
-    """
-
-    particle: np.ndarray
-    area: np.ndarray
-    normal: np.ndarray
-    corners: np.ndarray
-    vector: np.ndarray
-    place: np.ndarray
-    values: Mapping[str, Prescribed]
-    impedance: tuple[float, float] = (0.0, 0.0)
 
 
 class ActingLoad:
@@ -53,6 +31,10 @@ class ActingLoad:
     numbers: Mapping[str, Sequence[Term]] = {}
     """What it does to the body, for those who read it off (`wsph.reporting.Reported`): "force_x", ..., the mean of the last
     step, and "work" so far."""
+
+    def rows(self) -> dict[str, Rows]:
+        """Where what it keeps stands in what all processes keep, by the names of its arrays."""
+        return {}
 
     def impose(self, clock: Clock, c: float | tuple[float, float]) -> None:
         """Take the prescribed values of t + c dt for the evaluations to come; of c = (a, b) the mean of both times

@@ -18,7 +18,8 @@ from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
-from wsph.boundary.loads.acting import ActingLoad, Load, LoadedFaces
+from wsph.boundary.loads.acting import ActingLoad, Load
+from wsph.boundary.loads.loaded_faces import LoadedFaces
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.loads.work import LoadWork
 from wsph.boundary.programs.prescribed import constant
@@ -27,6 +28,7 @@ from wsph.declarations import Measured, example
 from wsph.geometry.gradients import GAUSS
 from wsph.protocols import Entry
 from wsph.quantities import Value, is_table
+from wsph.ranks.kept import Rows
 from wsph.units import Scales
 
 
@@ -200,15 +202,21 @@ class Pressures(ActingLoad):
         self._face = arrays.of("face", order // faces.corners.shape[1], wp.int32)
         self._corner = arrays.of("corner", order % faces.corners.shape[1], wp.int32)
         self._corners = arrays.of("corners", faces.corners, wp.int32)
-        self._node = arrays.of("node", (faces.place - faces.place.mean(0)) / scales.length, space.vec)
+        self._node = arrays.of("node", (faces.place - faces.middle) / scales.length, space.vec)
         self._sign = arrays.of("sign", _signs(faces), space.scalar)
         self._force = arrays.zeros("force", len(faces.place), space.vec)
         particle, whole = faces.particle, np.zeros(n, int)
-        self._work = LoadWork(particle, particle, whole, self._force, space, clock.device)
+        share = None if faces.share.complete else faces.share
+        self._work = LoadWork(particle, particle, whole, self._force, space, clock.device, share, faces.domain)
+        self._faces = faces
         arrays.part("work").adopt(self._work, self._work.kept())
         self._count = n
         self.ledger = (Entry("external_work", lambda: self._work.total),)
         self.numbers = self._work.terms(0)
+
+    def rows(self) -> dict[str, Rows]:
+        works = self._work.rows(self._faces.share)
+        return {"pressure": self._faces.rows, **{f"work.{name}": works for name in ("_work", "_before", "_place")}}
 
     def impose(self, clock: Clock, c: float | tuple[float, float]) -> None:
         if not self._moving:

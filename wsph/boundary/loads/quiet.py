@@ -15,8 +15,9 @@ from pydantic import model_validator
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.space import Space
-from wsph.boundary.loads.acting import ActingLoad, Load, LoadedFaces
+from wsph.boundary.loads.acting import ActingLoad, Load
 from wsph.boundary.loads.ground import Ground
+from wsph.boundary.loads.loaded_faces import LoadedFaces
 from wsph.boundary.loads.spring import by_face
 from wsph.units import Scales
 
@@ -42,4 +43,4 @@ class Quiet(Load):
 
     def attach(self, faces: LoadedFaces, space: Space, scales: Scales, clock: Clock, arrays: Arrays) -> ActingLoad:
         damping = by_face(faces, *faces.impedance) / (scales.density * scales.velocity)
-        return Ground(faces.particle, None, damping, space, clock, arrays)
+        return Ground(faces, None, damping, space, clock, arrays)

@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 
+from wsph.backend.domain import WHOLE, Domain, any_of
 from wsph.boundary.loads.rows import FaceLoad
 from wsph.boundary.programs.prescribed import Prescribed, constant
 from wsph.boundary.tables import Prescribing
@@ -53,10 +54,17 @@ def gravity_of(scene: Prescribing) -> tuple[Mapping[Axis, float], dict[Axis, Pre
 
 
 def volume_loads(
-    scene: Prescribing, body: int, forces: Sequence[RegionForce], position: np.ndarray, spacing: float, density: float
+    scene: Prescribing,
+    body: int,
+    forces: Sequence[RegionForce],
+    position: np.ndarray,
+    spacing: float,
+    density: float,
+    domain: Domain = WHOLE,
 ) -> list[FaceLoad]:
     """Forces per volume on the particles at `position` (n, dim) [m] of the body of a number, as rows whose pushes are per
-    unit of volume; with what changes of gravity, of a `density` [kg/m3]. Raises SceneError where one selects nothing."""
+    unit of volume; with what changes of gravity, of a `density` [kg/m3]. Raises SceneError where one selects nothing in all
+    of the `domain`."""
     found: list[FaceLoad] = []
     everywhere = np.arange(len(position))
     for axis, value in gravity_of(scene)[1].items():
@@ -65,7 +73,7 @@ def volume_loads(
         chosen = everywhere
         if force.where is not None:
             chosen = np.flatnonzero(select(force.where, position, spacing))
-        if not len(chosen):
+        if not any_of(domain, len(chosen) > 0):
             text = f"{force.where!r} selects no particle: they have {ranges(force.where or '', position)}"
             raise SceneError("scene", [Fault(0, f"bodies.{body}.body_force.{k}.where", text)])
         for axis, value in force.components.items():

@@ -7,6 +7,7 @@ of what was asked.
 
 # pyright: strict
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -52,11 +53,19 @@ def traction_load(faces: Faces, on: np.ndarray, acting: np.ndarray, axis: str, v
     return face_load(faces, on, face, np.tile(np.eye(dim)[AXES.index(axis)], (len(face), 1)), value)
 
 
-def total_load(faces: Faces, on: np.ndarray, acting: np.ndarray, axis: str, value: Prescribed, dim: int) -> FaceLoad:
+def whole_area(geometry: Geometry, acting: np.ndarray) -> float:
+    """The area of the faces `acting` (m,) bool of the whole body [m^(dim-1)], rounded once."""
+    mine = geometry.sides.area[acting & geometry.own_faces]
+    return math.fsum(geometry.split.domain.joined(mine).tolist())
+
+
+def total_load(
+    geometry: Geometry, on: np.ndarray, acting: np.ndarray, axis: str, value: Prescribed, dim: int
+) -> FaceLoad:
     """A total force along a coordinate axis, in units of `FORCE`, in even parts of the area of the faces `acting` (m,) bool:
     its rows add up to it, whatever their area is."""
-    load = traction_load(faces, on, acting, axis, value, dim)
-    return replace(load, push=load.push / max(float(faces.area[acting].sum()), np.finfo(float).tiny))
+    load = traction_load(geometry.sides, on, acting, axis, value, dim)
+    return replace(load, push=load.push / max(whole_area(geometry, acting), np.finfo(float).tiny))
 
 
 def stress_load(

@@ -17,8 +17,9 @@ from pydantic_core import CoreSchema
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.space import Space
-from wsph.boundary.loads.acting import ActingLoad, Load, LoadedFaces
+from wsph.boundary.loads.acting import ActingLoad, Load
 from wsph.boundary.loads.ground import Ground
+from wsph.boundary.loads.loaded_faces import LoadedFaces
 from wsph.declarations import Also, example, number_schema
 from wsph.output.fields import AXES
 from wsph.quantities import Model, Unit, is_table
@@ -130,4 +131,4 @@ class Spring(Load):
             each.matrices(faces) / scales.of(each.unit) if each is not None else None
             for each in (self.stiffness, self.damping)
         ]
-        return Ground(faces.particle, found[0], found[1], space, clock, arrays)
+        return Ground(faces, found[0], found[1], space, clock, arrays)

@@ -47,7 +47,7 @@ from wsph.formulations.lagrangian.flow import drift_kernel, flow_kernel
 from wsph.formulations.lagrangian.forces import force_between_kernel, force_from_points_kernel
 from wsph.formulations.lagrangian.form import Form
 from wsph.formulations.lagrangian.ghosts import GhostLayer, Ghosts, ghosts
-from wsph.formulations.lagrangian.held_energy import held_energy_kernel
+from wsph.formulations.lagrangian.held_energy import held_energy_kernel, summed_up
 from wsph.formulations.lagrangian.set_up import Reference, find_reference
 from wsph.formulations.lagrangian.strain import strain_kernel
 from wsph.formulations.one_set import OneSetSystem
@@ -56,11 +56,11 @@ from wsph.formulations.one_set_setup import RateSetup
 from wsph.formulations.setup import Setup
 from wsph.parts.body_force import BodyForceKinds
 from wsph.parts.fading import Fading
-from wsph.parts.part import Attached, Neighbourhood
+from wsph.parts.part import Attached, Neighbourhood, Parts
 from wsph.parts.table import PARTS
 from wsph.parts.terms import Points, answers_struct, points_struct, with_share
 from wsph.plugins.blame import blame
-from wsph.ranks.blocks import Blocks, own_sum
+from wsph.ranks.blocks import own_sum
 from wsph.sph.pairs import Pairs
 from wsph.sph.rows import rows_of
 
@@ -201,6 +201,7 @@ class LagrangianRates(ReferenceRates):
             self._spread,
             placement.point_volume,
             placement.position,
+            Parts(self._domain, placement.point_share, placement.share),
             self._back,
             self._back_weight,
         )
@@ -326,13 +327,9 @@ class LagrangianRates(ReferenceRates):
         """Energy of the stabilisation, of a state that is up to date, nondimensional (a launch and a copy)."""
         if not self.form.stabilised:
             return 0.0
+        inputs = [self._rows, self._acting, self._answers, state.struct]
         share, device = self._placement.point_share, self._clock.device
-        mine = Blocks.of(share)
-        sums: Array = wp.zeros(mine.count, dtype=wp.float64, device=device)
-        starts = wp.array(mine.starts + share.own.start, dtype=wp.int32, device=device)
-        inputs = [starts, self._rows, self._acting, self._answers, state.struct]
-        wp.launch(self.kernels.held, len(sums), inputs=inputs, outputs=[sums], device=device)
-        return float(mine.whole(sums.numpy(), self._domain).sum())
+        return summed_up(self.kernels.held, inputs, share, self._domain, device)
 
 
 def _field(fields: Struct, name: str) -> Array:

@@ -44,12 +44,12 @@ def find_reference(
 ) -> Reference:
     """Pairs, weights, means and moments. `particles` (n, dim) and `points` (m, dim) in units of cells, `position` of the
     particles [m]; `quantum` is the precision whose quanta weights are multiples of."""
-    body, space, separate = host.geometry, Space(host.space.dim), not host.traits.pairwise
-    stretch = None
+    body, space, separate, stretch = host.geometry, Space(host.space.dim), not host.traits.pairwise, None
     if isinstance(body, Lattice) and not body.mapped:
         # In cells of the grid, so that moments of cells of any aspect can be inverted; then in the body's own lengths.
         stretch = body.frame.axes * body.steps(host.scales.length)
-    place = (position - position.mean(0)) / host.scales.length if stretch is None else particles @ stretch.T
+    about = position - (body.middle if isinstance(body, Lattice) else position.mean(0))
+    place = about / host.scales.length if stretch is None else particles @ stretch.T
     grid = place if stretch is None else particles
     reach = np.full(len(points), host.support)
     while True:

@@ -16,21 +16,20 @@ import warp as wp
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.domain import WHOLE, Share
-from wsph.backend.reduce import total
 from wsph.backend.space import Array, Space, Struct
 from wsph.backend.state import Layout, State
 from wsph.constitutive.laws import Laws
 from wsph.formulations.lagrangian.corners import corner_reference
 from wsph.formulations.lagrangian.flow import flow_kernel
 from wsph.formulations.lagrangian.form import Form
-from wsph.formulations.lagrangian.held_energy import held_energy_kernel
+from wsph.formulations.lagrangian.held_energy import held_energy_kernel, summed_up
 from wsph.formulations.lagrangian.strain import strain_kernel
 from wsph.formulations.lattice.forces import push_kernel
 from wsph.formulations.one_set_setup import RateSetup
 from wsph.parts.fading import Fading
-from wsph.parts.part import Neighbourhood
+from wsph.parts.part import Neighbourhood, Parts
 from wsph.parts.terms import Points, answers_struct, points_struct, with_share
-from wsph.ranks.blocks import Blocks, own_sum
+from wsph.ranks.blocks import own_sum
 from wsph.sph.pairs import Pairs
 from wsph.sph.rows import rows_of
 
@@ -140,17 +139,8 @@ class Rest:
 
     def held_energy(self, state: State) -> float:
         """Energy of the residual, of a state that is up to date, nondimensional (a launch and a copy)."""
-        starts, device = Blocks.of(Share.all(len(self._volume))).starts, self._clock.device
-        sums: Array = wp.zeros(len(starts) - 1, dtype=wp.float64, device=device)
-        inputs = [
-            wp.array(starts, dtype=wp.int32, device=device),
-            self._rows,
-            self._acting,
-            self._answers,
-            state.struct,
-        ]
-        wp.launch(self.kernels.held, len(sums), inputs=inputs, outputs=[sums], device=device)
-        return total(sums)
+        inputs = [self._rows, self._acting, self._answers, state.struct]
+        return summed_up(self.kernels.held, inputs, Share.all(len(self._volume)), WHOLE, self._clock.device)
 
     def fading(self, flow: tuple[int, float], state: State, arrays: Arrays) -> Fading:
         """What the residual of the points has of its own on the device; `flow` as `wsph.parts.fading.Fading` has it."""
@@ -163,6 +153,7 @@ class Rest:
             self._spread,
             self._volume,
             self._position,
+            Parts.whole(len(self._volume), len(self._position)),
             self._back,
             self._back_weight,
         )

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from wsph.backend.domain import Domain
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.surfaces.surface import Patch, placed
 
@@ -57,18 +58,18 @@ class StairPatches(Mapping[str, np.ndarray]):
         shape = self._shape
         return self._found[0], placed(shape.patches(), shape.middle, shape.axes)
 
-    def projected(self, outer: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def projected(self, outer: np.ndarray, domain: Domain) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Of every face the normal of its patch (m, dim), the name of the face that this makes it (m,), and whether it lies
-        less than a cell behind the outermost of its name and of the `outer` ones (m,) bool."""
+        less than a cell behind the outermost of its name and of the `outer` ones (m,) bool. `domain`: where the others
+        of the body are."""
         _, place, normal = self._found
         rows = np.arange(len(normal))
         nearest = np.abs(np.round(normal, 9)).argmax(1)
         name = 2 * nearest + (normal[rows, nearest] > 0.0)
         height = np.sign(normal[rows, nearest]) * place[rows, nearest]
-        last = np.zeros(len(rows), bool)
-        for each in np.unique(name[outer]):
-            own = outer & (name == each)
-            last |= own & (height > height[own].max() - self._spacing)
+        highest = np.full(2 * normal.shape[1], -np.inf)
+        np.maximum.at(highest, name[outer], height[outer])
+        last = outer & (height > domain.max(highest)[name] - self._spacing)
         return normal @ self._shape.axes.T, name, last
 
     @cached_property

@@ -21,7 +21,7 @@ c = dim/sum_j w_pj sum_q v_jq |x_q - x_p|^2; where cells differ, of each point (
 """
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import warp as wp
@@ -30,7 +30,6 @@ from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
 from wsph.backend.pair_loops import element
-from wsph.backend.reduce import total
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.constitutive.evolution import thickness
@@ -41,6 +40,8 @@ from wsph.parts.phase_field.sums import squares
 from wsph.parts.phase_field.sweep import degradation, phase_struct
 from wsph.parts.terms import points_struct
 from wsph.protocols import Entry
+from wsph.ranks.blocks import own_sum
+from wsph.ranks.kept import Rows
 from wsph.sph.misfit import misfit
 from wsph.sph.rows import rows_of, rows_struct
 
@@ -208,6 +209,7 @@ class PhaseDamage(Attached):
         self._space, self._seen, self._state, self._clock = space, seen, state, clock
         real, n = space.scalar, len(seen.volume)
         self.laplacian = self._alike() if laplacian is None else laplacian
+        self._domain, self._points = seen.split.domain, seen.split.points
         scale = float(np.mean(self.laplacian))
         first = model == "AT1"
         phase = phase_struct(space)()
@@ -220,6 +222,8 @@ class PhaseDamage(Attached):
         if seen.back is not None:
             phase.seen = arrays.zeros("seen", seen.back.targets, real)
             self._reached = arrays.zeros("reached", seen.back.targets, wp.int32)
+        # Pairs of copies see places that nobody here has: they are told what is seen there.
+        self._halo = self._domain.halo(self._points if seen.back is None else seen.split.particles)
         sums = np.bincount(seen.pairs.rows(), seen.weight.numpy().astype(float), n)
         # Sums of weights over points' own c have that of a point over the mean one in them.
         phase.weights = arrays.of("weights", sums * (self.laplacian / scale), real)
@@ -233,8 +237,11 @@ class PhaseDamage(Attached):
     def _alike(self) -> float:
         """c of points inside: those at faces and notches see less."""
         seen = self._seen
+        split = seen.split
         spread = seen.spread if seen.back is None else squares(seen, seen.points.centre.numpy().astype(float))
-        return self._space.dim / float(np.median(spread[spread > 0.999 * np.quantile(spread, 0.9)]))
+        whole = split.domain.gathered(spread[split.points.own])
+        most = split.domain.told(lambda: float(np.median(whole[whole > 0.999 * np.quantile(whole, 0.9)])))
+        return self._space.dim / most
 
     def advance(self) -> None:
         """Close a step (launches)."""
@@ -246,10 +253,18 @@ class PhaseDamage(Attached):
 
     def _look(self) -> None:
         """Update the damage that pairs see (a launch where it is averaged to the nodes)."""
-        back = self._seen.back
+        back, together = self._seen.back, self._domain.size > 1
+        if together:
+            self._clock.host(partial(self._halo.update, self._reached))
         if back is not None:
             inputs = [self._reached, rows_of(self._space, back, self._seen.back_weight), self._phase.damage]
             self._clock.launch(_average_kernel(self._space), back.targets, inputs, [self._phase.seen, self._phase.near])
+        if together:
+            self._clock.host(partial(self._halo.update, self._phase.seen))
+
+    def rows(self) -> dict[str, Rows]:
+        points, _ = self._seen.split.rows()
+        return dict.fromkeys(("damage", "opened", "released"), points)
 
     def restored(self) -> None:
         """Mark the places that see the damage, after it has been put in place."""
@@ -261,16 +276,16 @@ class PhaseDamage(Attached):
     @property
     def released(self) -> float:
         """Elastic energy that damage has set free so far, nondimensional."""
-        return total(self._released)
+        return own_sum(self._released.numpy(), self._points, self._domain)
 
     def fracture(self) -> dict[str, float]:
         """The energy of the crack surfaces by the model's own functional, nondimensional, and points beyond BROKEN."""
-        broken = int((self._phase.damage.numpy() > BROKEN).sum())
+        broken = int(self._domain.sum(np.array((self._phase.damage.numpy()[self._points.own] > BROKEN).sum())))
         return {"surface_energy": self._surface_energy(), "broken": broken, "released_energy": self.released}
 
     def _surface_energy(self) -> float:
         d, volume = self._phase.damage.numpy().astype(float), self._seen.points.volume.numpy().astype(float)
         gradient = self.laplacian * squares(self._seen, d[:, None]) * self.length
-        if self.model == "AT1":
-            return float(0.375 * self.toughness * volume @ (d / self.length + gradient))
-        return float(0.5 * self.toughness * volume @ (d * d / self.length + gradient))
+        first = self.model == "AT1"
+        each = volume * ((d if first else d * d) / self.length + gradient)
+        return (0.375 if first else 0.5) * self.toughness * own_sum(each, self._points, self._domain)

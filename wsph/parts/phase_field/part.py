@@ -60,6 +60,11 @@ class PhaseField(Part):
             )
 
         if _differ(host):
+            if host.geometry.split.domain.size > 1:
+                raise Refused(
+                    f"body {host.name!r}: phase_field where cells differ is for one process: leave out jitter and map, or start it"
+                    " without mpiexec"
+                )
             self._sight(host)
 
     def _sight(self, host: Host) -> Sight:

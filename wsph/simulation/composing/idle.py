@@ -9,7 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
-from wsph.backend.domain import any_of, mean_of
+from wsph.backend.domain import any_of
 from wsph.boundary.loads.rows import FORCE
 from wsph.boundary.programs.functions import Function
 from wsph.boundary.programs.motion import UNITS
@@ -17,6 +17,7 @@ from wsph.boundary.programs.prescribed import nonzero
 from wsph.boundary.tables import Boundary
 from wsph.geometry.selection import select
 from wsph.quantities import Value, is_list, is_table
+from wsph.ranks.blocks import own_mean
 from wsph.scene.scene import Scene
 from wsph.simulation.composing.composition import BodyRun
 
@@ -175,7 +176,7 @@ def _strangers(scene: Scene, bodies: Sequence[BodyRun]) -> Iterator[str]:
 def _speed(scene: Scene, run: BodyRun) -> np.ndarray:
     """The mean velocity of a body at the start [m/s], or that which a boundary prescribes as a number."""
     system = run.system
-    velocity = mean_of(system.domain, system.state.read("velocity")[system.share.own]) * system.scales.velocity
+    velocity = own_mean(system.state.read("velocity"), system.share, system.domain) * system.scales.velocity
     first = system.domain.told(lambda: system.position[:1])
     for condition in scene.boundary:
         if condition.body == run.body.name:

@@ -25,4 +25,4 @@ def shares_of(scene: Scene, run: BodyRun, method: Method, count: int) -> list[Sh
         if len(scene.bodies) == 1:
             raise
         return None
-    return [each.cells if joined and run.system.count != layers[:, 0].sum() else each.nodes for each in found]
+    return [each.cells if joined and run.system.count == layers[:-1, 1].sum() else each.nodes for each in found]

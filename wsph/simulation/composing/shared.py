@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from wsph.errors import Fault, Refused, SceneError
 from wsph.scene.geometries import is_fitted
 from wsph.scene.scene import Scene
-from wsph.scene.tables import Body, Boundary
+from wsph.scene.tables import Body
 from wsph.simulation.composing.setting import Method
 
 ALONE = "is for one process: start it without mpiexec"
@@ -57,20 +57,17 @@ def _faults(scene: Scene, method: Method) -> Iterator[tuple[str, str]]:
     for k, contact in enumerate(scene.contact):
         if contact.law == "pinball":
             yield f"contact.{k}.law", "contact between balls"
-    if scene.sections:
-        yield "sections", "a section"
-    if scene.relaxes:
-        yield "relax", "a relaxation"
+    if len(scene.bodies) > 1 and scene.sections:
+        yield "sections", "a section of one of several bodies"
+    if len(scene.bodies) > 1 and scene.relaxes:
+        yield "relax", "a relaxation of several bodies"
 
 
 def _of_body(scene: Scene, number: int, method: Method) -> Iterator[tuple[str, str]]:
-    """What of a body, and of what is prescribed to it, keeps it from being cut."""
+    """What of a body keeps it from being cut."""
     body = scene.bodies[number]
     for key, what in _of_table(scene, body, method):
         yield (f"bodies.{number}.{key}" if key else f"bodies.{number}"), what
-    for k, condition in enumerate(scene.boundary):
-        if condition.body == body.name:
-            yield from ((f"boundary.{k}.{key}", what) for key, what in _of_boundary(condition))
 
 
 def _of_table(scene: Scene, body: Body, method: Method) -> Iterator[tuple[str, str]]:
@@ -79,19 +76,3 @@ def _of_table(scene: Scene, body: Body, method: Method) -> Iterator[tuple[str, s
         yield ("mesh" if body.mesh is not None else "points"), "a body from a file"
     elif is_fitted(scene, body, method.formulation):
         yield "surface", 'a fitted surface (surface = "stairs" can be shared)'
-    for key in ("jitter", "map", "cracks", "initial", "body_force"):
-        if getattr(body, key):
-            yield key, f"a body with {key}"
-    for key, part in body.parts.items():
-        if part.acts and (part.breaks or part.frees):
-            yield key, f"a body with {key}"
-
-
-def _of_boundary(condition: Boundary) -> Iterator[tuple[str, str]]:
-    for key in condition.acting:
-        yield key, f"a load that follows the motion ({key})"
-    for key in ("normal", "periodic"):
-        if getattr(condition, key) is not None:
-            yield key, f"a boundary with {key}"
-    if condition.force:
-        yield "force", "a total force on faces (traction can be shared)"

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from wsph.boundary.loads.rows import FORCE
+from wsph.boundary.loads.rows import FORCE, whole_area
 from wsph.boundary.programs.functions import Function
 from wsph.boundary.programs.motion import UNITS
 from wsph.boundary.selections import chosen
@@ -87,9 +87,9 @@ def _of_forces(scene: Scene, run: BodyRun) -> Iterator[str]:
     if not any(each.force for each in scene.boundary if each.body == run.body.name):
         return
     geometry = run.system.geometry
-    for k, condition, _, rows in chosen(scene, run.body.name, geometry, run.system.position, run.system.domain):
+    for k, condition, _, rows in chosen(scene, run.body.name, geometry, run.system.position):
         for axis, value in condition.force.items():
-            most = _largest(scene, run, value, FORCE[scene.dim]) / float(geometry.sides.area[rows].sum())
+            most = _largest(scene, run, value, FORCE[scene.dim]) / max(whole_area(geometry, rows), np.finfo(float).tiny)
             yield from _too_much(run, most, f"boundary.{k}.force.{axis}, over its faces")
 
 

@@ -33,17 +33,11 @@ def stepped(scene: Scene, bodies: Sequence[BodyRun]) -> Iterator[str]:
         yield from _of_loads(scene, run, geometry, facing)
 
 
-def _own(geometry: Lattice) -> np.ndarray:
-    """Which faces are of cells that this process owns, (m,) bool."""
-    own = geometry.split.points.own
-    return (geometry.faces.cell >= own.start) & (geometry.faces.cell < own.stop)
-
-
 def _facing(geometry: Lattice, patches: StairPatches) -> np.ndarray:
     """The parts of the areas of the faces that look along the normals of their patches (m,) [m^(dim-1)], of those that other
     processes own none: in all the area of the surface that the stairs follow."""
-    normal = patches.projected(geometry.faces.outer)[0]
-    return np.maximum((geometry.faces.vector.sum(1) * normal).sum(1), 0.0) * _own(geometry)
+    normal = patches.projected(geometry.faces.outer, geometry.split.domain)[0]
+    return np.maximum((geometry.faces.vector.sum(1) * normal).sum(1), 0.0) * geometry.own_faces
 
 
 def _whole(geometry: Lattice, parts: Sequence[float]) -> list[float]:
@@ -80,8 +74,8 @@ def _of_shape(
 
 def _of_loads(scene: Scene, run: BodyRun, geometry: Lattice, facing: np.ndarray) -> Iterator[str]:
     """Loads per area on steps, whose area is larger than that of the surface that they follow."""
-    for k, condition, _, rows in chosen(scene, run.body.name, geometry, run.system.position, run.system.domain):
-        true, steps = _whole(geometry, [facing[rows].sum(), geometry.sides.area[rows & _own(geometry)].sum()])
+    for k, condition, _, rows in chosen(scene, run.body.name, geometry, run.system.position):
+        true, steps = _whole(geometry, [facing[rows].sum(), geometry.sides.area[rows & geometry.own_faces].sum()])
         if not true > 0.0 or steps < (1.0 + AREA) * true:
             continue
         for key in _per_area(condition):

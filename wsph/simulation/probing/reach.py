@@ -10,7 +10,7 @@ import numpy as np
 from wsph.backend.domain import Domain, any_of
 from wsph.errors import Fault, SceneError
 from wsph.geometry.geometry import Geometry
-from wsph.geometry.lattice import on_grid
+from wsph.geometry.lattice import Lattice, on_grid
 from wsph.geometry.selection import select
 from wsph.scene.probes import Probe
 from wsph.scene.scene import Scene
@@ -27,14 +27,33 @@ LEAST = 32
 def _layers(probe: Probe, body: Geometry) -> tuple[int, int] | None:
     """The first and the last layer of cells that a probe reads in; None where it selects nothing."""
     lattice, domain = on_grid(body), body.split.domain
-    if probe.points is not None:
+    places = own_places(body)
+    if probe.points is not None and lattice.mapped:
+        along = _nearest(np.array(probe.points, float), places, _along(lattice), domain)
+    elif probe.points is not None:
         along = lattice.frame.coordinates(np.array(probe.points, float))[:, 0]
     else:
-        places = own_places(body)
-        along = lattice.frame.coordinates(places[select(probe.where or "", places, body.spacing)])[:, 0]
+        chosen = select(probe.where or "", places, body.spacing)
+        along = _along(lattice)[chosen] if lattice.mapped else lattice.frame.coordinates(places[chosen])[:, 0]
     low, high = along.min(initial=np.inf), along.max(initial=-np.inf)
     low, high = float(domain.min(np.array(low))), float(domain.max(np.array(high)))
     return (int(np.floor(low)), int(np.floor(high))) if low <= high else None
+
+
+def _along(lattice: Lattice) -> np.ndarray:
+    """Where its own nodes and cells are across the first axis of the grid [cells]."""
+    cells = lattice.index[lattice.corners, 0].mean(1)
+    return np.concatenate([lattice.index[lattice.split.nodes.own, 0], cells[lattice.split.points.own]])
+
+
+def _nearest(points: np.ndarray, places: np.ndarray, along: np.ndarray, domain: Domain) -> np.ndarray:
+    """Of each point (k, dim) where the nearest of all processes' `places` (n, dim) is `along` (n,) the grid, (k,)."""
+    found = np.zeros((len(points), 2))
+    for k, point in enumerate(points):
+        away = np.linalg.norm(places - point, axis=1)
+        found[k] = away.min(), along[away.argmin()]
+    whole = domain.joined(found[None])
+    return whole[whole[:, :, 0].argmin(0), np.arange(len(points)), 1]
 
 
 def _owner(layers: tuple[int, int], body: Geometry) -> int:

@@ -14,6 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
+from wsph.backend.domain import Share
 from wsph.errors import CheckpointError, Refused
 from wsph.formulations.system import System
 from wsph.plugins.traits import internal_units
@@ -66,13 +67,20 @@ def _put_state(scene: Scene, number: int, system: System, path: Path) -> None:
     leading = {field.name for field in system.state.layout.fields if field.leads}
     for name in (name for name in system.state.start if name not in leading):
         start, count, width = there["fields"][name]
-        values = buffer[start : start + count * width].reshape(count, width).astype(float)
+        values = buffer[start : start + count * width].reshape(count, width)[_share(name, system).window].astype(float)
         system.state.write(name, values * _units(name, system, scales))
     system.placed()
     system.begin()
     system.hold(system.state, 0.0)
     system.refresh(system.state)
     system.start_works()
+
+
+def _share(name: str, system: System) -> Share:
+    """The rows of a field that are here, of those of the whole body."""
+    share = system.point_share if system.state.layout.by_name[name].at_points else system.share
+    count = system.state.counts[name]
+    return share if share.held == count else Share.all(count)  # some fields have places of their own
 
 
 def _units(name: str, system: System, scales: Scales) -> np.ndarray:
@@ -109,7 +117,7 @@ def _refuse_other(
             f"{key}: {path}: is of another body: {name} is {theirs.get(name)!r} there and {ours.get(name)!r} here"
         )
     for name, start in system.state.start.items():
-        wanted = [system.state.counts[name], system.state.widths[name]]
+        wanted = [_share(name, system).whole, system.state.widths[name]]
         if there["fields"].get(name, [start])[1:] != wanted and not system.state.layout.by_name[name].leads:
             raise Refused(f"{key}: {path}: has no {name} of this body")
 

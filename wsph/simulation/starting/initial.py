@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from wsph.backend.domain import any_of
 from wsph.constitutive.initial import INITIAL, stored_by
 from wsph.constitutive.kept import STORED
 from wsph.errors import Refused
@@ -43,7 +44,7 @@ def put_stress(scene: Scene, body: Body, system: System) -> None:
         made = scene.value(value, "Pa")
         assert isinstance(made, Expression)
         stress[:, constitutive.state.labels.index(component)] = made(places) / system.scales.stress
-    if not np.isfinite(stress).all():
+    if any_of(system.domain, not np.isfinite(stress).all()):
         raise Refused(f"body {body.name!r}: its initial stress is not finite")
     if INITIAL in state.layout:
         state.write(INITIAL, stress)
@@ -65,7 +66,8 @@ def _refuse_outside(body: Body, system: System, places: np.ndarray) -> None:
     system.project(state)
     moved = np.abs(state.read("stress") - stress).max(1)
     state.buffer.assign(before)
-    outside = np.flatnonzero(moved > OUTSIDE * np.abs(stress).max())
+    largest = float(system.domain.max(np.abs(stress).max(keepdims=True)).max())
+    outside = np.flatnonzero(moved > OUTSIDE * largest)
     if len(outside):
         place = ", ".join(f"{x:.4g}" for x in places[outside[0]])
         raise Refused(

@@ -10,6 +10,7 @@ threads. All of it are launches: steps are captured in blocks.
 Peaks that are as low as asked of a body at rest are left alone: what is fast would keep what is slow from showing.
 """
 
+from collections.abc import Mapping
 from functools import cache
 
 import numpy as np
@@ -17,10 +18,12 @@ import warp as wp
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
+from wsph.backend.domain import WHOLE, Domain, Share
 from wsph.backend.kernels import kernel
 from wsph.backend.reduce import BLOCK, blocks
 from wsph.backend.space import Space
 from wsph.backend.state import Layout, State, fields_struct
+from wsph.ranks.kept import Piece, Rows
 
 KINETIC, FELL, FLOOR, HIGHEST, TAKEN, PEAKS, SINCE, LONGEST, AGO = range(9)
 """Entries of the memory: kinetic energy after the last step; whether it passed a peak there, 1 or 0; the kinetic energy up
@@ -41,12 +44,13 @@ def quench_kernels(space: Space, layout: Layout) -> tuple[wp.Kernel, wp.Kernel, 
         first: int,
         mass: wp.array(dtype=real),
         fields: Fields,
-        count: int,
+        low: int,
+        end: int,
         kinetic_out: wp.array(dtype=wp.float64),
     ):
         block = first + wp.tid()
         total = wp.float64(0.0)
-        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+        for i in range(low + block * BLOCK, wp.min(low + (block + 1) * BLOCK, end)):
             v = fields.velocity[i]
             total += wp.float64(real(0.5) * mass[i] * wp.dot(v, v))
         kinetic_out[block] = total
@@ -109,24 +113,38 @@ def _back_kernel(word: type) -> wp.Kernel:
 
 
 class Quench:
-    """Kinetic damping of a body of n particles, on the device.
+    """Kinetic damping of a body of n particles, on the device. Processes that share the body find its peaks together.
 
     _mass    # (n,) scalar
-    _parts   # (blocks,) float64, the kinetic energy of the last step
+    _parts   # (blocks,) float64, the kinetic energy of the last step, of the particles that a process owns
+    _whole   # (all blocks,) float64, the same of all processes
     _kept    # arrays that the body goes on from, as words, and what they held a step ago
+    _before  # by their names, what those arrays held a step ago
     memory   # (AGO + 1,) float64, entries as KINETIC to AGO say, energies nondimensional
     """
 
-    def __init__(self, space: Space, layout: Layout, mass: np.ndarray, body: Arrays, arrays: Arrays):
-        """Of the mass (n,) of its particles, nondimensional, and the arrays of the `body`."""
+    def __init__(
+        self,
+        space: Space,
+        layout: Layout,
+        mass: np.ndarray,
+        body: Arrays,
+        arrays: Arrays,
+        share: Share,
+        domain: Domain = WHOLE,
+    ):
+        """Of the mass (n,) of its particles, nondimensional, and the arrays of the `body`; `share`: the particles that it
+        has."""
         self._kernels, self._count = quench_kernels(space, layout), len(mass)
+        self._share, self._domain = share, domain
         self._mass = arrays.of("mass", mass, space.scalar)
-        self._parts = arrays.zeros("parts", blocks(len(mass)), wp.float64)
+        self._parts = arrays.zeros("parts", blocks(share.high - share.low), wp.float64)
+        self._whole = self._parts if domain.size == 1 else arrays.zeros("whole", blocks(share.whole), wp.float64)
         self.memory = arrays.zeros("memory", AGO + 1, wp.float64)
         # Where pairs were last found is the host's, which does not go back.
         kept = {name: array for name, array in body.kept.items() if not name.endswith("skin.found")}
-        found = [(name, _words(array)) for name, array in kept.items() if array.capacity]
-        self._kept = [(now, arrays.zeros(f"before.{name}", len(now), now.dtype)) for name, now in found]
+        self._before = {name: arrays.zeros(f"before.{name}", each.shape, each.dtype) for name, each in kept.items()}
+        self._kept = [(_words(kept[name]), _words(each)) for name, each in self._before.items() if each.size]
 
     @property
     def kernels(self) -> tuple[wp.Kernel, ...]:
@@ -135,17 +153,30 @@ class Quench:
 
     def kept(self) -> dict[str, wp.array]:
         """The arrays that a checkpoint holds of it, by name."""
-        return {"memory": self.memory, **{f"before{k}": before for k, (_, before) in enumerate(self._kept)}}
+        return {"memory": self.memory, **{f"before.{name}": before for name, before in self._before.items()}}
+
+    def pieces(self, body: Mapping[str, list[Piece]]) -> dict[str, list[Piece]]:
+        """Where they stand in those of all processes; `body`: the same of the arrays of the body."""
+        first = len(self.memory) * (self._domain.rank == 0)
+        memory = Piece(0, 0, Rows.of(Share(len(self.memory), 0, len(self.memory), 0, first)))
+        return {"memory": [memory], **{f"before.{name}": body[name] for name in self._before}}
 
     def act(self, state: State, clock: Clock) -> None:
         """After a step: stop what has passed a peak (launches). `state` is what the step has advanced."""
         kinetic, judge, stop = self._kernels
-        clock.launch(kinetic, len(self._parts), [self._mass, state.struct, self._count], [self._parts])
-        clock.launch(judge, 1, [self._parts, len(self._parts)], [self.memory])
+        own = self._share.own
+        clock.launch(kinetic, len(self._parts), [self._mass, state.struct, own.start, own.stop], [self._parts])
+        if self._domain.size > 1:
+            clock.host(self._put_together)
+        clock.launch(judge, 1, [self._whole, len(self._whole)], [self.memory])
         for now, before in self._kept:
             inputs = [self.memory, len(now)]
             clock.launch(_back_kernel(now.dtype), -(-len(now) // WORDS), inputs, [now, before])
         clock.launch(stop, self._count, [self.memory], [state.struct])
+
+    def _put_together(self) -> None:
+        """Have the parts of all processes, in their order."""
+        self._whole.assign(self._domain.joined(self._parts.numpy()))
 
     def read(self, floor: float) -> np.ndarray:
         """The memory, (AGO + 1,) (a copy). From now on the largest kinetic energy is of the steps to come, and a peak one

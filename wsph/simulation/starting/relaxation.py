@@ -16,12 +16,14 @@ from typing import TypedDict, cast
 
 import numpy as np
 
-from wsph.backend.arrays import Arrays
+from wsph.backend.arrays import Arrays, put
 from wsph.backend.graph import Program
 from wsph.backend.state import State
 from wsph.errors import Unstable
 from wsph.plugins import integrators
 from wsph.protocols import DeviceArray, Stepped
+from wsph.ranks.blocks import own_sum
+from wsph.ranks.kept import Piece, localised
 from wsph.scene.states import Relax
 from wsph.simulation.composing.bodies import give_velocity
 from wsph.simulation.composing.composition import BodyRun, Composition, Step, integrators_of
@@ -106,6 +108,8 @@ class Relaxation:
                 run.system.density * run.system.volume,
                 run.system.arrays,
                 arrays.part(f"{k}"),
+                run.system.share,
+                run.system.domain,
             )
             for k, run in enumerate(self._bodies)
         ]
@@ -121,7 +125,8 @@ class Relaxation:
             for run, quench in zip(self._bodies, self._quenches, strict=True):
                 quench.act(self._stepped(run), self._clock)
 
-        self._program = Program(damped, self._clock, composition.pairs, composition.scene.run.threads, plain.before)
+        threads, hosted = composition.scene.run.threads, composition.domain.size > 1
+        self._program = Program(damped, self._clock, composition.pairs, threads, plain.before, hosted=hosted)
 
     @staticmethod
     def _stepped(run: BodyRun) -> State:
@@ -174,7 +179,7 @@ class Relaxation:
         while not self.done and not stop():
             count = min(LOOK - self.steps % LOOK, self._most - self.steps)
             self._program.prepare(count)
-            self.steps += self._program.run(count, stop)
+            self.steps += self._steps(count, stop)
             if self.steps % LOOK and self.steps < self._most:
                 return
             resting = self._look()
@@ -185,6 +190,17 @@ class Relaxation:
             between(self.steps, self._most)
         if self.done:
             self._release()
+
+    def _steps(self, count: int, stop: Callable[[], bool]) -> int:
+        """Run some steps, fewer where it is asked to stop; processes that share the bodies are asked between them."""
+        domain = self._composition.domain
+        if domain.size == 1:
+            return self._program.run(count, stop)
+        try:
+            return self._program.run(count)
+        except BaseException as error:
+            domain.abort(error)
+            raise
 
     def _look(self) -> bool:
         """Add a row; whether all bodies are at rest."""
@@ -247,7 +263,8 @@ class Relaxation:
             pulled = free(
                 root * rates[run.body.name].read("velocity").ravel(), self._time + 1e-6 * self._composition.time_step.dt
             )
-            total += float(((root * pulled) ** 2).sum())
+            squares = ((root * pulled) ** 2).reshape(-1, self._composition.scene.dim).sum(1)
+            total += own_sum(squares, run.system.share, run.system.domain)
         return math.sqrt(total)
 
     def _release(self) -> None:
@@ -304,13 +321,23 @@ class Relaxation:
             found |= {f"relax{k}.{name}": array for name, array in kept.items()}
         return found
 
+    def pieces(self) -> dict[str, list[Piece]]:
+        """Where they stand in those of all processes that share the bodies."""
+        found: dict[str, list[Piece]] = {}
+        for k, (run, each) in enumerate(zip(self._bodies, self._quenches, strict=True)):
+            found |= {f"relax{k}.{name}": pieces for name, pieces in each.pieces(run.system.pieces()).items()}
+        return found
+
     def kept(self) -> RelaxFacts:
         """The numbers that a checkpoint holds of it."""
         highest = [list(each) for each in self._highest]
         return {"rows": self.rows, "highest": highest, "largest": self._largest}
 
-    def restore(self, facts: RelaxFacts) -> None:
-        """Go on with what `kept` gave; the arrays have been put back."""
+    def restore(self, facts: RelaxFacts, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on with what `kept` gave, and the arrays of a checkpoint."""
+        pieces = self.pieces() if self._composition.domain.size > 1 else {}
+        for name, array in self.arrays().items():
+            put(array, localised(arrays[name], pieces[name]) if pieces else arrays[name])
         self.rows, self._largest = facts["rows"], facts["largest"]
         self._highest = [deque(each) for each in facts["highest"]]
         self.steps = int(self._quenches[0].memory.numpy()[AGO])

@@ -8,6 +8,7 @@ from typing import TypedDict
 import numpy as np
 
 from wsph.protocols import DeviceArray
+from wsph.ranks.kept import Piece
 from wsph.scene.states import Relax
 from wsph.simulation.checks import Checks
 from wsph.simulation.composing.composition import Composition
@@ -106,6 +107,10 @@ class Relaxations:
         """The device arrays that a checkpoint holds of them, by name."""
         return self.current.arrays() if self.current is not None else {}
 
+    def pieces(self) -> dict[str, list[Piece]]:
+        """Where they stand in those of all processes that share the bodies."""
+        return self.current.pieces() if self.current is not None else {}
+
     def kept(self) -> RelaxationsFacts:
         """The numbers that a checkpoint holds of them."""
         return {"done": self._done, "current": self.current.kept() if self.current is not None else None}
@@ -114,7 +119,4 @@ class Relaxations:
         """Go on with what `kept` gave, at a step; before the bodies' arrays are put back."""
         self._done = facts["done"]
         if facts["current"] is not None:
-            current = self.start(step)
-            for name, array in current.arrays().items():
-                array.assign(arrays[name])
-            current.restore(facts["current"])
+            self.start(step).restore(facts["current"], arrays)
