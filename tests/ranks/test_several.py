@@ -38,13 +38,14 @@ def test_a_check_says_that_contact_is_found_by_all() -> None:
 
 SMALL = {"shape": {"type": "box", "min": [0.0, 0.0], "max": [9.0, 5.0]}}
 TINY = ("s", [20.0, 0.0], [30.0, 5.0], {})
-LARGE = ("c", [0.0, 60.0], [70.0, 126.0], {"jitter": 0.1})
+ROUND = {"shape": {"type": "disc", "center": [45.0, 25.0], "radius": 46.0}}
+LARGE = ("c", [], [], {"shape": {"type": "disc", "center": [35.0, 135.0], "radius": 40.0}})
 
 
 @pytest.mark.parametrize(
     ("changes", "kind", "words"),
     [
-        ({"more": [LARGE]}, SceneError, "bodies.1.jitter: a body with jitter is for one process"),
+        ({"more": [LARGE]}, SceneError, "bodies.1.surface: a fitted surface"),
         (
             {
                 "more": [BESIDE[0]],
@@ -56,7 +57,7 @@ LARGE = ("c", [0.0, 60.0], [70.0, 126.0], {"jitter": 0.1})
         ),
         ({"body": SMALL, "more": [TINY], "probes": []}, Refused, "bodies 'b', 's': each has too few particles"),
         ({"body": SMALL, "probes": []}, Refused, "body 'b': 60 particles in blocks of 1024 are too few"),
-        ({"body": {"jitter": 0.1}}, SceneError, "bodies.0.jitter: a body with jitter is for one process"),
+        ({"body": ROUND}, SceneError, "bodies.0.surface: a fitted surface"),
     ],
 )
 def test_what_of_bodies_cannot_be_shared_is_refused_by_name(

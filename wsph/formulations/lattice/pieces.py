@@ -8,7 +8,7 @@ waits for no other. What takes of the runs of two threads is left until all have
 # pyright: strict
 # pyright: reportUnknownMemberType=false
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -20,6 +20,10 @@ import warp as wp
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array
+
+
+FEW = 3
+"""Runs of blocks that are left, of one stage, which are launched one after the other."""
 
 
 @dataclass(frozen=True)
@@ -120,19 +124,29 @@ class Order:
         self._tables = [table, *(each for each, _ in after)]
         self._pieces = pieces_of(table.count, most, [takes for _, takes in after], threads)
         self._left = [
-            Table.of(table.blocks[left], arrays, f"{name} {k}") if len(left) else None
-            for k, (table, left) in enumerate(zip(self._tables, self._pieces.left, strict=True))
+            [*_left(table, blocks, arrays, f"{name} {k}")]
+            for k, (table, blocks) in enumerate(zip(self._tables, self._pieces.left, strict=True))
         ]
 
     def run(self, loops: Sequence[Loop], clock: Clock) -> None:
         """Launch the stages by the loops of each."""
         clock.apart([partial(self._run, loops, part) for part in self._pieces.parts])
         for loop, left in zip(loops, self._left, strict=True):
-            if left is not None:
-                loop(left.rows, left.count)
+            for rows, blocks in left:
+                loop(rows, blocks)
 
     def _run(self, loops: Sequence[Loop], pieces: list[Piece]) -> None:
         for piece in pieces:
             for loop, table, (first, end) in zip(loops, self._tables, piece, strict=True):
                 if end > first:
                     loop(table.part(first, end), end - first)
+
+
+def _left(table: Table, blocks: np.ndarray, arrays: Arrays, name: str) -> Iterator[tuple[Array, int]]:
+    """Rows of some blocks of a table, and how many: a few runs as they stand there, or all in a table of their own."""
+    ends = [0, *(1 + np.flatnonzero(np.diff(blocks) > 1)).tolist(), len(blocks)]
+    if len(ends) - 1 > FEW:
+        yield Table.of(table.blocks[blocks], arrays, name).rows, len(blocks)
+    elif len(blocks):
+        for a, b in pairwise(ends):
+            yield table.part(int(blocks[a]), int(blocks[b - 1]) + 1), b - a
