@@ -21,7 +21,6 @@ from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array
 
-
 FEW = 3
 """Runs of blocks that are left, of one stage, which are launched one after the other."""
 
