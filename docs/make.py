@@ -216,7 +216,9 @@ def _peers_picture(size: dict, there: list[str]) -> None:
     for k, rate in enumerate(rates):
         axes.text(k, rate, f"{rate:.3g}", ha="center", va="bottom", fontsize=9)
     axes.set_xticks(
-        range(len(names)), [name.replace(" and ", ",\n").replace("s p", "s\np") for name in names], fontsize=9
+        range(len(names)),
+        [name.replace(", ", ",\n").replace(" and ", ",\n").replace("s p", "s\np") for name in names],
+        fontsize=9,
     )
     axes.set_ylabel("million particle-steps per second,\none core")
     axes.set_title(f"{size['particles']} particles in 3D, f64", loc="left", fontsize=11)
