@@ -47,7 +47,7 @@ SPARE = 1.15
 """Part of the estimate that has to be free: arrays of the device that no register knows, because they are gone after
 the set-up, take 7 to 13 % of all."""
 
-FEWEST, APART = {1: 80, 2: 20, 3: 8}, {1: 1000, 2: 40, 3: 6}
+FEWEST, APART = {1: 1100, 2: 20, 3: 8}, {1: 1000, 2: 40, 3: 6}
 """Cells along an edge of the smallest block, which is no body that has lists for being small, and how many more the largest
 has, by the dimension."""
 

@@ -28,11 +28,12 @@ from wsph.sph.weights import Weights, gradient_weights, interpolation_weights
 WIDENINGS = 2
 """Times that the support of a target may grow by half where it spans too few directions (a corner) and has to span all."""
 
-FEWEST = {1: 60, 2: 200, 3: 150}
+FEWEST = {1: 1000, 2: 200, 3: 150}
 """Rows of an operator that follow from the lattice from which they pay, by the dimension: a step has two launches more, of
 half a microsecond each. Microseconds a step, elastic in double precision, with them and by lists alone: in 1D 1.5 and 1.4 of
 31 particles, 2.3 and 2.6 of 101; in 2D 6.5 and 5.8 of 169, 12 and 14 of 441; in 3D 34 and 31 of 343, 64 and 67 of 729
-(tests/benchmarks/rows.py tells of larger ones)."""
+(tests/benchmarks/rows.py tells of larger ones). Kernels of rows take two seconds more to compile, once: a short bar, whose
+run takes no longer, is better off without."""
 
 SHORTEST = 6.0
 """Mean length of their runs from which they pay: a block of fewer rows does not fill a vector."""
