@@ -36,6 +36,11 @@ class Share:
         """Its own rows among those that it holds."""
         return slice(self.low - self.first, self.high - self.first)
 
+    def owns(self, rows: np.ndarray) -> np.ndarray:
+        """Which of some rows, by their numbers among those that it holds, are its own: bool, of their shape."""
+        own = self.own
+        return (rows >= own.start) & (rows < own.stop)
+
     @property
     def window(self) -> slice:
         """The rows that it holds, among those of the whole."""

@@ -131,8 +131,7 @@ class Sliding:
             self._flat = wp.array(
                 ptr=self._before.ptr, dtype=space.scalar, shape=size, device=arrays.device, copy=False
             )
-        sliding = slides.particle[slides.row]
-        mine = np.flatnonzero((sliding >= share.own.start) & (sliding < share.own.stop))
+        mine = np.flatnonzero(share.owns(slides.particle[slides.row]))
         self._segments = segments = Segments.of(slides.owner[mine], 1)
         self._known = np.unique(domain.joined(np.unique(slides.owner[mine])))
         order = mine[segments.order]

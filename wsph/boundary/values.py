@@ -138,7 +138,7 @@ class BoundaryValues:
     def moving(self, share: Share, domain: Domain) -> Rows:
         """Where the entries of its motions stand among those of all processes."""
         keys = np.array(self._moving, np.int64).reshape(-1, 2)
-        own = (keys[:, 1] >= share.own.start) & (keys[:, 1] < share.own.stop)
+        own = share.owns(keys[:, 1])
         keys[:, 1] += share.first
         return Rows.by_keys(keys, own, domain)
 

@@ -209,8 +209,7 @@ class ConstraintWork:
         domain: Domain = WHOLE,
     ):
         """`share`: the particles that count."""
-        own = (share or Share.all(len(mass))).own
-        mine = boundary.count > 0 and (boundary.particle >= own.start) & (boundary.particle < own.stop)
+        mine = boundary.count > 0 and (share or Share.all(len(mass))).owns(boundary.particle)
         self.count = int(np.count_nonzero(mine))
         self._space, self._domain, self._some = space, domain, any_of(domain, self.count > 0)
         self._known = np.zeros(0, int)

@@ -123,8 +123,7 @@ class Lattice(Geometry):
 
     @property
     def own_faces(self) -> np.ndarray:
-        own = self.split.points.own
-        return (self.faces.cell >= own.start) & (self.faces.cell < own.stop)
+        return self.split.points.owns(self.faces.cell)
 
     @property
     def boxes(self) -> Boxes | None:

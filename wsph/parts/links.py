@@ -338,7 +338,7 @@ class LinkDamage(Attached):
     def rows(self) -> dict[str, Rows]:
         _, particles = self._seen.split.rows()
         ends = self._seen.pairs.rows(), self._seen.pairs.indices.numpy()
-        own = (ends[0] >= self._share.own.start) & (ends[0] < self._share.own.stop)
+        own = self._share.owns(ends[0])
         first, second = (each.astype(np.int64) + self._share.first for each in ends)
         pairs = Rows.by_keys((first * self._share.whole + second)[:, None], own, self._domain)
         return {"weight": pairs, **dict.fromkeys(("moment", "share", "released", "damage"), particles)}

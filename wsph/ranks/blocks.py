@@ -83,8 +83,7 @@ class Dots:
 def own_total(values: Array, first: np.ndarray, share: Share, domain: Domain) -> float:
     """The sum of an array (b,) over blocks of rows of which the `first` (b,) is one that a process owns, in double
     precision."""
-    low, high = share.own.start, share.own.stop
-    return float(domain.joined(values.numpy()[(first >= low) & (first < high)]).sum(dtype=np.float64))
+    return float(domain.joined(values.numpy()[share.owns(first)]).sum(dtype=np.float64))
 
 
 def own_mean(values: np.ndarray, share: Share, domain: Domain) -> np.ndarray:

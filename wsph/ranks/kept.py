@@ -23,8 +23,8 @@ class Rows:
     @classmethod
     def of(cls, share: Share) -> "Rows":
         """Those of a share."""
-        places = np.arange(share.first, share.first + share.held)
-        return cls(share.whole, places, (places >= share.low) & (places < share.high))
+        rows = np.arange(share.held)
+        return cls(share.whole, share.first + rows, share.owns(rows))
 
     @classmethod
     def of_blocks(cls, share: Share) -> "Rows":

@@ -176,7 +176,7 @@ def _part(scene: Scene, bodies: Sequence[Standing], domain: Domain) -> None:
     laws = [touching.get(frozenset(bodies[k].body.name for k in pair)) for pair in pairs]
 
     def overlaps() -> list[np.ndarray | None]:
-        solids = [solid_of(run.system.geometry.entire, at_nodes=True) for run in bodies] if pairs else []
+        solids = [solid_of(run.system.geometry.entire, at_nodes=True) for run in bodies]
         found: list[np.ndarray | None] = []
         for (one, other), law in zip(pairs, laws, strict=True):
             wide = max(solids[k].geometry.spacing for k in (one, other))

@@ -177,7 +177,8 @@ def test_pieces_take_what_was_found_before(threads: int) -> None:
                     assert stage == 0 or (own[stage - 1][takes(stage, block)] == part).all()
                 done[stage][first:end] += 1
                 own[stage][first:end] = part
-    for stage, blocks in enumerate(found.left):
+    for stage, spans in enumerate(found.left):
+        blocks = [block for first, end in spans for block in range(first, end)]
         assert (len(blocks) == 0) == (threads == 1 or stage == 0)
         for block in blocks:
             assert done[stage - 1][takes(stage, block)].all()

@@ -16,7 +16,6 @@ them, and more of them on finer lattices. Two rows have a power of their own, of
 LEAST = 0.2
 """The part of a row's set-up that is taken to grow at least."""
 
-
 CACHES = 0.04
 """The power of the work by which a visit takes longer in a larger row: less of it is in the caches."""
 

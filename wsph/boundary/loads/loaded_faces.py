@@ -37,7 +37,7 @@ class LoadedFaces:
     @property
     def own(self) -> np.ndarray:
         """Which of its particles this process owns, (k,) bool."""
-        return (self.particle >= self.share.own.start) & (self.particle < self.share.own.stop)
+        return self.share.owns(self.particle)
 
     @property
     def middle(self) -> np.ndarray:

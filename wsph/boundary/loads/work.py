@@ -79,7 +79,7 @@ class LoadWork(Works):
         """Of the elements `pieces` (p,) of `force` on the `particles` (p,), by the boundaries `owners` (p,). `share`: the
         particles that count."""
         if share is not None:
-            mine = (particles >= share.own.start) & (particles < share.own.stop)
+            mine = share.owns(particles)
             particles, pieces, owners = particles[mine], pieces[mine], owners[mine]
         self._segments = segments = Segments.of(owners, 1)
         self.columns = 1 + space.dim

@@ -64,9 +64,9 @@ class SharedCarriers(Carriers):
     def hang(self, B: SparseRows) -> SparseRows:
         system, share = self._system, self._system.share
         which = np.unique(B.indices)
-        self._own = which[(which >= share.low) & (which < share.high)] - share.first
-        here = (which >= share.first) & (which < share.first + share.held)
-        self._stands = np.where(here, which - share.first, -1)
+        rows = which - share.first
+        self._own = rows[share.owns(rows)]
+        self._stands = np.where((rows >= 0) & (rows < share.held), rows, -1)
         vec, device = system.space.vec, system.clock.device
         self._u: Array = wp.zeros(len(which), dtype=vec, device=device)
         self._v: Array = wp.zeros(len(which), dtype=vec, device=device)

@@ -8,7 +8,7 @@ waits for no other. What takes of the runs of two threads is left until all have
 # pyright: strict
 # pyright: reportUnknownMemberType=false
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -17,12 +17,12 @@ from typing import cast
 import numpy as np
 import warp as wp
 
-from wsph.backend.arrays import Arrays
+from wsph.backend.arrays import Arrays, host
 from wsph.backend.clock import Clock
 from wsph.backend.space import Array
 
 FEW = 3
-"""Runs of blocks that are left, of one stage, which are launched one after the other."""
+"""Spans that are left, of one stage, which are launched one after the other."""
 
 
 @dataclass(frozen=True)
@@ -40,17 +40,17 @@ class Takes:
         return cls(*(np.searchsorted(taken, each, side="right") - 1 for each in found))
 
 
-Piece = list[tuple[int, int]]
-"""From which to which block each stage goes."""
+Spans = list[tuple[int, int]]
+"""From which to which block."""
 
 
 @dataclass(frozen=True)
 class Pieces:
-    """The pieces of each of the `parts` that threads have, in their order, and for each stage the blocks (k,) that are
-    `left` until all parts have ended."""
+    """The pieces of each of the `parts` that threads have, in their order, with the span of each stage in it; and for each
+    stage those that are `left` until all parts have ended, one at each cut."""
 
-    parts: list[list[Piece]]
-    left: list[np.ndarray]
+    parts: list[list[Spans]]
+    left: list[Spans]
 
 
 def pieces_of(count: int, most: int, stages: Sequence[Takes], threads: int) -> Pieces:
@@ -60,7 +60,7 @@ def pieces_of(count: int, most: int, stages: Sequence[Takes], threads: int) -> P
     cuts = np.arange(parts + 1) * count // parts
     low, ends = cuts[:-1], [np.append(np.arange(a + most, b, most), b) for a, b in pairwise(cuts)]
     found = [[_spans(start, each)] for start, each in zip(low.tolist(), ends, strict=True)]
-    left = [np.zeros(0, int)]
+    left: list[Spans] = [[]]
     for takes in stages:
         first, last = np.minimum.accumulate(takes.first[::-1])[::-1], np.maximum.accumulate(takes.last)
         ends = [np.searchsorted(last, each, side="left") for each in ends]
@@ -68,39 +68,43 @@ def pieces_of(count: int, most: int, stages: Sequence[Takes], threads: int) -> P
         # Blocks that take of nothing are anybody's.
         low[1:] = np.maximum(low[1:], [each[-1] for each in ends[:-1]])
         ends = [np.maximum(each, a) for a, each in zip(low, ends, strict=True)]
-        behind: list[np.ndarray] = [np.arange(each[-1], a) for each, a in zip(ends[:-1], low[1:], strict=True)]
-        left.append(np.concatenate([np.zeros(0, int), *behind]))
+        between = zip(ends[:-1], low[1:].tolist(), strict=True)
+        left.append([(int(each[-1]), end) for each, end in between if end > each[-1]])
         for spans, start, each in zip(found, low.tolist(), ends, strict=True):
             spans.append(_spans(start, each))
     return Pieces([[list(piece) for piece in zip(*spans, strict=True)] for spans in found], left)
 
 
-def _spans(low: int, ends: np.ndarray) -> Piece:
+def _spans(low: int, ends: np.ndarray) -> Spans:
     """The spans from `low` on that end one after the other."""
     return list(zip([low, *ends[:-1].tolist()], ends.tolist(), strict=True))
 
 
 @dataclass(frozen=True)
 class Table:
-    """Blocks on the device, `rows`, flat, and on the host, `blocks` (b, columns) int32."""
+    """Blocks on the device: `rows`, flat, of so many `columns`."""
 
     rows: Array
-    blocks: np.ndarray
+    columns: int
 
     @classmethod
     def of(cls, blocks: np.ndarray, arrays: Arrays, name: str) -> "Table":
-        """Blocks in an array of that name."""
-        return cls(arrays.of(name, blocks.ravel(), wp.int32), blocks)
+        """Blocks (b, columns) int32 in an array of that name."""
+        return cls(arrays.of(name, blocks.ravel(), wp.int32), blocks.shape[1])
 
     @property
     def count(self) -> int:
         """How many blocks there are."""
-        return len(self.blocks)
+        return len(self.rows) // self.columns
+
+    @property
+    def blocks(self) -> np.ndarray:
+        """The blocks on the host, (b, columns); on a CPU a view."""
+        return host(self.rows).reshape(-1, self.columns)
 
     def part(self, first: int, end: int) -> Array:
         """The rows of some blocks."""
-        columns = self.blocks.shape[1]
-        return cast(Array, self.rows[first * columns : end * columns])
+        return cast(Array, self.rows[first * self.columns : end * self.columns])
 
 
 Loop = Callable[[Array, int], None]
@@ -123,8 +127,8 @@ class Order:
         self._tables = [table, *(each for each, _ in after)]
         self._pieces = pieces_of(table.count, most, [takes for _, takes in after], threads)
         self._left = [
-            [*_left(table, blocks, arrays, f"{name} {k}")]
-            for k, (table, blocks) in enumerate(zip(self._tables, self._pieces.left, strict=True))
+            _left(table, spans, arrays, f"{name} {k}")
+            for k, (table, spans) in enumerate(zip(self._tables, self._pieces.left, strict=True))
         ]
 
     def run(self, loops: Sequence[Loop], clock: Clock) -> None:
@@ -134,18 +138,16 @@ class Order:
             for rows, blocks in left:
                 loop(rows, blocks)
 
-    def _run(self, loops: Sequence[Loop], pieces: list[Piece]) -> None:
+    def _run(self, loops: Sequence[Loop], pieces: list[Spans]) -> None:
         for piece in pieces:
             for loop, table, (first, end) in zip(loops, self._tables, piece, strict=True):
                 if end > first:
                     loop(table.part(first, end), end - first)
 
 
-def _left(table: Table, blocks: np.ndarray, arrays: Arrays, name: str) -> Iterator[tuple[Array, int]]:
-    """Rows of some blocks of a table, and how many: a few runs as they stand there, or all in a table of their own."""
-    ends = [0, *(1 + np.flatnonzero(np.diff(blocks) > 1)).tolist(), len(blocks)]
-    if len(ends) - 1 > FEW:
-        yield Table.of(table.blocks[blocks], arrays, name).rows, len(blocks)
-    elif len(blocks):
-        for a, b in pairwise(ends):
-            yield table.part(int(blocks[a]), int(blocks[b - 1]) + 1), b - a
+def _left(table: Table, spans: Spans, arrays: Arrays, name: str) -> list[tuple[Array, int]]:
+    """Rows of some blocks of a table, and how many: a few spans as they stand there, or all in a table of their own."""
+    if len(spans) <= FEW:
+        return [(table.part(first, end), end - first) for first, end in spans]
+    own = Table.of(np.concatenate([table.blocks[first:end] for first, end in spans]), arrays, name)
+    return [(own.rows, own.count)]

@@ -198,9 +198,8 @@ class TwoSetSystem(System):
         """From one set to the "virtual" or the "real" particles. Gradients are brought to lengths and to the coordinate
         axes."""
         weights = sets.weights(name, volume, self._spanning(name))
-        near = lattice_rows(*weights)
-        if not self.by_rows:
-            near[:] = -1
+        none = np.full((weights[0].pairs.targets, 2**self.space.dim), -1, np.int32)
+        near = lattice_rows(*weights) if self.by_rows else none
         if name == "real":
             near[(self._held_components() != 0) | (self.conditions.free_normals != 0)] = -1
         frame = self.lattice.frame
@@ -371,9 +370,10 @@ class TwoSetSystem(System):
                 if field == "velocity":
                     back[list(held), component] = values[list(held), component]
             return back
-        back = average(self.to_real[0], self.at_virtual(name))
+        to_virtual, to_real = self.to_virtual[0], self.to_real[0]
+        back = average(to_real, average(to_virtual, values))
         if self.state.bounded(name):
-            back = np.clip(back, *ranges(self.to_real[0], *ranges(self.to_virtual[0], values, values)))
+            back = np.clip(back, *ranges(to_real, *ranges(to_virtual, values, values)))
         return np.where(~self.lattice.on_face[:, None], back, values)
 
     @cached_property
