@@ -5,6 +5,7 @@ plane strain, plane stress and space alike, as nothing strains across. A perfect
 g = 2 arcsin(t/2G), t the yield stress in shear; from there on s_xy = t cos f, s_xx = t sin f with df/dg = 1 - G/t sin f.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from tests import scenes
+from wsph.formulations.lattice import rates
+from wsph.formulations.lattice.edges import rows as edge_rows
 from wsph.simulation.compose import compose
 
 BODIES: dict[str, tuple[dict[str, Any], Any, dict[str, Any]]] = {
@@ -34,12 +37,15 @@ def closed(end: float, plastic: bool) -> tuple[float, float]:
     return YIELD * np.sin(turning.y[0, -1]), YIELD * np.cos(turning.y[0, -1])
 
 
-def sheared(name: str, model: str, form: str, precision: str, steps: int) -> tuple[dict[str, np.ndarray], float]:
+def sheared(
+    name: str, model: str, form: str, precision: str, steps: int, threads: int = 1
+) -> tuple[dict[str, np.ndarray], float]:
     """The components of the stress at all points [Pa] after so many steps, and the shear there."""
     shape, spacing, keys = BODIES[name]
     law = {"model": model, "density": 1000.0, "youngs_modulus": 2.6 * SHEAR, "poisson_ratio": 0.3}
     law |= {"yield_stress": np.sqrt(3.0) * YIELD} if model == "mises" else {}
-    run = {"formulation": form, "precision": precision, "end": 0.01, "cfl": 4.0 / steps, "guard": "off", "threads": 1}
+    run = {"formulation": form, "precision": precision, "end": 0.01, "cfl": 4.0 / steps, "guard": "off"}
+    run |= {"threads": threads}
     still = dict.fromkeys("yz"[: len(shape["min"]) - 1], 0.0)
     moved = {"body": "b", "where": "x > -1e3", "velocity": {"x": f"{RATE}*y"} | still}
     body = scenes.body(shape, spacing, material=law, velocity=[f"{RATE}*y", *["0"] * len(still)], **keys)
@@ -51,6 +57,20 @@ def sheared(name: str, model: str, form: str, precision: str, steps: int) -> tup
     stress = system.state.read("stress") * system.scales.of("Pa")
     found = dict(zip(system.constitutive.state.labels, stress.T, strict=True))
     return found, RATE * steps * system.clock.dt * system.scales.time
+
+
+@pytest.mark.parametrize("form", ["stress-points", "total-lagrangian"])
+@pytest.mark.parametrize("name", BODIES)
+def test_so_it_is_where_each_thread_has_a_part(
+    name: str, form: str, share: Callable[[], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    share()
+    for each in (rates, edge_rows):
+        monkeypatch.setattr(each, "PIECE_BYTES", 2**10)
+    found, end = sheared(name, "jaumann", form, "f64", 40, threads=3)
+    xx, xy = closed(end, plastic=False)
+    for label, right in (("xx", xx), ("yy", -xx), ("xy", xy)):
+        assert np.abs(found[label] - right).max() < 2e-4 * np.hypot(xx, xy), label
 
 
 @pytest.mark.parametrize("precision", ["f64", "f32"])

@@ -114,7 +114,9 @@ class Rows:
     def piece(self, number: int) -> int:
         """Blocks of cells whose chunks, of numbers of so many bytes, stay in a core's cache until their nodes take them;
         all, where a thread has a row."""
-        return PIECE_BYTES // (number * self.runs.places * self.numbers) if self.width > 1 else len(self.runs.cells)
+        if self.width == 1:
+            return len(self.runs.cells)
+        return max(PIECE_BYTES // (number * self.runs.places * self.numbers), 1)
 
     @property
     def size(self) -> int:
