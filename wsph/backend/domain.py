@@ -65,6 +65,10 @@ class Split:
     low: np.ndarray | None = None
     layers: tuple[int, int] = (0, 0)
 
+    def particles(self, *, at_nodes: bool) -> Share:
+        """Its share of the particles, which are at the nodes or at the points."""
+        return self.nodes if at_nodes else self.points
+
 
 class Halo(Protocol):
     """Keeps the copies of rows that other processes own up to date. Where those of accelerations are, all that a step makes

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from wsph.backend.domain import WHOLE, Domain, Share, Split, any_of
+from wsph.backend.domain import WHOLE, Domain, Split, any_of
 from wsph.boundary.loads.acting import Load
 from wsph.boundary.loads.loaded_faces import LoadedFaces
 from wsph.boundary.loads.rows import FaceLoad
@@ -183,20 +183,15 @@ def _of_patch(k: int, name: str, body: str, faces: Faces, domain: Domain) -> np.
     return faces.of_patch(name)
 
 
-def share_of(split: Split, count: int) -> Share:
-    """The share of a body's particles, which are `count` of its nodes or of its points."""
-    return split.nodes if count == split.nodes.held else split.points
-
-
-def particles_of(on: np.ndarray, count: int, split: Split | None) -> np.ndarray:
-    """The particles of some faces, of `count`. A copy of one that another process owns may be on faces that are there
-    alone: it is taken with its owner."""
+def particles_of(on: np.ndarray, count: int, split: Split | None, *, at_nodes: bool) -> np.ndarray:
+    """The particles of some faces, of `count`, which are at the nodes or at the points of the body. A copy of one that
+    another process owns may be on faces that are there alone: it is taken with its owner."""
     particles = np.unique(on)
     if split is None or split.domain.size == 1:
         return particles
     chosen = np.zeros(count, np.int8)
     chosen[particles] = 1
-    split.domain.halo(share_of(split, count)).fill(chosen)
+    split.domain.halo(split.particles(at_nodes=at_nodes)).fill(chosen)
     return np.flatnonzero(chosen)
 
 
@@ -212,16 +207,16 @@ def selected_conditions(
     """The conditions of a body: number, condition, the particles that it selects and the rows of its `faces` (m,) bool. `on`
     (m, k) are the particles of each face, `spacing` [m], `split` the part of the body that it is. Raises SceneError where
     one selects nothing in all of it."""
-    domain = WHOLE if split is None else split.domain
+    domain, at_nodes = WHOLE if split is None else split.domain, on is faces.nodes
     for k, condition in enumerate(scene.boundary):
         if condition.body != body:
             continue
         if condition.face:
             rows = faces.named(condition.face)
-            particles = particles_of(on[rows], len(position), split)
+            particles = particles_of(on[rows], len(position), split, at_nodes=at_nodes)
         elif condition.patch:
             rows = _of_patch(k, condition.patch, body, faces, domain)
-            particles = particles_of(on[rows], len(position), split)
+            particles = particles_of(on[rows], len(position), split, at_nodes=at_nodes)
         else:
             chosen = select(condition.where or "", position, spacing)
             particles, rows = np.flatnonzero(chosen), np.all(chosen[on], axis=1)

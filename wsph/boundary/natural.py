@@ -187,7 +187,7 @@ def _as_owned(
     particle: np.ndarray, total: np.ndarray, split: Split, *, at_nodes: bool
 ) -> tuple[np.ndarray, np.ndarray]:
     """Particles of faces (k,) and sums over these (k, dim), as the owners of the particles have them."""
-    share = split.nodes if at_nodes else split.points
+    share = split.particles(at_nodes=at_nodes)
     every = np.zeros((share.held, 1 + total.shape[1]))
     every[particle, 0], every[particle, 1:] = 1.0, total
     split.domain.halo(share).fill(every)
@@ -235,7 +235,7 @@ def loaded_faces(
     mean = np.stack([np.bincount(flat, vector[..., k].ravel(), n) for k in range(dim)], 1)[particle].astype(float)
     size = np.linalg.norm(mean, axis=1, keepdims=True)
     normal = np.divide(mean, size, out=np.zeros_like(mean), where=size > 0.0)
-    share = split.nodes if at_nodes else split.points
+    share = split.particles(at_nodes=at_nodes)
     return LoadedFaces(particle, area[particle], normal, on[rows], vector, position, values, share, split.domain)
 
 

@@ -33,7 +33,7 @@ def partners(key: str, name: str, particles: np.ndarray, geometry: Geometry) -> 
     where the faces are not the same but for a shift, or one process has not both of them."""
     faces, place, spacing, split = geometry.sides, geometry.nodes, geometry.spacing, geometry.split
     rows = faces.named(name)
-    others = particles_of(faces.nodes[rows], len(place), split)
+    others = particles_of(faces.nodes[rows], len(place), split, at_nodes=True)
     if not any_of(split.domain, len(others) > 0):
         text = f"{name!r} is no face of it, which has {', '.join(faces.names)}"
         raise SceneError("scene", [Fault(0, key, text)])

@@ -102,7 +102,7 @@ class Placement:
             except ValueError as error:
                 raise Refused(f"body {host.name!r}: {error}") from error
             return cls(points, host.at_nodes, position, found.volume, found.volume, split.nodes, split.nodes, found)
-        share = split.nodes if host.at_nodes else split.points
+        share = split.particles(at_nodes=host.at_nodes)
         own = (_over(body.cell_volume, unit), share, split.points) if points else (volume, share, share)
         return cls(points, host.at_nodes, position, volume, *own)
 

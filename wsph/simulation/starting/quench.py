@@ -157,8 +157,7 @@ class Quench:
 
     def pieces(self, body: Mapping[str, list[Piece]]) -> dict[str, list[Piece]]:
         """Where they stand in those of all processes; `body`: the same of the arrays of the body."""
-        first = len(self.memory) * (self._domain.rank == 0)
-        memory = Piece(0, 0, Rows.of(Share(len(self.memory), 0, len(self.memory), 0, first)))
+        memory = Piece(0, 0, Rows.alike(len(self.memory), self._domain))
         return {"memory": [memory], **{f"before.{name}": body[name] for name in self._before}}
 
     def act(self, state: State, clock: Clock) -> None:
