@@ -50,7 +50,7 @@ def test_run_check_and_list(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
         "Courant number 1, limit 1.000",
         "tsph (wsph ",
         "5e-05 s, 200 steps",
-        "half_step, step_by_rows, impose, rate, step_by_rows",
+        "half_step, impose, rate, impose",
         "bytes per particle",
     ):
         assert words in text, words
