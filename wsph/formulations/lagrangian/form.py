@@ -61,6 +61,8 @@ class Form:
     """Whether particles see mirror images behind the walls of the body."""
     resisted: bool = False
     """Whether there are loads that depend on velocities."""
+    beside: bool = False
+    """Whether the points are some of a body's, whose fields stand in the rows of the state that they name."""
 
     @property
     def staged(self) -> bool:

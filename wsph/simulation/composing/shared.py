@@ -71,8 +71,11 @@ def _of_body(scene: Scene, number: int, method: Method) -> Iterator[tuple[str, s
 
 
 def _of_table(scene: Scene, body: Body, method: Method) -> Iterator[tuple[str, str]]:
-    """What of a body: its lattice is cut into slabs, and nothing else."""
-    if body.shape is None:
-        yield ("mesh" if body.mesh is not None else "points"), "a body from a file"
-    elif is_fitted(scene, body, method.formulation):
-        yield "surface", 'a fitted surface (surface = "stairs" can be shared)'
+    """What of a body: a crack grows in cells that are alike alone."""
+    field = body.parts.get("phase_field")
+    if field is None or not field.acts:
+        return
+    if body.mesh is not None:
+        yield "phase_field", "a phase field in the cells of a mesh"
+    elif body.shape is not None and is_fitted(scene, body, method.formulation):
+        yield "phase_field", 'a phase field in cells of a fitted surface (surface = "stairs" can be shared)'
