@@ -72,7 +72,7 @@ LINED = {"stress": {"xx": "2e-6*x", "xy": 1e-4}}
 COMING = {"shape": {"type": "disc", "center": [50.0, 95.2], "radius": 35.0}, "velocity": ["0.0", "-0.2"]}
 
 CASES = {
-    "fitted": lambda: scene(**MISES, body=PLATE | VISCOUS, boundary=PRESSED, run={"dt": None, "cfl": 0.2}),
+    "fitted": lambda: scene(**MISES, body=PLATE | VISCOUS, boundary=PRESSED),
     "fitted, rates": lambda: scene(law="jaumann", body=PLATE, boundary=ON_HOLE, sections=[CUT], run=RATE),
     "fitted at one end": lambda: scene(**MISES, body=AT_ONE_END | {"initial": LINED}, boundary=PRESSED),
     "fitted bar": lambda: scene(3, **MISES, body=BAR | {"viscosity": {"alpha": 0.1}}, run={"precision": "f32"}),
@@ -86,7 +86,7 @@ CASES = {
     "fitted contact": lambda: scene(
         body=PLATE, more=[("c", [], [], COMING)], contact=[{"name": "touch", "between": ["b", "c"], "friction": 0.3}]
     ),
-    "quads": lambda: of_mesh("quads.vtu", body=VISCOUS, **MISES),
+    "quads": lambda: of_mesh("quads.vtu", body=VISCOUS, **MISES, run={"dt": None, "cfl": "auto"}),
     "triangles": lambda: of_mesh("triangles.vtu", law="jaumann", body=VISCOUS, run=RATE),
     "mixed": lambda: of_mesh("mixed.vtu", **MISES, boundary=ON_HOLE[1:], sections=[CUT]),
     "hexahedra": lambda: of_mesh("hexahedra.vtu", 3, **MISES, run={"precision": "f32"}),

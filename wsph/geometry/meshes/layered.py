@@ -62,9 +62,9 @@ class Layered(Geometry):
     def cut_axis(self) -> int:
         return int(np.abs(self.axes.T @ self.layers.axis).argmax())
 
-    def fits(self, slab: Slab) -> bool:
-        """Whether a process can work with what it would have of a slab."""
-        raise NotImplementedError
+    def needed(self, slab: Slab) -> tuple[int, int]:
+        """The layers that a process has to have of a slab, from one up to another: those that it has, and more."""
+        return slab.layers
 
     def cut(self, slab: Slab, of: Whole) -> "Layered":
         """The part of it that a process holds of a slab."""
@@ -97,10 +97,8 @@ class _Slabs:
         ]
 
     def _fitting(self, body: Layered, slab: Slab, window: tuple[int, int]) -> Slab:
-        slab = slab.over(window, body.layers.nodes, body.layers.points)
-        while not body.fits(slab):
-            wider = slab.layers[0] - 1, slab.layers[1] + 1
-            slab = slab.over(wider, body.layers.nodes, body.layers.points)
+        for wanted in (window, body.needed(slab)):
+            slab = slab.over(wanted, body.layers.nodes, body.layers.points)
         return replace(slab, cells=slab.nodes) if self.joined else slab
 
 

@@ -2,7 +2,6 @@
 
 # pyright: strict
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -31,12 +30,11 @@ class Mesh:
     groups: dict[str, np.ndarray] = field(default_factory=dict[str, np.ndarray])
     boxes: Boxes | None = None
 
-    def within(
-        self, nodes: slice, held: Sequence[np.ndarray], boxes: Boxes | None
-    ) -> tuple["Mesh", tuple[np.ndarray, ...], np.ndarray]:
-        """The part of it with the cells of every block that are `held` (c,) bool, at the `nodes` from one up to another,
-        with its own `boxes`; the rows of the cells of every block (k,) and of the sides (m,) that it has."""
-        every = np.concatenate(list(held))
+    def within(self, nodes: slice, boxes: Boxes | None) -> tuple["Mesh", tuple[np.ndarray, ...], np.ndarray]:
+        """The part of it with the cells whose corners are among the `nodes` from one up to another, with its own `boxes`;
+        the rows of the cells of every block (k,) and of the sides (m,) that it has."""
+        held = [((corners >= nodes.start) & (corners < nodes.stop)).all(1) for corners in self.blocks]
+        every = np.concatenate(held)
         number, sides = np.cumsum(every) - 1, np.flatnonzero(every[self.side_cell])
         place = np.full(len(self.sides), -1)
         place[sides] = np.arange(len(sides))

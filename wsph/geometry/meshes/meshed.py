@@ -8,7 +8,6 @@ the cells' gradients keeps the linear patch test, and what gathers over edges ne
 
 # pyright: strict
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -37,13 +36,15 @@ _Cells = tuple[np.ndarray, ...]
 @dataclass(frozen=True)
 class Meshed(Layered):
     """A body cut into the cells of a `mesh`; `places_of_points` (c, dim) [m]; `frame` (dim, dim), columns, the
-    body's own axes; `seen` the points' rows; `points_in` of every block the points of its cells, (c, m)."""
+    body's own axes; `seen` the points' rows; `points_in` of every block the points of its cells, (c, m), and `first_in` the
+    first of each, (c,), which may be no point of a part: only of cells of its own it has all."""
 
     mesh: Mesh
     places_of_points: np.ndarray
     frame: np.ndarray
     seen: PointRows
-    points_in: tuple[np.ndarray, ...]
+    points_in: _Cells
+    first_in: _Cells
 
     @property
     def cells(self) -> np.ndarray:
@@ -64,8 +65,11 @@ class Meshed(Layered):
 
     @property
     def own_faces(self) -> np.ndarray:
-        first = np.concatenate([points.min(1) for points in self.points_in])
-        return self.split.points.owns(first[self.faces.cell])
+        return self.split.points.owns(np.concatenate(self.first_in)[self.faces.cell])
+
+    @property
+    def own_cells(self) -> tuple[np.ndarray, ...]:
+        return tuple(self.split.points.owns(first) for first in self.first_in)
 
     @property
     def blocks(self) -> tuple[np.ndarray, ...]:
@@ -75,18 +79,26 @@ class Meshed(Layered):
     def points_of_cells(self) -> tuple[np.ndarray, ...]:
         return self.points_in
 
-    def fits(self, slab: Slab) -> bool:
-        """Rows of a grid are some, where the whole body has any."""
-        boxes, points = self.boxes, slab.cells.window
-        if boxes is None or boxes.rows is None:
-            return True
-        return bool(((boxes.rows >= points.start) & (boxes.rows < points.stop)).any())
+    def needed(self, slab: Slab) -> tuple[int, int]:
+        """Of its own cells all points are there, and rows of a grid are some, where the whole body has any."""
+        low, high = slab.layers
+        ends = np.cumsum(self.layers.points)
+        for points, first in zip(self.points_in, self.first_in, strict=True):
+            own = (first >= slab.cells.low) & (first < slab.cells.high)
+            if own.any():
+                high = max(high, 1 + int(np.searchsorted(ends, points[own].max(), side="right")))
+        if self.boxes is not None and self.boxes.rows is not None:
+            layer = np.searchsorted(ends, self.boxes.rows, side="right")
+            nearest = int(layer[np.maximum(low - layer, layer + 1 - high).argmin()])
+            low, high = min(low, nearest), max(high, nearest + 1)
+        return low, high
 
     def cut(self, slab: Slab, of: Whole) -> "Meshed":
         nodes, points, boxes = slab.nodes.window, slab.cells.window, self.boxes
         if boxes is not None:
             boxes = boxes.within(nodes, points, len(self.cell_volume))
-        mesh, cells, sides = self.mesh.within(nodes, _inside(self.points_in, points), boxes)
+        mesh, cells, sides = self.mesh.within(nodes, boxes)
+        parts = list(zip(self.points_in, self.first_in, cells, strict=True))
         faces = self.faces
         faces = Faces(
             faces.nodes[sides] - nodes.start,
@@ -104,14 +116,10 @@ class Meshed(Layered):
             mesh=mesh,
             places_of_points=self.places_of_points[points],
             seen=self.seen.between(points, nodes.start),
-            points_in=tuple(each[held] - points.start for each, held in zip(self.points_in, cells, strict=True)),
+            points_in=tuple(np.clip(each[held] - points.start, 0, slab.cells.held - 1) for each, _, held in parts),
+            first_in=tuple(first[held] - points.start for _, first, held in parts),
             of=of,
         )
-
-
-def _inside(points_in: Sequence[np.ndarray], points: slice) -> tuple[np.ndarray, ...]:
-    """Which cells have all of their points (c, m) within some, (c,) bool, block by block."""
-    return tuple(((each >= points.start) & (each < points.stop)).all(1) for each in points_in)
 
 
 @dataclass(frozen=True)
@@ -153,8 +161,8 @@ def meshed(mesh: Mesh, axes: np.ndarray | None = None) -> Meshed:
     frame = np.eye(dim) if axes is None else axes
     faces = _faces(mesh, frame, float(volume.mean()) ** (1.0 / dim))
     layers = Layers(axis, start, height, *_counts(layer, rows))
-    edges = shortest, longest
-    return Meshed(nodes, node_volume, volume, faces, edges, mesh, place, frame, rows, points_in, layers=layers)
+    edges, first = (shortest, longest), tuple(points.min(1) for points in points_in)
+    return Meshed(nodes, node_volume, volume, faces, edges, mesh, place, frame, rows, points_in, first, layers=layers)
 
 
 def _refuse_inverted(nodes: np.ndarray, corners: np.ndarray, volume: np.ndarray) -> None:

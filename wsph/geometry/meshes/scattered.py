@@ -32,10 +32,6 @@ class Scattered(Layered):
         places = np.rint(super().centred[0] / EXACT) * EXACT
         return places, places
 
-    def fits(self, slab: Slab) -> bool:
-        """With any."""
-        return True
-
     def cut(self, slab: Slab, of: Whole) -> "Scattered":
         rows = slab.nodes.window
         volume = self.cell_volume[rows]
