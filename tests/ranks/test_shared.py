@@ -19,6 +19,7 @@ GROUPS = [
     tuple(f"{each}, resumed" for each in RESUMED if each != "sides"),
     ("bodies", "bodies, resumed"),
     ("contact 3D", "tie", "contact, resumed"),
+    ("balls", "balls of links", "balls of links, resumed"),
 ]
 """Some of all, and the rest, which is slow."""
 

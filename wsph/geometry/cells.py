@@ -15,9 +15,9 @@ class Boxes:
     """The cells of a body that are boxes of a grid, in its order, its last axis fastest: `corners` (b, 2^dim) node ids in
     the order of `itertools.product` of 0 and 1 along the axes; `index` (n, dim), where nodes of the body are in the grid,
     those of all boxes among them; the grid's `step` (dim,) [m] and `axes`, columns (dim, dim); `first`, where lines along
-    the last axis begin, of the whole body that this may be a part of. Beside other cells `rows` (b,), ascending, are the
-    boxes' points, and `nodes` (n,), ascending, the nodes of the `index`: without them the first of all. Of the whole body
-    there are so many boxes and points, `whole`; `before`: nodes of it in front of this part's."""
+    the last axis begin, of the whole body that this may be a part of. Beside other cells `rows` (b,) are the boxes' points,
+    and `nodes` (n,) those of the `index`, both ascending: without them the first of all. The whole body has so many boxes
+    and points, `whole`, and nodes `before` this part's."""
 
     corners: np.ndarray
     index: np.ndarray
@@ -30,7 +30,7 @@ class Boxes:
     before: int = 0
 
     def share(self, points: int) -> float:
-        """The part of the points that are boxes, of a whole body or of one with so many."""
+        """The part of the points of the whole body, or of so many, that are boxes."""
         boxes, every = self.whole or (len(self.corners), points)
         return boxes / every
 
@@ -45,12 +45,11 @@ class Boxes:
         rows = np.arange(len(self.corners)) if self.rows is None else self.rows
         seen = np.arange(len(self.index)) if self.nodes is None else self.nodes
         here, there = ((each >= of.start) & (each < of.stop) for each, of in ((rows, points), (seen, nodes)))
-        last = self.index[:, -1]
         return replace(
             self,
             corners=self.corners[here] - nodes.start,
             index=self.index[there],
-            first=int(np.rint(last.min())) if self.first is None else self.first,
+            first=int(np.rint(self.index[:, -1].min())) if self.first is None else self.first,
             rows=rows[here] - points.start,
             nodes=seen[there] - nodes.start,
             whole=self.whole or (len(self.corners), every),

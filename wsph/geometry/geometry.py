@@ -111,6 +111,20 @@ class Geometry:
         """The faces as loads and selections see them."""
         return self.faces
 
+    def across(self, places: np.ndarray) -> np.ndarray:
+        """Where places (n, dim) [m] are across the layers that the body can be cut between, (n,), before any map."""
+        raise NotImplementedError
+
+    @property
+    def node_layer(self) -> np.ndarray:
+        """The layers of the nodes, (n,)."""
+        return np.floor(self.across(self.nodes))
+
+    @property
+    def layer_count(self) -> int:
+        """How many layers of points the whole body has."""
+        raise NotImplementedError
+
     @property
     def own_faces(self) -> np.ndarray:
         """Which of the faces are this part's own, (m,) bool: those of points that it owns."""

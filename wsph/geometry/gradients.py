@@ -39,7 +39,7 @@ class PointRows:
         """The rows of some points (k,), in their order."""
         many = np.diff(self.offsets)[points]
         ends = np.concatenate([[0], np.cumsum(many)])
-        where = np.arange(ends[-1]) + np.repeat(self.offsets[points] - ends[:-1], many)
+        where = np.arange(int(ends[-1])) + np.repeat(self.offsets[points] - ends[:-1], many)
         slope = None if self.slope is None else self.slope[where]
         held = None if self.held is None else self.held[points]
         return PointRows(ends, self.indices[where], slope, held)

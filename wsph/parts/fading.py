@@ -17,7 +17,7 @@ from wsph.backend.kernels import kernel
 from wsph.backend.space import Array, Space, Struct
 from wsph.backend.state import Layout, fields_struct
 from wsph.parts.part import Attached, Neighbourhood
-from wsph.parts.terms import Points, points_struct, row_of
+from wsph.parts.terms import Points, points_struct
 from wsph.protocols import Entry
 from wsph.sph.misfit import misfit
 from wsph.sph.rows import rows_of, rows_struct
@@ -43,7 +43,6 @@ def _advance_kernel(space: Space, layout: Layout, apart: bool, beside: bool, int
     """What the residual of each point has set free in a step; `apart`: points have places of their own; `beside`: they are
     some of a body's."""
     real, vec, mat, left_over, zeta = space.scalar, space.vec, space.mat, misfit(space), faded(space)
-    row = row_of(space, beside)
     Rows, Points, Fields = rows_struct(space), points_struct(space), fields_struct(space, layout)
 
     @kernel(ranged=True)
@@ -59,7 +58,9 @@ def _advance_kernel(space: Space, layout: Layout, apart: bool, beside: bool, int
         freed_out: wp.array(dtype=real),
     ):
         i = first + wp.tid()
-        k = row(points, i)
+        k = i
+        if wp.static(beside):
+            k = points.row[i]
         new = zeta(yields * fields.internals[k][wp.static(internal)])
         old = zeta_out[k]
         if new < old:

@@ -99,21 +99,6 @@ def points_struct(space: Space) -> type:
     return cast(type, wp.struct(type("Points", (), {"__annotations__": annotations, "__module__": __name__})))
 
 
-@cache
-def row_of(space: Space, beside: bool) -> wp.Function:
-    """Warp function (points, i) -> where the fields of point i stand in those of the state: of some points of a body,
-    `beside` others, in rows of their own."""
-    Points = points_struct(space)
-
-    @wp.func
-    def row(points: Points, i: int) -> int:
-        if wp.static(beside):
-            return points.row[i]
-        return i
-
-    return row
-
-
 def with_share(space: Space, points: Points, share: Array, *, fades: bool) -> Points:
     """The struct of `points` with the shares (m,) that a part has reduced; where what holds spurious modes `fades`, what
     drags stays as it was: a plastic shock needs its viscosity."""

@@ -15,9 +15,9 @@ from wsph.constitutive.evolution import thickness
 from wsph.constitutive.initial import total_of
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
-from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered, misfit_pull, smoothed
+from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered, misfit_pull, row_of, smoothed
 from wsph.parts.fading import faded
-from wsph.parts.terms import answers_struct, points_struct, row_of
+from wsph.parts.terms import answers_struct, points_struct
 from wsph.sph.rows import rows_struct
 
 
@@ -27,18 +27,16 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
     Params, Coefficients = laws.Params, coefficients_of(space, form)
     Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
     meant, average = form.points and form.stabilised, smoothed(space, form.averaged)
-    of_displacement = gathered(space, layout, form, meant)
-    misfit = misfit_pull(space)
+    of_displacement, misfit = gathered(space, layout, form, meant), misfit_pull(space)
     cofactor, (unpack, _), plane = cofactor_of(space), packing(space, laws.state), in_plane(space)
     thick, thins = thickness(space, laws), laws.kept.thinning >= 0
     total, answers_by_law = total_of(space, laws, layout), form.response is None
     Response = form.response.struct(space) if form.response is not None else Points
     respond = form.response.make(space, laws, layout) if form.response is not None else laws.respond
-    opposes = form.stress_term is not None
+    opposes, drags = form.stress_term is not None, form.rate_term is not None
     opposed = form.stress_term.make(space, Coefficients) if form.stress_term is not None else laws.respond
-    left, row = faded(space), row_of(space, form.beside)
     # Between particles of one set drag is a force of pairs, at points of their own it is a stress.
-    drags, dragged = form.rate_term is not None, _dragged(space, layout, form)
+    dragged, left, row = _dragged(space, layout, form), faded(space), row_of(space, form.beside)
 
     @kernel(ranged=True, pairs=True)
     def strain(

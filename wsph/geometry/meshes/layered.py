@@ -58,6 +58,13 @@ class Layered(Geometry):
     def middle(self) -> np.ndarray:
         return super().middle if self.of is None else self.of.middle
 
+    def across(self, places: np.ndarray) -> np.ndarray:
+        return self.layers.across(places)
+
+    @property
+    def layer_count(self) -> int:
+        return len(self.layers.points)
+
     @property
     def cut_axis(self) -> int:
         return int(np.abs(self.axes.T @ self.layers.axis).argmax())

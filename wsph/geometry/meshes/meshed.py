@@ -86,9 +86,10 @@ class Meshed(Layered):
         for points, first in zip(self.points_in, self.first_in, strict=True):
             own = (first >= slab.cells.low) & (first < slab.cells.high)
             if own.any():
-                high = max(high, 1 + int(np.searchsorted(ends, points[own].max(), side="right")))
+                last = int(points[own].max())
+                high = max(high, 1 + int(np.searchsorted(ends, last, side="right")))
         if self.boxes is not None and self.boxes.rows is not None:
-            layer = np.searchsorted(ends, self.boxes.rows, side="right")
+            layer: np.ndarray = np.searchsorted(ends, self.boxes.rows, side="right")
             nearest = int(layer[np.maximum(low - layer, layer + 1 - high).argmin()])
             low, high = min(low, nearest), max(high, nearest + 1)
         return low, high
@@ -103,8 +104,13 @@ class Meshed(Layered):
         faces = Faces(
             faces.nodes[sides] - nodes.start,
             mesh.side_cell,
-            *(each[sides] for each in (faces.axis, faces.sign, faces.share, faces.vector)),
-            *(each[sides] for each in (faces.name, faces.outer, faces.last)),
+            faces.axis[sides],
+            faces.sign[sides],
+            faces.share[sides],
+            faces.vector[sides],
+            faces.name[sides],
+            faces.outer[sides],
+            faces.last[sides],
             mesh.named,
         )
         return replace(

@@ -54,9 +54,6 @@ def _faults(scene: Scene, method: Method) -> Iterator[tuple[str, str]]:
         yield "run.correction", "the correction of the paper"
     if scene.run.threads > 1:
         yield "run.threads", f"a run of {scene.run.threads} threads"
-    for k, contact in enumerate(scene.contact):
-        if contact.law == "pinball":
-            yield f"contact.{k}.law", "contact between balls"
     if len(scene.bodies) > 1 and scene.sections:
         yield "sections", "a section of one of several bodies"
     if len(scene.bodies) > 1 and scene.relaxes:
@@ -71,11 +68,9 @@ def _of_body(scene: Scene, number: int, method: Method) -> Iterator[tuple[str, s
 
 
 def _of_table(scene: Scene, body: Body, method: Method) -> Iterator[tuple[str, str]]:
-    """What of a body: a crack grows in cells that are alike alone."""
-    field = body.parts.get("phase_field")
-    if field is None or not field.acts:
-        return
-    if body.mesh is not None:
-        yield "phase_field", "a phase field in the cells of a mesh"
-    elif body.shape is not None and is_fitted(scene, body, method.formulation):
-        yield "phase_field", 'a phase field in cells of a fitted surface (surface = "stairs" can be shared)'
+    """What of a body: parts that want cells that are alike."""
+    for key in (key for key, part in body.parts.items() if part.acts and part.alike):
+        if body.mesh is not None:
+            yield key, f"{key} in the cells of a mesh"
+        elif body.shape is not None and is_fitted(scene, body, method.formulation):
+            yield key, f'{key} in the cells of a fitted surface (surface = "stairs" can be shared)'

@@ -10,8 +10,7 @@ import numpy as np
 from wsph.backend.domain import Domain, any_of
 from wsph.errors import Fault, SceneError
 from wsph.geometry.geometry import Geometry
-from wsph.geometry.lattice import Lattice, on_grid
-from wsph.geometry.meshes.layered import Layered
+from wsph.geometry.lattice import Lattice
 from wsph.geometry.selection import select
 from wsph.scene.probes import Probe
 from wsph.scene.scene import Scene
@@ -28,26 +27,17 @@ LEAST = 32
 def _layers(probe: Probe, body: Geometry) -> tuple[int, int] | None:
     """The first and the last layer of cells that a probe reads in; None where it selects nothing."""
     domain, places = body.split.domain, own_places(body)
+    bent = body if isinstance(body, Lattice) and body.mapped else None
     if probe.points is None:
         chosen = select(probe.where or "", places, body.spacing)
-        along = _along(on_grid(body))[chosen] if _bent(body) else _across(body, places[chosen])
-    elif _bent(body):
-        along = _nearest(np.array(probe.points, float), places, _along(on_grid(body)), domain)
+        along = body.across(places[chosen]) if bent is None else _along(bent)[chosen]
+    elif bent is not None:
+        along = _nearest(np.array(probe.points, float), places, _along(bent), domain)
     else:
-        along = _across(body, np.array(probe.points, float))
+        along = body.across(np.array(probe.points, float))
     low, high = along.min(initial=np.inf), along.max(initial=-np.inf)
     low, high = float(domain.min(np.array(low))), float(domain.max(np.array(high)))
     return (int(np.floor(low)), int(np.floor(high))) if low <= high else None
-
-
-def _bent(body: Geometry) -> bool:
-    """Whether the layers of a body are those of a grid that a map has bent."""
-    return isinstance(body, Lattice) and body.mapped
-
-
-def _across(body: Geometry, places: np.ndarray) -> np.ndarray:
-    """Where places (n, dim) [m] are across the layers of a body that are straight, (n,) [layers]."""
-    return body.layers.across(places) if isinstance(body, Layered) else on_grid(body).frame.coordinates(places)[:, 0]
 
 
 def _along(lattice: Lattice) -> np.ndarray:
@@ -66,18 +56,9 @@ def _nearest(points: np.ndarray, places: np.ndarray, along: np.ndarray, domain: 
     return whole[whole[:, :, 0].argmin(0), np.arange(len(points)), 1]
 
 
-def _count(body: Geometry) -> int:
-    """How many layers the whole body has."""
-    return len(body.layers.points) if isinstance(body, Layered) else int(on_grid(body).frame.count[0])
-
-
 def _owner(layers: tuple[int, int], body: Geometry) -> int:
     """The process that owns the layer in the middle of some."""
-    own, middle = body.split.nodes.own, sum(layers) // 2
-    if isinstance(body, Layered):
-        node = np.floor(_across(body, body.nodes[own]))
-    else:
-        node = np.rint(on_grid(body).index[own, 0])
+    node, middle = body.node_layer[body.split.nodes.own], sum(layers) // 2
     nearest = np.abs(node - middle).min(initial=np.inf)
     return int(body.split.domain.joined(np.array([nearest])).argmin())
 
@@ -98,7 +79,7 @@ def _reaching(scene: Scene, bare: BareBody, read: Sequence[bool]) -> BareBody:
     if domain.size == 1:
         return bare
     wanted = [bare.geometry.split.layers]
-    most = max(_count(bare.geometry) // 2, LEAST)
+    most = max(bare.geometry.layer_count // 2, LEAST)
     for k, probe in enumerate(scene.probes):
         layers = _layers(probe, bare.geometry) if read[k] else None
         if layers is None:
