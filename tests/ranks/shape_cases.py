@@ -71,6 +71,19 @@ RATE = {"integrator": "rk4", "precision": "f32"}
 LINED = {"stress": {"xx": "2e-6*x", "xy": 1e-4}}
 COMING = {"shape": {"type": "disc", "center": [50.0, 95.2], "radius": 35.0}, "velocity": ["0.0", "-0.2"]}
 
+CREEPS = {"yield_stress": 1e-3, "hardening_modulus": 0.1, "fluidity": 0.004, "exponent": 1.0}
+BESIDE = ("c", [2.5, 50.0], [72.5, 115.0], {"mesh": None, "spacing": 1.0, "velocity": ["2e-3*y", "-0.1"]})
+ABOVE = ("c", [2.5, 51.0], [72.5, 116.0], {"spacing": 1.0, "velocity": ["2e-3*y", "-0.5"], "body_force": []})
+BALLS = [{"name": "touch", "between": ["b", "c"], "law": "pinball", "friction": 0.2}]
+LINKS = {"links": {"criterion": "stretch", "threshold": 0.03}, "velocity": ["0.0", "0.02*tanh(y - 25.5)"]}
+DIE = {
+    "name": "die",
+    "shape": {"type": "disc", "center": [95.1, 20.0], "radius": 5.0},
+    "velocity": {"x": "-0.3"},
+    "against": ["b"],
+    "friction": 0.2,
+}
+
 CASES = {
     "fitted": lambda: scene(**MISES, body=PLATE | VISCOUS, boundary=PRESSED),
     "fitted, rates": lambda: scene(law="jaumann", body=PLATE, boundary=ON_HOLE, sections=[CUT], run=RATE),
@@ -89,11 +102,15 @@ CASES = {
     "quads": lambda: of_mesh("quads.vtu", body=VISCOUS, **MISES, run={"dt": None, "cfl": "auto"}),
     "triangles": lambda: of_mesh("triangles.vtu", law="jaumann", body=VISCOUS, run=RATE),
     "mixed": lambda: of_mesh("mixed.vtu", **MISES, boundary=ON_HOLE[1:], sections=[CUT]),
-    "hexahedra": lambda: of_mesh("hexahedra.vtu", 3, **MISES, run={"precision": "f32"}),
+    "hexahedra": lambda: of_mesh("hexahedra.vtu", 3, law="perzyna", material=CREEPS, run={"precision": "f32"}),
     "tetrahedra": lambda: of_mesh("tetrahedra.vtu", 3, body={"viscosity": {"alpha": 0.1}}),
     "points": lambda: of_points(
         "flat.csv", body={"viscosity": {"alpha": 0.5}, "hourglass": {"coefficient": 0.1}}, gravity={"y": -1e-4}
     ),
+    "points of links": lambda: of_points(
+        "flat.csv", law="jaumann", body=LINKS, more=[ABOVE], contact=BALLS, run={"dt": 0.1}
+    ),
+    "tied": lambda: of_mesh("quads.vtu", more=[BESIDE], contact=[{"between": ["b", "c"], "law": "tie"}], tools=[DIE]),
     "points, rates": lambda: of_points("solid.csv", 3, law="jaumann", run={"precision": "f32", "support": 2.0}),
 }
 """Of every kind of cells and of form, law and dimension some, with what crosses the cuts."""

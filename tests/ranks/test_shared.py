@@ -26,10 +26,10 @@ GROUPS = [
 SHAPES = [
     ("fitted", "mixed", "points"),
     ("fitted, rates", "fitted at one end", "fitted, relaxed", "fitted, resumed"),
-    ("fitted bar", "fitted ball", "fitted contact"),
-    ("quads", "triangles", "mixed, resumed"),
-    ("hexahedra", "tetrahedra"),
-    ("points, rates", "points, resumed"),
+    ("fitted bar", "fitted ball", "fitted contact", "fitted contact, resumed"),
+    ("quads", "triangles", "mixed, resumed", "quads, begun"),
+    ("hexahedra", "tetrahedra", "tied"),
+    ("points, rates", "points of links", "points, resumed"),
 ]
 """The same of bodies that no grid has cut."""
 
