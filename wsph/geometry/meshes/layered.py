@@ -9,6 +9,7 @@ what there is to doubt about it, goes with every part.
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import TypeVar, cast
+from weakref import ref
 
 import numpy as np
 
@@ -122,6 +123,7 @@ def shared(
     `wsph.ranks.slabs.slabs`. The first process makes all of the body, once, and keeps it for those that ask for more of it.
     Raises TooFew, and in all processes what the first one meets."""
     known: list[tuple[L, Whole]] = []
+    made_again: list[ref[L]] = []  # by others than the first, as long as anything there has it
     cutting = _Slabs(domain.size, reach, joined, who)
 
     def parts(windows: np.ndarray) -> list[tuple[Layered, Slab] | str]:
@@ -135,7 +137,11 @@ def shared(
             return [str(error)] * domain.size
 
     def entire() -> Layered:
-        return known[0][0] if known else make()
+        body = known[0][0] if known else made_again[0]() if made_again else None
+        if body is None:
+            body = make()
+            made_again[:] = [ref(body)]
+        return body
 
     def made(window: tuple[int, int]) -> L:
         windows = domain.joined(np.array([window]))
