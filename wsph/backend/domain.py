@@ -10,6 +10,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from wsph.backend.space import Array
+from wsph.backend.threads import cores
 
 T = TypeVar("T")
 
@@ -132,6 +133,10 @@ class Domain(Protocol):
         """What keeps copies of a body's rows up to date."""
         ...
 
+    def cores(self) -> Sequence[int]:
+        """The cores that are this process's alone."""
+        ...
+
 
 class Whole:
     """The domain of a scene in one process: every call gives what it was given."""
@@ -175,6 +180,10 @@ class Whole:
     def halo(self, share: Share) -> Halo:
         """There are no copies."""
         return self
+
+    def cores(self) -> Sequence[int]:
+        """All that it may use."""
+        return cores()
 
     def update(self, field: Array) -> None:
         """There are no copies."""
