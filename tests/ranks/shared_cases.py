@@ -21,6 +21,7 @@ import numpy as np
 
 import wsph
 from tests import scenes
+from wsph.backend import graph
 from wsph.backend.domain import WHOLE
 
 STEPS = 12
@@ -315,7 +316,12 @@ def main(names: list[str], cases: Mapping[str, Callable[[], wsph.Scene]]) -> Non
     comm = MPI.COMM_WORLD
     for name in names:
         made = cases[case_of(name)]()
-        if name.endswith(", stopped"):
+        if name.endswith(", threads"):
+            graph.SMALL_PAIRS = 0
+            found = {"1 thread": shared(comm, made.with_(threads=1), 1)}
+            made = made.with_(threads=2)
+            found |= {str(count): shared(comm, made, count) for count in range(1, comm.size + 1)}
+        elif name.endswith(", stopped"):
             made = made.with_(**{"probes": []})
             found = {"1": shared(comm, made, 1), **stopped(comm, made)}
         elif name.endswith(", begun"):
@@ -332,7 +338,7 @@ def main(names: list[str], cases: Mapping[str, Callable[[], wsph.Scene]]) -> Non
 def case_of(name: str) -> str:
     """The case that a word of the command line names, without what else is done with it."""
     of, _, last = name.rpartition(", ")
-    return of if last in ("resumed", "begun", "stopped") else name
+    return of if last in ("resumed", "begun", "stopped", "threads") else name
 
 
 def begin(cases: Mapping[str, Callable[[], wsph.Scene]], write: Callable[[Path], None] | None = None) -> None:

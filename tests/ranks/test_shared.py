@@ -19,6 +19,7 @@ GROUPS = [
     tuple(f"{each}, resumed" for each in RESUMED if each != "sides"),
     ("bodies", "bodies, resumed"),
     ("contact 3D", "tie", "contact, resumed"),
+    ("plastic, threads", "contact, threads"),
     ("balls", "balls of links", "balls of links, resumed"),
 ]
 """Some of all, and the rest, which is slow."""
@@ -28,7 +29,7 @@ SHAPES = [
     ("fitted, rates", "fitted at one end", "fitted, relaxed", "fitted, resumed"),
     ("fitted bar", "fitted ball", "fitted contact", "fitted contact, resumed"),
     ("quads", "triangles", "mixed, resumed", "quads, begun"),
-    ("hexahedra", "tetrahedra", "tied"),
+    ("hexahedra", "tetrahedra", "tied", "fitted, threads"),
     ("points, rates", "points of links", "points, resumed"),
 ]
 """The same of bodies that no grid has cut."""
@@ -52,7 +53,7 @@ def test_bits_of_one_process(of: str, names: tuple[str, ...]) -> None:
         found |= json.loads(line)
     assert list(found) == list(names)
     for name, digests in found.items():
-        assert len(digests) == (3 if name.endswith("stopped") else 4)
+        assert len(digests) == {"stopped": 3, "threads": 5}.get(name.rpartition(", ")[2], 4)
         assert len(set(digests.values())) == 1, (name, digests)
 
 
