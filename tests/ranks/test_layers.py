@@ -55,6 +55,12 @@ def solid(kind: str) -> Mesh:
     return mesh_of(nodes, cells)
 
 
+def pieces() -> Mesh:
+    """Two bodies of one mesh, which are doubted."""
+    nodes, corners = meshes.moved_grid((30.0, 100.0), (30, 100), 0.2)
+    return mesh_of(np.concatenate([nodes, nodes + [40.0, 0.0]]), np.concatenate([corners, corners + len(nodes)]))
+
+
 def drilled() -> Meshed:
     """A plate of one grid but for a hole near one end, turned."""
     hole = {"type": "disc", "name": "hole", "center": [10.0, 15.0], "radius": 5.0}
@@ -74,6 +80,7 @@ BODIES: dict[str, Callable[[], Layered]] = {
     "mixed": lambda: meshed(plane("mixed")),
     "hexahedra": lambda: meshed(solid("hexahedra")),
     "tetrahedra": lambda: meshed(solid("tetrahedra")),
+    "pieces": lambda: meshed(pieces()),
     "drilled": drilled,
     "points": points,
 }
@@ -122,6 +129,7 @@ def test_parts_are_parts_of_the_whole_to_the_bit(name: str, size: int, reach: in
         if not isinstance(part, Meshed) or not isinstance(whole, Meshed):
             continue
         assert list(doubts(part)) == list(doubts(whole))
+        assert len(list(doubts(part))) == (name == "pieces")
         rows = whole.rows.between(points.window, nodes.first)
         for of in ("offsets", "indices", "slope"):
             np.testing.assert_array_equal(getattr(part.rows, of), getattr(rows, of), err_msg=of)
