@@ -60,7 +60,7 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
     efficiency = per_particle * composition.particles / (count * longest)
     memory = composition.nbytes / composition.particles * float(held.max())
     return [
-        ("processes", f"{count}, slabs across the first axis of the grid"),
+        ("processes", f"{count}, slabs across one axis of each body"),
         ("  particles", f"{own.min()} to {own.max()} of its own each"),
         *(("  whole", f"body {run.body.name!r}: every process has its {run.system.count} particles") for run in whole),
         *(
