@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import wsph
-from tests.ranks.shared_cases import MISES, VISCOUS, begin, scene
+from tests.ranks.shared_cases import MISES, PERIODIC, VISCOUS, begin, scene
 from wsph.validation import meshes
 
 NAMES = ("quads.vtu", "triangles.vtu", "mixed.vtu", "hexahedra.vtu", "tetrahedra.vtu", "flat.csv", "solid.csv")
@@ -102,6 +102,8 @@ CASES = {
     "quads": lambda: of_mesh("quads.vtu", body=VISCOUS, **MISES, run={"dt": None, "cfl": "auto"}),
     "triangles": lambda: of_mesh("triangles.vtu", law="jaumann", body=VISCOUS, run=RATE),
     "mixed": lambda: of_mesh("mixed.vtu", **MISES, boundary=ON_HOLE[1:], sections=[CUT]),
+    "periodic": lambda: of_mesh("quads.vtu", boundary=[PERIODIC]),
+    "fitted, periodic": lambda: scene(body=PLATE, boundary=[PERIODIC]),
     "hexahedra": lambda: of_mesh("hexahedra.vtu", 3, law="perzyna", material=CREEPS, run={"precision": "f32"}),
     "tetrahedra": lambda: of_mesh("tetrahedra.vtu", 3, body={"viscosity": {"alpha": 0.1}}),
     "points": lambda: of_points(

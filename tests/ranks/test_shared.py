@@ -28,7 +28,7 @@ SHAPES = [
     ("fitted", "mixed", "points"),
     ("fitted, rates", "fitted at one end", "fitted, relaxed", "fitted, resumed"),
     ("fitted bar", "fitted ball", "fitted contact", "fitted contact, resumed"),
-    ("quads", "triangles", "mixed, resumed", "quads, begun"),
+    ("quads", "triangles", "mixed, resumed", "quads, begun", "periodic", "fitted, periodic"),
     ("hexahedra", "tetrahedra", "tied", "fitted, threads"),
     ("points, rates", "points of links", "points, resumed"),
 ]
