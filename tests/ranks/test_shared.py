@@ -9,6 +9,7 @@ from tests.ranks.launch import launched, needs_mpi
 from tests.ranks.shared_cases import CASES
 
 RESUMED = ("sides", "plastic", "edges viscous", "on faces", "inside", "breaking", "links")
+MOVING = ("updated", "updated plastic", "updated walls", "updated relaxed", "updated contact")
 GROUPS = [
     ("plastic", "edges viscous", "on faces", "cracked", "contact", "sides, resumed"),
     ("viscous", "rubber", "bar", "edges", "kernel", "sides"),
@@ -17,6 +18,10 @@ GROUPS = [
     tuple(f"{each}, resumed" for each in RESUMED if each != "sides"),
     ("bodies", "bodies, resumed"),
     ("contact 3D", "tie", "contact, resumed"),
+    ("updated walls", "updated, resumed"),
+    ("updated", "updated plastic", "updated cracked", "updated bar", "updated sheared"),
+    ("updated contact", "updated relaxed"),
+    ("updated relaxed, stopped", "updated, begun", *(f"{each}, resumed" for each in MOVING[1:])),
 ]
 """Some of all, and the rest, which is slow."""
 
