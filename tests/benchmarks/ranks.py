@@ -33,7 +33,7 @@ def scene(cells: int, along: int, threads: int, form: str = "stress-points") -> 
             "spacing": 1.0, "velocity": ["0", "1e-3*x", "0"],
             "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}}  # fmt: skip
     boundary = [
-        {"body": "b", "where": "x < 0.1", "fixed": ["x", "y", "z"]},
+        {"body": "b", "face": "-x", "fixed": ["x", "y", "z"]},
         {"body": "b", "face": "+x", "traction": {"y": 1e-5}},
     ]
     run = {"integrator": "leapfrog", "formulation": form, "end": 1e6, "dt": 0.2, "guard": "off"}
