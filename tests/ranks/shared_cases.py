@@ -21,6 +21,7 @@ import numpy as np
 
 import wsph
 from tests import scenes
+from wsph.backend import graph
 from wsph.backend.domain import WHOLE
 from wsph.formulations.updated.near import Near, Sights
 
@@ -191,6 +192,23 @@ def sheared(**changes: object) -> wsph.Scene:
     return made.with_(boundary=[{"name": "end", "body": "b", "face": "+y", "traction": {"y": 1e-4}}])
 
 
+def balls(form: str = "total-lagrangian", **changes: object) -> wsph.Scene:
+    """Bodies of balls that meet all along the cuts: a body, one that is cut too, and a small one that comes down on that."""
+    return scene(
+        form=form,
+        more=[
+            ("c", [0.4, 50.0], [70.4, 115.0], {"velocity": ["2e-3*y", "-0.1"]}),
+            ("s", [30.2, 115.0], [36.2, 119.0], {"velocity": [0.05, -0.3]}),
+        ],
+        contact=[
+            {"name": "touch", "between": ["b", "c"], "law": "pinball", "friction": 0.2},
+            {"name": "top", "between": ["c", "s"], "law": "pinball"},
+            {"name": "itself", "self": "b", "law": "pinball"},
+        ],
+        **changes,
+    )
+
+
 CASES = {
     "viscous": lambda: scene(body=VISCOUS, gravity={"y": -1e-4}, run={"dt": None, "cfl": "auto"}),
     "plastic": lambda: scene(3, **MISES, run={"precision": "f32"}),
@@ -237,6 +255,10 @@ CASES = {
     "bodies": lambda: scene(**OF_BESIDE, gravity={"y": -1e-4}),
     "contact": lambda: meeting(),
     "contact 3D": lambda: meeting(3, **MISES, run={"precision": "f32", "dt": None, "cfl": "auto"}),
+    "balls": lambda: balls(),
+    "balls of links": lambda: balls(
+        law="jaumann", body={"links": {"criterion": "stretch", "threshold": 0.012}, "velocity": TORN["velocity"]}
+    ),
     "tie": lambda: meeting(between="tie", form="total-lagrangian", run={"integrator": "rk4"}),
     "updated": lambda: scene(form=UPDATED, body=VISCOUS | SWAYING, gravity={"y": -1e-3}),
     "updated plastic": lambda: scene(
@@ -263,6 +285,11 @@ CASES = {
     "updated bar": lambda: scene(1, form=UPDATED, law="jaumann", body={"velocity": ["0.2*sin(0.01*x)"]}),
     "updated sheared": sheared,
     "updated contact": lambda: meeting(form=UPDATED, body=SWAYING),
+    "updated balls": lambda: balls(form=UPDATED, body=SWAYING),
+    "updated nodes": lambda: scene(
+        form=UPDATED, law="jaumann", body=SWAYING | {"placement": "nodes"}, boundary=PRESSED, run={"integrator": "w20-2-8"}
+    ),
+    "updated bodies": lambda: scene(form=UPDATED, **OF_BESIDE | {"body": SWAYING}),
     "updated relaxed": lambda: scene(
         form=UPDATED,
         boundary=[PRESSED[0] | {"force": {"y": 0.4}}],
@@ -368,7 +395,12 @@ def main(names: list[str]) -> None:
     comm = MPI.COMM_WORLD
     for name in names:
         made = CASES[name.partition(", ")[0]]()
-        if name.endswith(", stopped"):
+        if name.endswith(", threads"):
+            graph.SMALL_PAIRS = 0
+            found = {"1 thread": shared(comm, made.with_(threads=1), 1)}
+            made = made.with_(threads=2)
+            found |= {str(count): shared(comm, made, count) for count in range(1, comm.size + 1)}
+        elif name.endswith(", stopped"):
             made = made.with_(**{"probes": []})
             found = {"1": shared(comm, made, 1), **stopped(comm, made)}
         elif name.endswith(", begun"):

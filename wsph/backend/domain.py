@@ -10,6 +10,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from wsph.backend.space import Array
+from wsph.backend.threads import cores
 
 T = TypeVar("T")
 
@@ -147,6 +148,10 @@ class Domain(Protocol):
         """What keeps some copies up to date: none until they are chosen."""
         ...
 
+    def cores(self) -> Sequence[int]:
+        """The cores that are this process's alone."""
+        ...
+
 
 class Whole:
     """The domain of a scene in one process: every call gives what it was given."""
@@ -197,6 +202,10 @@ class Whole:
 
     def choose(self, rows: np.ndarray) -> None:
         """There are no copies."""
+
+    def cores(self) -> Sequence[int]:
+        """All that it may use."""
+        return cores()
 
     def update(self, field: Array) -> None:
         """There are no copies."""
