@@ -152,6 +152,10 @@ class Domain(Protocol):
         """The cores that are this process's alone."""
         ...
 
+    def place(self) -> int:
+        """Its number among the processes on its machine."""
+        ...
+
 
 class Whole:
     """The domain of a scene in one process: every call gives what it was given."""
@@ -206,6 +210,10 @@ class Whole:
     def cores(self) -> Sequence[int]:
         """All that it may use."""
         return cores()
+
+    def place(self) -> int:
+        """There are no others."""
+        return 0
 
     def update(self, field: Array) -> None:
         """There are no copies."""

@@ -75,7 +75,7 @@ def _compose(scene: Scene, domain: Domain) -> Composition:
     materials = materials_of(scene)
     method = method_of(scene)
     _refuse_relaxing(scene, method)
-    device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
+    device, space = pick_device(scene.run.device, domain.place()), Space(scene.dim, scene.run.precision)
     refuse_contact(scene, method.formulation)
     refuse_misfits(scene, method.formulation)
     if domain.size > 1:
