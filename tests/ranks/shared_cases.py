@@ -128,6 +128,7 @@ OF_BESIDE = {
         {"name": "in-c", "at": [[30.3, 80.2]], "fields": ["velocity"], "every": 1},
     ],
 }
+WITHOUT_PRESSURE = {key: [each for each in OF_BESIDE[key] if each["name"] != "press"] for key in ("boundary", "probed")}  # type: ignore[index, attr-defined]
 
 
 def meeting(dim: int = 2, *, between: str = "surface", **changes: object) -> wsph.Scene:
@@ -287,9 +288,13 @@ CASES = {
     "updated contact": lambda: meeting(form=UPDATED, body=SWAYING),
     "updated balls": lambda: balls(form=UPDATED, body=SWAYING),
     "updated nodes": lambda: scene(
-        form=UPDATED, law="jaumann", body=SWAYING | {"placement": "nodes"}, boundary=PRESSED, run={"integrator": "w20-2-8"}
+        form=UPDATED,
+        law="jaumann",
+        body=SWAYING | {"placement": "nodes"},
+        boundary=PRESSED,
+        run={"integrator": "w20-2-8"},
     ),
-    "updated bodies": lambda: scene(form=UPDATED, **OF_BESIDE | {"body": SWAYING}),
+    "updated bodies": lambda: scene(form=UPDATED, **OF_BESIDE | {"body": SWAYING, **WITHOUT_PRESSURE}),
     "updated relaxed": lambda: scene(
         form=UPDATED,
         boundary=[PRESSED[0] | {"force": {"y": 0.4}}],

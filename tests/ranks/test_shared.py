@@ -12,6 +12,7 @@ RESUMED = ("sides", "plastic", "edges viscous", "on faces", "inside", "breaking"
 MOVING = ("updated", "updated plastic", "updated walls", "updated relaxed", "updated contact")
 GROUPS = [
     ("plastic", "edges viscous", "on faces", "cracked", "contact", "sides, resumed"),
+    ("updated sheared", "updated walls", "updated, resumed"),
     ("viscous", "rubber", "bar", "edges", "kernel", "sides"),
     ("inside", "periodic", "relaxed", "jittered edges", "cracked kernel", "mapped"),
     ("breaking", "breaking kernel", "breaking points", "links", "relaxed, stopped", "edges, begun"),
@@ -20,8 +21,7 @@ GROUPS = [
     ("contact 3D", "tie", "contact, resumed"),
     ("plastic, threads", "contact, threads"),
     ("balls", "balls of links", "balls of links, resumed"),
-    ("updated walls", "updated, resumed"),
-    ("updated", "updated plastic", "updated cracked", "updated bar", "updated sheared"),
+    ("updated", "updated plastic", "updated cracked", "updated bar", "updated, threads"),
     ("updated contact", "updated relaxed", "updated balls", "updated nodes", "updated bodies"),
     ("updated relaxed, stopped", "updated, begun", *(f"{each}, resumed" for each in MOVING[1:])),
 ]
@@ -33,7 +33,7 @@ def test_every_case_is_run() -> None:
 
 
 @needs_mpi
-@pytest.mark.parametrize("names", [GROUPS[0], *(pytest.param(each, marks=pytest.mark.slow) for each in GROUPS[1:])])
+@pytest.mark.parametrize("names", [*GROUPS[:2], *(pytest.param(each, marks=pytest.mark.slow) for each in GROUPS[2:])])
 def test_bits_of_one_process(names: tuple[str, ...]) -> None:
     done = launched(4, "-m", "tests.ranks.shared_cases", *names)
     assert done.returncode == 0, done.stderr[-3000:]
