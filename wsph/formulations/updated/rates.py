@@ -102,6 +102,9 @@ class UpdatedRates:
         self._space, self._clock, self._state, self._body = space, made.setup.clock, state, body
         self._constitutive, self._loads, self._force = host.constitutive, made.loads, made.force
         self._count, self._at_nodes, self._domain = placement.count, placement.at_nodes, made.domain
+        if placement.share.held < placement.share.whole:
+            text = "its pairs follow the motion, for which every process has to have all of it, and not a part"
+            raise Refused(f"body {host.name!r}: {text}: start it without mpiexec")
         right = body.split.right
         self.near = Near(placement.share, None if right is None else right[0 if placement.at_nodes else 1], made.domain)
         self._arrays = made.arrays.part("rates")

@@ -2,14 +2,7 @@
 
 # pyright: strict
 
-from collections.abc import Iterator
-from typing import cast
-
-import numpy as np
-
-from wsph.backend.arrays import host
 from wsph.backend.clock import Clock
-from wsph.backend.space import Array
 from wsph.backend.state import Layout, State
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.loads.reactions import Terms
@@ -19,9 +12,8 @@ from wsph.errors import Refused
 from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.one_set_works import pieces_of
 from wsph.formulations.setup import Setup
-from wsph.formulations.system import Sight
 from wsph.formulations.updated.loads import spread_loads
-from wsph.formulations.updated.near import marked, seen_by
+from wsph.formulations.updated.parted import PartedSystem
 from wsph.formulations.updated.rates import UpdatedRates
 from wsph.formulations.updated.wall_forces import WallForces
 from wsph.formulations.updated.walls import PLACE, SPEED, wall_fields, wall_values
@@ -31,16 +23,13 @@ from wsph.protocols import Entry
 from wsph.ranks.kept import Piece, Rows
 
 
-class UpdatedSystem(OneSetSystem):
+class UpdatedSystem(PartedSystem):
     """A body in the current configuration, as integrators see it. Walls that are driven have their places in its state."""
 
     listed = "its pairs follow the motion"
 
     def __init__(self, setup: Setup):
         super().__init__(setup, UpdatedRates)
-        rates = cast(UpdatedRates, self.rates)
-        self._near, rates.bring = rates.near, self.bring
-        self._copies, self._halo = self._halo, self._near.halo
         self._refuse_accelerated(setup)
         driven = [wall for wall in self.walls if wall.driven]
         self._driven = wall_values(self.space, driven, self.state, self.position, self.scales, self.device)
@@ -76,32 +65,6 @@ class UpdatedSystem(OneSetSystem):
         speed, place = wall_fields(host.space)
         leading = sum(field.leads for field in layout.fields)
         return Layout((*layout.fields[:leading], speed, *layout.fields[leading:], place))
-
-    def bring(self) -> None:
-        if self.domain.size == 1:
-            return
-        for state in (self.state, *self._new):
-            for name in (name for name in state.start if state.counts[name] == self.count):
-                self._copies.update(cast(Array, getattr(state.struct, name)))
-
-    def _spans(self, state: State, span: tuple[int, int]) -> Iterator[tuple[int, int]]:
-        if self.domain.size == 1:
-            yield span
-            return
-        for name, start in state.start.items():
-            count, width = state.counts[name], state.widths[name]
-            rows = self._near.move if count == self.count else slice(0, count)
-            if span[0] <= start < span[1]:
-                yield start + rows.start * width, start + rows.stop * width
-
-    def _stressed(self, state: State) -> slice:
-        return self._near.stress
-
-    def sight(self, own: slice, right: slice) -> Sight:
-        sights = cast(UpdatedRates, self.rates).sights
-        stress = seen_by(marked(self.count, own), sights) | marked(self.count, right)
-        spared = sum(4 * int(np.diff(host(pairs.offsets))[~stress].sum()) for pairs, _ in sights)
-        return Sight(int(stress.sum()), int(seen_by(stress, sights).sum()), spared)
 
     def pieces(self) -> dict[str, list[Piece]]:
         blocks = Rows.of_blocks(self.share)

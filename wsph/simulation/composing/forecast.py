@@ -13,16 +13,13 @@ The latency alpha of a message is assumed: that of shared memory or of a fast ne
 # pyright: strict
 
 import time
-from dataclasses import dataclass
 
 import numpy as np
 import warp as wp
 
-from wsph.backend.domain import Share
-from wsph.formulations.system import System
 from wsph.scene.scene import Scene
 from wsph.simulation.composing.composition import Composition
-from wsph.simulation.composing.parts import shares_of
+from wsph.simulation.composing.parts import part_of, shares_of
 from wsph.simulation.composing.setting import method_of
 from wsph.simulation.composing.shared import refuse_shared, refuse_whole, uncut
 
@@ -47,7 +44,7 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
     refuse_whole(scene, method, [each is not None for each in found], sizes, count)
     cut = [(run, shares) for run, shares in zip(composition.bodies, found, strict=True) if shares is not None]
     whole = [run for run, shares in zip(composition.bodies, found, strict=True) if shares is None]
-    parts = [[_part(run.system, share) for share in shares] for run, shares in cut]
+    parts = [[part_of(run.system, share) for share in shares] for run, shares in cut]
     own, copies, worked, nbytes = (
         np.array([[getattr(each, name) for each in row] for row in parts]).sum(0)
         for name in ("own", "copies", "worked", "nbytes")
@@ -95,26 +92,6 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
             f" here, and {1e6 * ALPHA:g} us a message, assumed",
         ),
     ]
-
-
-@dataclass(frozen=True)
-class _Part:
-    """What a process has of a body: particles of its own, copies that it is told of, particles that it works on, and
-    memory [bytes]."""
-
-    own: int
-    copies: int
-    worked: float
-    nbytes: float
-
-
-def _part(system: System, share: Share) -> _Part:
-    own = share.high - share.low
-    sight = system.sight(slice(share.low, share.high), share.window)
-    if sight is None:
-        return _Part(own, share.held - own, share.held, system.nbytes / system.count * share.held)
-    # Of the launches that go through pairs one in three is of its own alone.
-    return _Part(own, sight.moved - own, (own + 2 * sight.stressed) / 3, system.nbytes - sight.spared)
 
 
 def _measured(composition: Composition) -> float:
