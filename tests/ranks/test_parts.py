@@ -1,19 +1,24 @@
 """What processes make of a body is what one process makes of it, to the bit: slabs of lattices, and sums over them."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.ranks.shared_cases import scene
 from tests.ranks.threads import together, unlocked
 from tests.scenes import box, shape
 from wsph.backend.domain import WHOLE, Share
 from wsph.boundary.loads.rows import whole_area
+from wsph.errors import Refused
 from wsph.geometry.gradients import CELLS, nodal_gradients
 from wsph.geometry.lattice import Lattice, lattice, slab_of
 from wsph.geometry.shapes.combined import Shape
 from wsph.ranks.blocks import Dots, own_sum
 from wsph.ranks.mpi import Ranks
+from wsph.scene import geometries
+from wsph.simulation.compose import compose
 
 __all__ = ["unlocked"]
 pytestmark = pytest.mark.usefixtures("unlocked")
@@ -93,6 +98,17 @@ def test_a_lattice_that_all_hold_is_the_whole_one_with_an_own_part_in_each(name:
         for of in ("nodes", "node_volume", "index", "cells", "cell_volume", "corners"):
             np.testing.assert_array_equal(getattr(part, of), getattr(whole, of), err_msg=of)
         assert (part.split.points.first, part.split.points.held) == (0, len(whole.cells))
+
+
+def test_a_part_of_a_body_whose_pairs_follow_the_motion_is_refused_by_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    in_parts = slab_of
+
+    def parted(*given: Any, entire: bool, **keys: Any) -> Lattice:
+        return in_parts(*given, **keys)
+
+    monkeypatch.setattr(geometries, "slab_of", parted)
+    with pytest.raises(Refused, match="every process has to have all of it, and not a part: start it without mpiexec"):
+        together(2, partial(compose, scene(form="updated-lagrangian", probes=[]).with_(boundary=[])))
 
 
 CHOSEN = [np.array([3, 7, 1030, 2047, 2048]), np.array([0, 1, 1023]), np.array([0, 2047])]
