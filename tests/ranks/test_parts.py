@@ -1,19 +1,24 @@
 """What processes make of a body is what one process makes of it, to the bit: slabs of lattices, and sums over them."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.ranks.shared_cases import scene
 from tests.ranks.threads import together, unlocked
 from tests.scenes import box, shape
 from wsph.backend.domain import WHOLE, Share
 from wsph.boundary.loads.rows import whole_area
+from wsph.errors import Refused
 from wsph.geometry.gradients import CELLS, nodal_gradients
 from wsph.geometry.lattice import Lattice, lattice, slab_of
 from wsph.geometry.shapes.combined import Shape
 from wsph.ranks.blocks import Dots, own_sum
 from wsph.ranks.mpi import Ranks
+from wsph.scene import geometries
+from wsph.simulation.compose import compose
 
 __all__ = ["unlocked"]
 pytestmark = pytest.mark.usefixtures("unlocked")
@@ -70,6 +75,62 @@ def test_slabs_are_parts_of_the_lattice_to_the_bit(name: str, size: int) -> None
             for of in ("share", "vector", "name", "outer", "last"):
                 np.testing.assert_array_equal(getattr(part.sides, of), getattr(whole.sides, of)[mine], err_msg=of)
             np.testing.assert_array_equal(part.faces.nodes + nodes.first, whole.faces.nodes[mine])
+
+
+@pytest.mark.parametrize("name", ["plain", "cracked and jittered"])
+def test_a_lattice_that_all_hold_is_the_whole_one_with_an_own_part_in_each(name: str) -> None:
+    outline, keys = BODIES[name]
+    whole = lattice(outline, 1.0, seed=3, **keys)
+    given = {"lattice_rotate": 0.0, "cracks": (), "split": True, "map": None, **keys}
+    jitter = given.pop("jitter", 0.0)
+
+    def made(domain: Ranks) -> Lattice:
+        every = {"domain": domain, "joined": True, "who": "body", **given}
+        found, slab = (slab_of(outline, 1.0, jitter, 3, reach=1, entire=entire, **every) for entire in (True, False))
+        assert found.split.right == (slab.split.nodes.window, slab.split.points.window)
+        assert found.split.layers == slab.split.layers
+        assert found.split.points.own == slice(slab.split.points.low, slab.split.points.high)
+        wider = found.wider((0, len(whole.nodes)))
+        assert wider.split.right == (slice(0, len(whole.nodes)), slice(0, len(whole.cells)))
+        return found
+
+    for part in together(2, made):
+        for of in ("nodes", "node_volume", "index", "cells", "cell_volume", "corners"):
+            np.testing.assert_array_equal(getattr(part, of), getattr(whole, of), err_msg=of)
+        assert (part.split.points.first, part.split.points.held) == (0, len(whole.cells))
+
+
+def test_a_part_of_a_body_whose_pairs_follow_the_motion_is_refused_by_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    in_parts = slab_of
+
+    def parted(*given: Any, entire: bool, **keys: Any) -> Lattice:
+        return in_parts(*given, **keys)
+
+    monkeypatch.setattr(geometries, "slab_of", parted)
+    with pytest.raises(Refused, match="every process has to have all of it, and not a part: start it without mpiexec"):
+        together(2, partial(compose, scene(form="updated-lagrangian", probes=[]).with_(boundary=[])))
+
+
+CHOSEN = [np.array([3, 7, 1030, 2047, 2048]), np.array([0, 1, 1023]), np.array([0, 2047])]
+IN_THREE = [Share(3000, 0, 3000, low, high) for low, high in ((0, 1024), (1024, 2048), (2048, 3000))]
+
+
+def test_chosen_copies_are_what_their_owners_have_and_no_others() -> None:
+    def changed(domain: Ranks) -> np.ndarray:
+        halo, rows = domain.chosen_halo(IN_THREE[domain.rank]), np.full((3000, 2), float(domain.rank))
+        halo.choose(np.arange(0))
+        halo.fill(rows)
+        assert (rows == domain.rank).all()
+        others = CHOSEN[domain.rank][~IN_THREE[domain.rank].owns(CHOSEN[domain.rank])]
+        halo.choose(others)
+        halo.fill(rows)
+        return rows[:, 1]
+
+    owner = np.arange(3000) // 1024
+    for rank, rows in enumerate(together(3, changed)):
+        expected = np.full(3000, rank)
+        expected[CHOSEN[rank]] = owner[CHOSEN[rank]]
+        np.testing.assert_array_equal(rows, expected)
 
 
 def test_a_crack_that_parts_no_cells_is_refused_by_all() -> None:

@@ -36,6 +36,16 @@ def test_a_check_says_that_contact_is_found_by_all() -> None:
     assert 0.0 < together < alone < 100.0
 
 
+def test_a_check_tells_what_is_shared_where_pairs_follow_the_motion() -> None:
+    moving = told(scene(form="updated-lagrangian"), 2)
+    assert moving["states"] == ["body 'b': every process has those of all 4500, and its part of the pairs"]
+    assert moving["particles"] == ["2048 to 2452 of its own each"]
+    # Particles see two layers of 50 of each other, and those two more.
+    assert 4 * 50 <= int(moving["copies"][0].split()[2]) < 5 * 50
+    memory, whole = (float(told(scene(form="updated-lagrangian"), n)["memory"][0].split()[0]) for n in (4, 2))
+    assert 0.5 * whole < memory < whole
+
+
 SMALL = {"shape": {"type": "box", "min": [0.0, 0.0], "max": [9.0, 5.0]}}
 TINY = ("s", [20.0, 0.0], [30.0, 5.0], {})
 ROUND = {"shape": {"type": "disc", "center": [45.0, 25.0], "radius": 46.0}}

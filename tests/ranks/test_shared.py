@@ -11,8 +11,10 @@ from tests.ranks.launch import launched, needs_mpi
 from tests.ranks.shared_cases import case_of
 
 RESUMED = ("sides", "plastic", "edges viscous", "on faces", "inside", "breaking", "links")
+MOVING = ("updated", "updated plastic", "updated walls", "updated relaxed", "updated contact")
 GROUPS = [
     ("plastic", "edges viscous", "on faces", "cracked", "contact", "sides, resumed"),
+    ("updated sheared", "updated walls", "updated, resumed"),
     ("viscous", "rubber", "bar", "edges", "kernel", "sides"),
     ("inside", "periodic", "relaxed", "jittered edges", "cracked kernel", "mapped"),
     ("breaking", "breaking kernel", "breaking points", "links", "relaxed, stopped", "edges, begun"),
@@ -21,6 +23,9 @@ GROUPS = [
     ("contact 3D", "tie", "contact, resumed"),
     ("plastic, threads", "contact, threads"),
     ("balls", "balls of links", "balls of links, resumed"),
+    ("updated", "updated plastic", "updated cracked", "updated bar", "updated, threads"),
+    ("updated contact", "updated relaxed", "updated balls", "updated nodes", "updated bodies"),
+    ("updated relaxed, stopped", "updated, begun", *(f"{each}, resumed" for each in MOVING[1:])),
 ]
 """Some of all, and the rest, which is slow."""
 
@@ -34,8 +39,8 @@ SHAPES = [
 ]
 """The same of bodies that no grid has cut."""
 
-FIRST = [("shared_cases", GROUPS[0]), ("shape_cases", SHAPES[0])]
-REST = [*(("shared_cases", names) for names in GROUPS[1:]), *(("shape_cases", names) for names in SHAPES[1:])]
+FIRST = [*(("shared_cases", names) for names in GROUPS[:2]), ("shape_cases", SHAPES[0])]
+REST = [*(("shared_cases", names) for names in GROUPS[2:]), *(("shape_cases", names) for names in SHAPES[1:])]
 
 
 @pytest.mark.parametrize(("cases", "groups"), [(shared_cases.CASES, GROUPS), (shape_cases.CASES, SHAPES)])

@@ -80,9 +80,12 @@ class Clock:
         t, dt, _, _ = self.time.numpy()
         self.time.assign([t, dt * factor, t, float(self.step.numpy()[0])])
 
-    def launch(self, kernel: wp.Kernel, n: int, inputs: Sequence[object], outputs: Sequence[object]) -> None:
-        """Launch a kernel at once, or put it into the list that is being made."""
-        launch = Launch(kernel, n, list(inputs), list(outputs), self.device, *self._part)
+    def launch(
+        self, kernel: wp.Kernel, n: int, inputs: Sequence[object], outputs: Sequence[object], first: int = 0
+    ) -> None:
+        """Launch a kernel at once, or put it into the list that is being made. `first`: a ranged one does the n rows from
+        there on."""
+        launch = Launch(kernel, n, list(inputs), list(outputs), self.device, *self._part, first)
         if self._listed is None:
             launch.run()
         else:

@@ -57,7 +57,9 @@ class Share:
 class Split:
     """The part of a body that a process has: its shares of the `nodes` and of the `points` that carry the stress. Of the
     whole it knows, in cells of its grid, `middle` (dim,), where its nodes are in the mean, and `low` (dim,), where the
-    first are. `layers` of its cells across the first axis of the grid that it holds, from one up to another."""
+    first are. `layers` of its cells across the first axis of the grid that it holds, from one up to another. `right`: of a
+    body that every process holds all of, the nodes and the points in those layers, whose state is that of their owners in
+    every step."""
 
     domain: "Domain"
     nodes: Share
@@ -65,6 +67,7 @@ class Split:
     middle: np.ndarray | None = None
     low: np.ndarray | None = None
     layers: tuple[int, int] = (0, 0)
+    right: tuple[slice, slice] | None = None
 
     def particles(self, *, at_nodes: bool) -> Share:
         """Its share of the particles, which are at the nodes or at the points."""
@@ -82,6 +85,14 @@ class Halo(Protocol):
 
     def fill(self, rows: np.ndarray) -> None:
         """The same of rows on the host."""
+        ...
+
+
+class ChosenHalo(Halo, Protocol):
+    """The same of some of the copies, which are chosen anew now and then."""
+
+    def choose(self, rows: np.ndarray) -> None:
+        """From now on those of `rows` (k,), ascending, among the rows held: all processes choose together."""
         ...
 
 
@@ -135,6 +146,10 @@ class Domain(Protocol):
 
     def halo(self, share: Share) -> Halo:
         """What keeps copies of a body's rows up to date."""
+        ...
+
+    def chosen_halo(self, share: Share) -> ChosenHalo:
+        """What keeps some copies up to date: none until they are chosen."""
         ...
 
     def cores(self) -> Sequence[int]:
@@ -192,6 +207,13 @@ class Whole:
     def halo(self, share: Share) -> Halo:
         """There are no copies."""
         return self
+
+    def chosen_halo(self, share: Share) -> ChosenHalo:
+        """There are no copies."""
+        return self
+
+    def choose(self, rows: np.ndarray) -> None:
+        """There are no copies."""
 
     def cores(self) -> Sequence[int]:
         """All that it may use."""

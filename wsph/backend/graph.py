@@ -111,6 +111,10 @@ class Program:
         if self._team is not None:
             self._team.dismiss()
 
+    def forget(self) -> None:
+        """Make the launches anew: what they take was changed by others than this program."""
+        self._graphs, self._segments, self._stretches = {}, [], []
+
     def prepare(self, steps: int) -> None:
         """Capture what `run(steps)` replays: about 1 ms per captured step, once."""
         if self.batched:
@@ -127,7 +131,7 @@ class Program:
         with self._team.at_work() if self._team is not None else contextlib.nullcontext():
             while done < steps and not stop():
                 if self._before is not None and self._before():
-                    self._graphs, self._segments, self._stretches = {}, [], []
+                    self.forget()
                 if self._team is not None:
                     done += self._share(self._team, steps - done)
                 elif self.hosted:

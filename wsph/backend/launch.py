@@ -14,8 +14,8 @@ from wsph.backend.kernels import is_ranged
 
 @dataclass(frozen=True)
 class Launch:
-    """A kernel over `n` threads. A ranged one takes, before the inputs, where a range of them begins. Launches of a `group`,
-    from 1 on, take of those of their own `part` of it alone."""
+    """A kernel over `n` threads. A ranged one takes, before the inputs, where a range of them begins: its rows are from
+    `first` on. Launches of a `group`, from 1 on, take of those of their own `part` of it alone."""
 
     kernel: wp.Kernel
     n: int
@@ -24,6 +24,7 @@ class Launch:
     device: str
     group: int = 0
     part: int = 0
+    first: int = 0
 
     @property
     def divisible(self) -> bool:
@@ -32,7 +33,7 @@ class Launch:
 
     def run(self, low: int = 0, high: int | None = None) -> None:
         """Launch the threads from `low` to `high`, of a divisible launch, or all of them."""
-        inputs = [low, *self.inputs] if self.divisible else self.inputs
+        inputs = [self.first + low, *self.inputs] if self.divisible else self.inputs
         n = (self.n if high is None else high) - low
         wp.launch(self.kernel, n, inputs=inputs, outputs=self.outputs, device=self.device)
 

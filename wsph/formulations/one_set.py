@@ -199,8 +199,8 @@ class OneSetSystem(System):
             self.allowed = None
         if part != "rest":
             self._prescribed.combined(out, plain, self.clock)
-        terms = _buffers(plain), _buffers(timed), _buffers(squared)
-        combine(self.space, self.clock, *terms, span, out.buffer)
+        for each in self._spans(out, span):
+            combine(self.space, self.clock, _buffers(plain), _buffers(timed), _buffers(squared), each, out.buffer)
 
     def drift(self, state: State, k: State, c: float, ahead: float = 0.0) -> None:
         """All of `state` but its velocity goes on by c dt: `rate` and `combine`, `ahead` as there, in one launch where only

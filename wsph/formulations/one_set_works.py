@@ -12,7 +12,7 @@ from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.domain import Domain, Share, any_of
 from wsph.backend.space import Array, Space
-from wsph.backend.state import State
+from wsph.backend.state import Field, State
 from wsph.boundary.conditions import Conditions
 from wsph.boundary.loads.carried import Carried, Forms
 from wsph.boundary.loads.reactions import Terms
@@ -186,14 +186,21 @@ def pieces_of(
     placement: Placement,
     domain: Domain,
     attached: Mapping[str, Attached],
+    more: Mapping[str, Rows] | None = None,
 ) -> dict[str, list[Piece]]:
     """Where the kept arrays of a body stand in those of all processes that share it, by their names. `placement`: its
-    particles and its points; `attached`: its parts."""
+    particles and its points; `attached`: its parts; `more` that it keeps."""
     shares = placement.share, placement.point_share
     particles, points = (Rows.of(share) for share in shares)
+
+    def rows(field: Field) -> Rows:
+        share, of = (shares[1], points) if field.at_points else (shares[0], particles)
+        count = state.counts[field.name]
+        return of if count == share.held else Rows.alike(count, domain)
+
     fields = [field for field in state.layout.fields if field.name in state.start]
-    own = [Piece(state.start[field.name], field.width, points if field.at_points else particles) for field in fields]
-    known = prescribed.rows(shares[0], domain)
+    own = [Piece(state.start[field.name], field.width, rows(field)) for field in fields]
+    known = prescribed.rows(shares[0], domain) | dict(more or {})
     known |= {f"{key}.{name}": rows for key, part in attached.items() for name, rows in part.rows().items()}
     known |= {"fading.zeta": points, "fading.freed": points}
     known |= {f"drag.work.{name}": particles for name in ("before", "_hold")}

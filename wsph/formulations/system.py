@@ -3,7 +3,7 @@
 # pyright: strict
 # pyright: reportUnknownArgumentType=false, reportUnknownVariableType=false
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -69,6 +69,16 @@ class Segmented:
         chunks = 1 + max(segments[0], -(-int(self.fields * cells) // max(self.chunk, 1)))
         shared = self.chunk * chunks + self.spare - self.inner * inner
         return shared + self.cells * segments[0] + self.nodes * segments[1]
+
+
+@dataclass(frozen=True)
+class Sight:
+    """What a process works on of a body of which it has all particles: those whose stress it finds, and all that it lets
+    move; and memory of pairs that it does without [bytes]."""
+
+    stressed: int
+    moved: int
+    spared: int
 
 
 class System:
@@ -252,8 +262,25 @@ class System:
         laws = self.constitutive.laws
         if laws.project is not None:
             self.allowed = state
-            kernel = project_kernel(self.space, laws, state.layout)
-            self.clock.launch(kernel, state.counts["stress"], [self.constitutive.params], [state.struct])
+            kernel, rows = project_kernel(self.space, laws, state.layout), self._stressed(state)
+            inputs = [self.constitutive.params]
+            self.clock.launch(kernel, rows.stop - rows.start, inputs, [state.struct], rows.start)
+
+    def _stressed(self, state: State) -> slice:
+        """The points whose stress steps find."""
+        return slice(0, state.counts["stress"])
+
+    def _spans(self, state: State, span: tuple[int, int]) -> Iterable[tuple[int, int]]:
+        """What steps change of the entries of a state from one up to another."""
+        return (span,)
+
+    def sight(self, own: slice, right: slice) -> Sight | None:
+        """What a process would work on that owns a range of its particles, and has the states of another right; None where
+        that is what it holds."""
+        return None
+
+    def bring(self) -> None:
+        """Bring what other processes own up to date, of particles that steps leave behind."""
 
     def current_position(self) -> np.ndarray:
         """Where the particles are, (n, dim) [m]: the reference configuration where nothing follows their displacement."""

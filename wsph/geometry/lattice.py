@@ -364,13 +364,15 @@ def slab_of(
     *,
     joined: bool,
     who: str,
+    entire: bool = False,
     lattice_rotate: Rotation,
     cracks: tuple[tuple[tuple[float, ...], tuple[float, ...]], ...],
     split: bool,
     map: Callable[[np.ndarray], np.ndarray] | None,
 ) -> Lattice:
     """The part of a lattice that a process of a domain has, which holds `reach` layers beyond what it owns; `joined` and
-    `who` as of `wsph.ranks.slabs.slabs`, the rest as of `lattice`. None makes more of the lattice than its part."""
+    `who` as of `wsph.ranks.slabs.slabs`, the rest as of `lattice`. None makes more of the lattice than its part, unless
+    each is to hold the `entire` lattice, to own its part of that."""
     grid, dim = plan(shape, spacing, lattice_rotate), shape.dim
     count = int(grid.count[0]) + 1
     first, end = (count * k // domain.size for k in (domain.rank, domain.rank + 1))
@@ -390,7 +392,10 @@ def slab_of(
 
     def made(window: tuple[int, int]) -> Lattice:
         own = slabs(nodes, cells, domain.size, reach, joined=joined, who=who)[domain.rank].over(window, nodes, cells)
-        part = Split(domain, own.nodes, own.cells, middle, low, own.layers)
+        right, around = None, own.layers
+        if entire:
+            right, own = (own.nodes.window, own.cells.window), own.over((0, len(cells)), nodes, cells)
+        part = Split(domain, own.nodes, own.cells, middle, low, around, right)
         return replace(given(held=Held(own, part, plain)), widened=made, completed=given)
 
     given = partial(

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from wsph.backend.domain import Share
+from wsph.backend.domain import Domain, Share
 from wsph.backend.space import Array
 from wsph.ranks.communicator import Communicator
 
@@ -39,6 +39,50 @@ class Exchange:
         waits += [self._comm.Isend(rows[each], other, 3) for other, each in self._out]
         for each in waits:
             each.Wait()
+
+
+class ChosenExchange:
+    """Messages that keep chosen copies up to date (`wsph.backend.domain.ChosenHalo`), from wherever they stand."""
+
+    def __init__(self, comm: Communicator, domain: Domain, shares: Sequence[Share]):
+        self._comm, self._domain, self._shares = comm, domain, shares
+        self._into: list[tuple[int, np.ndarray]] = []
+        self._out: list[tuple[int, np.ndarray]] = []
+
+    def choose(self, rows: np.ndarray) -> None:
+        domain, mine = self._domain, self._shares[self._domain.rank]
+        wanted = domain.joined(rows + mine.first)
+        ends = np.cumsum(domain.joined(np.array([len(rows)])))
+        self._into, self._out = [], []
+        for other, theirs in enumerate(self._shares):
+            if other == domain.rank:
+                continue
+            asked = wanted[ends[other - 1] if other else 0 : ends[other]]
+            for found, each, owner in ((self._into, rows + mine.first, theirs), (self._out, asked, mine)):
+                low, high = np.searchsorted(each, [owner.low, owner.high])
+                if high > low:
+                    found.append((other, each[low:high] - mine.first))
+
+    @property
+    def sent(self) -> int:
+        """Rows that it sends."""
+        return sum(len(each) for _, each in self._out)
+
+    def update(self, field: Array) -> None:
+        rows: np.ndarray = field.numpy()  # on a CPU a view
+        self.fill(rows)
+        if field.device is not None and not field.device.is_cpu:
+            field.assign(rows)
+
+    def fill(self, rows: np.ndarray) -> None:
+        into = [np.empty((len(each), *rows.shape[1:]), rows.dtype) for _, each in self._into]
+        out = [rows[each] for _, each in self._out]  # kept until it is there
+        waits = [self._comm.Irecv(each, other, 3) for each, (other, _) in zip(into, self._into, strict=True)]
+        waits += [self._comm.Isend(each, other, 3) for each, (other, _) in zip(out, self._out, strict=True)]
+        for each in waits:
+            each.Wait()
+        for found, (_, each) in zip(into, self._into, strict=True):
+            rows[each] = found
 
 
 def _overlap(holder: Share, owner: Share, first: int | None = None) -> list[slice]:

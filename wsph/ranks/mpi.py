@@ -19,7 +19,7 @@ from wsph.backend.domain import Share, failing_together
 from wsph.backend.threads import cores
 from wsph.errors import WsphError
 from wsph.ranks.communicator import Communicator
-from wsph.ranks.exchange import Exchange
+from wsph.ranks.exchange import ChosenExchange, Exchange
 
 T = TypeVar("T")
 
@@ -133,6 +133,9 @@ class Ranks:
 
     def halo(self, share: Share) -> Exchange:
         return Exchange(self._comm, self._hear(share), self.rank)
+
+    def chosen_halo(self, share: Share) -> ChosenExchange:
+        return ChosenExchange(self._comm, self, self._hear(share))
 
 
 def _pieces(rows: np.ndarray) -> list[np.ndarray]:

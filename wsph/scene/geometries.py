@@ -89,8 +89,11 @@ def reach_of(scene: Scene, body: Body, formulation: Formulation) -> tuple[int, b
     """How many layers of cells away the acceleration of a particle depends on where others are, and whether particles are
     their own points, where stress is found. Points see the corners of their cells; along edges gradients and stresses are
     averaged, so that there are four steps from one particle to the next, and volumes may be of blocks of two; of a kernel
-    there are two of its support."""
+    there are two of its support. Where pairs follow the motion it is what particles see that counts: one layer is what
+    loads on faces take."""
     traits, run = formulation.traits, scene.run
+    if traits.pairs_follow:
+        return 1, traits.pairwise
     if traits.corners and not run.kernel_by:
         return 1, False
     own = [part.support for part in body.parts.values() if part.support is not None]
@@ -224,7 +227,8 @@ def _lattice(
     made = partial(lattice, lattice_rotate=turn, cracks=cracks, split=split, map=moved)
     if domain.size > 1:
         reach, joined = reach_of(scene, body, formulation)
-        slab = partial(slab_of, domain=domain, reach=reach, joined=joined, who=f"body {body.name!r}")
+        entire, who = formulation.traits.pairs_follow, f"body {body.name!r}"
+        slab = partial(slab_of, domain=domain, reach=reach, joined=joined, who=who, entire=entire)
         made = partial(slab, lattice_rotate=turn, cracks=cracks, split=split, map=moved)
     try:
         return made(shape, spacing, body.jitter, seed)

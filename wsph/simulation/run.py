@@ -252,6 +252,7 @@ class Running:
                 self._folder.table("relax.csv", relaxations.columns)
         if relaxation.done:
             taken = relaxations.end()
+            self._composition.program.forget()  # its pairs may have been found anew
             # Before the first step the ledger has not begun.
             self._ledger.taken += taken if step > 0 else 0.0
             self._records.retimed()

@@ -101,10 +101,11 @@ def _kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
         i = wp.tid()
         radius = reach[i]
         n = int(0)
-        for j in wp.hash_grid_query(grid, targets[i], radius):
-            r = sources[j] - targets[i]
-            if wp.dot(r, r) < radius * radius and (same == 0 or i != j):
-                n += 1
+        if radius > real(0.0):
+            for j in wp.hash_grid_query(grid, targets[i], radius):
+                r = sources[j] - targets[i]
+                if wp.dot(r, r) < radius * radius and (same == 0 or i != j):
+                    n += 1
         count_out[i] = n
 
     @kernel(module=module)
@@ -121,6 +122,8 @@ def _kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
         radius = reach[i]
         start = offsets[i]
         n = int(0)
+        if offsets[i + 1] == start:
+            return
         for j in wp.hash_grid_query(grid, targets[i], radius):
             r = sources[j] - targets[i]
             if wp.dot(r, r) < radius * radius and (same == 0 or i != j):
@@ -136,18 +139,25 @@ def _kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
 
 
 def find_pairs(
-    targets: np.ndarray, sources: np.ndarray, radius: float | np.ndarray, device: str = "cpu", same: bool = False
+    targets: np.ndarray,
+    sources: np.ndarray,
+    radius: float | np.ndarray,
+    device: str = "cpu",
+    same: bool = False,
+    wanted: np.ndarray | None = None,
 ) -> Pairs:
     """All pairs with |target - source| < `radius`, one number or one for each target (n,).
 
     `targets` (n, dim), `sources` (m, dim) and `radius` in one unit.
 
-    `same`: targets are the sources, and a particle is not its own neighbour (one that coincides with it is). Raises
+    `same`: targets are the sources, and a particle is not its own neighbour (one that coincides with it is); `wanted` (n,)
+    bool: the rows of other targets stay empty. Raises
     ValueError for positions that are not finite (a hash grid would lose their pairs silently), for a radius that is not
     above zero, and where the pairs outnumber a 32-bit index.
     """
     radii, dim, n, m = _radii(targets, sources, radius), targets.shape[1], len(targets), len(sources)
-    reach = wp.array(np.ascontiguousarray(radii), dtype=wp.float64, device=device)
+    every = radii if wanted is None else np.where(wanted, radii, 0.0)
+    reach = wp.array(np.ascontiguousarray(every), dtype=wp.float64, device=device)
     if n == 0 or m == 0:
         empty = wp.zeros(0, dtype=wp.int32, device=device)
         return Pairs(wp.zeros(n + 1, dtype=wp.int32, device=device), empty, n, m, reach)

@@ -181,7 +181,9 @@ class Products:
 
     def damping(self, x: np.ndarray) -> np.ndarray:
         """D x, (n dim,), of all pairs."""
-        size = float(max(np.abs(self._rows(x)[rows] / self._root[rows]).max() for rows in self._pieces()))
+        own = self.system.share.own
+        parts = (slice(first, min(first + ROWS, own.stop)) for first in range(own.start, own.stop, ROWS))
+        size = float(max(np.abs(self._rows(x)[rows] / self._root[rows]).max() for rows in parts))
         size = float(self.system.domain.max(np.array(size)))
         drag = self._drag(x, size)
         drag -= self._idle

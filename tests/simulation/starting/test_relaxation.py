@@ -12,6 +12,7 @@ import wsph
 from tests import scenes
 from wsph.checking import described
 from wsph.errors import Refused, SceneError, Unstable
+from wsph.formulations.updated.rates import UpdatedRates
 from wsph.simulation.starting import relaxation
 
 UNTIL = 1e-6
@@ -154,6 +155,23 @@ def test_the_same_for_any_number_of_threads(monkeypatch: pytest.MonkeyPatch) -> 
     )
     assert one.summary["relaxation"] == two.summary["relaxation"]
     assert all((one.particles[name] == two.particles[name]).all() for name in one.particles)
+
+
+def test_steps_after_it_take_the_pairs_that_it_has_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of a body that was compressed by a quarter in it, as if every step were listed anew."""
+    stages = [{"name": "a", "duration": 3.0}, {"name": "b", "duration": 3.0, "relax": {"until": 1e-2}}]
+    made = scenes.scene(
+        scenes.body(scenes.box(12.0, 4.0), 1.0, state="strain", material=scenes.material()),
+        run={"formulation": "updated-lagrangian", "dt": 0.3, "end": None},
+        steps=stages,
+        boundary=[scenes.held("-x", 2), {"body": "b", "face": "+x", "traction": {"x": -0.3}, "steps": ["b"]}],
+    )
+    straight = wsph.run(made)
+    follow = UpdatedRates.follow
+    monkeypatch.setattr(UpdatedRates, "follow", lambda rates: follow(rates) or True)
+    listed = wsph.run(made)
+    for name in ("velocity", "stress"):
+        np.testing.assert_array_equal(straight.particles[name], listed.particles[name])
 
 
 def test_what_is_driven_waits_and_velocities_come_after() -> None:

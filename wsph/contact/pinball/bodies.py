@@ -64,7 +64,7 @@ class ContactBody:
         self.held: Array = wp.zeros(self.count, dtype=wp.float64, device=device)
         free = system.free_components.reshape(-1, space.dim).astype(space.numpy)
         self.free: Array = wp.array(free, dtype=space.vec, device=device)
-        self.skin = Skin(space, self.count, clock, system.domain)
+        self.skin = Skin(space, self.count, clock, system.domain, system.share.own)
         self.struct = body_struct(space)()
         self.struct.x = wp.array(place, dtype=space.vec, device=device)
         self.struct.u, self.struct.v, self.struct.volume = self.u, self.v, self.volume

@@ -74,7 +74,7 @@ class Surfaces:
         self._due_kept: Array = wp.zeros(1, dtype=wp.int32, device=clock.device)
         self._skin = SKIN * max(surface.spacing for surface in surfaces.values())
         own = {name: systems[name] for name in surfaces}
-        self._skins = {name: Skin(space, each.count, clock, each.domain) for name, each in own.items()}
+        self._skins = {name: Skin(space, each.count, clock, each.domain, each.share.own) for name, each in own.items()}
         self._spare: dict[str, State] = {}
         for name, each in own.items():
             rate = _Spare(_Velocity(wp.zeros(each.count, dtype=space.vec, device=clock.device)))

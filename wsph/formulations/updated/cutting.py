@@ -53,7 +53,7 @@ class Cut:
     """What forces take of n particles, of those that see both sides of a plane alone, and without images."""
 
     def __init__(self, space: Space, form: Form, n: int, clock: Clock, arrays: Arrays):
-        self._space, self._form, self._count, self._clock = space, form, n, clock
+        self._space, self._form, self._clock = space, form, clock
         self._no_image = arrays.zeros("no image", n + 1, wp.int32)
         self._corrected = arrays.zeros("corrected", n, space.mat)
         self._pull = arrays.zeros("pull", n if form.remembers else 1, space.vec)
@@ -70,10 +70,13 @@ class Cut:
         alone.images = images
         return alone
 
-    def answers(self, rows: object, side: wp.array, answers: object, memory: object) -> tuple[object, object]:
-        """Answers and memory of the particles that see both sides, `side` (n,) int32, zero of the others (a launch)."""
-        inputs = [rows, side, answers.corrected, memory.pull]
-        self._clock.launch(_astride_kernel(self._space, self._form), self._count, inputs, [self._corrected, self._pull])
+    def answers(
+        self, rows: object, side: wp.array, answers: object, memory: object, some: slice
+    ) -> tuple[object, object]:
+        """Answers and memory of the particles that see both sides, `side` (n,) int32, zero of the others, of `some` in a
+        range (a launch)."""
+        inputs, made = [rows, side, answers.corrected, memory.pull], _astride_kernel(self._space, self._form)
+        self._clock.launch(made, some.stop - some.start, inputs, [self._corrected, self._pull], some.start)
         found, kept = answers_struct(self._space)(), memory_struct(self._space)()
         found.mean, found.extra, found.corrected, kept.pull = answers.mean, answers.extra, self._corrected, self._pull
         return found, kept

@@ -86,10 +86,15 @@ def shifts_of(kinds: list[Kind], walls: list[Wall], origin: np.ndarray) -> np.nd
 
 
 def find_images(
-    kinds: list[Kind], shift: np.ndarray, place: np.ndarray, reach: float, device: str
+    kinds: list[Kind],
+    shift: np.ndarray,
+    place: np.ndarray,
+    reach: float,
+    device: str,
+    wanted: np.ndarray | None = None,
 ) -> tuple[Pairs, np.ndarray, np.ndarray]:
-    """Pairs of particles at `place` (n, dim) with images nearer than `reach`, and the particle and the kind of each image.
-    `shift` (kinds, dim) as in `images_struct`; all nondimensional."""
+    """Pairs of particles at `place` (n, dim), or of those `wanted` (n,) bool, with images nearer than `reach`, and the
+    particle and the kind of each image. `shift` (kinds, dim) as in `images_struct`; all nondimensional."""
     parents, numbers, images = [], [], []
     for number, kind in enumerate(kinds):
         there = place[kind.columns] @ kind.turn.T + shift[number]
@@ -98,6 +103,6 @@ def find_images(
         numbers.append(np.full(int(near.sum()), number))
         images.append(there[near])
     parent, number, there = np.concatenate(parents), np.concatenate(numbers), np.concatenate(images)
-    pairs = find_pairs(place, there, reach, device)
+    pairs = find_pairs(place, there, reach, device, wanted=wanted)
     sees = np.stack([kind.columns for kind in kinds])
     return pairs.where(sees[number[pairs.indices.numpy()], pairs.rows()]), parent, number

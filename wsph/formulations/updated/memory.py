@@ -55,10 +55,10 @@ def remembered_energy_kernel(space: Space, layout: Layout) -> wp.Kernel:
     real, dim, Fields, Points = space.scalar, space.dim, fields_struct(space, layout), points_struct(space)
 
     @kernel()
-    def remembered_energy(count: int, points: Points, fields: Fields, energy_out: wp.array(dtype=wp.float64)):
+    def remembered_energy(low: int, end: int, points: Points, fields: Fields, energy_out: wp.array(dtype=wp.float64)):
         block = wp.tid()
         total = wp.float64(0.0)
-        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+        for i in range(low + block * BLOCK, wp.min(low + (block + 1) * BLOCK, end)):
             d = (wp.identity(n=dim, dtype=real) + fields.deformation[i]) * fields.deviation[i]
             total += wp.float64(real(0.5) * points.stabilisation * points.volume[i] * wp.dot(d, d))
         energy_out[block] = total

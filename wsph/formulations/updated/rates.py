@@ -19,7 +19,8 @@ ascend, so that the step at which pairs are rebuilt does not change the sums.
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
-from functools import cache
+from collections.abc import Callable, Sequence
+from functools import cache, partial
 
 import numpy as np
 import warp as wp
@@ -39,6 +40,7 @@ from wsph.formulations.updated.gradient import velocity_gradient_ahead
 from wsph.formulations.updated.images import find_images, kinds_of, shifts_of
 from wsph.formulations.updated.memory import memory_struct, remembered_energy_kernel
 from wsph.formulations.updated.moments import moments_kernel
+from wsph.formulations.updated.near import Near, Sights
 from wsph.formulations.updated.walls import PLACE, drift_walls_kernel, place_images_kernel, walls_of
 from wsph.geometry.lattice import Lattice
 from wsph.parts.body_force import BodyForceKinds, weightless
@@ -83,6 +85,10 @@ class UpdatedRates:
     """Inertia and loads for the forces of the body alone, once they are asked for."""
     seen = None
     """Parts of the body get no neighbourhood here: its pairs follow the motion."""
+    bring: Callable[[], None] | None = None
+    """Brings what other processes own up to date."""
+    sights: Sights = ()
+    """Pairs of particles, and with images."""
 
     def __init__(self, made: RateSetup, state: State):
         host, placement, space = made.host, made.placement, made.host.space
@@ -95,7 +101,12 @@ class UpdatedRates:
             raise Refused(f"body {host.name!r}: {text}, not {step.tolist()}")
         self._space, self._clock, self._state, self._body = space, made.setup.clock, state, body
         self._constitutive, self._loads, self._force = host.constitutive, made.loads, made.force
-        self._count, self._at_nodes = placement.count, placement.at_nodes
+        self._count, self._at_nodes, self._domain = placement.count, placement.at_nodes, made.domain
+        if placement.share.held < placement.share.whole:
+            text = "its pairs follow the motion, for which every process has to have all of it, and not a part"
+            raise Refused(f"body {host.name!r}: {text}: start it without mpiexec")
+        right = body.split.right
+        self.near = Near(placement.share, None if right is None else right[0 if placement.at_nodes else 1], made.domain)
         self._arrays = made.arrays.part("rates")
         self.form = made.form(loaded=made.loads.count > 0)
         self._coefficients = made.coefficients(self.form)
@@ -110,11 +121,11 @@ class UpdatedRates:
         self._shift = shifts_of(self._kinds, self._walls, placement.position.mean(0)) / length
         self._allocate(placement.volume, made.stabilisation * (length / body.spacing) ** 2)
         self._make_images()
-        self.skin = Skin(space, self._count, self._clock)
+        self.skin = Skin(space, self._count, self._clock, made.domain, self.near.own)
         self._arrays.part("skin").adopt(self.skin, {"found": self.skin.found})
         self._find()
         self.refresh(state)
-        made.refuse_isolated(self._rank.numpy())
+        made.refuse_isolated(made.domain.joined(self._rank.numpy()[self.near.own]))
 
     def _allocate(self, volume: np.ndarray, spring: float) -> None:
         """The arrays of the n particles, nondimensional; `volume` (n,) at the start, `spring` the stiffness per volume
@@ -154,18 +165,36 @@ class UpdatedRates:
         self._driven = sum(wall.driven for wall in self._walls)
         self._wall_facts = walls_of(space, kinds, self._walls, self._shift, self._arrays.part("walls"))
 
-    def _find_images(self, place: np.ndarray) -> None:
-        """Pairs with images of particles at `place` (n, dim), nondimensional. Walls move too, for which there is more
-        skin."""
-        shift, device = self._shift.copy(), self._clock.device
+    def _where_images(self) -> np.ndarray:
+        """Where images of every kind stand now, (kinds, dim), as in `images_struct`."""
+        shift = self._shift.copy()
         if self._driven:
             driven = [wall for wall in self._walls if wall.driven]
             moved = dict(zip(map(id, driven), self._state.read(PLACE), strict=True))
             for row, kind in enumerate(self._kinds):
                 for wall in (self._walls[k] for k in kind.walls if self._walls[k].driven):
                     shift[row] += 2.0 * (moved[id(wall)] @ wall.normal) * wall.normal
-        pairs, parent, kind = find_images(self._kinds, shift, place, self._reach + self._thickness, device)
-        images = self._coefficients.images
+        return shift
+
+    def _look(self, place: np.ndarray, wanted: np.ndarray | None) -> Sights:
+        """What particles at `place` (n, dim), nondimensional, or those `wanted` (n,) bool, see: each other, and images.
+        Walls move too, for which there is more skin."""
+        device, body = self._clock.device, self._body
+        pairs = find_pairs(place, place, self._reach, device, same=True, wanted=wanted)
+        if body.cracks:
+            nodes, cells = body.off_cracks
+            off_cracks = nodes if self._at_nodes else cells
+            pairs = visible(pairs, body, off_cracks, off_cracks)
+        if not self._kinds:
+            return [(pairs, None)]
+        reach = self._reach + self._thickness
+        images, parent, kind = find_images(self._kinds, self._where_images(), place, reach, device, wanted)
+        self._number = kind
+        return [(pairs, None), (images, parent)]
+
+    def _take_images(self, pairs: Pairs, parent: np.ndarray, kind: np.ndarray) -> None:
+        """Pairs of particles and images, and the particle and the kind of every image."""
+        images, device = self._coefficients.images, self._clock.device
         images.offsets, images.indices = pairs.offsets, pairs.indices
         images.parent = wp.array(parent, dtype=wp.int32, device=device)
         images.kind = wp.array(kind, dtype=wp.int32, device=device)
@@ -187,18 +216,18 @@ class UpdatedRates:
     def _find(self, displacement: np.ndarray | None = None) -> None:
         """Pairs of where the particles are, or were at `displacement`, the skin included."""
         if displacement is None:
+            if self.bring is not None:
+                self.bring()
             displacement = self._state.read("displacement")
-        place, body = self._place + displacement, self._body
+        place = self._place + displacement
         if not np.isfinite(place).all():
             return  # the finite check says so
-        pairs = find_pairs(place, place, self._reach, self._clock.device, same=True)
-        if body.cracks:
-            nodes, cells = body.off_cracks
-            off_cracks = nodes if self._at_nodes else cells
-            pairs = visible(pairs, body, off_cracks, off_cracks)
+        self.sights = self.near.find(partial(self._look, place))
+        pairs = self.sights[0][0]
         self.neighbours: Pairs = pairs
-        if self._kinds:
-            self._find_images(place)
+        for images, parent in self.sights[1:]:
+            assert parent is not None
+            self._take_images(images, parent, self._number)
         self._rows = rows_of(self._space, pairs)
         for name in ("offsets", "indices", "reach"):
             self._arrays.take(f"pairs.{name}", getattr(pairs, name))
@@ -229,8 +258,11 @@ class UpdatedRates:
 
     @property
     def pairs(self) -> int:
-        """Directed pairs, those in the skin included."""
-        return self.neighbours.count
+        """Directed pairs, those in the skin included, of its own particles."""
+        return self.neighbours.within(self.near.own)
+
+    def _launch(self, kernel: wp.Kernel, rows: slice, inputs: Sequence[object], outputs: Sequence[object]) -> None:
+        self._clock.launch(kernel, rows.stop - rows.start, inputs, outputs, rows.start)
 
     def rate(self, state: State, out: State, part: str = "all", ahead: float = 0.0) -> None:
         """`OneSetSystem.rate`; the rest takes places and velocities alone."""
@@ -239,18 +271,18 @@ class UpdatedRates:
             self._loads.follow(state)
             inputs = [self._force.struct, self._coefficients, self._rows, self._points, self._answers, self._memory]
             inputs += [self._loads.vectors, self._loads.following, state.struct]
-            self._clock.launch(self.kernels.force, self._count, inputs, [self.holding, out.struct])
+            self._launch(self.kernels.force, self.near.own, inputs, [self.holding, out.struct])
         if part != "velocity":
             self._place_images(state)
             if self._driven:
                 self._clock.launch(
                     drift_walls_kernel(self._space, state.layout), self._driven, [state.struct], [out.struct]
                 )
-            self._clock.launch(self.kernels.drift, self._count, [state.struct], [out.struct])
+            self._launch(self.kernels.drift, self.near.move, [state.struct], [out.struct])
             inputs = [self._clock.time, self._space.scalar(ahead), self._constitutive.params, self._coefficients]
             inputs += [self._rows, self._points, self._answers.corrected, self._points.share, state.struct]
             inputs += [state.struct]
-            self._clock.launch(self.kernels.flow, self._count, inputs, [out.struct])
+            self._launch(self.kernels.flow, self.near.stress, inputs, [out.struct])
 
     def internal(self, state: State, side: Array, out: State) -> None:
         """The accelerations of `out` by the forces between the body's particles in a state, without loads, gravity, damping
@@ -265,22 +297,24 @@ class UpdatedRates:
         found = [self._coefficients, self._rows, self._points, self._answers, self._memory]
         if self._cut is not None:
             alone, rows = self._cut.coefficients(self._coefficients), self._rows
-            found = [alone, rows, self._points, *self._cut.answers(rows, side, self._answers, self._memory)]
+            both = self._cut.answers(rows, side, self._answers, self._memory, self.near.stress)
+            found = [alone, rows, self._points, *both]
         inputs = [body, *found, none, none, state.struct]
-        self._clock.launch(self.kernels.force, self._count, inputs, [self.holding, out.struct])
+        self._launch(self.kernels.force, self.near.own, inputs, [self.holding, out.struct])
 
     def refresh(self, state: State) -> None:
         """Moments and, of a total law, stress of a state (a launch)."""
         self._place_images(state)
         inputs = [self._constitutive.params, self._coefficients, self._rows]
         outputs = [state.struct, self._points, self._answers, self._memory, self._rank]
-        self._clock.launch(self.kernels.moments, self._count, inputs, outputs)
+        self._launch(self.kernels.moments, self.near.stress, inputs, outputs)
 
     def held_energy(self, state: State) -> float:
         """Energy of what is remembered, of a state, nondimensional (a launch and a copy)."""
         if not self.form.remembers:
             return 0.0
-        sums: Array = wp.zeros(blocks(self._count), dtype=wp.float64, device=self._clock.device)
-        inputs = [self._count, self._points, state.struct]
+        own = self.near.own
+        sums: Array = wp.zeros(blocks(own.stop - own.start), dtype=wp.float64, device=self._clock.device)
+        inputs = [own.start, own.stop, self._points, state.struct]
         wp.launch(self.kernels.held, len(sums), inputs=inputs, outputs=[sums], device=self._clock.device)
-        return total(sums)
+        return total(sums, self._domain)

@@ -10,17 +10,20 @@ from wsph.boundary.natural import wall_conditions
 from wsph.boundary.programs.motion import Motion
 from wsph.errors import Refused
 from wsph.formulations.one_set import OneSetSystem
+from wsph.formulations.one_set_works import pieces_of
 from wsph.formulations.setup import Setup
 from wsph.formulations.updated.loads import spread_loads
+from wsph.formulations.updated.parted import PartedSystem
 from wsph.formulations.updated.rates import UpdatedRates
 from wsph.formulations.updated.wall_forces import WallForces
 from wsph.formulations.updated.walls import PLACE, SPEED, wall_fields, wall_values
 from wsph.geometry.lattice import Lattice
 from wsph.parts.part import Host
 from wsph.protocols import Entry
+from wsph.ranks.kept import Piece, Rows
 
 
-class UpdatedSystem(OneSetSystem):
+class UpdatedSystem(PartedSystem):
     """A body in the current configuration, as integrators see it. Walls that are driven have their places in its state."""
 
     listed = "its pairs follow the motion"
@@ -30,7 +33,8 @@ class UpdatedSystem(OneSetSystem):
         self._refuse_accelerated(setup)
         driven = [wall for wall in self.walls if wall.driven]
         self._driven = wall_values(self.space, driven, self.state, self.position, self.scales, self.device)
-        self._wall_work = WallForces(self.count, list(self.walls), self.rates, self.space, self.device)
+        walls = list(self.walls)
+        self._wall_work = WallForces(self.share, walls, self.rates, self.space, self.device, self.domain)
         self.arrays.part("walls").adopt(self._driven)
         self.arrays.part("walls.motions").adopt(self._driven.motions, self._driven.motions.kept())
         self.arrays.part("walls.work").adopt(self._wall_work, self._wall_work.kept())
@@ -61,6 +65,14 @@ class UpdatedSystem(OneSetSystem):
         speed, place = wall_fields(host.space)
         leading = sum(field.leads for field in layout.fields)
         return Layout((*layout.fields[:leading], speed, *layout.fields[leading:], place))
+
+    def pieces(self) -> dict[str, list[Piece]]:
+        blocks = Rows.of_blocks(self.share)
+        own = {"rates.skin.found": Rows.of(self.share), "walls.work._work": blocks, "walls.work._power": blocks}
+        moves = self._driven.motions.kept().items()
+        own |= {f"walls.motions.moves.{name}": Rows.alike(len(each), self.domain) for name, each in moves}
+        here = self.arrays.kept, self.state, self._prescribed, self.placement, self.domain
+        return pieces_of(*here, self.attached, own)
 
     def _set(self, state: State, c: float | tuple[float, float], *, counted: bool) -> None:
         super()._set(state, c, counted=counted)

@@ -12,6 +12,7 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.clock import Clock, dt_of
+from wsph.backend.domain import WHOLE, Domain, Share
 from wsph.backend.kernels import kernel
 from wsph.backend.reduce import BLOCK, totals
 from wsph.backend.space import Space
@@ -59,7 +60,7 @@ def _pull_kernel(space: Space, layout: Layout, form: Form) -> wp.Kernel:
         fields: Fields,
         clock: wp.array(dtype=wp.float64),
         share: wp.array2d(dtype=wp.float64),
-        count: int,
+        own: wp.vec2i,
         pull_out: wp.array2d(dtype=wp.float64),
         power_out: wp.array2d(dtype=wp.float64),
         work_out: wp.array2d(dtype=wp.float64),
@@ -67,7 +68,7 @@ def _pull_kernel(space: Space, layout: Layout, form: Form) -> wp.Kernel:
         block = first + wp.tid()
         for column in range(pull_out.shape[1]):
             pull_out[block, column] = wp.float64(0.0)
-        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+        for i in range(own[0] + block * BLOCK, wp.min(own[0] + (block + 1) * BLOCK, own[1])):
             pull = vec()
             if wp.static(form.remembers):
                 pull = memory.pull[i]
@@ -91,17 +92,19 @@ def _pull_kernel(space: Space, layout: Layout, form: Form) -> wp.Kernel:
 
 
 class WallForces(PowerWorks):
-    """Forces of the walls of a body of n particles, from what forces were last computed from (`rates` has that), and works
-    of the driven ones, a column for each of their components.
+    """Forces of the walls of a body on the particles that a process owns, from what forces were last computed from (`rates`
+    has that), and works of the driven ones, a column for each of their components.
 
     _pull   # (blocks, kinds dim) float64, Q of every kind of images, nondimensional
     _share  # (kinds, columns) float64, what of a component of Q a driven wall does
     """
 
-    def __init__(self, n: int, walls: list[Wall], rates: object, space: Space, device: str):
+    def __init__(
+        self, share: Share, walls: list[Wall], rates: object, space: Space, device: str, domain: Domain = WHOLE
+    ):
         kinds, driven = kinds_of(walls), [k for k, wall in enumerate(walls) if wall.driven]
         self.columns, self._dim = max(len(driven), 1) * space.dim, space.dim
-        super().__init__(n, bool(walls), device)
+        super().__init__(share, bool(walls), device, domain)
         self.driven, self._walls, self._kinds, self._rates = bool(driven), walls, kinds, rates
         if self._acts:
             self._all = shares_of(kinds, walls)
@@ -112,7 +115,8 @@ class WallForces(PowerWorks):
     def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object], list[object]]:
         rates = self._rates
         made = _pull_kernel(state.space, state.layout, rates.form)
-        return made, [*rates.wall_inputs(), state.struct, clock.time, self._share, self._n], [self._pull, self._power]
+        inputs = [*rates.wall_inputs(), state.struct, clock.time, self._share, wp.vec2i(self._low, self._n)]
+        return made, inputs, [self._pull, self._power]
 
     def gather(self, state: State, clock: Clock) -> None:
         """Find the forces in a state that was just refreshed, where steps do not (a launch)."""
@@ -140,4 +144,4 @@ class WallForces(PowerWorks):
     @property
     def total(self) -> float:
         """Work so far, nondimensional."""
-        return float(totals(self._work).sum()) if self._acts and self.driven else 0.0
+        return float(totals(self._work, self._domain).sum()) if self._acts and self.driven else 0.0

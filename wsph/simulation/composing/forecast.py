@@ -1,10 +1,11 @@
 """What a scene would take of several processes: particles, copies, messages, memory, and how much of their time is work.
 
 A process works on all rows that it holds, and sends the accelerations of those that others hold too, once a right-hand side.
+Where pairs follow the motion it holds all particles and has the pairs of what it works on: what it sees at the start.
 With c the time that a right-hand side takes a particle, measured by some steps of the scene in this process, and b the rate
 at which memory is copied, measured too, a step of n particles in N processes is efficient to
 
-    E = c n / (N max (c held + 2 bytes/b + messages alpha)).
+    E = c n / (N max (c worked + 2 bytes/b + messages alpha)).
 
 The latency alpha of a message is assumed: that of shared memory or of a fast network.
 """
@@ -18,7 +19,7 @@ import warp as wp
 
 from wsph.scene.scene import Scene
 from wsph.simulation.composing.composition import Composition
-from wsph.simulation.composing.parts import shares_of
+from wsph.simulation.composing.parts import part_of, shares_of
 from wsph.simulation.composing.setting import method_of
 from wsph.simulation.composing.shared import refuse_shared, refuse_whole, uncut
 
@@ -41,11 +42,16 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
     found = [None if k in fixed else shares_of(scene, run, method, count) for k, run in enumerate(composition.bodies)]
     sizes = [run.system.geometry.split.nodes.whole for run in composition.bodies]
     refuse_whole(scene, method, [each is not None for each in found], sizes, count)
-    cut = [shares for shares in found if shares is not None]
+    cut = [(run, shares) for run, shares in zip(composition.bodies, found, strict=True) if shares is not None]
     whole = [run for run, shares in zip(composition.bodies, found, strict=True) if shares is None]
-    own = np.array([[share.high - share.low for share in shares] for shares in cut]).sum(0)
-    copies = np.array([[share.held for share in shares] for shares in cut]).sum(0) - own
-    held = own + copies + sum(run.system.count for run in whole)
+    parts = [[part_of(run.system, share) for share in shares] for run, shares in cut]
+    own, copies, worked, nbytes = (
+        np.array([[getattr(each, name) for each in row] for row in parts]).sum(0)
+        for name in ("own", "copies", "worked", "nbytes")
+    )
+    more = sum(run.system.count for run in whole)
+    held, worked = own + copies + more, worked + more
+    memory = float(nbytes.max()) + sum(run.system.nbytes for run in whole)
     sent = int(copies.max()) * scene.dim * np.dtype(composition.space.numpy).itemsize
     per_particle, rate = _measured(composition), _copied()
     evaluations = max(run.work for run in composition.bodies)
@@ -56,9 +62,8 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
     halo, joined = 2.0 * (2 if count > 2 else 1), float(np.ceil(np.log2(count)))
     balls = sum(run.body.name in scene.balls for run, shares in zip(composition.bodies, found, strict=True) if shares)
     messages = ALPHA * (evaluations * (halo * len(cut) + joined * len(placed)) + (halo + joined) * balls)
-    longest = per_particle * float(held.max()) + messages + 2.0 * evaluations * sent / rate
+    longest = per_particle * float(worked.max()) + messages + 2.0 * evaluations * sent / rate
     efficiency = per_particle * composition.particles / (count * longest)
-    memory = composition.nbytes / composition.particles * float(held.max())
     return [
         ("processes", f"{count}, slabs across one axis of each body"),
         ("  particles", f"{own.min()} to {own.max()} of its own each"),
@@ -69,7 +74,15 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
         ),
         (
             "  copies",
-            f"up to {copies.max()} of others' particles, {100.0 * copies.max() / held.max():.2g} % of what it holds",
+            f"up to {copies.max()} of others' particles, {100.0 * copies.max() / held.max():.2g} % of what it works on",
+        ),
+        *(
+            (
+                "  states",
+                f"body {run.body.name!r}: every process has those of all {run.system.count}, and its part of the pairs",
+            )
+            for run, _ in cut
+            if run.system.traits.pairs_follow
         ),
         ("  messages", f"{sent / 1024:.4g} kB a right-hand side, {evaluations} of these a step"),
         ("  memory", f"{memory / 2**20:.4g} MB of arrays each"),

@@ -2,7 +2,10 @@
 
 # pyright: strict
 
+from dataclasses import dataclass
+
 from wsph.backend.domain import Share
+from wsph.formulations.system import System
 from wsph.geometry.grid import layers_of, plan
 from wsph.geometry.meshes.layered import Layered
 from wsph.ranks.slabs import TooFew, slabs
@@ -32,3 +35,24 @@ def shares_of(scene: Scene, run: BodyRun, method: Method, count: int) -> list[Sh
         return None
     at_cells = joined and not isinstance(geometry, Layered) and run.system.count == cells.sum()
     return [each.cells if at_cells else each.nodes for each in found]
+
+
+@dataclass(frozen=True)
+class Part:
+    """What a process has of a body: particles of its own, copies that it is told of, particles that it works on, and
+    memory [bytes]."""
+
+    own: int
+    copies: int
+    worked: float
+    nbytes: float
+
+
+def part_of(system: System, share: Share) -> Part:
+    """What a process with a share of the particles would have."""
+    own = share.high - share.low
+    sight = system.sight(slice(share.low, share.high), share.window)
+    if sight is None:
+        return Part(own, share.held - own, share.held, system.nbytes / system.count * share.held)
+    # Of the launches that go through pairs one in three is of its own alone.
+    return Part(own, sight.moved - own, (own + 2 * sight.stressed) / 3, system.nbytes - sight.spared)

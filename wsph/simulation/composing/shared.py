@@ -47,9 +47,8 @@ def _refuse(found: Sequence[tuple[str, str]]) -> None:
 
 def _faults(scene: Scene, method: Method) -> Iterator[tuple[str, str]]:
     traits = method.formulation.traits
-    if not (traits.one_set and traits.reference):
-        kind = "of two sets" if not traits.one_set else "that follows the motion"
-        yield "run.formulation", f"the {method.formulation.name} form {kind}"
+    if not traits.one_set:
+        yield "run.formulation", f"the {method.formulation.name} form of two sets"
     if scene.run.correction == "paper":
         yield "run.correction", "the correction of the paper"
     if len(scene.bodies) > 1 and scene.sections:

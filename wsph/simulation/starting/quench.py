@@ -10,7 +10,7 @@ threads. All of it are launches: steps are captured in blocks.
 Peaks that are as low as asked of a body at rest are left alone: what is fast would keep what is slow from showing.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 
 import numpy as np
@@ -132,11 +132,12 @@ class Quench:
         arrays: Arrays,
         share: Share,
         domain: Domain = WHOLE,
+        bring: Callable[[], None] | None = None,
     ):
         """Of the mass (n,) of its particles, nondimensional, and the arrays of the `body`; `share`: the particles that it
-        has."""
+        has; `bring`: brings copies up to date, where those of a step ago may be none that this step needs."""
         self._kernels, self._count = quench_kernels(space, layout), len(mass)
-        self._share, self._domain = share, domain
+        self._share, self._domain, self._bring = share, domain, bring
         self._mass = arrays.of("mass", mass, space.scalar)
         self._parts = arrays.zeros("parts", blocks(share.high - share.low), wp.float64)
         self._whole = self._parts if domain.size == 1 else arrays.zeros("whole", blocks(share.whole), wp.float64)
@@ -172,6 +173,13 @@ class Quench:
             inputs = [self.memory, len(now)]
             clock.launch(_back_kernel(now.dtype), -(-len(now) // WORDS), inputs, [now, before])
         clock.launch(stop, self._count, [self.memory], [state.struct])
+        if self._bring is not None and self._domain.size > 1:
+            clock.host(self._up_to_date)
+
+    def _up_to_date(self) -> None:
+        """Have what others own as they have gone back to it."""
+        if self._bring is not None and self.memory.numpy()[FELL] > 0.0:
+            self._bring()
 
     def _put_together(self) -> None:
         """Have the parts of all processes, in their order."""

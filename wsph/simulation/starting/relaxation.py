@@ -110,6 +110,7 @@ class Relaxation:
                 arrays.part(f"{k}"),
                 run.system.share,
                 run.system.domain,
+                run.system.bring if run.system.traits.pairs_follow else None,
             )
             for k, run in enumerate(self._bodies)
         ]
@@ -274,6 +275,7 @@ class Relaxation:
         self._clock.still = False
         for run in self._bodies:
             system = run.system
+            system.bring()
             system.state.write("velocity", np.zeros((system.count, self._composition.scene.dim)))
             if self._step == 0:
                 give_velocity(self._composition.scene, run.body, system)

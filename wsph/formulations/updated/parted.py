@@ -1,0 +1,56 @@
+"""A body whose pairs follow the motion among processes that each have all of its particles and work on a part of them."""
+
+# pyright: strict
+
+from collections.abc import Callable, Iterator
+from typing import cast
+
+import numpy as np
+
+from wsph.backend.arrays import host
+from wsph.backend.space import Array
+from wsph.backend.state import State
+from wsph.formulations.one_set import OneSetSystem
+from wsph.formulations.one_set_rates import Rates
+from wsph.formulations.one_set_setup import RateSetup
+from wsph.formulations.setup import Setup
+from wsph.formulations.system import Sight
+from wsph.formulations.updated.near import marked, seen_by
+from wsph.formulations.updated.rates import UpdatedRates
+
+
+class PartedSystem(OneSetSystem):
+    """A body in the current configuration, of which a process works on what is near the particles that it owns
+    (`wsph.formulations.updated.near`)."""
+
+    def __init__(self, setup: Setup, rates: Callable[[RateSetup, State], Rates]):
+        super().__init__(setup, rates)
+        made = cast(UpdatedRates, self.rates)
+        self._near, made.bring = made.near, self.bring
+        self._copies, self._halo = self._halo, self._near.halo
+
+    def bring(self) -> None:
+        if self.domain.size == 1:
+            return
+        for state in (self.state, *self._new):
+            for name in (name for name in state.start if state.counts[name] == self.count):
+                self._copies.update(cast(Array, getattr(state.struct, name)))
+
+    def _spans(self, state: State, span: tuple[int, int]) -> Iterator[tuple[int, int]]:
+        if self.domain.size == 1:
+            yield span
+            return
+        for name, start in state.start.items():
+            count, width = state.counts[name], state.widths[name]
+            rows = self._near.move if count == self.count else slice(0, count)
+            if span[0] <= start < span[1]:
+                yield start + rows.start * width, start + rows.stop * width
+
+    def _stressed(self, state: State) -> slice:
+        return self._near.stress
+
+    def sight(self, own: slice, right: slice) -> Sight:
+        sights = cast(UpdatedRates, self.rates).sights
+        stress = seen_by(marked(self.count, own), sights) | marked(self.count, right)
+        spared = sum(4 * int(np.diff(host(pairs.offsets))[~stress].sum()) for pairs, _ in sights)
+        return Sight(int(stress.sum()), int(seen_by(stress, sights).sum()), spared)
