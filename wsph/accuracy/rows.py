@@ -20,8 +20,8 @@ from wsph.accuracy.planning.rate import Rate, Took
 from wsph.accuracy.planning.watch import Watch
 from wsph.accuracy.row import Halted, Late, Row, in_seconds
 from wsph.errors import Refused, SceneError
-from wsph.output.files import ROW, own_files
-from wsph.output.formats import FORMATS
+from wsph.output.files import ROW
+from wsph.output.formats import own_files
 from wsph.scene.scene import Scene
 from wsph.simulation.composing.composition import Composition
 from wsph.simulation.run import Progress, run
@@ -143,7 +143,7 @@ def clear(folder: Path) -> None:
 
 def _replace(folder: Path, inside: Path) -> None:
     """Put the files of a row that is complete in the place of those of the one before."""
-    for path in own_files(folder, [each.listing for each in FORMATS], [each.suffix for each in FORMATS]):
+    for path in own_files(folder):
         path.unlink(missing_ok=True)
     for path in sorted(each for each in inside.rglob("*") if each.is_file()):
         target = folder / path.relative_to(inside)

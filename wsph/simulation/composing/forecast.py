@@ -59,6 +59,7 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
     longest = per_particle * float(held.max()) + messages + 2.0 * evaluations * sent / rate
     efficiency = per_particle * composition.particles / (count * longest)
     memory = composition.nbytes / composition.particles * float(held.max())
+    parts = scene.output.in_parts(composition.particles, count)
     return [
         ("processes", f"{count}, slabs across the first axis of the grid"),
         ("  particles", f"{own.min()} to {own.max()} of its own each"),
@@ -73,6 +74,13 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
         ),
         ("  messages", f"{sent / 1024:.4g} kB a right-hand side, {evaluations} of these a step"),
         ("  memory", f"{memory / 2**20:.4g} MB of arrays each"),
+        *(
+            (
+                "  frames",
+                f"in {count} parts each, and a file that joins them" if parts else "whole, by the first process",
+            )
+            for _ in scene.output.formats[:1]
+        ),
         (
             "  efficiency",
             f"{100.0 * efficiency:.3g} %, by {1e9 * per_particle:.3g} ns a particle and step and {rate / 1e9:.3g} GB/s, measured"
