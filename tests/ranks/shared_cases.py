@@ -160,6 +160,34 @@ def meeting(dim: int = 2, *, between: str = "surface", **changes: object) -> wsp
     )
 
 
+RESTED = {
+    "body": {"body_force": [{"where": "y > 20", "y": "-1e-5"}]},
+    "more": [("c", [3.3, 50.0], [73.3, 116.0], {}), ("s", [-60.0, 0.0], [-10.0, 50.0], {})],
+    "boundary": [
+        {"body": "b", "face": "+x", "force": {"y": 0.02}},
+        {"body": "c", "where": "x > 72.7", "fixed": ["x", "y"]},
+        {"body": "c", "face": "+y", "pressure": "1e-4*(1 + x)", "spring": {"stiffness": 1e-3}},
+        {"body": "s", "where": "x < -59.4", "fixed": ["x", "y"]},
+        {"body": "s", "face": "+x", "traction": {"x": 1e-3}},
+    ],
+    "relax": {"until": 0.7, "max_steps": 5000},
+    "run": {"dt": 0.3},
+    "checkpoint": {"every": 40},
+    "sections": [
+        {"name": "cut", "body": "b", "point": [50.0, 0.0], "normal": [1.0, 0.2]},
+        {"name": "across", "body": "c", "point": [40.0, 80.0], "normal": [0.0, 1.0]},
+        {"name": "small", "body": "s", "point": [-30.0, 0.0], "normal": [1.0, 0.0]},
+    ],
+    "probed": [{"name": "of-across", "of": "across", "fields": ["force", "torque"], "every": 4}],
+}
+"""Bodies that come to rest together, of which one is too small to be cut, and sections of all."""
+DIE = {
+    "name": "die",
+    "shape": {"type": "disc", "center": [36.0, 124.1], "radius": 8.0},
+    "velocity": {"y": "-0.3"},
+    "against": ["c"],
+}
+
 CASES = {
     "viscous": lambda: scene(body=VISCOUS, gravity={"y": -1e-4}, run={"dt": None, "cfl": "auto"}),
     "plastic": lambda: scene(3, **MISES, run={"precision": "f32"}),
@@ -189,6 +217,14 @@ CASES = {
         relax={"until": 0.7, "max_steps": 5000},
         run={"dt": 0.4},
         checkpoint={"every": 40},
+    ),
+    "relaxed bodies": lambda: scene(
+        **RESTED, contact=[{"name": "touch", "between": ["b", "c"], "law": "surface"}], tools=[DIE]
+    ),
+    "relaxed tie": lambda: scene(
+        form="total-lagrangian",
+        **RESTED,
+        contact=[{"name": "touch", "between": ["b", "c"], "law": "tie"}],
     ),
     "jittered edges": lambda: scene(form="total-lagrangian", body={"jitter": 0.1, "viscosity": {"alpha": 0.1}}),
     "cracked": lambda: scene(body={"cracks": CRACKS, "jitter": 0.1}, boundary=[*SIDES, WHOLE_FORCE]),

@@ -17,6 +17,7 @@ GROUPS = [
     tuple(f"{each}, resumed" for each in RESUMED if each != "sides"),
     ("bodies", "bodies, resumed"),
     ("contact 3D", "tie", "contact, resumed"),
+    ("relaxed bodies", "relaxed bodies, stopped", "relaxed tie"),
 ]
 """Some of all, and the rest, which is slow."""
 

@@ -57,10 +57,6 @@ def _faults(scene: Scene, method: Method) -> Iterator[tuple[str, str]]:
     for k, contact in enumerate(scene.contact):
         if contact.law == "pinball":
             yield f"contact.{k}.law", "contact between balls"
-    if len(scene.bodies) > 1 and scene.sections:
-        yield "sections", "a section of one of several bodies"
-    if len(scene.bodies) > 1 and scene.relaxes:
-        yield "relax", "a relaxation of several bodies"
 
 
 def _of_body(scene: Scene, number: int, method: Method) -> Iterator[tuple[str, str]]:
