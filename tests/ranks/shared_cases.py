@@ -235,6 +235,10 @@ CASES = {
         form="total-lagrangian", law="jaumann", body={"phase_field": CRACKING | {"model": "AT2"}, **TORN}
     ),
     "breaking points": lambda: scene(body={"phase_field": CRACKING, **TORN}, run={"support": 1.8}),
+    "breaking jitter": lambda: scene(body={"phase_field": CRACKING, "jitter": 0.1, **TORN}),
+    "breaking map": lambda: scene(
+        body={"phase_field": CRACKING, "map": ["x + 0.2*sin(0.3*y)", "y*(1 + 0.002*x)"], **TORN}
+    ),
     "links": lambda: scene(
         form="total-lagrangian", law="jaumann", body={"links": {"criterion": "stretch", "threshold": 0.012}, **TORN}
     ),

@@ -44,10 +44,6 @@ PART = {
         {"boundary": [{"body": "b", "face": "-x", "periodic": "+x"}]},
         "boundary.2.periodic: processes share the body",
     ),
-    "phase field": (
-        {"dim": 2, "body": {"jitter": 0.1, "phase_field": {"fracture_energy": 1.0, "length": 3.0}}},
-        "phase_field where cells differ is for one process",
-    ),
 }
 
 

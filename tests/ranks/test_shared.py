@@ -12,8 +12,8 @@ RESUMED = ("sides", "plastic", "edges viscous", "on faces", "inside", "breaking"
 GROUPS = [
     ("plastic", "edges viscous", "on faces", "cracked", "contact", "sides, resumed"),
     ("viscous", "rubber", "bar", "edges", "kernel", "sides"),
-    ("inside", "periodic", "relaxed", "jittered edges", "cracked kernel", "mapped"),
-    ("breaking", "breaking kernel", "breaking points", "links", "relaxed, stopped", "edges, begun"),
+    ("inside", "periodic", "relaxed", "jittered edges", "cracked kernel", "mapped", "breaking map"),
+    ("breaking", "breaking kernel", "breaking points", "breaking jitter", "links", "relaxed, stopped", "edges, begun"),
     tuple(f"{each}, resumed" for each in RESUMED if each != "sides"),
     ("bodies", "bodies, resumed"),
     ("contact 3D", "tie", "contact, resumed"),
