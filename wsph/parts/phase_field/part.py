@@ -65,8 +65,8 @@ class PhaseField(Part):
             self._sight(host)
 
     def _sight(self, host: Host) -> Sight:
-        """What points of all of the body see where cells differ. Raises Refused where that is too little, or too unlike in its
-        directions."""
+        """What points of all of the body see where cells differ. Raises Refused where that is too little, or too unlike in
+        its directions."""
         try:
             found = sight_of(host.geometry.entire)
         except ValueError as error:
