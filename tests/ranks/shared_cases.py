@@ -15,6 +15,7 @@ import tempfile
 import traceback
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -160,7 +161,7 @@ def meeting(dim: int = 2, *, between: str = "surface", **changes: object) -> wsp
     )
 
 
-RESTED = {
+RESTED: dict[str, Any] = {
     "body": {"body_force": [{"where": "y > 20", "y": "-1e-5"}]},
     "more": [("c", [3.3, 50.0], [73.3, 116.0], {}), ("s", [-60.0, 0.0], [-10.0, 50.0], {})],
     "boundary": [
@@ -181,12 +182,31 @@ RESTED = {
     "probed": [{"name": "of-across", "of": "across", "fields": ["force", "torque"], "every": 4}],
 }
 """Bodies that come to rest together, of which one is too small to be cut, and sections of all."""
+PUSHED = {"body": "c", "face": "+y", "traction": {"y": -2e-3}}
 DIE = {
     "name": "die",
     "shape": {"type": "disc", "center": [36.0, 124.1], "radius": 8.0},
     "velocity": {"y": "-0.3"},
     "against": ["c"],
 }
+
+
+def balls(**changes: object) -> wsph.Scene:
+    """Bodies of balls that meet all along the cuts: a body, one that is cut too, and a small one that comes down on that."""
+    return scene(
+        form="total-lagrangian",
+        more=[
+            ("c", [0.4, 50.0], [70.4, 115.0], {"velocity": ["2e-3*y", "-0.1"]}),
+            ("s", [30.2, 115.0], [36.2, 119.0], {"velocity": [0.05, -0.3]}),
+        ],
+        contact=[
+            {"name": "touch", "between": ["b", "c"], "law": "pinball", "friction": 0.2},
+            {"name": "top", "between": ["c", "s"], "law": "pinball"},
+            {"name": "itself", "self": "b", "law": "pinball"},
+        ],
+        **changes,
+    )
+
 
 CASES = {
     "viscous": lambda: scene(body=VISCOUS, gravity={"y": -1e-4}, run={"dt": None, "cfl": "auto"}),
@@ -226,6 +246,11 @@ CASES = {
         **RESTED,
         contact=[{"name": "touch", "between": ["b", "c"], "law": "tie"}],
     ),
+    "relaxed balls": lambda: scene(
+        form="total-lagrangian",
+        **RESTED | {"boundary": [PUSHED if "pressure" in each else each for each in RESTED["boundary"]]},
+        contact=[{"name": "touch", "between": ["b", "c"], "law": "pinball"}],
+    ),
     "jittered edges": lambda: scene(form="total-lagrangian", body={"jitter": 0.1, "viscosity": {"alpha": 0.1}}),
     "cracked": lambda: scene(body={"cracks": CRACKS, "jitter": 0.1}, boundary=[*SIDES, WHOLE_FORCE]),
     "cracked kernel": lambda: scene(form="total-lagrangian", body={"cracks": CRACKS}, run={"support": 2.6}),
@@ -246,6 +271,10 @@ CASES = {
     "bodies": lambda: scene(**OF_BESIDE, gravity={"y": -1e-4}),
     "contact": lambda: meeting(),
     "contact 3D": lambda: meeting(3, **MISES, run={"precision": "f32", "dt": None, "cfl": "auto"}),
+    "balls": lambda: balls(),
+    "balls of links": lambda: balls(
+        law="jaumann", body={"links": {"criterion": "stretch", "threshold": 0.012}, "velocity": TORN["velocity"]}
+    ),
     "tie": lambda: meeting(between="tie", form="total-lagrangian", run={"integrator": "rk4"}),
 }
 """Of every form, law, integrator, dimension and precision some, with what crosses the cuts."""

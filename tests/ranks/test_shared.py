@@ -17,7 +17,8 @@ GROUPS = [
     tuple(f"{each}, resumed" for each in RESUMED if each != "sides"),
     ("bodies", "bodies, resumed"),
     ("contact 3D", "tie", "contact, resumed"),
-    ("relaxed bodies", "relaxed bodies, stopped", "relaxed tie"),
+    ("relaxed bodies", "relaxed bodies, stopped", "relaxed tie", "relaxed balls"),
+    ("balls", "balls of links", "balls of links, resumed"),
 ]
 """Some of all, and the rest, which is slow."""
 

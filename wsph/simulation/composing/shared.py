@@ -54,9 +54,6 @@ def _faults(scene: Scene, method: Method) -> Iterator[tuple[str, str]]:
         yield "run.correction", "the correction of the paper"
     if scene.run.threads > 1:
         yield "run.threads", f"a run of {scene.run.threads} threads"
-    for k, contact in enumerate(scene.contact):
-        if contact.law == "pinball":
-            yield f"contact.{k}.law", "contact between balls"
 
 
 def _of_body(scene: Scene, number: int, method: Method) -> Iterator[tuple[str, str]]:

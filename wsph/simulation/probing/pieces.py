@@ -49,18 +49,38 @@ class Piece(Protocol):
         ...
 
 
+def own_cells(run: BodyRun) -> Sequence[slice | np.ndarray]:
+    """Which cells of every block of a body are this process's own."""
+    return [run.system.geometry.split.points.own for _ in run.reading.cells]
+
+
+def _blocks(run: BodyRun, values: np.ndarray) -> list[tuple[np.ndarray, slice | np.ndarray]]:
+    """Values (c, ...) of cells by their blocks, with those that are this process's own; of a body that has none of its
+    particles."""
+    if not run.reading.cells:
+        return [(values, run.system.share.own)]
+    ends = np.cumsum([len(corners) for corners in run.reading.cells])[:-1]
+    return list(zip(np.split(values, ends), own_cells(run), strict=True))
+
+
 class All:
     """All of a body, in the first process; the others have their own rows."""
 
     def __init__(self, run: BodyRun):
-        self._system, self._reading = run.system, run.reading
-        self._split, self.count = run.system.geometry.split, run.system.share.whole
+        self._run, self._system, self._reading = run, run.system, run.reading
+        self._split = run.system.geometry.split
+        share = self._system.share
+        self._span = (0, share.whole) if self._split.domain.rank == 0 else (share.low, share.high)
+
+    @property
+    def count(self) -> int:
+        """All of them; in other processes its own."""
+        return self._span[1] - self._span[0]
 
     @property
     def numbers(self) -> np.ndarray:
         """All of them; in other processes its own."""
-        share = self._system.share
-        return np.arange(share.whole) if self._split.domain.rank == 0 else np.arange(share.low, share.high)
+        return np.arange(*self._span)
 
     @property
     def copies(self) -> np.ndarray:
@@ -73,7 +93,8 @@ class All:
         split = self._split
         if split.domain.size == 1:
             return self._reading.cells
-        return [split.domain.gathered(corners[split.points.own] + split.nodes.first) for corners in self._reading.cells]
+        own = zip(self._reading.cells, own_cells(self._run), strict=True)
+        return [split.domain.gathered(corners[mine] + split.nodes.first) for corners, mine in own]
 
     def of_particles(self, values: np.ndarray) -> np.ndarray:
         """Those of all processes."""
@@ -82,10 +103,11 @@ class All:
 
     def of_cells(self, values: np.ndarray) -> np.ndarray:
         """Those of all processes."""
-        if self._split.domain.size == 1:
+        domain = self._split.domain
+        if domain.size == 1:
             return values
-        share = self._split.points if self._reading.cells else self._system.share
-        return self._split.domain.gathered(values[share.own])
+        # Block after block, as one process has them.
+        return np.concatenate([domain.gathered(rows[mine]) for rows, mine in _blocks(self._run, values)])
 
 
 class Own:
@@ -93,20 +115,26 @@ class Own:
     all processes have whole the first has."""
 
     def __init__(self, run: BodyRun, rank: int):
-        self._system, self._reading = run.system, run.reading
-        share, points = run.system.share, run.system.geometry.split.points
-        self._absent = share.complete and rank > 0
-        own = points.own if run.reading.cells else share.own
-        self._cells = slice(0, 0) if self._absent else slice(None) if share.complete else own
+        self._run, self._system, self._reading = run, run.system, run.reading
+        self._absent = run.system.share.complete and rank > 0
 
     @cached_property
     def _rows(self) -> np.ndarray:
         share = self._system.share
         used = np.zeros(share.held, bool)
         used[slice(0, 0) if self._absent else share.own] = True
-        for corners in self._reading.cells:
-            used[corners[self._cells]] = True
+        for corners in self._corners:
+            used[corners] = True
         return np.flatnonzero(used)
+
+    @property
+    def _corners(self) -> Sequence[np.ndarray]:
+        """Of its own cells, rows of the particles that it holds."""
+        if self._absent:
+            return []
+        if self._system.share.complete:
+            return self._reading.cells
+        return [corners[mine] for corners, mine in zip(self._reading.cells, own_cells(self._run), strict=True)]
 
     @cached_property
     def _halo(self) -> Halo:
@@ -130,9 +158,7 @@ class Own:
     @property
     def blocks(self) -> Sequence[np.ndarray]:
         """Its own cells."""
-        if self._absent:
-            return []
-        return [np.searchsorted(self._rows, corners[self._cells]) for corners in self._reading.cells]
+        return [np.searchsorted(self._rows, corners) for corners in self._corners]
 
     def of_particles(self, values: np.ndarray) -> np.ndarray:
         """Its own rows, and those of copies as their owners have them."""
@@ -143,4 +169,6 @@ class Own:
 
     def of_cells(self, values: np.ndarray) -> np.ndarray:
         """Its own rows."""
-        return values[self._cells]
+        if self._absent or self._system.share.complete:
+            return values[: 0 if self._absent else len(values)]
+        return np.concatenate([rows[mine] for rows, mine in _blocks(self._run, values)])
