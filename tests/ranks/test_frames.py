@@ -1,7 +1,9 @@
 """Frames in parts: VTK's readers, which ParaView has, read them as one grid, with the numbers of one process."""
 
 import json
+import os
 import re
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,7 +13,7 @@ import pytest
 
 from tests.ranks.launch import launched, needs_mpi
 from tests.ranks.shared_cases import scene
-from tests.ranks.test_endings import FULL, errors, written
+from tests.ranks.test_endings import ENDLESS, FULL, SOON, errors, ranks_of, started, wait_for, written
 from wsph.errors import SceneError
 from wsph.output.view.look import Look
 from wsph.output.view.pictures import picture
@@ -179,6 +181,32 @@ def test_a_process_without_disk_for_its_part_ends_all_and_leaves_no_frame(tmp_pa
     assert json.loads((out / "summary.json").read_text())["status"] == "completed"
     assert not list((out / "frames").glob("*of-00003*"))
     assert read(*frames(out)[-1]).grid.n_points == 5001
+
+
+@needs_mpi
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="finds processes in /proc")
+def test_a_kill_leaves_frames_that_are_whole_and_other_processes_go_on(tmp_path: Path) -> None:
+    out, path = tmp_path / "out", written(tmp_path, **ENDLESS, **IN_PARTS)
+    process = started(path, out)
+    try:
+        wait_for("checkpoints/checkpoint_????????????.npz", out)
+        os.kill(ranks_of(process)[1], signal.SIGKILL)
+        process.communicate(timeout=SOON)
+    finally:
+        process.kill()
+    left = frames(out)
+    assert {read(*each).grid.n_points for each in left} == {5001}
+    last = max(int(each.stem.partition("_")[2]) for each in (out / "checkpoints").glob("checkpoint_????????????.npz"))
+    end = f"run.end={0.2 * (last + 9)}"
+    done = launched(2, "-m", "wsph", "run", str(path), "-o", str(out), "--resume", "--set", end)
+    assert done.returncode == 0, done.stderr
+    found = frames(out)
+    assert {read(*each).grid.n_points for each in found} == {5001}
+    for number, (_, each) in enumerate(found):
+        size = 3 if number <= last // 4 else 2
+        assert each.read_text().count(f"-of-0000{size}.vtu") == size
+        assert not list((out / "frames").glob(f"frame_{number:06d}*-of-0000{5 - size}*"))
 
 
 @needs_mpi
