@@ -327,9 +327,13 @@ class Running:
 
     def _asked(self, interrupts: Interrupts) -> bool:
         """Whether any process has been asked to end: then all are."""
+        asked = interrupts.asked
         if self._domain.size > 1:
-            interrupts.asked = int(self._domain.max(np.array(interrupts.asked)))
-        return bool(interrupts.asked)
+            signal_of, enough = self._domain.max(np.array([asked, -asked])).tolist()  # ENOUGH is below zero
+            # What comes in the meantime is for the next question: all have one answer.
+            if asked := signal_of or -enough:
+                interrupts.asked = asked
+        return bool(asked)
 
     def _sums(self, step: int) -> list[BodySums]:
         """Bring the state of a step up to date, and sum it up. Raises Unstable where it is not finite."""
