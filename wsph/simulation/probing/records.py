@@ -274,7 +274,7 @@ class Records:
         self._frames.skip(step)
 
 
-def _fields(run: BodyRun, piece: Piece, number: int, names: Sequence[str], formulas: Formulas) -> dict[str, np.ndarray]:  # fmt: skip
+def _fields(run: BodyRun, piece: Piece, number: int, names: Sequence[str], formulas: Formulas) -> dict[str, np.ndarray]:
     """Fields of a body's particles by name, NaN where the body has no such field, with position and body."""
     reading = run.reading
     found = _shown(run, names, reading.si, reading.positions, formulas)
@@ -282,7 +282,9 @@ def _fields(run: BodyRun, piece: Piece, number: int, names: Sequence[str], formu
     return {name: piece.of_particles(values) for name, values in found.items()}
 
 
-def _cell_fields(run: BodyRun, piece: Piece, number: int, names: Sequence[str], formulas: Formulas) -> dict[str, np.ndarray]:  # fmt: skip
+def _cell_fields(
+    run: BodyRun, piece: Piece, number: int, names: Sequence[str], formulas: Formulas
+) -> dict[str, np.ndarray]:
     """The same of a body's cells, without their position."""
     reading = run.reading
     places = [reading.positions[corners].mean(1) for corners in reading.cells] or [reading.positions]
