@@ -21,6 +21,7 @@ import numpy as np
 
 import wsph
 from tests import scenes
+from wsph.backend import graph
 from wsph.backend.domain import WHOLE
 
 STEPS = 12
@@ -362,7 +363,12 @@ def main(names: list[str]) -> None:
     comm = MPI.COMM_WORLD
     for name in names:
         made = CASES[name.partition(", ")[0]]()
-        if name.endswith(", stopped"):
+        if name.endswith(", threads"):
+            graph.SMALL_PAIRS = 0
+            found = {"1 thread": shared(comm, made.with_(threads=1), 1)}
+            made = made.with_(threads=2)
+            found |= {str(count): shared(comm, made, count) for count in range(1, comm.size + 1)}
+        elif name.endswith(", stopped"):
             made = made.with_(**{"probes": []})
             found = {"1": shared(comm, made, 1), **stopped(comm, made)}
         elif name.endswith(", begun"):

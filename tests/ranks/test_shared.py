@@ -18,6 +18,7 @@ GROUPS = [
     ("bodies", "bodies, resumed"),
     ("contact 3D", "tie", "contact, resumed"),
     ("relaxed bodies", "relaxed bodies, stopped", "relaxed tie", "relaxed balls"),
+    ("plastic, threads", "contact, threads", "relaxed bodies, threads"),
     ("balls", "balls of links", "balls of links, resumed"),
 ]
 """Some of all, and the rest, which is slow."""
@@ -37,7 +38,7 @@ def test_bits_of_one_process(names: tuple[str, ...]) -> None:
         found |= json.loads(line)
     assert list(found) == list(names)
     for name, digests in found.items():
-        assert len(digests) == (3 if name.endswith("stopped") else 4)
+        assert len(digests) == {"stopped": 3, "threads": 5}.get(name.rpartition(", ")[2], 4)
         assert len(set(digests.values())) == 1, (name, digests)
 
 

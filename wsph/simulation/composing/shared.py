@@ -52,8 +52,6 @@ def _faults(scene: Scene, method: Method) -> Iterator[tuple[str, str]]:
         yield "run.formulation", f"the {method.formulation.name} form {kind}"
     if scene.run.correction == "paper":
         yield "run.correction", "the correction of the paper"
-    if scene.run.threads > 1:
-        yield "run.threads", f"a run of {scene.run.threads} threads"
 
 
 def _of_body(scene: Scene, number: int, method: Method) -> Iterator[tuple[str, str]]:
