@@ -1,13 +1,14 @@
 """Frames as CSV: a line a particle, for a spreadsheet or a reader of one's own. What stands in cells is left out."""
 
 import csv
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from wsph.output.fields import AXES, TENSOR
 from wsph.output.files import write_text
-from wsph.output.frames import Frame, Listed, stem
+from wsph.output.frames import Frame, Listed, Part, stem
 
 
 class Csv:
@@ -15,7 +16,7 @@ class Csv:
     x, y, z, fields, and of vectors and tensors components such as `velocity_x` and `stress_xy`. `frames.csv` lists the
     frames: time [s] and file."""
 
-    name, needs, suffix, listing = "csv", "", "csv", "frames.csv"
+    name, needs, suffix, listing, joins = "csv", "", "csv", "frames.csv", None
 
     def write(self, path: Path, frame: Frame) -> None:
         """Write a frame as a file. The folder gives it its name when it is whole."""
@@ -26,6 +27,9 @@ class Csv:
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(columns)
             writer.writerows(zip(*[column.tolist() for column in columns.values()], strict=True))
+
+    def join(self, path: Path, frame: Frame, parts: Sequence[Part]) -> None:
+        """A frame is one file."""
 
     def index(self, folder: Path, frames: list[Listed]) -> None:
         """Write frames.csv, whole or not at all."""

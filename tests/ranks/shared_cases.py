@@ -16,6 +16,7 @@ import traceback
 import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -193,6 +194,36 @@ def sheared(**changes: object) -> wsph.Scene:
     return made.with_(boundary=[{"name": "end", "body": "b", "face": "+y", "traction": {"y": 1e-4}}])
 
 
+RESTED: dict[str, Any] = {
+    "body": {"body_force": [{"where": "y > 20", "y": "-1e-5"}]},
+    "more": [("c", [3.3, 50.0], [73.3, 116.0], {}), ("s", [-60.0, 0.0], [-10.0, 50.0], {})],
+    "boundary": [
+        {"body": "b", "face": "+x", "force": {"y": 0.02}},
+        {"body": "c", "where": "x > 72.7", "fixed": ["x", "y"]},
+        {"body": "c", "face": "+y", "pressure": "1e-4*(1 + x)", "spring": {"stiffness": 1e-3}},
+        {"body": "s", "where": "x < -59.4", "fixed": ["x", "y"]},
+        {"body": "s", "face": "+x", "traction": {"x": 1e-3}},
+    ],
+    "relax": {"until": 0.7, "max_steps": 5000},
+    "run": {"dt": 0.3},
+    "checkpoint": {"every": 40},
+    "sections": [
+        {"name": "cut", "body": "b", "point": [50.0, 0.0], "normal": [1.0, 0.2]},
+        {"name": "across", "body": "c", "point": [40.0, 80.0], "normal": [0.0, 1.0]},
+        {"name": "small", "body": "s", "point": [-30.0, 0.0], "normal": [1.0, 0.0]},
+    ],
+    "probed": [{"name": "of-across", "of": "across", "fields": ["force", "torque"], "every": 4}],
+}
+"""Bodies that come to rest together, of which one is too small to be cut, and sections of all."""
+PUSHED = {"body": "c", "face": "+y", "traction": {"y": -2e-3}}
+DIE = {
+    "name": "die",
+    "shape": {"type": "disc", "center": [36.0, 124.1], "radius": 8.0},
+    "velocity": {"y": "-0.3"},
+    "against": ["c"],
+}
+
+
 def balls(form: str = "total-lagrangian", **changes: object) -> wsph.Scene:
     """Bodies of balls that meet all along the cuts: a body, one that is cut too, and a small one that comes down on that."""
     return scene(
@@ -240,6 +271,19 @@ CASES = {
         run={"dt": 0.4},
         checkpoint={"every": 40},
     ),
+    "relaxed bodies": lambda: scene(
+        **RESTED, contact=[{"name": "touch", "between": ["b", "c"], "law": "surface"}], tools=[DIE]
+    ),
+    "relaxed tie": lambda: scene(
+        form="total-lagrangian",
+        **RESTED,
+        contact=[{"name": "touch", "between": ["b", "c"], "law": "tie"}],
+    ),
+    "relaxed balls": lambda: scene(
+        form="total-lagrangian",
+        **RESTED | {"boundary": [PUSHED if "pressure" in each else each for each in RESTED["boundary"]]},
+        contact=[{"name": "touch", "between": ["b", "c"], "law": "pinball"}],
+    ),
     "jittered edges": lambda: scene(form="total-lagrangian", body={"jitter": 0.1, "viscosity": {"alpha": 0.1}}),
     "cracked": lambda: scene(body={"cracks": CRACKS, "jitter": 0.1}, boundary=[*SIDES, WHOLE_FORCE]),
     "cracked kernel": lambda: scene(form="total-lagrangian", body={"cracks": CRACKS}, run={"support": 2.6}),
@@ -249,6 +293,10 @@ CASES = {
         form="total-lagrangian", law="jaumann", body={"phase_field": CRACKING | {"model": "AT2"}, **TORN}
     ),
     "breaking points": lambda: scene(body={"phase_field": CRACKING, **TORN}, run={"support": 1.8}),
+    "breaking jitter": lambda: scene(body={"phase_field": CRACKING, "jitter": 0.1, **TORN}),
+    "breaking map": lambda: scene(
+        body={"phase_field": CRACKING, "map": ["x + 0.2*sin(0.3*y)", "y*(1 + 0.002*x)"], **TORN}
+    ),
     "links": lambda: scene(
         form="total-lagrangian", law="jaumann", body={"links": {"criterion": "stretch", "threshold": 0.012}, **TORN}
     ),

@@ -44,10 +44,6 @@ PART = {
         {"boundary": [{"body": "b", "face": "-x", "periodic": "+x"}]},
         "boundary.2.periodic: processes share the body",
     ),
-    "phase field": (
-        {"dim": 2, "body": {"jitter": 0.1, "phase_field": {"fracture_energy": 1.0, "length": 3.0}}},
-        "phase_field where cells differ is for one process",
-    ),
 }
 
 
@@ -87,21 +83,21 @@ def test_a_state_that_is_not_finite_ends_all_with_one_message(tmp_path: Path) ->
     assert time.monotonic() - began < 200.0
 
 
-def _started(path: Path, out: Path) -> subprocess.Popen[str]:
+def started(path: Path, out: Path) -> subprocess.Popen[str]:
     arguments = command(3, "-m", "wsph", "run", str(path), "-o", str(out))
     return subprocess.Popen(
         arguments, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment(), cwd=ROOT
     )
 
 
-def _wait_for(pattern: str, folder: Path, seconds: float = 120.0) -> None:
+def wait_for(pattern: str, folder: Path, seconds: float = 120.0) -> None:
     end = time.monotonic() + seconds
     while not list(folder.glob(pattern)):
         assert time.monotonic() < end, f"no {pattern} in {seconds} s"
         time.sleep(0.05)
 
 
-def _ranks_of(started: subprocess.Popen[str]) -> list[int]:
+def ranks_of(process: subprocess.Popen[str]) -> list[int]:
     """The processes that mpiexec has started, in their order."""
     found: list[tuple[int, int]] = []
     for entry in Path("/proc").glob("[0-9]*"):
@@ -111,7 +107,7 @@ def _ranks_of(started: subprocess.Popen[str]) -> list[int]:
         except (OSError, IndexError, ValueError):
             continue
         rank = [each for each in variables if each.startswith(b"OMPI_COMM_WORLD_RANK=")]
-        if rank and parent == started.pid:
+        if rank and parent == process.pid:
             found.append((int(rank[0].partition(b"=")[2]), int(entry.name)))
     return [pid for _, pid in sorted(found)]
 
@@ -124,18 +120,18 @@ ENDLESS = {"run": {"end": 1e6}, "checkpoint": {"every": 20, "final": True}}
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGKILL, None), (signal.SIGTERM, 130)])
 def test_a_process_that_is_killed_or_asked_to_end_ends_all(tmp_path: Path, number: int, code: int | None) -> None:
     out = tmp_path / "out"
-    started = _started(written(tmp_path, **ENDLESS), out)
+    process = started(written(tmp_path, **ENDLESS), out)
     try:
-        _wait_for("checkpoints/checkpoint_????????????.npz", out)
-        ranks = _ranks_of(started)
+        wait_for("checkpoints/checkpoint_????????????.npz", out)
+        ranks = ranks_of(process)
         assert len(ranks) == 3
         os.kill(ranks[1], number)
-        said = started.communicate(timeout=SOON)[1]
+        said = process.communicate(timeout=SOON)[1]
     finally:
-        started.kill()
-    assert started.returncode != 0
+        process.kill()
+    assert process.returncode != 0
     if code is not None:
-        assert started.returncode == code, said
+        assert process.returncode == code, said
     again = written(tmp_path, run={"end": 1e6}, checkpoint={"every": 20, "final": True})
     last = max(int(path.stem.partition("_")[2]) for path in (out / "checkpoints").glob("checkpoint_????????????.npz"))
     end = str(0.2 * (last + 5))

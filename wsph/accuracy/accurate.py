@@ -22,6 +22,8 @@ from wsph.accuracy.rows import Rows, Tell, clear
 from wsph.accuracy.schemes import second
 from wsph.accuracy.schemes.advice import best
 from wsph.accuracy.search import Found, search
+from wsph.accuracy.together import Together
+from wsph.backend.domain import WHOLE, Domain
 from wsph.errors import Fault, Refused, SceneError
 from wsph.output import formats
 from wsph.output.claim import Claim
@@ -47,10 +49,32 @@ def accurate(
     overwrite: bool = False,
     tell: Tell | None = None,
     progress: Progress | None = None,
+    domain: Domain = WHOLE,
 ) -> Answer:
     """Search for the `tolerance`, the scene's own where none is given; without any, spend the limit. `check`: ask another
     scheme too. With `out`, the folder holds the output of the finest row and accuracy.json. Raises SceneError where nothing
-    is judged, Refused where no row can be made, and what a run raises before it writes anything."""
+    is judged, Refused where no row can be made, and what a run raises before it writes anything. `domain`: of the first of
+    processes that share the rows, while the others `wsph.accuracy.together.follow`."""
+    together = Together(domain)
+    try:
+        together.refuse(scene)
+        return _answer(scene, out, tolerance, limit, sure, check, overwrite, tell, progress, together)
+    finally:
+        together.end()
+
+
+def _answer(
+    scene: Scene,
+    out: Path | None,
+    tolerance: float | None,
+    limit: Limit | None,
+    sure: bool | None,
+    check: bool,
+    overwrite: bool,
+    tell: Tell | None,
+    progress: Progress | None,
+    together: Together,
+) -> Answer:
     begun = time.perf_counter()
     asked = scene.accuracy or Accuracy()
     tolerance = tolerance if tolerance is not None else asked.tolerance
@@ -64,7 +88,7 @@ def accurate(
     formats.check_installed(scene.output.formats)
     claim = Claim(out, overwrite) if out is not None else None
     with claim or nullcontext():
-        rows, notes = _rows(scene, asked, tolerance, lambda of: Rows(of, out, tell, progress, begun))
+        rows, notes = _rows(scene, asked, tolerance, lambda of: Rows(of, out, tell, progress, begun, together))
         rows.until = limit.until
         if claim is not None and out is not None:
             claim.make()

@@ -19,12 +19,14 @@ from wsph.accuracy.planning.lattices import Lattices
 from wsph.accuracy.planning.rate import Rate, Took
 from wsph.accuracy.planning.watch import Watch
 from wsph.accuracy.row import Halted, Late, Row, in_seconds
+from wsph.accuracy.together import Together
+from wsph.backend.domain import WHOLE
 from wsph.errors import Refused, SceneError
-from wsph.output.files import ROW, own_files
-from wsph.output.formats import FORMATS
+from wsph.output.files import ROW
+from wsph.output.formats import own_files
 from wsph.scene.scene import Scene
 from wsph.simulation.composing.composition import Composition
-from wsph.simulation.run import Progress, run
+from wsph.simulation.run import Progress
 
 Tell = Callable[[str], None]
 """Called with a sentence of what is going on."""
@@ -32,7 +34,8 @@ Tell = Callable[[str], None]
 
 class Rows:
     """The rows of a scene so far, coarsest first (`made`), and what is needed to make more. `formal` is its order. Seconds
-    are counted from `begun` on, by `time.perf_counter`, `until` those at which the last run has to end."""
+    are counted from `begun` on, by `time.perf_counter`, `until` those at which the last run has to end. `together`: by whom
+    rows are run."""
 
     def __init__(
         self,
@@ -41,9 +44,11 @@ class Rows:
         tell: Tell | None = None,
         progress: Progress | None = None,
         begun: float | None = None,
+        together: Together | None = None,
     ):
         self._begun, self.until = begun if begun is not None else time.perf_counter(), math.inf
         self.scene, self._folder, self._progress = scene, folder, progress
+        self._together = together or Together(WHOLE)
         self.tell: Tell = tell or (lambda _: None)
         self.lattices = Lattices(scene)
         self.costs, self.rate = Costs(self.lattices), Rate()
@@ -121,9 +126,7 @@ class Rows:
         out = self._folder / ROW if self._folder is not None else None
         wall, cpu = time.perf_counter(), time.process_time()
         watch = Watch(self._begun + self.until, progress)
-        result = run(
-            scene, out, overwrite=True, throw=False, progress=watch.progress, composed=composed, enough=watch.late
-        )
+        result = self._together.run(scene, out, watch.progress, composed, watch.late)
         wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
         row = Row(cells, self.lattices.spacing(cells), planned, wall, cpu, result)
         self.spent += row.work
@@ -143,7 +146,7 @@ def clear(folder: Path) -> None:
 
 def _replace(folder: Path, inside: Path) -> None:
     """Put the files of a row that is complete in the place of those of the one before."""
-    for path in own_files(folder, [each.listing for each in FORMATS], [each.suffix for each in FORMATS]):
+    for path in own_files(folder):
         path.unlink(missing_ok=True)
     for path in sorted(each for each in inside.rglob("*") if each.is_file()):
         target = folder / path.relative_to(inside)

@@ -75,10 +75,11 @@ def formats() -> list[Row]:
     rows: list[Row] = []
     for each in FORMATS:
         files = [f"frames/*.{each.suffix}", *([each.listing] if each.listing else [])]
+        joined = [f"frames/*.{each.joins}"] if each.joins and each.joins != each.suffix else []
         installed = not each.needs or importlib.util.find_spec(each.needs) is not None
         missing = () if installed else (f'needs {each.needs}: pip install "wsph[{each.name}]"',)
-        data = {"files": files, "needs": each.needs, "installed": installed}
-        words = (f"writes {' and '.join(files)}", *missing)
+        data = {"files": files, "joined": joined, "needs": each.needs, "installed": installed}
+        words = (f"writes {' and '.join(files)}", *(f"parts are joined by {name}" for name in joined), *missing)
         example = f'[output]\nformats = ["{each.name}"]\nevery = "1 ms"'
         kind = type(each)
         rows.append(Row(each.name, sentence(kind), words, data, kind, f"wsph, {kind.__module__}", example))

@@ -13,6 +13,7 @@ from wsph.errors import WsphError
 if TYPE_CHECKING:
     # What a search needs is imported by it: the command line starts without.
     from wsph.accuracy.report import Answer
+    from wsph.backend.domain import Domain
     from wsph.scene.scene import Scene
     from wsph.simulation.run import Progress
 
@@ -52,15 +53,21 @@ def asked(options: argparse.Namespace) -> bool:
     return False
 
 
-def run_accurately(options: argparse.Namespace, scene: "Scene", folder: Path, progress: "Progress | None") -> int:
-    """Search, print, and return the exit code."""
+def run_accurately(
+    options: argparse.Namespace, scene: "Scene", folder: Path, progress: "Progress | None", domain: "Domain"
+) -> int:
+    """Search, print, and return the exit code; of processes that share the rows the first does."""
     from wsph.accuracy.accurate import accurate
     from wsph.accuracy.limits import Limit
+    from wsph.accuracy.together import follow
     from wsph.scene.outputs import read_tolerance
 
     tolerance = _read("accuracy", options.accuracy, read_tolerance) if options.accuracy else None
     limit = _read("budget", options.budget, Limit.read) if options.budget is not None else None
     tell = None if options.quiet else _say
+    if domain.rank > 0:
+        follow(domain)
+        return MET
     found = accurate(
         scene,
         folder,
@@ -71,6 +78,7 @@ def run_accurately(options: argparse.Namespace, scene: "Scene", folder: Path, pr
         overwrite=options.overwrite,
         tell=tell,
         progress=progress,
+        domain=domain,
     )
     if not options.quiet:
         for line in told(found, folder):

@@ -68,16 +68,18 @@ def vertices(count: int) -> Cells:
 
 class Gathered:
     """Cells of bodies, one behind the other: `blocks` are those of each body, corners (c, 2^dim) in the order of
-    `itertools.product` or (c, dim + 1) of its own `counts` of points; a body without any has a vertex a point."""
+    `itertools.product` or (c, dim + 1) of its own `counts` of points; a body without any has a vertex a point. `most`: the
+    points of all parts, where this is one of them: their corners are numbers of one type."""
 
-    def __init__(self, blocks: Sequence[Sequence[np.ndarray]], counts: Sequence[int], dim: int):
+    def __init__(self, blocks: Sequence[Sequence[np.ndarray]], counts: Sequence[int], dim: int, most: int = 0):
         parts: list[tuple[str, np.ndarray]] = []
-        first, of = 0, _integer(sum(counts))
+        first, of = 0, _integer(max(most, sum(counts)))
         for own, count in zip(blocks, counts, strict=True):
             for corners in own or [np.arange(count)[:, None]]:
                 name = _NAMES[dim, corners.shape[1]] if own else "vertex"
                 parts.append((name, (corners[:, KINDS[name].order] + first).astype(of)))
             first += count
+        parts = [part for part in parts if len(part[1])] or parts[:1]
         kinds = dict.fromkeys(name for name, _ in parts)
         places = {kind: k for k, kind in enumerate(kinds)}
         place = np.concatenate([np.full(len(corners), places[name]) for name, corners in parts])
@@ -96,7 +98,11 @@ def _integer(count: int) -> type[np.signedinteger]:
     return np.int32 if 8 * count < np.iinfo(np.int32).max else np.int64
 
 
-def counted(words: Iterable[str]) -> dict[str, int]:
-    """How many cells of which kinds a frame has, from the words that list it (`wsph.output.frames.Listed`)."""
+def counted(words: Iterable[str], part: int | None = None) -> dict[str, int]:
+    """How many cells of which kinds a frame or one of its parts has, from the words that list it
+    (`wsph.output.frames.Listed`)."""
     found = (word.split(":", 3) for word in words if word.startswith("corners/"))
-    return {name.removeprefix("corners/"): int(count) for name, _, _, count in found}
+    each = {name.removeprefix("corners/"): [int(count) for count in counts.split()] for name, _, _, counts in found}
+    if part is None:
+        return {kind: sum(counts) for kind, counts in each.items()}
+    return {kind: counts[part] for kind, counts in each.items() if counts[part]}

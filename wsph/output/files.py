@@ -89,8 +89,12 @@ def _is_a_run(folder: Path) -> bool:
             return False
         begun = (folder / "history.csv").is_file() or (folder / LOCK).is_file()
         # Cut off before its first table it has frames at most.
-        own = all(re.fullmatch(r"\.?frame_\d{6}(\.partial)?\.\w+", path.name) for path in frames.iterdir())
+        own = all(re.fullmatch(rf"{FRAME}\.\w+", path.name) for path in frames.iterdir())
         return begun or (own and not any(probes.iterdir()))
+
+
+FRAME = r"\.?frame_(\d{6})(_\d{5}-of-\d{5})?(\.partial)?"
+"""The name of a frame's file, or of one of its parts', without its suffix."""
 
 
 @dataclass(frozen=True)
@@ -142,9 +146,15 @@ def check_content(folder: Path, overwrite: bool, resume: bool = False, kind: Kin
 def own_files(folder: Path, listings: Sequence[str], suffixes: Sequence[str]) -> list[Path]:
     """The files that an earlier run wrote in a folder, and no others: its frames have one of the `suffixes`, and `listings`
     are the files that list frames."""
-    frame = re.compile(rf"\.?frame_\d{{6}}(\.partial)?\.({'|'.join(map(re.escape, suffixes))})")
-    frames = [path for path in (folder / "frames").glob("*") if frame.fullmatch(path.name)]
+    frames = [path for _, path in own_frames(folder, suffixes)]
     own = [folder / name for name in ("summary.json", "history.csv", "relax.csv", ACCURACY, *filter(None, listings))]
     own += [_partial(path) for path in own]
     own += list((folder / "checkpoints").glob("*checkpoint_*.npz"))
     return [*frames, *(folder / "probes").glob("*.csv"), *own]
+
+
+def own_frames(folder: Path, suffixes: Sequence[str]) -> list[tuple[int, Path]]:
+    """The files of frames of those `suffixes` in a folder, and of their parts, with the numbers of the frames."""
+    frame = re.compile(rf"{FRAME}\.({'|'.join(map(re.escape, suffixes))})")
+    found = ((frame.fullmatch(path.name), path) for path in (folder / "frames").glob("*"))
+    return [(int(match[1]), path) for match, path in found if match is not None]

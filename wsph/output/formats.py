@@ -7,8 +7,10 @@ To add one, write its file beside this one and put an instance in the list.
 
 import importlib.util
 from collections.abc import Sequence
+from pathlib import Path
 
 from wsph.errors import OutputError
+from wsph.output import files
 from wsph.output.frames import Format
 from wsph.output.npz import Npz
 from wsph.output.vtkhdf import Vtkhdf
@@ -26,6 +28,16 @@ def names() -> list[str]:
 def named(wanted: Sequence[str]) -> list[Format]:
     """The formats of those names."""
     return [each for name in wanted for each in FORMATS if each.name == name]
+
+
+def own_files(folder: Path) -> list[Path]:
+    """The files that an earlier run wrote in a folder, and no others."""
+    return files.own_files(folder, [each.listing for each in FORMATS], suffixes(FORMATS))
+
+
+def suffixes(wanted: Sequence[Format]) -> list[str]:
+    """Those of the files of frames of formats, and of those that join them."""
+    return list(dict.fromkeys(suffix for each in wanted for suffix in (each.suffix, each.joins) if suffix))
 
 
 def check_installed(wanted: Sequence[str]) -> None:

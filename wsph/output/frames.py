@@ -2,14 +2,18 @@
 
 # pyright: strict
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from wsph.output.cells import Cells
+from wsph.output.cells import KINDS, Cells, counted
+
+COPIES = "vtkGhostType"
+"""A field of points of frames in parts that have cells, uint8, by VTK's name: 1 of corners of a part's cells that are in
+another part too, as the particle that they are there."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +48,33 @@ class Frame:
             words += [_word(f"cells/{name}", v, unit) for name, v, unit in self._united(self.cells.data)]
         return self.time, len(self.points), words
 
+    @property
+    def sizes(self) -> np.ndarray:
+        """Its points, and its cells of every kind, in their order in `KINDS`."""
+        blocks = self.cells.blocks if self.cells is not None else {}
+        return np.array([len(self.points), *(len(blocks.get(kind, ())) for kind in KINDS)])
+
+    def listed_with(self, sizes: np.ndarray) -> "Listed":
+        """How it is listed as one of the parts of a frame, of which `sizes` (p, 1 + kinds) are those of every one."""
+        time, _, words = self.listed
+        words = [word for word in words if not word.startswith("corners/")]
+        words.append(f"{PARTS}:1:int64:{_counts(sizes[:, 0])}")
+        if self.cells is not None:
+            of = next(iter(self.cells.blocks.values())).dtype.name
+            for kind, counts in zip(KINDS, sizes.T[1:], strict=True):
+                if counts.any():
+                    words.append(f"corners/{kind}:{len(KINDS[kind].order)}:{of}:{_counts(counts)}")
+        return time, int(sizes[:, 0].sum()), words
+
     def _united(self, data: Mapping[str, np.ndarray]) -> list[tuple[str, np.ndarray, str]]:
         return [(name, values, self.units.get(name, "")) for name, values in data.items()]
+
+
+PARTS = "parts/points"
+
+
+def _counts(numbers: np.ndarray) -> str:
+    return " ".join(map(str, numbers.tolist()))
 
 
 def _word(name: str, values: np.ndarray, unit: str) -> str:
@@ -55,7 +84,38 @@ def _word(name: str, values: np.ndarray, unit: str) -> str:
 Listed = tuple[float, int, list[str]]
 """A frame that has been written: its time [s], its particles, and its points and fields, each "NAME:WIDTH:TYPE:UNIT" with
 numpy's name of the type; then where it has cells "corners/KIND:WIDTH:TYPE:COUNT" of every kind, and of every field of the
-cells "cells/NAME:WIDTH:TYPE:UNIT"."""
+cells "cells/NAME:WIDTH:TYPE:UNIT". A frame in parts has "parts/points:1:int64:COUNTS" too, and there and of corners the
+counts of all parts, with spaces between."""
+
+
+class Part(NamedTuple):
+    """A part of a frame: its `file`, in the folder of frames, its points, its cells, and the corners of all of these."""
+
+    file: str
+    points: int
+    cells: int
+    corners: int
+
+
+def parts(frame: Listed, number: int, suffix: str) -> list[Part]:
+    """The parts of a frame of that number; none where it is in one file."""
+    _, _, words = frame
+    points = [count for word in words if word.startswith(PARTS) for count in word.rsplit(":", 1)[1].split()]
+    return [
+        _sized(f"{part_stem(number, k, len(points))}.{suffix}", int(count), words, k) for k, count in enumerate(points)
+    ]
+
+
+def of_files(frame: Listed, number: int, suffix: str) -> list[Part]:
+    """Its parts, or the frame as its only one."""
+    whole = _sized(f"{stem(number)}.{suffix}", frame[1], frame[2], None)
+    return parts(frame, number, suffix) or [whole]
+
+
+def _sized(file: str, points: int, words: list[str], part: int | None) -> Part:
+    kinds = counted(words, part) or {"vertex": points}
+    corners = sum(count * len(KINDS[kind].order) for kind, count in kinds.items())
+    return Part(file, points, sum(kinds.values()), corners)
 
 
 class Entry(NamedTuple):
@@ -83,8 +143,14 @@ def stem(number: int) -> str:
     return f"frame_{number:06d}"
 
 
+def part_stem(number: int, part: int, count: int) -> str:
+    """The name of the file of one of so many parts of a frame, without its suffix."""
+    return f"{stem(number)}_{part:05d}-of-{count:05d}"
+
+
 class Format(Protocol):
-    """A format of frames. A frame is a file `frames/frame_000000.SUFFIX` of the output folder."""
+    """A format of frames. A frame is a file `frames/frame_000000.SUFFIX` of the output folder; in parts each of them is
+    such a file, and one more joins them (`joins`)."""
 
     @property
     def name(self) -> str:
@@ -106,8 +172,18 @@ class Format(Protocol):
         """The file of the output folder that lists the frames, or "" where there is none."""
         ...
 
+    @property
+    def joins(self) -> str | None:
+        """Suffix of the file `frames/frame_000000.SUFFIX` that joins the parts of a frame; "" where the list of frames does,
+        None of a format whose frames have no parts."""
+        ...
+
     def write(self, path: Path, frame: Frame) -> None:
         """Write a frame as a file. Raises OSError."""
+        ...
+
+    def join(self, path: Path, frame: Frame, parts: Sequence[Part]) -> None:
+        """Write the file that joins the parts of a frame, which lie beside it, the first of them `frame`. Raises OSError."""
         ...
 
     def index(self, folder: Path, frames: list[Listed]) -> None:

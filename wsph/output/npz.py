@@ -2,12 +2,13 @@
 
 # pyright: strict
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from wsph.output.frames import Frame, Listed
+from wsph.output.frames import Frame, Listed, Part
 
 
 class Npz:
@@ -15,7 +16,7 @@ class Npz:
     field of theirs, and of the frame as a whole `TimeValue` [s], names of the `bodies` in the order of the numbers in
     "body", `positions`, and `units`, a row of name and unit for each array. They have no list."""
 
-    name, needs, suffix, listing = "npz", "", "npz", ""
+    name, needs, suffix, listing, joins = "npz", "", "npz", "", None
 
     def write(self, path: Path, frame: Frame) -> None:
         """Write a frame as a file."""
@@ -32,6 +33,9 @@ class Npz:
             arrays |= {f"cells/{name}": values for name, values in frame.cells.data.items()}
         with open(path, "wb") as file:
             np.savez(file, **arrays)
+
+    def join(self, path: Path, frame: Frame, parts: Sequence[Part]) -> None:
+        """A frame is one archive."""
 
     def index(self, folder: Path, frames: list[Listed]) -> None:
         """Nothing: each file stands by itself."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from wsph.output.cells import vertices
 from wsph.output.files import write_text, xml_text
-from wsph.output.frames import Frame, Listed, stem
+from wsph.output.frames import Frame, Listed, Part, parts, stem
 
 TYPES = {"float32": "Float32", "float64": "Float64", "int32": "Int32", "int64": "Int64", "uint8": "UInt8"}
 """VTK's names of numpy's types."""
@@ -25,19 +25,12 @@ TYPES = {"float32": "Float32", "float64": "Float64", "int32": "Int32", "int64": 
 class Vtu:
     """VTK's unstructured grids: cells, or a vertex a particle."""
 
-    name, needs, suffix, listing = "vtu", "", "vtu", "frames.pvd"
+    name, needs, suffix, listing, joins = "vtu", "", "vtu", "frames.pvd", "pvtu"
 
     def write(self, path: Path, frame: Frame) -> None:
         """Write a frame as a file."""
         count = len(frame.points)
-        root = ElementTree.Element(
-            "VTKFile",
-            type="UnstructuredGrid",
-            version="1.0",
-            byte_order="LittleEndian" if sys.byteorder == "little" else "BigEndian",
-            header_type="UInt64",
-        )
-        grid = ElementTree.SubElement(root, "UnstructuredGrid")
+        root, grid = _begin("UnstructuredGrid")
         _field_data(ElementTree.SubElement(grid, "FieldData"), frame)
         cells = vertices(count) if frame.cells is None else frame.cells
         piece = ElementTree.SubElement(grid, "Piece", NumberOfPoints=str(count), NumberOfCells=str(cells.count))
@@ -52,14 +45,51 @@ class Vtu:
                 blocks.add(parent, name, values, frame.units.get(name, ""))
         blocks.write(path, root)
 
+    def join(self, path: Path, frame: Frame, parts: Sequence[Part]) -> None:
+        """Write the .pvtu that names the parts of a frame."""
+        root, grid = _begin("PUnstructuredGrid")
+        grid.set("GhostLevel", "0")
+        cells = {} if frame.cells is None else frame.cells.data
+        for room, data in (("PPointData", frame.data), ("PCellData", cells), ("PPoints", {"Points": frame.points})):
+            parent = ElementTree.SubElement(grid, room)
+            for name, values in data.items():
+                unit = "m" if room == "PPoints" else frame.units.get(name, "")
+                _said(ElementTree.SubElement(parent, "PDataArray"), name, values, unit)
+        for part in parts:
+            ElementTree.SubElement(grid, "Piece", Source=part.file)
+        path.write_text(xml_text(root), encoding="utf-8", newline="\n")
+
     def index(self, folder: Path, frames: list[Listed]) -> None:
         """Write frames.pvd."""
         root = ElementTree.Element("VTKFile", type="Collection", version="0.1")
         collection = ElementTree.SubElement(root, "Collection")
-        for number, (time, _, _) in enumerate(frames):
-            file = f"frames/{stem(number)}.{self.suffix}"
-            ElementTree.SubElement(collection, "DataSet", timestep=repr(time), part="0", file=file)
+        for number, frame in enumerate(frames):
+            suffix = self.joins if parts(frame, number, self.suffix) else self.suffix
+            file = f"frames/{stem(number)}.{suffix}"
+            ElementTree.SubElement(collection, "DataSet", timestep=repr(frame[0]), part="0", file=file)
         write_text(folder / self.listing, xml_text(root))
+
+
+def _begin(kind: str) -> tuple[ElementTree.Element, ElementTree.Element]:
+    """A file of a kind, and its element that all is in."""
+    root = ElementTree.Element(
+        "VTKFile",
+        type=kind,
+        version="1.0",
+        byte_order="LittleEndian" if sys.byteorder == "little" else "BigEndian",
+        header_type="UInt64",
+    )
+    return root, ElementTree.SubElement(root, kind)
+
+
+def _said(array: ElementTree.Element, name: str, values: np.ndarray, unit: str) -> None:
+    """What an array is, (n,) or (n, width)."""
+    array.set("type", TYPES[values.dtype.name])
+    array.set("Name", name)
+    array.set("NumberOfComponents", str(1 if values.ndim == 1 else values.shape[1]))
+    if unit:
+        label = ElementTree.SubElement(array, "InformationKey", name="UNITS_LABEL", location="vtkDataArray")
+        label.text = unit
 
 
 def _field_data(parent: ElementTree.Element, frame: Frame) -> None:
@@ -98,19 +128,10 @@ class _Blocks:
 
     def add(self, parent: ElementTree.Element, name: str, values: np.ndarray, unit: str = "") -> None:
         """Add an array (n,) or (n, width) as a child of `parent`."""
-        width = 1 if values.ndim == 1 else values.shape[1]
-        array = ElementTree.SubElement(
-            parent,
-            "DataArray",
-            type=TYPES[values.dtype.name],
-            Name=name,
-            NumberOfComponents=str(width),
-            format="appended",
-            offset=str(self._offset),
-        )
-        if unit:
-            label = ElementTree.SubElement(array, "InformationKey", name="UNITS_LABEL", location="vtkDataArray")
-            label.text = unit
+        array = ElementTree.SubElement(parent, "DataArray")
+        _said(array, name, values, unit)
+        array.set("format", "appended")
+        array.set("offset", str(self._offset))
         self._arrays.append(np.ascontiguousarray(values))
         self._offset += np.uint64(0).nbytes + values.nbytes
 

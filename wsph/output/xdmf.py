@@ -4,6 +4,7 @@
 # pyright: reportMissingTypeStubs=false
 
 import io
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -12,7 +13,7 @@ import numpy as np
 
 from wsph.output.cells import KINDS, Cells, counted
 from wsph.output.files import write_text, xml_text
-from wsph.output.frames import Entry, Frame, Listed, arrays, stem
+from wsph.output.frames import Entry, Frame, Listed, Part, arrays, of_files, parts
 
 COUNTED = ("vertex", "line")
 """Kinds that in XDMF can have any number of corners, and say it."""
@@ -24,7 +25,7 @@ CORNERS = "mesh/corners"
 class Xdmf:
     """A file of arrays a frame, and one list that says what they are."""
 
-    name, needs, suffix, listing = "xdmf", "h5py", "h5", "frames.xdmf"
+    name, needs, suffix, listing, joins = "xdmf", "h5py", "h5", "frames.xdmf", ""
 
     def write(self, path: Path, frame: Frame) -> None:
         """Write a frame as a file."""
@@ -47,6 +48,9 @@ class Xdmf:
                 file[CORNERS] = _corners(frame.cells)
         path.write_bytes(content.getbuffer())
 
+    def join(self, path: Path, frame: Frame, parts: Sequence[Part]) -> None:
+        """The list of frames has their parts."""
+
     def index(self, folder: Path, frames: list[Listed]) -> None:
         """Write frames.xdmf."""
         root = ElementTree.Element("Xdmf", Version="3.0")
@@ -57,19 +61,37 @@ class Xdmf:
             GridType="Collection",
             CollectionType="Temporal",
         )
+        # Frames of one list are of one kind: where some are in parts a whole one is its only part.
+        parted = any(parts(frame, 0, "") for frame in frames)
         for number, (time, n, words) in enumerate(frames):
-            source = f"frames/{stem(number)}.{self.suffix}"
-            grid = ElementTree.SubElement(series, "Grid", Name=f"frame {number}", GridType="Uniform")
-            ElementTree.SubElement(grid, "Time", Value=repr(time))
-            cells = _topology(grid, words, n, source)
-            for entry in arrays(words):
-                if entry.name == "position":
-                    _array(ElementTree.SubElement(grid, "Geometry", GeometryType="XYZ"), entry, n, source)
-                else:
-                    _array(_attribute(grid, entry, "Node"), entry, n, source)
-            for entry in arrays(words, cells=True):
-                _array(_attribute(grid, entry, "Cell"), entry, cells, f"{source}:/cells")
+            name, own = f"frame {number}", of_files((time, n, words), number, self.suffix)
+            grids = [_named(series, name, "Uniform")]
+            if parted:
+                grids[0].set("GridType", "Collection")
+                grids[0].set("CollectionType", "Spatial")
+            ElementTree.SubElement(grids[0], "Time", Value=repr(time))
+            if parted:
+                grids = [_named(grids[0], f"{name}, part {k}", "Uniform") for k in range(len(own))]
+            for k, (grid, part) in enumerate(zip(grids, own, strict=True)):
+                _fill(grid, words, part, k if len(own) > 1 else None)
         write_text(folder / self.listing, xml_text(root))
+
+
+def _named(parent: ElementTree.Element, name: str, kind: str) -> ElementTree.Element:
+    return ElementTree.SubElement(parent, "Grid", Name=name, GridType=kind)
+
+
+def _fill(grid: ElementTree.Element, words: list[str], part: Part, number: int | None) -> None:
+    """What a listed frame has, or the part of that number of one."""
+    source = f"frames/{part.file}"
+    _topology(grid, words, part, number)
+    for entry in arrays(words):
+        if entry.name == "position":
+            _array(ElementTree.SubElement(grid, "Geometry", GeometryType="XYZ"), entry, part.points, source)
+        else:
+            _array(_attribute(grid, entry, "Node"), entry, part.points, source)
+    for entry in arrays(words, cells=True):
+        _array(_attribute(grid, entry, "Cell"), entry, part.cells, f"{source}:/cells")
 
 
 def _corners(cells: Cells) -> np.ndarray:
@@ -83,13 +105,13 @@ def _corners(cells: Cells) -> np.ndarray:
     return np.concatenate(flat)
 
 
-def _topology(grid: ElementTree.Element, words: list[str], points: int, source: str) -> int:
-    """Say what cells a listed frame of that many points has; returns how many."""
-    kinds = counted(words)
+def _topology(grid: ElementTree.Element, words: list[str], part: Part, number: int | None) -> None:
+    """Say what cells a listed frame has, or the part of that number of one."""
+    kinds = counted(words, number)
     if not kinds:
-        ElementTree.SubElement(grid, "Topology", TopologyType="Polyvertex", NumberOfElements=str(points))
-        return points
-    count, one = sum(kinds.values()), next(iter(kinds))
+        ElementTree.SubElement(grid, "Topology", TopologyType="Polyvertex", NumberOfElements=str(part.points))
+        return
+    count, one = part.cells, next(iter(kinds))
     parent = ElementTree.SubElement(
         grid, "Topology", TopologyType=KINDS[one].xdmf if len(kinds) == 1 else "Mixed", NumberOfElements=str(count)
     )
@@ -100,8 +122,7 @@ def _topology(grid: ElementTree.Element, words: list[str], points: int, source: 
     else:
         shape = str(sum(n * (len(KINDS[kind].order) + 1 + (kind in COUNTED)) for kind, n in kinds.items()))
     of = next(word.split(":", 3)[2] for word in words if word.startswith("corners/"))
-    _data_item(parent, shape, np.dtype(of), f"{source}:/{CORNERS}")
-    return count
+    _data_item(parent, shape, np.dtype(of), f"frames/{part.file}:/{CORNERS}")
 
 
 def _attribute(grid: ElementTree.Element, entry: Entry, center: str) -> ElementTree.Element:
@@ -118,7 +139,7 @@ def _array(parent: ElementTree.Element, entry: Entry, count: int, room: str) -> 
 
 
 def _data_item(parent: ElementTree.Element, dimensions: str, of: np.dtype[Any], source: str) -> None:
-    kind, size = "Int" if of.kind == "i" else "Float", str(of.itemsize)
+    kind, size = {"i": "Int", "u": "UChar"}.get(of.kind, "Float"), str(of.itemsize)
     item = ElementTree.SubElement(
         parent, "DataItem", Format="HDF", Dimensions=dimensions, NumberType=kind, Precision=size
     )

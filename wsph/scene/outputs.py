@@ -54,6 +54,11 @@ NamedFormula = Annotated[FieldFormula, BeforeValidator(_as_formula), Also({"type
 """A formula, or its expression alone."""
 
 
+GATHERED = 1_000_000
+"""Particles up to which one of the processes that share them writes whole frames, where a scene says nothing: it takes 0.25
+to 0.45 GB for each (tests/benchmarks/parts.py)."""
+
+
 class Output(Model):
     """Fields and formats of the output, and when it is written."""
 
@@ -66,8 +71,28 @@ class Output(Model):
     """of frames (`wsph list fields`)"""
     positions: Literal["current", "reference"] = "current"
     """where particles of frames are: now, or at the start"""
+    parts: bool | Literal["auto"] = "auto"
+    """of processes that share a scene: frames in a file a process, and one that joins them; auto: of more than a million
+    particles"""
     history: Cadence | None = None
     """between rows of history.csv: steps, or time with a unit"""
+
+    @model_validator(mode="after")
+    def _joined(self) -> "Output":
+        if self.parts is True and (alone := self._alone):
+            raise ValueError(f"parts: a frame as {', '.join(alone)} is one file: leave out either")
+        return self
+
+    @property
+    def _alone(self) -> list[str]:
+        """The formats whose frames have no parts."""
+        return [each.name for each in formats.named(self.formats) if each.joins is None]
+
+    def in_parts(self, particles: int, processes: int) -> bool:
+        """Whether each of so many processes writes its part of the frames of so many particles."""
+        if processes == 1 or self.parts is False:
+            return False
+        return self.parts is True or (not self._alone and particles > GATHERED)
 
 
 def _due(value: object) -> int | float | None:

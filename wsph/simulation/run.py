@@ -19,7 +19,8 @@ from wsph.doubts import doubt, keeping
 from wsph.errors import Unstable
 from wsph.output import fields, formats
 from wsph.output.claim import Claim
-from wsph.output.folder import OutputFolder, UnwrittenFolder
+from wsph.output.folder import OutputFolder, PartedFolder, UnwrittenFolder
+from wsph.output.frames import Listed
 from wsph.output.interrupts import Interrupts
 from wsph.output.view.bar import Bar
 from wsph.scene.load import load
@@ -32,6 +33,7 @@ from wsph.simulation.composing.composition import Composition
 from wsph.simulation.composing.idle import untouched
 from wsph.simulation.diagnostics import BodySums
 from wsph.simulation.ledger import Account, Ledger
+from wsph.simulation.probing.pieces import in_parts
 from wsph.simulation.probing.recorder import RING
 from wsph.simulation.probing.records import Records
 from wsph.simulation.result import Result
@@ -68,8 +70,9 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
     write into one folder at a time, of whatever processes: the later is refused (OutputError).
 
     `domain`: the part of the scene that this process has, of those that share it (`wsph.ranks.mpi.Ranks`); all of them call
-    this alike. The first of them writes, and its result is that of the whole. `composed`: the scene as `compose` has made it
-    ready, and as nobody has run it yet. `enough` is asked between stretches of steps: where it says so the run ends after
+    this alike. The first of them writes, and its result is that of the whole; where frames are in parts (`output.parts`)
+    each writes its own, and has the particles of that in its result. `composed`: the scene as `compose` has made it ready,
+    and as nobody has run it yet. `enough` is asked between stretches of steps: where it says so the run ends after
     a whole step, and its result says "interrupted".
     """
     if progress is True:
@@ -130,8 +133,7 @@ class Running:
         frames = found[1]["frames"] if found is not None else None
         names = [run.body.name for run in composition.bodies]
         self._domain = composition.domain
-        written = OutputFolder if self._domain.rank == 0 else UnwrittenFolder
-        self._folder = written(folder, scene.output.formats, frames, names) if folder is not None else None
+        self._folder = self._opened(folder, frames, names) if folder is not None else None
         bodies = composition.bodies
         self._ledger = Ledger([run.system.ledger for run in bodies], [each.ledger for each in composition.between])
         self._control = StepControl(composition)
@@ -148,6 +150,13 @@ class Running:
         self._apart = 1
         """Steps between two words of processes that share the scene."""
         self._said_at_end: list[str] = []
+
+    def _opened(self, folder: Path, frames: list[Listed] | None, names: list[str]) -> OutputFolder:
+        """The folder that it writes, or has a part in."""
+        composition, formats = self._composition, self._composition.scene.output.formats
+        if in_parts(composition):
+            return PartedFolder(folder, formats, frames, names, composition.domain)
+        return (OutputFolder if composition.domain.rank == 0 else UnwrittenFolder)(folder, formats, frames, names)
 
     def run(self, progress: Progress | None, interrupts: Interrupts) -> Result:
         """Run to the end, to a failure or to an interrupt."""
@@ -319,9 +328,13 @@ class Running:
 
     def _asked(self, interrupts: Interrupts) -> bool:
         """Whether any process has been asked to end: then all are."""
+        asked = interrupts.asked
         if self._domain.size > 1:
-            interrupts.asked = int(self._domain.max(np.array(interrupts.asked)))
-        return bool(interrupts.asked)
+            signal_of, enough = self._domain.max(np.array([asked, -asked])).tolist()  # ENOUGH is below zero
+            # What comes in the meantime is for the next question: all have one answer.
+            if asked := signal_of or -enough:
+                interrupts.asked = asked
+        return bool(asked)
 
     def _sums(self, step: int) -> list[BodySums]:
         """Bring the state of a step up to date, and sum it up. Raises Unstable where it is not finite."""

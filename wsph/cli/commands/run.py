@@ -37,11 +37,9 @@ def _act(options: argparse.Namespace) -> int:
         scene = load(options.scene, overrides(options.set))
     folder = folder_of(options, *OUT)
     searched = accuracy.asked(options)
-    if searched and domain.size > 1:
-        world.refuse_copies("wsph run --accuracy")
     with Progress(options.quiet or domain.rank > 0) as progress:
         if searched:
-            return accuracy.run_accurately(options, scene, folder, progress)
+            return accuracy.run_accurately(options, scene, folder, progress, domain)
         result = run(
             scene,
             folder,

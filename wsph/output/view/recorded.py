@@ -14,6 +14,7 @@ import numpy as np
 
 from wsph.errors import OutputError
 from wsph.output.cells import Cells, vertices
+from wsph.output.frames import COPIES
 from wsph.output.view.packages import pyvista
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ class Shot:
             beyond = np.asarray(self.grid.cell_data["damage"]) > most
         else:
             sizes = np.asarray(self.grid.point_data["damage"])
-            corners, starts = np.asarray(self.grid.cell_connectivity), np.asarray(self.grid.offset)[:-1]
+            corners, starts = np.asarray(self.grid.cell_connectivity), _offsets(self.grid)[:-1]
             beyond = np.minimum.reduceat(sizes[corners], starts) > most
         return replace(self, grid=self.grid.extract_cells(np.flatnonzero(~beyond)))
 
@@ -100,7 +101,35 @@ def read(time: float, path: Path) -> Shot:
         raise OutputError(f"{path}: holds no particle, or is damaged")
     about = {name: words(grid, name) for name in ("bodies", "positions", "units") if name in grid.field_data}
     units = dict(word.rsplit(": ", 1) for word in about.get("units", []))
+    if COPIES in grid.point_data:
+        grid = _welded(grid)
     return Shot(grid, time, units, tuple(about.get("bodies", ())), about.get("positions") != ["reference"])
+
+
+def _welded(grid: "UnstructuredGrid") -> "UnstructuredGrid":
+    """A grid of parts without copies of particles: its cells have the particles themselves, which come in their order."""
+    ids, own = np.asarray(grid.point_data["id"]), np.flatnonzero(np.asarray(grid.point_data[COPIES]) == 0)
+    order = own[np.argsort(ids[own])]
+    corners = np.searchsorted(ids[order], ids)[np.asarray(grid.cell_connectivity)]
+    made = _grid(corners, _offsets(grid)[1:], np.asarray(grid.celltypes), np.asarray(grid.points)[order])
+    for name in grid.point_data:
+        if name != COPIES:
+            made.point_data[name] = np.asarray(grid.point_data[name])[order]
+    for name in grid.cell_data:
+        made.cell_data[name] = np.asarray(grid.cell_data[name])
+    return made
+
+
+def _offsets(grid: "UnstructuredGrid") -> np.ndarray:
+    """Where the corners of each cell begin, and where the last ones end; the name of pyvista's own has changed."""
+    return np.asarray(pyvista().convert_array(grid.GetCells().GetOffsetsArray()))
+
+
+def _grid(corners: np.ndarray, ends: np.ndarray, types: np.ndarray, points: np.ndarray) -> "UnstructuredGrid":
+    """A grid of cells: the corners of all, where those of each end, and their kinds."""
+    many = np.diff(ends, prepend=0)
+    # VTK wants the number of its corners in front of every cell.
+    return pyvista().UnstructuredGrid(np.insert(corners.astype(np.int64), ends - many, many), types, points)
 
 
 def shot(
@@ -113,11 +142,8 @@ def shot(
     """A frame from fields of particles by name, `position` (n, dim) [m] among them, and their cells."""
     cells = cells or vertices(len(particles["position"]))
     corners, ends, types = cells.flat
-    many = np.diff(ends, prepend=0)
-    # VTK wants the number of its corners in front of every cell.
-    rows = np.insert(corners.astype(np.int64), ends - many, many)
     places = np.asarray(particles["position"], float)
-    grid = pyvista().UnstructuredGrid(rows, types, np.pad(places, ((0, 0), (0, 3 - places.shape[1]))))
+    grid = _grid(corners, ends, types, np.pad(places, ((0, 0), (0, 3 - places.shape[1]))))
     for name, values in particles.items():
         if name != "position":
             grid.point_data[name] = _padded(values)

@@ -198,8 +198,8 @@ class PhaseDamage(Attached):
         arrays: Arrays,
         laplacian: np.ndarray | None = None,
     ):
-        """`toughness` and `length` nondimensional, and so is `laplacian`, c of each point (m,), where cells differ;
-        evaluations write the damage to `state`. Beside `phase` the device has
+        """`toughness` and `length` nondimensional, and so is `laplacian`, c of each point of the whole body (m,), where
+        cells differ; evaluations write the damage to `state`. Beside `phase` the device has
 
         _reached   # places that pairs see and that have damage, int32: (m,) points or (n,) nodes
         _opened    # psi+ of every point at the end of the last step, (m,), nondimensional
@@ -208,9 +208,10 @@ class PhaseDamage(Attached):
         self.model, self.toughness, self.length = model, toughness, length
         self._space, self._seen, self._state, self._clock = space, seen, state, clock
         real, n = space.scalar, len(seen.volume)
-        self.laplacian = self._alike() if laplacian is None else laplacian
         self._domain, self._points = seen.split.domain, seen.split.points
-        scale = float(np.mean(self.laplacian))
+        whole = self._alike() if laplacian is None else laplacian
+        scale = float(np.mean(whole))
+        self.laplacian = whole if laplacian is None else laplacian[self._points.window]
         first = model == "AT1"
         phase = phase_struct(space)()
         phase.per_energy = real((16.0 / 3.0 if first else 2.0) * length / toughness)

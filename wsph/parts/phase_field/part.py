@@ -4,6 +4,8 @@
 
 from typing import Annotated, ClassVar, Literal
 
+import numpy as np
+
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.state import Field, State
@@ -61,17 +63,13 @@ class PhaseField(Part):
             )
 
         if _differ(host):
-            if host.geometry.split.domain.size > 1:
-                raise Refused(
-                    f"body {host.name!r}: phase_field where cells differ is for one process: leave out jitter and map, or start it"
-                    " without mpiexec"
-                )
             self._sight(host)
 
     def _sight(self, host: Host) -> Sight:
-        """What points see where cells differ. Raises Refused where that is too little, or too unlike in its directions."""
+        """What points of all of the body see where cells differ. Raises Refused where that is too little, or too unlike in
+        its directions."""
         try:
-            found = sight_of(host.geometry)
+            found = sight_of(host.geometry.entire)
         except ValueError as error:
             raise Refused(f"body {host.name!r}: phase_field: {error}") from None
         if found.skew > SKEW:
@@ -107,4 +105,7 @@ def _differ(host: Host) -> bool:
 def _largest(host: Host) -> float:
     """The spacing of the points [m], where cells differ that of the largest."""
     geometry = host.geometry
-    return float(geometry.cell_volume.max()) ** (1.0 / host.space.dim) if _differ(host) else geometry.spacing
+    if not _differ(host):
+        return geometry.spacing
+    largest = float(geometry.split.domain.max(np.array(geometry.cell_volume.max())))
+    return largest ** (1.0 / host.space.dim)

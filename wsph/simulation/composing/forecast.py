@@ -64,6 +64,7 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
     messages = ALPHA * (evaluations * (halo * len(cut) + joined * len(placed)) + (halo + joined) * balls)
     longest = per_particle * float(worked.max()) + messages + 2.0 * evaluations * sent / rate
     efficiency = per_particle * composition.particles / (count * longest)
+    parts = scene.output.in_parts(composition.particles, count)
     return [
         ("processes", f"{count}, slabs across one axis of each body"),
         ("  particles", f"{own.min()} to {own.max()} of its own each"),
@@ -86,6 +87,13 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
         ),
         ("  messages", f"{sent / 1024:.4g} kB a right-hand side, {evaluations} of these a step"),
         ("  memory", f"{memory / 2**20:.4g} MB of arrays each"),
+        *(
+            (
+                "  frames",
+                f"in {count} parts each, and a file that joins them" if parts else "whole, by the first process",
+            )
+            for _ in scene.output.formats[:1]
+        ),
         (
             "  efficiency",
             f"{100.0 * efficiency:.3g} %, by {1e9 * per_particle:.3g} ns a particle and step and {rate / 1e9:.3g} GB/s, measured"

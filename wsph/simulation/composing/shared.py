@@ -51,10 +51,6 @@ def _faults(scene: Scene, method: Method) -> Iterator[tuple[str, str]]:
         yield "run.formulation", f"the {method.formulation.name} form of two sets"
     if scene.run.correction == "paper":
         yield "run.correction", "the correction of the paper"
-    if len(scene.bodies) > 1 and scene.sections:
-        yield "sections", "a section of one of several bodies"
-    if len(scene.bodies) > 1 and scene.relaxes:
-        yield "relax", "a relaxation of several bodies"
 
 
 def _of_body(scene: Scene, number: int, method: Method) -> Iterator[tuple[str, str]]:

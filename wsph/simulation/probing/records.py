@@ -12,10 +12,12 @@ from wsph.output import fields
 from wsph.output.cells import Cells, Gathered
 from wsph.output.fields import Formulas
 from wsph.output.folder import OutputFolder
+from wsph.output.frames import COPIES
 from wsph.simulation.checks import warn
 from wsph.simulation.composing.composition import BodyRun, Composition
 from wsph.simulation.ledger import Account
 from wsph.simulation.probing.numbers import Numbers
+from wsph.simulation.probing.pieces import All, Own, Piece, in_parts
 from wsph.simulation.probing.recorder import Recorder
 from wsph.simulation.summary import TableUnits
 from wsph.simulation.timeline import Events
@@ -44,7 +46,8 @@ class Records:
         self._wanted, self._single = scene.output.fields, composition.space.precision == "f32"
         self._moved, self._dim = scene.output.positions == "current", scene.dim
         axes = [f"momentum_{axis}" for axis in "xyz"[: scene.dim]]
-        self._domain = composition.domain
+        self._domain, self._parted = composition.domain, in_parts(composition)
+        self._pieces: list[Piece] = [Own(run, self._domain.rank) if self._parted else All(run) for run in self._bodies]
         shared = composition.shared_numbers
         self._numbers = Numbers(composition.reported, scales, scene.dim, self._domain, shared)
         self._names = ["step", "time", "dt", *energies, *axes, *self._numbers.units]
@@ -134,9 +137,14 @@ class Records:
         everything = self.particles(self._wanted)
         moved = everything["position"]
         if self._moved:
-            moved = np.concatenate([_of_whole(run, run.reading.current_positions) for run in self._bodies])
+            moved = np.concatenate(
+                [
+                    piece.of_particles(run.reading.current_positions)
+                    for run, piece in zip(self._bodies, self._pieces, strict=True)
+                ]
+            )
         fine = 1e-3 * min(run.system.spacing for run in self._bodies)
-        if self._single and np.abs(moved).max() * np.finfo(np.float32).eps < fine:
+        if self._single and self._largest([np.abs(moved).max(initial=0.0)])[0] * np.finfo(np.float32).eps < fine:
             moved = moved.astype(np.float32)
         data = {name: values for name, values in everything.items() if name != "position"}
         of = "current" if self._moved else "reference"
@@ -149,10 +157,11 @@ class Records:
     @cached_property
     def _gathered(self) -> Gathered | None:
         """The cells of all bodies, None where no body has any."""
-        blocks = [_blocks(run) for run in self._bodies]
-        if not any(blocks):
+        if not any(run.reading.cells for run in self._bodies):
             return None
-        return Gathered(blocks, [run.system.share.whole for run in self._bodies], self._dim)
+        most = sum(run.system.share.whole for run in self._bodies)
+        pieces = self._pieces
+        return Gathered([piece.blocks for piece in pieces], [piece.count for piece in pieces], self._dim, most)
 
     def cells(self, names: Sequence[str]) -> Cells | None:
         """The cells of all bodies: with their body, and those of the fields that stand at points inside, as computed."""
@@ -164,11 +173,11 @@ class Records:
             if name not in fields.ALWAYS
             and any(_inside(run, base) for run in self._bodies for base in fields.primitives(name, self._formulas))
         ]
-        parts = [_cell_fields(run, number, standing, self._formulas) for number, run in enumerate(self._bodies)]
-        whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-        if self._single:
-            whole = {name: _single(values) if name not in fields.ALWAYS else values for name, values in whole.items()}
-        return self._gathered.having(whole)
+        parts = [
+            _cell_fields(run, piece, number, standing, self._formulas)
+            for number, (run, piece) in enumerate(zip(self._bodies, self._pieces, strict=True))
+        ]
+        return self._gathered.having(self._joined(parts))
 
     def units(self, names: Sequence[str]) -> dict[str, str]:
         """SI units of fields by their names."""
@@ -209,18 +218,35 @@ class Records:
 
     def particles(self, names: Sequence[str]) -> dict[str, np.ndarray]:
         """Fields of all bodies' particles, one body after the other, SI, in the precision of the run, with position, id and
-        body."""
-        parts = [_fields(run, number, names, self._formulas) for number, run in enumerate(self._bodies)]
-        whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-        if self._single:
-            whole = {name: _single(values) if name not in fields.ALWAYS else values for name, values in whole.items()}
-        # Of bodies that processes share all but the first have their own rows.
-        before = np.cumsum([0, *(run.system.share.whole for run in self._bodies)])
-        ids = [
-            first + run.system.share.low + np.arange(len(part["body"]))
-            for run, first, part in zip(self._bodies, before[:-1], parts, strict=True)
+        body; in parts those of this process's part."""
+        parts = [
+            _fields(run, piece, number, names, self._formulas)
+            for number, (run, piece) in enumerate(zip(self._bodies, self._pieces, strict=True))
         ]
-        return whole | {"id": np.concatenate(ids), "body": whole.pop("body")}
+        whole = self._joined(parts)
+        before = np.cumsum([0, *(run.system.share.whole for run in self._bodies)])
+        ids = [first + piece.numbers for first, piece in zip(before[:-1], self._pieces, strict=True)]
+        whole |= {"id": np.concatenate(ids), "body": whole.pop("body")}
+        if self._parted and self._gathered is not None:
+            whole[COPIES] = np.concatenate([piece.copies for piece in self._pieces]).astype(np.uint8)
+        return whole
+
+    def _joined(self, parts: Sequence[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
+        """Fields of bodies, one behind the other, in single precision where the run is and SI units do not lead out of what
+        that holds."""
+        whole = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        if not self._single:
+            return whole
+        own, limits = [name for name in whole if name not in fields.ALWAYS], np.finfo(np.float32)
+        sizes = self._largest([np.abs(whole[name]).max(initial=0.0, where=np.isfinite(whole[name])) for name in own])
+        fitting = {
+            name for name, size in zip(own, sizes, strict=True) if size == 0.0 or limits.tiny < size < limits.max
+        }
+        return {name: values.astype(np.float32) if name in fitting else values for name, values in whole.items()}
+
+    def _largest(self, sizes: Sequence[float]) -> np.ndarray:
+        """The largest of the numbers of all processes that have parts of a frame."""
+        return self._domain.max(np.array(sizes)) if self._parted else np.array(sizes)
 
     def kept(self) -> tuple[dict[str, np.ndarray], list[Recorded]]:
         """The records that a checkpoint holds: arrays, and of each probe its keys and its steps."""
@@ -248,55 +274,24 @@ class Records:
         self._frames.skip(step)
 
 
-def _single(values: np.ndarray) -> np.ndarray:
-    """In single precision, unless SI units lead out of what that holds."""
-    sizes = np.abs(values[np.isfinite(values) & (values != 0.0)])
-    limits = np.finfo(np.float32)
-    return values if len(sizes) and not limits.tiny < sizes.max() < limits.max else values.astype(np.float32)
-
-
-def _fields(run: BodyRun, number: int, names: Sequence[str], formulas: Formulas) -> dict[str, np.ndarray]:
+def _fields(run: BodyRun, piece: Piece, number: int, names: Sequence[str], formulas: Formulas) -> dict[str, np.ndarray]:
     """Fields of a body's particles by name, NaN where the body has no such field, with position and body."""
     reading = run.reading
     found = _shown(run, names, reading.si, reading.positions, formulas)
     found = {"position": reading.positions, **found, "body": np.full(reading.count, number)}
-    return {name: _of_whole(run, values) for name, values in found.items()}
+    return {name: piece.of_particles(values) for name, values in found.items()}
 
 
-def _of_whole(run: BodyRun, values: np.ndarray) -> np.ndarray:
-    """Rows of all particles of a body in the first process, from those (n, ...) of the particles here."""
-    system = run.system
-    return values if system.share.complete else system.domain.gathered(values[system.share.own])
-
-
-def _blocks(run: BodyRun) -> Sequence[np.ndarray]:
-    """The cells of a body, as `wsph.formulations.reading.Reading.cells` has them, of all of it in the first process."""
-    geometry, split = run.system.geometry, run.system.geometry.split
-    if split.domain.size == 1 or not run.reading.cells:
-        return run.reading.cells
-    own = zip(geometry.blocks, geometry.own_cells, strict=True)
-    return [split.domain.gathered(corners[mine] + split.nodes.first) for corners, mine in own]
-
-
-def _cell_fields(run: BodyRun, number: int, names: Sequence[str], formulas: Formulas) -> dict[str, np.ndarray]:
+def _cell_fields(
+    run: BodyRun, piece: Piece, number: int, names: Sequence[str], formulas: Formulas
+) -> dict[str, np.ndarray]:
     """The same of a body's cells, without their position."""
     reading = run.reading
     places = [reading.positions[corners].mean(1) for corners in reading.cells] or [reading.positions]
     position = np.concatenate(places)
     found = _shown(run, names, reading.of_cells, position, formulas)
     found = {**found, "body": np.full(len(position), number)}
-    geometry, split = run.system.geometry, run.system.geometry.split
-    if split.domain.size == 1:
-        return found
-    if not reading.cells:
-        return {name: split.domain.gathered(values[run.system.share.own]) for name, values in found.items()}
-    own, ends = geometry.own_cells, np.cumsum([len(corners) for corners in reading.cells])[:-1]
-    blocks = {name: zip(np.split(values, ends), own, strict=True) for name, values in found.items()}
-    # Block after block, as one process has them.
-    return {
-        name: np.concatenate([split.domain.gathered(values[mine]) for values, mine in each])
-        for name, each in blocks.items()
-    }
+    return {name: piece.of_cells(values) for name, values in found.items()}
 
 
 def _shown(

@@ -1,0 +1,92 @@
+"""The rows of a search that processes share: the first of them searches, and says what all are to run.
+
+A row has the bits of one process, whoever runs it: coarse rows, which are too small to be cut, and what processes cannot
+share the first process runs by itself.
+"""
+
+# pyright: strict
+
+from collections.abc import Callable
+from pathlib import Path
+
+from wsph.backend.domain import Domain
+from wsph.backend.reduce import BLOCK
+from wsph.errors import Refused, SceneError, WsphError
+from wsph.output.interrupts import Interrupts
+from wsph.scene.scene import Scene
+from wsph.simulation.composing.composition import Composition
+from wsph.simulation.composing.setting import method_of
+from wsph.simulation.composing.shared import refuse_shared, refuse_whole, uncut
+from wsph.simulation.result import Result
+from wsph.simulation.run import Progress, run
+
+LEAST = 4 * BLOCK
+"""Particles a process from which a row is cut: with fewer, messages take longer than what they spare."""
+
+
+class Together:
+    """What the first process says to the others, which `follow`."""
+
+    def __init__(self, domain: Domain):
+        self._domain, self._alone = domain, domain.size == 1
+        self.shared = 0
+        """Runs that all processes have shared."""
+
+    def refuse(self, scene: Scene) -> None:
+        """Raise SceneError for what of a scene they cannot share."""
+        if not self._alone:
+            refuse_shared(scene, method_of(scene))
+
+    def run(
+        self,
+        scene: Scene,
+        out: Path | None,
+        progress: Progress | None,
+        composed: Composition | None,
+        enough: Callable[[], bool],
+    ) -> Result:
+        """Run a scene over what was in a folder, which may be `composed` already: with all processes, or alone."""
+        if self._alone or not self._fits(scene, composed):
+            return run(scene, out, overwrite=True, throw=False, progress=progress, composed=composed, enough=enough)
+        self._domain.told(lambda: (scene, out))
+        try:
+            found = run(scene, out, overwrite=True, throw=False, progress=progress, domain=self._domain, enough=enough)
+        except BaseException:
+            self._alone = True  # the others have met it too, and are gone
+            raise
+        self.shared += 1
+        return found
+
+    def _fits(self, scene: Scene, composed: Composition | None) -> bool:
+        """Whether processes can share a scene, and it is worth it. One that is too large to be composed for its plan is."""
+        method = method_of(scene)
+        try:
+            refuse_shared(scene, method)
+            if composed is not None:
+                sizes = [body.system.share.whole for body in composed.bodies]
+                fixed, size = uncut(scene, method), self._domain.size
+                cut = [k not in fixed and each >= LEAST * size for k, each in enumerate(sizes)]
+                refuse_whole(scene, method, cut, sizes, size)
+        except (SceneError, Refused):
+            return False
+        return True
+
+    def end(self) -> None:
+        """Let the others go."""
+        if not self._alone:
+            self._domain.told(lambda: None)
+
+
+def follow(domain: Domain) -> None:
+    """Run what the first process says, until it lets go. An error of a run it meets itself, and says."""
+
+    def said() -> tuple[Scene, Path | None] | None:
+        """Only the first is asked."""
+
+    with Interrupts():  # one that all are sent is for the first, or for a run
+        while (order := domain.told(said)) is not None:
+            scene, out = order
+            try:
+                run(scene, out, overwrite=True, throw=False, domain=domain)
+            except WsphError:
+                return
