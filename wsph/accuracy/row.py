@@ -40,6 +40,12 @@ class Row:
         """Steps of the run."""
         return self.result.summary["steps"]
 
+    @property
+    def cracked(self) -> float:
+        """The area of the links that have broken, each of them that of a face of a cell [m^(dim-1)]."""
+        broken = sum(body.get("broken_links", 0) for body in self.result.summary.get("fracture", {}).values())
+        return broken * self.spacing ** (self.result.scene.dim - 1) if broken else 0.0
+
     @cached_property
     def records(self) -> Mapping[str, Record]:
         """The columns of all probes, "PROBE.COLUMN"."""
@@ -65,11 +71,12 @@ class Row:
 
 
 class Late(Halted):
-    """A row that was ended because it would have gone beyond the seconds that there are: as far as it came."""
+    """A row that was ended because it would have gone beyond the seconds that there are, or was `early`, as they pay for a
+    finer one: as far as it came."""
 
-    def __init__(self, why: str, row: Row):
+    def __init__(self, why: str, row: Row, early: bool = False):
         super().__init__("out of reach", why)
-        self.row = row
+        self.row, self.early = row, early
 
 
 def in_seconds(seconds: float) -> str:
