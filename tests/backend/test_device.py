@@ -61,3 +61,12 @@ def test_a_group_without_a_bound_leaves_all(monkeypatch: pytest.MonkeyPatch) -> 
 def test_where_the_system_says_nothing_nothing_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(device, "_text", lambda path: "")
     assert device.free_memory("cpu") == (None, None)
+
+
+def test_processes_of_a_machine_take_a_gpu_each(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(device, "start_warp", lambda: None)
+    monkeypatch.setattr(device.wp, "get_devices", lambda: ["cpu", "cuda:0", "cuda:1"])
+    monkeypatch.setattr(device.wp, "is_cuda_available", lambda: True)
+    for name in ("auto", "cuda"):
+        assert [device.pick_device(name, place) for place in range(3)] == ["cuda:0", "cuda:1", "cuda:0"]
+    assert [device.pick_device(name, 1) for name in ("cuda:0", "cpu")] == ["cuda:0", "cpu"]

@@ -20,6 +20,7 @@ import numpy as np
 
 import wsph
 from tests import scenes
+from wsph.backend import graph
 from wsph.backend.domain import WHOLE
 
 STEPS = 12
@@ -160,6 +161,23 @@ def meeting(dim: int = 2, *, between: str = "surface", **changes: object) -> wsp
     )
 
 
+def balls(**changes: object) -> wsph.Scene:
+    """Bodies of balls that meet all along the cuts: a body, one that is cut too, and a small one that comes down on that."""
+    return scene(
+        form="total-lagrangian",
+        more=[
+            ("c", [0.4, 50.0], [70.4, 115.0], {"velocity": ["2e-3*y", "-0.1"]}),
+            ("s", [30.2, 115.0], [36.2, 119.0], {"velocity": [0.05, -0.3]}),
+        ],
+        contact=[
+            {"name": "touch", "between": ["b", "c"], "law": "pinball", "friction": 0.2},
+            {"name": "top", "between": ["c", "s"], "law": "pinball"},
+            {"name": "itself", "self": "b", "law": "pinball"},
+        ],
+        **changes,
+    )
+
+
 CASES = {
     "viscous": lambda: scene(body=VISCOUS, gravity={"y": -1e-4}, run={"dt": None, "cfl": "auto"}),
     "plastic": lambda: scene(3, **MISES, run={"precision": "f32"}),
@@ -206,6 +224,10 @@ CASES = {
     "bodies": lambda: scene(**OF_BESIDE, gravity={"y": -1e-4}),
     "contact": lambda: meeting(),
     "contact 3D": lambda: meeting(3, **MISES, run={"precision": "f32", "dt": None, "cfl": "auto"}),
+    "balls": lambda: balls(),
+    "balls of links": lambda: balls(
+        law="jaumann", body={"links": {"criterion": "stretch", "threshold": 0.012}, "velocity": TORN["velocity"]}
+    ),
     "tie": lambda: meeting(between="tie", form="total-lagrangian", run={"integrator": "rk4"}),
 }
 """Of every form, law, integrator, dimension and precision some, with what crosses the cuts."""
@@ -293,7 +315,12 @@ def main(names: list[str]) -> None:
     comm = MPI.COMM_WORLD
     for name in names:
         made = CASES[name.partition(", ")[0]]()
-        if name.endswith(", stopped"):
+        if name.endswith(", threads"):
+            graph.SMALL_PAIRS = 0
+            found = {"1 thread": shared(comm, made.with_(threads=1), 1)}
+            made = made.with_(threads=2)
+            found |= {str(count): shared(comm, made, count) for count in range(1, comm.size + 1)}
+        elif name.endswith(", stopped"):
             made = made.with_(**{"probes": []})
             found = {"1": shared(comm, made, 1), **stopped(comm, made)}
         elif name.endswith(", begun"):

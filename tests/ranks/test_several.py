@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 import wsph
-from tests.ranks.shared_cases import BESIDE, CASES, scene
+from tests.ranks.shared_cases import CASES, scene
 from wsph.checking import described
 from wsph.errors import Refused, SceneError, WsphError
 
@@ -46,15 +46,6 @@ LARGE = ("c", [], [], {"shape": {"type": "disc", "center": [35.0, 135.0], "radiu
     ("changes", "kind", "words"),
     [
         ({"more": [LARGE]}, SceneError, "bodies.1.surface: a fitted surface"),
-        (
-            {
-                "more": [BESIDE[0]],
-                "contact": [{"between": ["b", "c"], "law": "pinball"}],
-                "form": "total-lagrangian",
-            },
-            SceneError,
-            "contact.0.law: contact between balls is for one process",
-        ),
         ({"body": SMALL, "more": [TINY], "probes": []}, Refused, "bodies 'b', 's': each has too few particles"),
         ({"body": SMALL, "probes": []}, Refused, "body 'b': 60 particles in blocks of 1024 are too few"),
         ({"body": ROUND}, SceneError, "bodies.0.surface: a fitted surface"),

@@ -17,6 +17,8 @@ GROUPS = [
     tuple(f"{each}, resumed" for each in RESUMED if each != "sides"),
     ("bodies", "bodies, resumed"),
     ("contact 3D", "tie", "contact, resumed"),
+    ("plastic, threads", "contact, threads"),
+    ("balls", "balls of links", "balls of links, resumed"),
 ]
 """Some of all, and the rest, which is slow."""
 
@@ -35,7 +37,7 @@ def test_bits_of_one_process(names: tuple[str, ...]) -> None:
         found |= json.loads(line)
     assert list(found) == list(names)
     for name, digests in found.items():
-        assert len(digests) == (3 if name.endswith("stopped") else 4)
+        assert len(digests) == {"stopped": 3, "threads": 5}.get(name.rpartition(", ")[2], 4)
         assert len(set(digests.values())) == 1, (name, digests)
 
 

@@ -1,10 +1,13 @@
 """Processes that were started together: they are counted, and what would be done by each is refused."""
 
+import threading
 from pathlib import Path
 
 import pytest
 
+from tests.ranks.threads import together
 from wsph.cli import main
+from wsph.ranks import mpi
 from wsph.ranks.world import started
 
 
@@ -33,3 +36,11 @@ def test_processes_that_do_not_know_each_other_are_refused(
     assert main([command, str(tmp_path / "bar.toml"), "-o", str(tmp_path / "out")]) == 2
     assert said in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_processes_of_a_machine_know_their_place_and_deal_out_its_cores(monkeypatch: pytest.MonkeyPatch) -> None:
+    machines = ["a", "b", "a", "a"]
+    monkeypatch.setattr(mpi.platform, "node", lambda: machines[int(threading.current_thread().name)])
+    monkeypatch.setattr(mpi, "cores", lambda: [0, 1, 2, 3, 6])
+    assert together(4, lambda domain: domain.place()) == [0, 0, 1, 2]
+    assert together(4, lambda domain: domain.cores()) == [[0], [0, 1, 2, 3, 6], [1, 2], [3, 6]]

@@ -87,7 +87,7 @@ def together(size: int, of: Callable[[Ranks], T]) -> list[T]:
             errors.append(error)
             barrier.abort()
 
-    threads = [threading.Thread(target=run, args=(rank,)) for rank in range(size)]
+    threads = [threading.Thread(target=run, args=(rank,), name=str(rank)) for rank in range(size)]
     for each in threads:
         each.start()
     for each in threads:

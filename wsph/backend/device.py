@@ -41,14 +41,15 @@ def start_warp() -> None:
                 print(line, file=sys.stderr)
 
 
-def pick_device(name: str) -> str:
-    """The Warp device that a scene means; "auto" is the first GPU, or else the CPU, "cuda" the first GPU. Raises Refused
-    where there is none."""
+def pick_device(name: str, place: int = 0) -> str:
+    """The Warp device that a scene means; "auto" is a GPU, or else the CPU, "cuda" a GPU: the first one or, of processes
+    that share a scene, one each in turn, by their `place` on their machine. Raises Refused where there is none."""
     start_warp()
-    if name == "auto":
-        return "cuda:0" if wp.is_cuda_available() else "cpu"
     known = [str(d) for d in wp.get_devices()]
-    chosen = "cuda:0" if name == "cuda" else name
+    if name == "auto" and not wp.is_cuda_available():
+        return "cpu"
+    of_gpus = [each for each in known if each.startswith("cuda")] or ["cuda:0"]
+    chosen = of_gpus[place % len(of_gpus)] if name in ("auto", "cuda") else name
     if chosen not in known:
         auto = '; "auto" takes a GPU where there is one' if name == "cuda" else ""
         raise Refused(f"run.device: there is no {name!r} on this machine; there is {', '.join(known)}{auto}")

@@ -10,6 +10,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from wsph.backend.space import Array
+from wsph.backend.threads import cores
 
 T = TypeVar("T")
 
@@ -132,6 +133,14 @@ class Domain(Protocol):
         """What keeps copies of a body's rows up to date."""
         ...
 
+    def cores(self) -> Sequence[int]:
+        """The cores that are this process's alone."""
+        ...
+
+    def place(self) -> int:
+        """Its number among the processes on its machine."""
+        ...
+
 
 class Whole:
     """The domain of a scene in one process: every call gives what it was given."""
@@ -175,6 +184,14 @@ class Whole:
     def halo(self, share: Share) -> Halo:
         """There are no copies."""
         return self
+
+    def cores(self) -> Sequence[int]:
+        """All that it may use."""
+        return cores()
+
+    def place(self) -> int:
+        """There are no others."""
+        return 0
 
     def update(self, field: Array) -> None:
         """There are no copies."""

@@ -2,7 +2,8 @@
 
 On CUDA and for small scenes on the CPU a graph holds many steps (0.2 us a launch). A larger scene on the CPU is timed for
 one step, and its cores share the launches that are found to take long (`wsph.backend.threads`). Where the host has its part
-in a step, as where processes exchange what they own, a step is stretches of launches between what the host does.
+in a step, as where processes exchange what they own, a step is stretches of launches between what the host does: the first
+thread does that, and the others wait.
 """
 
 # pyright: strict
@@ -29,14 +30,18 @@ STRETCH_SECONDS = 0.01
 """Time that the threads of a team run between two looks at whether the run is to stop [s]."""
 
 
-def _timed(graphs: list[wp.Graph]) -> list[float]:
-    """Replay graphs and say how long each took [s]."""
-    seconds = []
-    for graph in graphs:
+def _timed(step: list[Launch | HostCall]) -> list[float]:
+    """Go through a step, and say how long each of its launches took [s]."""
+    found: list[float] = []
+    graphs = [captured(each.run) if isinstance(each, Launch) else None for each in step]
+    for each, graph in zip(step, graphs, strict=True):
+        if graph is None:
+            each.run()
+            continue
         started = time.perf_counter()
         wp.capture_launch(graph)
-        seconds.append(time.perf_counter() - started)
-    return seconds
+        found.append(time.perf_counter() - started)
+    return found
 
 
 def _run_all(launches: Sequence[Launch]) -> None:
@@ -78,9 +83,11 @@ class Program:
         before: Callable[[], bool] | None = None,
         *,
         hosted: bool = False,
+        on: Sequence[int] = (),
     ):
-        """`pairs` measures the work of a step; `threads` 0 means all cores; `before`, run on the host before every step,
-        says whether it changed what the step's launches take; `hosted`: the host has its part in a step, by one thread."""
+        """`pairs` measures the work of a step; `threads` 0 means all cores, those that it is to be `on`, or all there are;
+        `before`, run on the host before every step, says whether it changed what the step's launches take; `hosted`: the
+        host has its part in a step, by one thread."""
         self.step, self._clock, self._before, self._device = step, clock, before, clock.device
         on_cuda = wp.get_device(self._device).is_cuda
         self.small = pairs <= SMALL_PAIRS or on_cuda
@@ -90,7 +97,9 @@ class Program:
         self.hosted = hosted
         self.batched = self.looked and not hosted
         """Whether one graph may hold many steps."""
-        self.threads = 1 if self.small or hosted else threads or len(cores())
+        self.asked, self.on = threads, on
+        """The threads and the cores that were given."""
+        self.threads = 1 if self.small else threads or len(on or cores())
         self._stretches: list[Callable[[], None]] = []
         self._seconds: list[float] = []
         self._blocks = BLOCKS if self.batched else (1,)
@@ -113,17 +122,19 @@ class Program:
     def run(self, steps: int, stop: Callable[[], bool] = lambda: False) -> int:
         """Run `steps` steps, fewer where `stop()` asks for it between replays; returns how many."""
         if self.threads > 1 and self._team is None:
-            self._team = ThreadTeam(self.threads)
+            self._team = ThreadTeam(self.threads, self.on)
         done = 0
         with self._team.at_work() if self._team is not None else contextlib.nullcontext():
             while done < steps and not stop():
                 if self._before is not None and self._before():
                     self._graphs, self._segments, self._stretches = {}, [], []
-                if self.hosted:
+                if self._team is not None:
+                    done += self._share(self._team, steps - done)
+                elif self.hosted:
                     self._go_through()
                     done += 1
-                    continue
-                done += self._replay(steps - done) if self._team is None else self._share(self._team, steps - done)
+                else:
+                    done += self._replay(steps - done)
         return done
 
     def _replay(self, most: int) -> int:
@@ -142,12 +153,12 @@ class Program:
     def _share(self, team: ThreadTeam, most: int) -> int:
         """Run at most `most` steps by all threads; returns how many. The very first step is run by one thread, and timed."""
         if not self._segments:
-            launches = self._clock.launches(self.step)
+            step = self._clock.listing(self.step)
             if not self._seconds:
-                self._seconds = _timed([captured(launch.run) for launch in launches])
+                self._seconds = _timed(step)
                 self._times = 1 if self.followed else 1 + int(STRETCH_SECONDS / sum(self._seconds))
                 return 1
-            self._segments = team.segments(launches, self._seconds)
+            self._segments = team.segments(step, self._seconds)
         times = min(self._times, most)
         try:
             team.run(self._segments, times)

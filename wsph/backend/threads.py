@@ -16,7 +16,7 @@ import ctypes
 import os
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache, partial
@@ -27,7 +27,7 @@ from typing import Any
 import warp as wp
 
 from wsph.backend.kernels import kernel
-from wsph.backend.launch import Launch, captured
+from wsph.backend.launch import HostCall, Launch, captured
 
 ALONE_SECONDS = 2e-5
 """A launch that takes less is the first thread's alone: a meeting takes a microsecond, and one cache has the data."""
@@ -125,19 +125,22 @@ def _together(launches: list[Launch], seconds: list[float]) -> list[float]:
 
 @dataclass(frozen=True)
 class Segment:
-    """A part of a step between two meetings: a graph for each thread, or the pieces of one launch, by thread."""
+    """A part of a step between two meetings: a graph for each thread, or the pieces of one launch, by thread, or what the
+    host does, by the first."""
 
     graphs: list[wp.Graph]
     pieces: list[list[wp.Graph]]
+    host: HostCall | None = None
 
 
 class ThreadTeam:
-    """The threads that share the steps: the caller and `threads` - 1 more. `_met` (threads LINE,) int64 counts the meetings
-    that each thread has arrived at, one counter every LINE."""
+    """The threads that share the steps: the caller and `threads` - 1 more, on the cores `on`, which are all where none are
+    given. `_met` (threads LINE,) int64 counts the meetings that each thread has arrived at, one counter every LINE."""
 
-    def __init__(self, threads: int):
+    def __init__(self, threads: int, on: Sequence[int] = ()):
         self.threads = threads
-        self._cores = cores()
+        self._all = cores()
+        self._cores = on or self._all
         self._met = wp.zeros(threads * LINE, dtype=wp.int64, device="cpu")
         self._address = wp.uint64(_give_way())
         self._meetings = [captured(partial(self._meet, number)) for number in range(threads)]
@@ -149,9 +152,20 @@ class ThreadTeam:
         for thread in self._threads:
             thread.start()
 
-    def segments(self, launches: list[Launch], seconds: list[float]) -> list[Segment]:
+    def segments(self, step: list[Launch | HostCall], seconds: list[float]) -> list[Segment]:
         """The segments of a step, from its launches and the measured `seconds` of each [s]. Kernels are loaded."""
-        found = []
+        found: list[Segment] = []
+        begin, left = 0, list(seconds)
+        for end in [k for k, each in enumerate(step) if isinstance(each, HostCall)] + [len(step)]:
+            launches = [each for each in step[begin:end] if isinstance(each, Launch)]
+            found += self._between(launches, left[: len(launches)])
+            left, begin = left[len(launches) :], end + 1
+            found += [Segment([], [], each) for each in step[end : end + 1] if isinstance(each, HostCall)]
+        return found
+
+    def _between(self, launches: list[Launch], seconds: list[float]) -> list[Segment]:
+        """The segments of launches between which the host has no part."""
+        found: list[Segment] = []
         planned = [
             (launch, each, share(launch, each))
             for launch, each in zip(launches, _together(launches, seconds), strict=True)
@@ -220,10 +234,18 @@ class ThreadTeam:
                 if segment.graphs:
                     wp.capture_launch(segment.graphs[number])
                     continue
-                for take in (pieces[number].popleft, *(each.pop for each in pieces)):
-                    while (piece := _next(take)) is not None:
-                        wp.capture_launch(piece)
+                if segment.host is not None:
+                    if number == 0:
+                        segment.host.run()
+                else:
+                    self._go_through(number, pieces)
                 wp.capture_launch(self._meetings[number])
+
+    def _go_through(self, number: int, pieces: list[deque[wp.Graph]]) -> None:
+        """Its own pieces of a launch, and then those that others have left."""
+        for take in (pieces[number].popleft, *(each.pop for each in pieces)):
+            while (piece := _next(take)) is not None:
+                wp.capture_launch(piece)
 
     def _leave(self, number: int) -> None:
         self._met.numpy()[number * LINE] = GONE
@@ -235,7 +257,7 @@ class ThreadTeam:
         try:
             yield
         finally:
-            keep_to(self._cores)
+            keep_to(self._all)
 
     def run(self, segments: list[Segment], times: int) -> None:
         """Run the step `times` times. A fault in any thread is raised, and ends the team."""

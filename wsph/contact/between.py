@@ -67,6 +67,10 @@ class Interaction(Protocol):
         """Device arrays that a run goes on from, by name."""
         ...
 
+    def shares(self) -> Mapping[str, Share]:
+        """As `Coupling.shares`."""
+        ...
+
     def restored(self) -> None:
         """Make what follows from the kept arrays, after they have been put back."""
         ...

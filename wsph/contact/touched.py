@@ -6,6 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
+from wsph.backend.domain import Domain, Share
 from wsph.backend.space import Array
 from wsph.backend.state import State
 from wsph.constitutive.constitutive import Constitutive
@@ -40,6 +41,16 @@ class TouchedSystem(Protocol):
 
     @property
     def state(self) -> State: ...
+
+    @property
+    def domain(self) -> Domain:
+        """The processes that share the body."""
+        ...
+
+    @property
+    def share(self) -> Share:
+        """The part of the particles of the whole body that it has."""
+        ...
 
     @property
     def free_components(self) -> np.ndarray:

@@ -8,6 +8,7 @@ the others raise it too: none waits for what another will not say.
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 # pyright: reportMissingImports=false
 
+import platform
 import sys
 from collections.abc import Callable, Sequence
 from typing import TypeVar, cast
@@ -15,6 +16,7 @@ from typing import TypeVar, cast
 import numpy as np
 
 from wsph.backend.domain import Share, failing_together
+from wsph.backend.threads import cores
 from wsph.errors import WsphError
 from wsph.ranks.communicator import Communicator
 from wsph.ranks.exchange import Exchange
@@ -109,6 +111,17 @@ class Ranks:
             self._failed = True
             raise found
         return [each for _, each in said]
+
+    def cores(self) -> list[int]:
+        # Launchers bind processes to cores of their own, or leave all of them to all: then these are dealt out.
+        mine = platform.node(), cores()
+        alike = [rank for rank, theirs in enumerate(self._hear(mine)) if theirs == mine]
+        place, n = alike.index(self.rank), len(mine[1])
+        return mine[1][place * n // len(alike) : (place + 1) * n // len(alike)]
+
+    def place(self) -> int:
+        machines = self._hear(platform.node())
+        return machines[: self.rank].count(machines[self.rank])
 
     def halo(self, share: Share) -> Exchange:
         return Exchange(self._comm, self._hear(share), self.rank)

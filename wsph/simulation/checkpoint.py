@@ -227,8 +227,9 @@ def _pieces(composition: Composition, arrays: Mapping[str, np.ndarray]) -> dict[
     for number, run in enumerate(composition.bodies):
         if run.system.domain.size > 1:
             found |= {f"body{number}.{name}": pieces for name, pieces in run.system.pieces().items()}
-    for coupling in composition.joint.couplings if composition.joint is not None else ():
-        found |= {name: [Piece(0, 0, Rows.of(share))] for name, share in coupling.shares().items()}
+    couplings = composition.joint.couplings if composition.joint is not None else ()
+    for each in (*composition.between, *couplings):
+        found |= {name: [Piece(0, 0, Rows.of(share))] for name, share in each.shares().items()}
     return found
 
 

@@ -75,7 +75,7 @@ def _compose(scene: Scene, domain: Domain) -> Composition:
     materials = materials_of(scene)
     method = method_of(scene)
     _refuse_relaxing(scene, method)
-    device, space = pick_device(scene.run.device), Space(scene.dim, scene.run.precision)
+    device, space = pick_device(scene.run.device, domain.place()), Space(scene.dim, scene.run.precision)
     refuse_contact(scene, method.formulation)
     refuse_misfits(scene, method.formulation)
     if domain.size > 1:
@@ -116,8 +116,9 @@ def _compose(scene: Scene, domain: Domain) -> Composition:
     probes = _probes(setting, bodies, reported(bodies, (*between, *forces)), space, time_step, domain)
     step = Step(bodies, joint, between, time_step.clock, [probe for probe in probes if probe.every_step])
     pairs = sum(int(run.system.domain.sum(np.array([run.system.pairs]))[0]) for run in bodies)
-    hosted = domain.size > 1
-    program = Program(step, time_step.clock, pairs, scene.run.threads, step.before, hosted=hosted)
+    hosted, threads, on = domain.size > 1, scene.run.threads, domain.cores()
+    # Where there are more processes than cores, none has one of its own.
+    program = Program(step, time_step.clock, pairs, threads or len(on) or 1, step.before, hosted=hosted, on=on)
     return Composition(
         scene, space, scales, time_step, bodies, joint, between, probes, program, method.who, domain, pairs
     )

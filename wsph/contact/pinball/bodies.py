@@ -9,17 +9,21 @@ from typing import cast
 import numpy as np
 import warp as wp
 
+from wsph.backend.arrays import host
 from wsph.backend.clock import Clock
-from wsph.backend.domain import Domain
-from wsph.backend.reduce import total
+from wsph.backend.domain import Share
 from wsph.backend.space import Array, Space
 from wsph.contact.between import PushedBody
+from wsph.contact.pinball.everyone import Everyone, SharedEveryone
 from wsph.contact.pinball.law import ContactLaw, body_struct, kick_kernel
 from wsph.contact.touched import TouchedSystem
 from wsph.scene.touch.contact import Contact
 from wsph.sph.pairs import Pairs
 from wsph.sph.skin import Skin
 from wsph.units import Scales
+
+KEPT = ("force", "taken", "held")
+"""What a run goes on from, of every body."""
 
 
 def pushed(run: PushedBody) -> TouchedSystem:
@@ -31,7 +35,8 @@ class ContactBody:
     """A body as contacts see it, nondimensional: its n particles, and the forces on them. `struct` goes to the kernels.
 
     spacing  # of its lattice
-    place    # places at the start about an origin that all bodies share, on the host, (n, dim)
+    everyone # its particles, those of other processes too
+    place    # their places at the start about an origin that all bodies share, on the host
     u, v     # displacements and velocities, those of its state, (n,) vec
     volume   # (n,) scalar
     force    # of the contacts where the particles are, zero inside of a step, (n,) vec
@@ -47,12 +52,11 @@ class ContactBody:
         space: Space,
         scales: Scales,
         clock: Clock,
-        domain: Domain,
     ):
         system, device = pushed(run), clock.device
         self.system, self.name, self.count = system, run.body.name, system.count
         self.spacing = system.spacing / scales.length
-        self.place = (system.position - origin) / scales.length
+        place = (system.position - origin) / scales.length
         self.u, self.v = system.state.struct.displacement, system.state.struct.velocity
         self.volume: Array = wp.array(system.volume, dtype=space.scalar, device=device)
         self.force: Array = wp.zeros(self.count, dtype=space.vec, device=device)
@@ -60,12 +64,15 @@ class ContactBody:
         self.held: Array = wp.zeros(self.count, dtype=wp.float64, device=device)
         free = system.free_components.reshape(-1, space.dim).astype(space.numpy)
         self.free: Array = wp.array(free, dtype=space.vec, device=device)
-        self.skin = Skin(space, self.count, clock, domain)
+        self.skin = Skin(space, self.count, clock, system.domain)
         self.struct = body_struct(space)()
-        self.struct.x = wp.array(self.place, dtype=space.vec, device=device)
+        self.struct.x = wp.array(place, dtype=space.vec, device=device)
         self.struct.u, self.struct.v, self.struct.volume = self.u, self.v, self.volume
+        shared = system.domain.size > 1
+        self.everyone = SharedEveryone(self.struct, system, space, clock) if shared else Everyone(self.struct)
+        self.place = self.everyone.rows(place)
         self._clock, self._kicks = clock, [kick_kernel(space, opens) for opens in (False, True)]
-        self._density, self._domain = space.scalar(system.density), domain
+        self._density = space.scalar(system.density)
 
     def kick(self, *, opens: bool) -> None:
         """Change the velocities by half of the impulse of the forces (a launch), before a step (`opens`) or after it."""
@@ -76,16 +83,23 @@ class ContactBody:
     @property
     def energy(self) -> float:
         """Energy that the forces have taken so far, nondimensional."""
-        return total(self.taken, self._domain)
+        return self._total(self.taken)
 
     @property
     def held_work(self) -> float:
         """Work that prescribed motion has done against the forces so far, nondimensional."""
-        return total(self.held, self._domain)
+        return self._total(self.held)
+
+    def _total(self, values: Array) -> float:
+        return float(self.everyone.rows(host(values)).sum(dtype=np.float64))
 
     def kept(self) -> dict[str, Array]:
         """What a run goes on from, by name."""
-        return {name: getattr(self, name) for name in ("force", "taken", "held")}
+        return {name: getattr(self, name) for name in KEPT}
+
+    def shares(self) -> dict[str, Share]:
+        """The parts of these that this process has, where processes share the body."""
+        return dict.fromkeys(KEPT, self.system.share) if self.system.domain.size > 1 else {}
 
 
 @dataclass
@@ -107,7 +121,8 @@ def without_neighbours(pairs: Pairs, side: ContactBody, device: str) -> tuple[Pa
     """Candidate pairs of a body with itself, and for each the index of its link's weight, (pairs,) int32, -1 without a link.
     Neighbours in the body stay candidates only where links can break."""
     own = side.system.neighbours
-    candidates, known = pairs.keys(), own.keys()
+    among, known = side.everyone.here(host(pairs.indices)), own.keys()
+    candidates = np.where(among >= 0, pairs.rows().astype(np.int64) * own.sources + among, -1)
     at = np.searchsorted(known, candidates)
     near = known[np.minimum(at, len(known) - 1)] == candidates
     slot = np.where(near, at, -1)

@@ -22,13 +22,15 @@ within the radii and a skin, found again before a particle can leave it.
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
 from collections.abc import Sequence
+from functools import partial
 from itertools import chain
 
 import numpy as np
 import warp as wp
 
+from wsph.backend.arrays import host
 from wsph.backend.clock import Clock
-from wsph.backend.domain import WHOLE, Domain
+from wsph.backend.domain import Share
 from wsph.backend.space import Array, Space
 from wsph.contact.between import PushedBody
 from wsph.contact.pinball.bodies import ContactBody, ContactPair, pushed, without_neighbours
@@ -36,8 +38,9 @@ from wsph.contact.pinball.law import ContactLaw, law_struct, push_kernel
 from wsph.errors import Refused
 from wsph.plugins.integrators import publishes
 from wsph.protocols import Entry
+from wsph.ranks.blocks import own_mean
 from wsph.scene.touch.contact import Contact
-from wsph.sph.pairs import find_pairs
+from wsph.sph.pairs import Pairs
 from wsph.sph.rows import rows_of
 from wsph.units import Scales
 
@@ -58,19 +61,19 @@ class Contacts:
         scales: Scales,
         clock: Clock,
         device: str,
-        domain: Domain = WHOLE,
     ):
         self.ledger: tuple[Entry, ...] = (
             Entry("contact_dissipated", lambda: self.energy),
             Entry("external_work", lambda: self.held_work),
         )
-        self._space, self._clock, self._device, self._domain = space, clock, device, domain
+        self._space, self._clock, self._device = space, clock, device
         named = {run.body.name: run for run in bodies}
         taking_part = dict.fromkeys(chain.from_iterable(part.names for part in parts))
         for name in taking_part:
             _refuse(named[name])
-        origin = np.mean([pushed(named[name]).position.mean(0) for name in taking_part], axis=0)
-        self.sides = {name: ContactBody(named[name], origin, space, scales, clock, domain) for name in taking_part}
+        systems = [pushed(named[name]) for name in taking_part]
+        origin = np.mean([own_mean(each.position, each.share, each.domain) for each in systems], axis=0)
+        self.sides = {name: ContactBody(named[name], origin, space, scales, clock) for name in taking_part}
         self._no_slot: Array = wp.zeros(1, dtype=wp.int32, device=device)
         self._no_weight: Array = wp.zeros(1, dtype=space.scalar, device=device)
         self._contacts: list[ContactPair] = []
@@ -103,8 +106,8 @@ class Contacts:
                 contact.laws, (contact.one, contact.other), (contact.other, contact.one), strict=True
             ):
                 if side.name == body:
-                    inverse = 1.0 / (float(law.own_density) * float(side.system.volume.min()))
-                    inverse += 1.0 / (float(law.other_density) * float(other.system.volume.min()))
+                    inverse = 1.0 / (float(law.own_density) * side.everyone.smallest(side.system.volume))
+                    inverse += 1.0 / (float(law.other_density) * other.everyone.smallest(other.system.volume))
                     stiffness = float(law.stiffness) * float(law.shear)
                     if self._space.dim == 3:
                         stiffness *= float(law.curvature) * float(law.reach) ** 0.5
@@ -117,39 +120,34 @@ class Contacts:
         for name, side in self.sides.items():
             u = side.u.numpy()
             side.skin.found.assign(u)
-            where[name] = side.place + u.astype(float)
+            where[name] = side.place + side.everyone.rows(u).astype(float)
         for contact in self._contacts:
             reach = float(contact.laws[0].reach) + self._skin
             one, other = contact.one, contact.other
             if one is other:
-                pairs = find_pairs(where[one.name], where[one.name], reach, self._device, same=True)
-                contact.rows = [without_neighbours(pairs, one, self._device)]
+                contact.rows = [without_neighbours(self._pairs(one, one, where, reach), one, self._device)]
             else:
                 ways = ((one, other), (other, one))
-                contact.rows = [
-                    (find_pairs(where[a.name], where[b.name], reach, self._device), self._no_slot) for a, b in ways
-                ]
+                contact.rows = [(self._pairs(a, b, where, reach), self._no_slot) for a, b in ways]
         return where
+
+    def _pairs(self, side: ContactBody, against: ContactBody, where: dict[str, np.ndarray], reach: float) -> Pairs:
+        """The candidates of a body's particles among those of another one, or of itself."""
+        own, other = where[side.name], where[against.name]
+        return side.everyone.near(own, other, reach, self._device, same=side is against)
 
     def _refuse_overlap(self, where: dict[str, np.ndarray]) -> None:
         """Refuse particles that overlap from the start: two at one place have no direction to be pushed in."""
         for contact in self._contacts:
-            (pairs, slot), reach = contact.rows[0], float(contact.laws[0].reach)
-            one, other = contact.one.name, contact.other.name
-            other_rows: np.ndarray = pairs.indices.numpy()
-            r = where[one][pairs.rows()] - where[other][other_rows]
+            one, other, pairs = contact.one, contact.other, contact.rows[0][0]
+            partners = host(pairs.indices)
+            r = where[one.name][one.everyone.numbers(pairs.rows())] - where[other.name][partners]
             apart = np.linalg.norm(r, axis=1)
-            if one == other:
-                apart = np.where(slot.numpy() >= 0, np.inf, apart)
-            if len(apart) and apart.min() < 0.5 * reach:
-                i = pairs.rows()[apart.argmin()]
-                length = contact.one.system.scales.length
-                raise Refused(
-                    f"contact of {one!r} with {other!r}: particles lie {apart.min() * length:g} m apart at"
-                    f" {contact.one.system.position[i].tolist()} m, within half of the {reach * length:g} m of the two radii,"
-                    " before the run begins: leave a gap (the sides of a crack between stress points lie on each other), or"
-                    " lower contact.radius"
-                )
+            if one is other:
+                apart = np.where(contact.rows[0][1].numpy() >= 0, np.inf, apart)
+            least = float(apart.min()) if len(apart) else np.inf
+            if words := one.everyone.told(partial(_overlap, contact, apart, least), least):
+                raise Refused(words)
 
     def follow(self) -> bool:
         """Before a step: find the candidates again if a particle can leave its skin by the end of it."""
@@ -160,6 +158,8 @@ class Contacts:
 
     def start(self) -> None:
         """Find the forces at the start (launches)."""
+        for side in self.sides.values():
+            side.everyone.bring()
         for contact in self._contacts:
             one, other, part = contact.one, contact.other, contact.part
             push = push_kernel(self._space, part.friction > 0.0, one is other)
@@ -168,8 +168,10 @@ class Contacts:
                 weight = side.system.breakable_weights if one is other else None
                 weight = weight if weight is not None else self._no_weight
                 rows = rows_of(self._space, pairs)
-                inputs = [law, rows, side.struct, against.struct, self._clock.time, slot, weight]
+                inputs = [law, rows, side.struct, against.everyone.struct, self._clock.time, slot, weight]
                 self._clock.launch(push, side.count, inputs, [side.force])
+        for side in self.sides.values():
+            side.everyone.spread(side.force)
 
     def begin(self) -> None:
         """The first half of the impulses of a step, of the forces that stand (launches)."""
@@ -197,9 +199,27 @@ class Contacts:
         sides = self.sides.items()
         return {f"contact.{name}.{key}": array for name, side in sides for key, array in side.kept().items()}
 
+    def shares(self) -> dict[str, Share]:
+        """The parts of these that this process has, of bodies that processes share."""
+        sides = self.sides.items()
+        return {f"contact.{name}.{key}": share for name, side in sides for key, share in side.shares().items()}
+
     def restored(self) -> None:
         """Find the candidates of a state that has been put back."""
         self._find()
+
+
+def _overlap(contact: ContactPair, apart: np.ndarray, least: float) -> str | None:
+    """What is wrong with the nearest of the candidates, which are so far `apart` (pairs,); None where nothing is."""
+    reach, system = float(contact.laws[0].reach), contact.one.system
+    if not least < 0.5 * reach:
+        return None
+    length, i = system.scales.length, contact.rows[0][0].rows()[apart.argmin()]
+    return (
+        f"contact of {contact.one.name!r} with {contact.other.name!r}: particles lie {least * length:g} m apart at"
+        f" {system.position[i].tolist()} m, within half of the {reach * length:g} m of the two radii, before the run begins:"
+        " leave a gap (the sides of a crack between stress points lie on each other), or lower contact.radius"
+    )
 
 
 def _refuse(run: PushedBody) -> None:

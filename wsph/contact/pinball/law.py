@@ -7,7 +7,7 @@ import warp as wp
 
 from wsph.backend.clock import dt_of
 from wsph.backend.kernels import kernel
-from wsph.backend.space import Space
+from wsph.backend.space import Array, Space
 from wsph.sph.rows import rows_struct
 
 
@@ -21,6 +21,15 @@ class ContactLaw(Protocol):
     curvature: float
     own_density: float
     other_density: float
+
+
+class Balls(Protocol):
+    """What it takes of a body's particles, as `body_struct` has them."""
+
+    x: Array
+    u: Array
+    v: Array
+    volume: Array
 
 
 @cache

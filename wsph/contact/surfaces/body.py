@@ -7,7 +7,6 @@ from typing import Protocol
 import numpy as np
 
 from wsph.backend.clock import Clock
-from wsph.backend.domain import Domain, Share
 from wsph.backend.space import Space
 from wsph.contact.touched import TouchedSystem
 from wsph.geometry.geometry import Geometry
@@ -40,16 +39,6 @@ class SurfacedSystem(TouchedSystem, Protocol):
 
     @property
     def form(self) -> SurfacedForm: ...
-
-    @property
-    def domain(self) -> Domain:
-        """The processes that share the body."""
-        ...
-
-    @property
-    def share(self) -> Share:
-        """The part of the particles of the whole body that it has."""
-        ...
 
     @property
     def breaks(self) -> bool:

@@ -53,9 +53,9 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
     placed = [
         run for run, shares in zip(composition.bodies, found, strict=True) if shares and run.body.name in touching
     ]
-    messages = (
-        evaluations * ALPHA * (2.0 * (2 if count > 2 else 1) * len(cut) + float(np.ceil(np.log2(count))) * len(placed))
-    )
+    halo, joined = 2.0 * (2 if count > 2 else 1), float(np.ceil(np.log2(count)))
+    balls = sum(run.body.name in scene.balls for run, shares in zip(composition.bodies, found, strict=True) if shares)
+    messages = ALPHA * (evaluations * (halo * len(cut) + joined * len(placed)) + (halo + joined) * balls)
     longest = per_particle * float(held.max()) + messages + 2.0 * evaluations * sent / rate
     efficiency = per_particle * composition.particles / (count * longest)
     memory = composition.nbytes / composition.particles * float(held.max())

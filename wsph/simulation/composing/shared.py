@@ -52,11 +52,6 @@ def _faults(scene: Scene, method: Method) -> Iterator[tuple[str, str]]:
         yield "run.formulation", f"the {method.formulation.name} form {kind}"
     if scene.run.correction == "paper":
         yield "run.correction", "the correction of the paper"
-    if scene.run.threads > 1:
-        yield "run.threads", f"a run of {scene.run.threads} threads"
-    for k, contact in enumerate(scene.contact):
-        if contact.law == "pinball":
-            yield f"contact.{k}.law", "contact between balls"
     if len(scene.bodies) > 1 and scene.sections:
         yield "sections", "a section of one of several bodies"
     if len(scene.bodies) > 1 and scene.relaxes:

@@ -125,8 +125,10 @@ class Relaxation:
             for run, quench in zip(self._bodies, self._quenches, strict=True):
                 quench.act(self._stepped(run), self._clock)
 
-        threads, hosted = composition.scene.run.threads, composition.domain.size > 1
-        self._program = Program(damped, self._clock, composition.pairs, threads, plain.before, hosted=hosted)
+        plan = composition.program
+        self._program = Program(
+            damped, self._clock, composition.pairs, plan.asked, plain.before, hosted=plan.hosted, on=plan.on
+        )
 
     @staticmethod
     def _stepped(run: BodyRun) -> State:
