@@ -65,8 +65,10 @@ def spent(case: Case) -> list[dict]:
     found: list[dict] = []
     for part in PARTS:
         rows, budget = Kept(case, known), part * case.work
-        spend(rows, aims(case.scene, 0.01), Limit(None, budget))
-        error = max(true_errors(case, rows.made[-1]).values())
+        seen = spend(rows, aims(case.scene, 0.01), Limit(None, budget)).seen
+        errors, misfit = true_errors(case, rows.made[-1]), rows.lattices.misfit(rows.made[-1].cells)
+        error = max(errors.values())
+        bars = {name: each.estimate.bar + misfit for name, each in seen.items()}
         best = min(error for work, error in dense if work <= budget)
         found.append(
             {
@@ -75,6 +77,7 @@ def spent(case: Case) -> list[dict]:
                 "error": error,
                 "best": best,
                 "over_best": max(error, case.floor) / max(best, case.floor),
+                "bar_holds": all(max(errors[name], case.floor) <= max(bars[name], case.floor) for name in bars),
                 "cells": [row.cells for row in rows.made],
             }
         )
@@ -133,6 +136,7 @@ def _told_of(every: list[dict]) -> None:
         f"{exceeded} of {len(every)} budgets exceeded by more than {100 * OVER - 100:.0f} %; error over that of the best row that"
         f" fits {np.median(ratios):.2f} in the median, {max(ratios):.2f} at most, within {NEAR:g} in"
         f" {sum(each <= NEAR for each in ratios)} of {len(ratios)}"
+        + (f"; bars hold in {sum(one['bar_holds'] for one in every)}" if "bar_holds" in every[0] else "")
     )
 
 
@@ -181,14 +185,15 @@ def main() -> None:
         for one in each:
             print(
                 f"{name}: {one['budget']:.2g}, used {100 * one['used']:.0f} %, error {one['error']:.2g}, over the best that"
-                f" fits {one['over_best']:.2f}, {one['cells']}"
+                f" fits {one['over_best']:.2f}, {one['cells']}{'' if one['bar_holds'] else ', NOT WITHIN ITS BAR'}"
             )
     every = [one for each in table.values() for one in each]
     ratios = [one["over_best"] for one in every]
     print(
         f"{len(every)} budgets: {np.median(ratios):.2f} times the error of the best row that fits in the median,"
         f" {np.quantile(ratios, 0.9):.2f} in nine of ten, {max(ratios):.2f} at most, within {NEAR:g} in"
-        f" {sum(each <= NEAR for each in ratios)}; {sum(one['used'] > 1.0 for one in every)} exceeded"
+        f" {sum(each <= NEAR for each in ratios)}; {sum(one['used'] > 1.0 for one in every)} exceeded; bars hold in"
+        f" {sum(one['bar_holds'] for one in every)}"
     )
     if options.write:
         keep("budgets", table)

@@ -23,7 +23,7 @@ from wsph.accuracy.search import Found, seen_of
 from wsph.accuracy.values import check_periods
 from wsph.errors import Refused, SceneError
 
-BEFORE = ((2.0, 0.1, 1.1), (2.0**0.5, 0.03, 1.5))
+BEFORE = ((2.0, 0.1, 1.2), (2.0**0.5, 0.03, 1.5))
 """Of the rows before the finest, the nearer first: cells of the next finer row over its own at least, its cost over that of
 the finest at most, and by how much it has to be finer than the last row."""
 
@@ -87,21 +87,21 @@ def _next(rows: Rows, limit: Limit, worth: float) -> tuple[int, bool]:
     last = rows.made[-1].cells
     if finest < worth * last:
         return 0, True
-    for cells in _before(rows, limit, finest):
-        if found := _affordable(rows, limit, cells, BEFORE[-1][2] * last):
+    for cells, least in _before(rows, limit, finest):
+        if found := _affordable(rows, limit, cells, least):
             return found, False
     return _affordable(rows, limit, finest, worth * last), True
 
 
-def _before(rows: Rows, limit: Limit, finest: float) -> list[float]:
-    """The cells of rows to come before the finest, coarsest first, but for those that are hardly finer than the
-    last."""
+def _before(rows: Rows, limit: Limit, finest: float) -> list[tuple[float, float]]:
+    """The cells of rows to come before the finest, coarsest first, and those that they have to have, but for rows that are
+    hardly finer than the last."""
     most, cost, last = finest, limit.cost(rows, rows.scaled(finest)), float(rows.made[-1].cells)
-    found: list[float] = []
+    found: list[tuple[float, float]] = []
     for finer, share, least in BEFORE:
         most = _solved(lambda cells: limit.cost(rows, rows.scaled(cells)), share * cost, last, most / finer)
         if most >= least * last:
-            found.insert(0, most)
+            found.insert(0, (most, least * last))
     return found
 
 
@@ -110,7 +110,8 @@ def _finest(rows: Rows, limit: Limit) -> float:
     is."""
 
     def cost(cells: float) -> float:
-        return sum(limit.cost(rows, rows.scaled(each)) for each in (cells, *_before(rows, limit, cells)))
+        before = [each for each, _ in _before(rows, limit, cells)]
+        return sum(limit.cost(rows, rows.scaled(each)) for each in (cells, *before))
 
     last = float(rows.made[-1].cells)
     return _solved(cost, _left(rows, limit), last, 1e4 * last)

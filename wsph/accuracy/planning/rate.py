@@ -88,9 +88,9 @@ class Rate:
         alone = last.inside / last.work
         if len(self._rows) < 2 or min(row.inside for row in self._rows) <= 0.0:
             return 0.0, alone
-        steps, work, seconds = np.array([(row.steps, row.work, row.inside) for row in self._rows]).T
-        weights = seconds**-0.5
-        a, b = np.linalg.lstsq(np.stack([steps, work], 1) * weights[:, None], seconds * weights, rcond=None)[0].tolist()
+        seconds: np.ndarray = np.array([row.inside for row in self._rows])
+        table: np.ndarray = np.array([(row.steps, row.work) for row in self._rows]) / np.sqrt(seconds)[:, None]
+        a, b = np.linalg.lstsq(table, np.sqrt(seconds), rcond=None)[0].tolist()
         if a <= 0.0:
             return 0.0, alone
         # The last row is met, whatever the others say.
