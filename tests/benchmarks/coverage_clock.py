@@ -63,7 +63,11 @@ class Timed(Rows):
         record = (TIMES, np.sin(4.0 * TIMES) * (1.0 + 0.3 / cells**2))
         summary = {"steps": round(share * plan.steps), "particles": plan.particles}
         result = SimpleNamespace(
-            work=share * plan.work, seconds=share * inside, summary=summary, recorded=lambda: {"p.velocity_x": record}
+            work=share * plan.work,
+            seconds=share * inside,
+            summary=summary,
+            broken_links=0,
+            recorded=lambda: {"p.velocity_x": record},
         )
         row = Row(cells, self.lattices.spacing(cells), planned, taken, taken, result)
         if share < 1.0:

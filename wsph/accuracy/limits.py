@@ -14,7 +14,7 @@ from wsph.units import quantity
 DEFAULT_SECONDS = 3600.0
 """What a search may take where nothing is said."""
 
-SHARE, SHARE_OF_SECONDS = 0.9, 0.95
+SHARE, SHARE_OF_SECONDS = 0.9, 0.88
 """The parts of a budget of work, and of one of seconds, that are planned with where what a run takes is a prediction."""
 
 END, SLACK = 0.99, 0.03

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from wsph.accuracy.measures import Record
+from wsph.accuracy.measures import Record, cracked
 from wsph.simulation.result import Result
 
 
@@ -42,9 +42,8 @@ class Row:
 
     @property
     def cracked(self) -> float:
-        """The area of the links that have broken, each of them that of a face of a cell [m^(dim-1)]."""
-        broken = sum(body.get("broken_links", 0) for body in self.result.summary.get("fracture", {}).values())
-        return broken * self.spacing ** (self.result.scene.dim - 1) if broken else 0.0
+        """The area of the links that have broken [m^(dim-1)]."""
+        return self.result.broken_links and cracked(self.result.broken_links, self.spacing, self.result.scene.dim)
 
     @cached_property
     def records(self) -> Mapping[str, Record]:
