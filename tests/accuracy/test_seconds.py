@@ -17,7 +17,8 @@ from wsph.accuracy.budget import spend
 from wsph.accuracy.columns import aims
 from wsph.accuracy.limits import Limit
 from wsph.accuracy.planning.cost import Plan
-from wsph.accuracy.planning.rate import Rate, Took
+from wsph.accuracy.planning.rate import Rate
+from wsph.accuracy.planning.took import Took
 from wsph.accuracy.planning.watch import Due, Watch
 from wsph.simulation.compose import compose
 

@@ -66,7 +66,7 @@ class Timed(Rows):
             work=share * plan.work,
             seconds=share * inside,
             summary=summary,
-            broken_links=0,
+            crack_area=0.0,
             recorded=lambda: {"p.velocity_x": record},
         )
         row = Row(cells, self.lattices.spacing(cells), planned, taken, taken, result)

@@ -82,14 +82,14 @@ def test_differences_that_fall_by_chance_are_no_convergence_where_links_break_ov
     each = study("chance")
     made = rows(each, chance=(1.0, 1.0))
     for spacing, row in zip(SPACINGS, made.values(), strict=True):
-        row.row["broken_links"] = round(1.0 / spacing**2)  # in 1D each is a crack of its own
+        row.row["crack_area"] = 1.0 / spacing
         row.series["tip.velocity_x"][1] *= 1.2 if spacing == 0.025 else 1.0
     plan = planned(each, load(EXAMPLES / "shock_bar.toml"))
     judged(plan, made)
     assert {row.row["convergence"] for row in made.values()} == {"no convergence"}
     smooth = rows(each, chance=(1.0, 1.0))
     for number, row in smooth.items():
-        row.row["broken_links"] = made[number].row["broken_links"]
+        row.row["crack_area"] = made[number].row["crack_area"]
     judged(plan, smooth)
     assert {row.row["convergence"] for row in smooth.values()} == {""}
 

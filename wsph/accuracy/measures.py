@@ -141,8 +141,3 @@ NUMBERS: dict[str, Callable[[Record], float]] = {
     "peak": peak,
     "arrival": arrival,
 }
-
-
-def cracked(broken_links: int, spacing: float, dim: int) -> float:
-    """The area of links that have broken, each of them that of a face of a cell [m^(dim-1)]."""
-    return broken_links * spacing ** (dim - 1)

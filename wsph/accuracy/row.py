@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from wsph.accuracy.measures import Record, cracked
+from wsph.accuracy.measures import Record
 from wsph.simulation.result import Result
 
 
@@ -39,11 +39,6 @@ class Row:
     def steps(self) -> int:
         """Steps of the run."""
         return self.result.summary["steps"]
-
-    @property
-    def cracked(self) -> float:
-        """The area of the links that have broken [m^(dim-1)]."""
-        return self.result.broken_links and cracked(self.result.broken_links, self.spacing, self.result.scene.dim)
 
     @cached_property
     def records(self) -> Mapping[str, Record]:

@@ -15,7 +15,8 @@ from pathlib import Path
 from wsph.accuracy.planning.cost import Costs, Plan
 from wsph.accuracy.planning.formal import Formal, formal_order
 from wsph.accuracy.planning.lattices import Lattices
-from wsph.accuracy.planning.rate import Rate, Took
+from wsph.accuracy.planning.rate import Rate
+from wsph.accuracy.planning.took import Took
 from wsph.accuracy.planning.watch import Due, Watch
 from wsph.accuracy.row import Halted, Late, Row, in_seconds
 from wsph.errors import Refused, SceneError

@@ -53,9 +53,9 @@ class Found:
     seen: Mapping[str, Seen] = field(default_factory=dict[str, Seen])
 
 
-def seen_of(rows: Rows, asked: Mapping[str, Aim]) -> dict[str, Seen]:
-    """What the four finest rows say of the finest."""
-    last = rows.made[: -KEEP - 1 : -1]
+def seen_of(rows: Rows, asked: Mapping[str, Aim], most: int = KEEP) -> dict[str, Seen]:
+    """What the four finest rows say of the finest, or a smaller number of them."""
+    last = rows.made[: -most - 1 : -1]
     if len(last) < FEWEST:
         return {}
     spacings = [row.spacing for row in last]
@@ -66,7 +66,7 @@ def torn(rows: Rows) -> bool:
     """Whether cracks have more area in every finer one of the four finest rows, by more and more: what breaks at a strain or
     a stress of a point comes to pieces as small as its cells (Bazant & Oh 1983)."""
     last = rows.made[: -KEEP - 1 : -1]
-    return boundless([row.spacing for row in last], [row.cracked for row in last])
+    return boundless([row.spacing for row in last], [row.result.crack_area for row in last])
 
 
 def search(rows: Rows, asked: Mapping[str, Aim], limit: Limit, sure: bool = False) -> Found:
@@ -82,7 +82,7 @@ def search(rows: Rows, asked: Mapping[str, Aim], limit: Limit, sure: bool = Fals
             seen = seen_of(rows, asked)
             if not seen:
                 return Found("refused", "no column has a size: give the probes a scale", seen)
-            ended = _ended(rows, seen, factor)
+            ended = _ended(rows, asked, seen, factor)
             if ended is not None:
                 return ended
             cells, wanted = _next(rows, seen, factor)
@@ -101,9 +101,9 @@ def search(rows: Rows, asked: Mapping[str, Aim], limit: Limit, sure: bool = Fals
         return Found("out of reach", f"a finer lattice is refused: {str(error).splitlines()[0]}", seen_of(rows, asked))
 
 
-def _ended(rows: Rows, seen: Mapping[str, Seen], factor: float) -> Found | None:
+def _ended(rows: Rows, asked: Mapping[str, Aim], seen: Mapping[str, Seen], factor: float) -> Found | None:
     """The end of a search where its rows say so."""
-    within = all(factor * each.share <= 1.0 for each in seen.values())
+    within = _within(seen, factor) and _borne_out(rows, asked, factor)
     whole = len(rows.made) >= KEEP or not any(each.estimate.clamped for each in seen.values())
     lost = [name for name, each in seen.items() if not each.estimate.converges]
     if within and whole and not lost:
@@ -113,13 +113,25 @@ def _ended(rows: Rows, seen: Mapping[str, Seen], factor: float) -> Found | None:
     return None
 
 
+def _within(seen: Mapping[str, Seen], factor: float) -> bool:
+    return all(factor * each.share <= 1.0 for each in seen.values())
+
+
+def _borne_out(rows: Rows, asked: Mapping[str, Aim], factor: float) -> bool:
+    """Whether what the first four rows say is said by the three finest of them as well. Where something jumps the coarsest
+    may be so coarse that differences from it are of another order, which all four then seem to have."""
+    if rows.formal.order == 2.0 or len(rows.made) > KEEP:
+        return True
+    return len(rows.made) == KEEP and _within(seen_of(rows, asked, FEWEST), factor)
+
+
 def _lost(rows: Rows, seen: Mapping[str, Seen], lost: list[str]) -> Found:
     """The end of a search that sees no convergence of some columns."""
     words = "; ".join(f"{name}: {', '.join(f'{d:.2g}' for d in seen[name].estimate.differences)}" for name in lost)
     cracks = ""
     if torn(rows):
-        areas = ", ".join(f"{row.cracked:.2g}" for row in rows.made[: -KEEP - 1 : -1])
-        cracks = f"; on every finer lattice links break over more area, {areas} {AREA[rows.scene.dim]}".rstrip()
+        areas = ", ".join(f"{row.result.crack_area:.2g}" for row in rows.made[: -KEEP - 1 : -1])
+        cracks = f"; every finer lattice has more area of cracks, {areas} {AREA[rows.scene.dim]}".rstrip()
     return Found(
         "no convergence",
         f"no convergence observed, differences of neighbours from the finest on: {words}{cracks}; no bar",

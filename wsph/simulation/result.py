@@ -85,9 +85,9 @@ class Result:
         return self.summary["particles"] * self.summary["steps"] / rate if rate > 0.0 else 0.0
 
     @property
-    def broken_links(self) -> int:
-        """Virtual links that have broken, of all bodies."""
-        return int(sum(body.get("broken_links", 0) for body in self.summary.get("fracture", {}).values()))
+    def crack_area(self) -> float:
+        """Of the cracks of all bodies [m^(dim-1)], of those parts that know it."""
+        return float(sum(body.get("crack_area", 0.0) for body in self.summary.get("fracture", {}).values()))
 
     def recorded(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """The columns of all probes by "PROBE.COLUMN": the times [s] and the values of each, (n,) and (n,)."""

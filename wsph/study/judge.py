@@ -15,7 +15,7 @@ from itertools import combinations
 
 from wsph.accuracy.columns import Aim, Seen, look
 from wsph.accuracy.envelope import KEEP, boundless, disagree
-from wsph.accuracy.measures import Record, cracked, distances
+from wsph.accuracy.measures import Record, distances
 from wsph.accuracy.planning.formal import formal_order
 from wsph.scene.scene import Scene
 from wsph.study.plan import Planned
@@ -74,8 +74,7 @@ def _ladders(plan: Sequence[Planned], made: Mapping[int, Made]) -> list[Ladder]:
 def _columns(rows: Sequence[Made], spacings: Sequence[float], scene: Scene) -> dict[str, Seen]:
     records = [{name: Record(*series) for name, series in made.series.items()} for made in rows]
     asked = {name.rpartition(".")[0]: Aim(0.0, "history", None) for name in records[0]}
-    broken = [int(made.row.get("broken_links") or 0) for made in rows]
-    torn = boundless(spacings, [cracked(count, h, scene.dim) for count, h in zip(broken, spacings, strict=True)])
+    torn = boundless(spacings, [float(made.row.get("crack_area") or 0.0) for made in rows])
     return look(spacings, records, asked, formal_order(scene), scene.run.precision, torn)
 
 

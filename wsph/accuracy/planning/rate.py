@@ -3,11 +3,11 @@
 # pyright: strict
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from wsph.accuracy.planning.cost import Plan
+from wsph.accuracy.planning.took import Took
 
 STEEP, STEEPEST = 1.25, 2.0
 """The power of the particles that a set-up goes with where one row alone tells of it: cells are fitted in sweeps over all of
@@ -40,7 +40,7 @@ class Rate:
         """A plan with as many times its steps as the last run had of its own."""
         return asked.longer(self.more)
 
-    def learn(self, row: "Took") -> None:
+    def learn(self, row: Took) -> None:
         """Note what a run took."""
         self._rows.append(row)
         self._rates = self._fitted()
@@ -97,26 +97,3 @@ class Rate:
         b = max(b, VISITS * alone)
         met = last.inside / (a * last.steps + b * last.work)
         return met * a, met * b
-
-
-@dataclass(frozen=True)
-class Took:
-    """What a run took beside its `plan`: `work`, and seconds `inside` of its steps, `composing` for its plan, and `around`
-    both: captures, checks and its result. One that was ended before its time has had a `part` of its steps."""
-
-    plan: Plan
-    work: float
-    inside: float
-    composing: float
-    around: float
-    part: float = 1.0
-
-    @property
-    def steps(self) -> float:
-        """Those that it had, as its work is of visits."""
-        return self.plan.steps * self.work / self.plan.work
-
-    @property
-    def more(self) -> float:
-        """Its work as a multiple of what was planned."""
-        return self.work / (self.part * self.plan.work)
