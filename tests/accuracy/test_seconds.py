@@ -193,6 +193,17 @@ def test_a_run_ends_where_somebody_has_had_enough():
     assert 0 < result.summary["steps"] < 4000
 
 
+@pytest.mark.parametrize("guard", ["refuse", "off"])
+def test_a_run_that_is_watched_has_the_bits_of_one_that_is_not(guard):
+    scene, seen = vibrating().with_(end=200.0, guard=guard), []
+    alone = wsph.run(scene)
+    watched = wsph.run(scene, enough=lambda: False, progress=lambda step, steps, at: seen.append(step / steps))
+    assert len(seen) >= 32
+    assert max(np.diff(seen)) < 0.05
+    assert np.array_equal(alone.probes["p"]["velocity_x"], watched.probes["p"]["velocity_x"])
+    assert np.array_equal(alone.particles["stress"], watched.particles["stress"])
+
+
 def test_what_is_composed_is_run_as_it_is():
     scene = vibrating()
     made, found = compose(scene), wsph.run(scene)

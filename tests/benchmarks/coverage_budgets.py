@@ -173,7 +173,10 @@ def main() -> None:
     if options.cpu:
         time.perf_counter = time.process_time  # by which searches, runs and this table are timed
     if options.replay:
-        replay(options.only, json.loads(COVERAGE.read_text(encoding="utf-8"))["seconds"])
+        kept = json.loads(COVERAGE.read_text(encoding="utf-8")).get("seconds", {})
+        if not kept:
+            parser.error(f"no rows were timed yet: --seconds --write leaves them in {COVERAGE}")
+        replay(options.only, kept)
         return
     if options.seconds or options.cpu:
         found = seconds(options.only)

@@ -195,7 +195,8 @@ class Running:
         """The steps at which so many equal parts of all steps end, but for the last; on the CPU more, so that no graph has
         to be captured for them that takes longer than it saves."""
         last = self._timeline.last
-        if not 1 < count <= last:
+        # Steps that adapt end blocks by themselves, and would adapt at others.
+        if not 1 < count <= last or self._control.adapts:
             return ()
         size = last // count if self._on_cuda else min(last // count, BLOCKS[0] - 1)
         return range(size, last, size)
