@@ -118,3 +118,17 @@ def test_fitted_rows_are_no_special_case_of_three_rows_or_of_numbers():
     table = distances(records)
     assert estimate(h[:3], table[:3, :3], 2.0, fitted=True) == estimate(h[:3], table[:3, :3], 2.0)
     assert estimate(h, table, 2.0, fitted=True, norms=False) == estimate(h, table, 2.0, norms=False)
+
+
+def test_where_cracks_have_no_limit_differences_have_to_follow_an_order_closely():
+    h, records = ladder(1.0)
+    pure = distances(records)
+    assert estimate(h, pure, 1.0, torn=True) == estimate(h, pure, 1.0)
+    # The mean damage of a strip that links tear to pieces, whose rows fall by chance.
+    h, table = np.array([1.0, 2.0, 4.0, 16.0 / 3.0]), np.zeros((4, 4))
+    table[np.triu_indices(4, 1)] = [0.026, 0.202, 0.167, 0.221, 0.185, 0.105]
+    table += table.T
+    assert estimate(h, table, 1.0).converges
+    assert not estimate(h, table, 1.0, torn=True).converges
+    assert not estimate(h, table, 1.0, torn=True, norms=False).converges
+    assert estimate(h, table, 1.0, torn=True, tolerance=0.3).converges

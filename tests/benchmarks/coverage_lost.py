@@ -56,7 +56,10 @@ SOFTENING: list[Callable[[], Case]] = [
 ]
 LINKS: list[Callable[[], Case]] = [
     _links,
-    *(lambda rate=rate: _links(f", pulled at {rate:g} t", rate) for rate in (0.01, 0.015, 0.025, 0.03, 0.04, 0.06)),
+    *(
+        lambda rate=rate: _links(f", pulled at {rate:g} t", rate)
+        for rate in (0.01, 0.0125, 0.015, 0.025, 0.03, 0.035, 0.04, 0.05, 0.06)
+    ),
 ]
 THROWS: list[Callable[[], Case]] = [
     lambda angle=angle, spin=spin: _thrown(angle, spin)

@@ -78,6 +78,22 @@ def test_no_convergence_has_no_bar() -> None:
     assert {made[k].row["bar"] for k in made} == {made[k].row["estimate"] for k in made} == {None}
 
 
+def test_differences_that_fall_by_chance_are_no_convergence_where_links_break_over_ever_more_area() -> None:
+    each = study("chance")
+    made = rows(each, chance=(1.0, 1.0))
+    for spacing, row in zip(SPACINGS, made.values(), strict=True):
+        row.row["crack_area"] = 1.0 / spacing
+        row.series["tip.velocity_x"][1] *= 1.2 if spacing == 0.025 else 1.0
+    plan = planned(each, load(EXAMPLES / "shock_bar.toml"))
+    judged(plan, made)
+    assert {row.row["convergence"] for row in made.values()} == {"no convergence"}
+    smooth = rows(each, chance=(1.0, 1.0))
+    for number, row in smooth.items():
+        row.row["crack_area"] = made[number].row["crack_area"]
+    judged(plan, smooth)
+    assert {row.row["convergence"] for row in smooth.values()} == {""}
+
+
 def test_columns_that_are_zero_by_symmetry_are_not_judged() -> None:
     each = study("first")
     made = rows(each, first=(1.0, 1.0))

@@ -6,7 +6,6 @@ answer.status, answer.data["bar"], answer.result.probes
 
 # pyright: strict
 
-import math
 import time
 from collections.abc import Callable
 from contextlib import nullcontext, suppress
@@ -16,6 +15,7 @@ from wsph.accuracy import report
 from wsph.accuracy.budget import spend
 from wsph.accuracy.columns import Aim, aims
 from wsph.accuracy.limits import Limit
+from wsph.accuracy.planning.watch import Due
 from wsph.accuracy.report import Answer
 from wsph.accuracy.row import Halted
 from wsph.accuracy.rows import Rows, Tell, clear
@@ -89,7 +89,7 @@ def _answer(
     claim = Claim(out, overwrite) if out is not None else None
     with claim or nullcontext():
         rows, notes = _rows(scene, asked, tolerance, lambda of: Rows(of, out, tell, progress, begun, together))
-        rows.until = limit.until
+        rows.due = limit.due
         if claim is not None and out is not None:
             claim.make()
             clear(out)
@@ -143,7 +143,7 @@ def _checked(rows: Rows, wanted: dict[str, Aim], found: Found, check: bool) -> l
     """What another scheme says of the answer, where it is asked."""
     if not check or not found.seen or found.status == "interrupted":
         return []
-    until, rows.until = rows.until, math.inf  # what it takes is beside the limit
+    due, rows.due = rows.due, Due()  # what it takes is beside the limit
     try:
         return second.opinion(rows, wanted, found.seen)
     except Halted as halt:
@@ -151,4 +151,4 @@ def _checked(rows: Rows, wanted: dict[str, Aim], found: Found, check: bool) -> l
             return ["interrupted before another scheme had its say"]
         return [f"another scheme was asked: {halt}"]
     finally:
-        rows.until = until
+        rows.due = due

@@ -1,15 +1,18 @@
 """The most accurate answer that a budget pays for, with its bar.
 
-A coarse row tells what work, and what setting up, takes in seconds. Then the largest lattice n is sought that the budget
-pays for together with rows of n/2.83 and n/2 before it, and the coarsest of these is made; after each row n is found anew,
-by what rows were found to take. One coarse row alone predicts too long, so that a search that knows little plans too small a
-lattice, never too large a one; and a row that takes longer than was thought is ended before it goes beyond the budget: the
-answer is then the one before.
-"""
+Rows before the finest are there for its bar, and to tell what it will take. The nearer is to cost a tenth of the finest at
+most, the other a thirtieth, and they are as fine as that leaves them, with at most a half and a third of its cells: rows of
+a fixed part of its cells would cost another part of it in every dimension, and where steps cost the same however few
+particles they have, as small ones do in seconds, most of the budget. After each row what is paid for is found anew, by what
+rows were found to take. One coarse row alone predicts too long, so that a search that knows little plans too small a
+lattice, never too large a one; and a row that takes longer than was thought is ended before it goes beyond the budget: what
+is left is then spent on a coarser one, or the answer is the one before."""
 
 # pyright: strict
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 from wsph.accuracy.columns import Aim
 from wsph.accuracy.envelope import FEWEST
@@ -20,20 +23,21 @@ from wsph.accuracy.search import Found, seen_of
 from wsph.accuracy.values import check_periods
 from wsph.errors import Refused, SceneError
 
-COARSER = {2.0 * 2.0**0.5: 1.5, 2.0: 1.1}
-"""The finest lattice over those of the rows before it; and by how much each of them has to be finer than the last row's."""
+BEFORE = ((2.0, 0.1, 1.2), (2.0**0.5, 0.03, 1.5))
+"""Of the rows before the finest, the nearer first: cells of the next finer row over its own at least, its cost over that of
+the finest at most, and by how much it has to be finer than the last row."""
 
 WORTH = 1.1
-"""The same of the finest: a lattice that is finer by less is not worth a run."""
+"""The last of these of the finest: a lattice that is finer by less is not worth a run."""
 
 NEAR = 0.98
 """The next lattice that is tried where one is not paid for, over that."""
 
+LARGER = 1.08
+"""The same of a lattice in favour of which the finest is ended, once, where its first steps take less than was thought."""
+
 AGAIN = 1.3
 """The same of a run after the finest that was planned, where it took less than was thought."""
-
-DEAR = 0.04
-"""The part of a budget's seconds from which another row like the last is left out that only the bar would be better for."""
 
 
 def spend(rows: Rows, asked: Mapping[str, Aim], limit: Limit) -> Found:
@@ -45,14 +49,17 @@ def spend(rows: Rows, asked: Mapping[str, Aim], limit: Limit) -> Found:
                 f"{limit} pays for no row: the coarsest has {rows.costs.plan(rows.first).work:.3g} pair visits",
             )
         check_periods(rows.make(rows.first), asked)
-        finest = False
+        finest, early = False, False
         while True:
             cells, finest = _next(rows, limit, AGAIN if finest else WORTH)
             if not cells:
                 break
+            again = limit.seconds is not None and finest and not early and not rows.costs.plan(cells).shrinks
+            rows.due = replace(limit.due, larger=LARGER ** (rows.scene.dim + 1) if again else math.inf)
             try:
                 rows.make(cells)
             except Late as late:
+                early = early or late.early
                 rows.tell(str(late))
     except Halted as halt:
         return Found(halt.status, str(halt), seen_of(rows, asked))
@@ -76,20 +83,55 @@ def spend(rows: Rows, asked: Mapping[str, Aim], limit: Limit) -> Found:
 def _next(rows: Rows, limit: Limit, worth: float) -> tuple[int, bool]:
     """The next lattice to be made, and whether it is the finest that is paid for; 0 where none is that is finer than the
     last by what is `worth` a run."""
-    last, parts, least = rows.made[-1].cells, list(COARSER), COARSER | {1.0: worth}
-    if limit.seconds is not None and limit.cost(rows, rows.scaled(last)) > DEAR * limit.seconds:
-        parts = parts[1:]
-    for part in (*parts, 1.0):
-        to_come = [each for each in parts if each <= part]
-        if cells := _affordable(rows, limit, part, to_come, least[part] * last):
-            return cells, part == 1.0
-    return 0, True
+    finest = _finest(rows, limit)
+    last = rows.made[-1].cells
+    if finest < worth * last:
+        return 0, True
+    for cells, least in _before(rows, limit, finest):
+        if found := _affordable(rows, limit, cells, least):
+            return found, False
+    return _affordable(rows, limit, finest, worth * last), True
 
 
-def _affordable(rows: Rows, limit: Limit, part: float, to_come: Sequence[float], least: float) -> int:
-    """The lattice of the finest one over `part` that is paid for, by its own plan; 0 where it has not the `least` cells."""
+def _before(rows: Rows, limit: Limit, finest: float) -> list[tuple[float, float]]:
+    """The cells of rows to come before the finest, coarsest first, and those that they have to have, but for rows that are
+    hardly finer than the last."""
+    most, cost, last = finest, limit.cost(rows, rows.scaled(finest)), float(rows.made[-1].cells)
+    found: list[tuple[float, float]] = []
+    for finer, share, least in BEFORE:
+        most = _solved(lambda cells: limit.cost(rows, rows.scaled(cells)), share * cost, last, most / finer)
+        if most >= least * last:
+            found.insert(0, (most, least * last))
+    return found
+
+
+def _finest(rows: Rows, limit: Limit) -> float:
+    """The cells of the finest lattice that is paid for, with those rows that are still to come before it; 0 where none
+    is."""
+
+    def cost(cells: float) -> float:
+        before = [each for each, _ in _before(rows, limit, cells)]
+        return sum(limit.cost(rows, rows.scaled(each)) for each in (cells, *before))
+
+    last = float(rows.made[-1].cells)
+    return _solved(cost, _left(rows, limit), last, 1e4 * last)
+
+
+def _solved(cost: Callable[[float], float], most: float, low: float, high: float) -> float:
+    """The cells between two numbers that cost the `most`, which is less than those of `high` do; 0 where `low` costs
+    more."""
+    if high < low or cost(low) > most:
+        return 0.0
+    for _ in range(20):
+        cells = (low * high) ** 0.5
+        low, high = (cells, high) if cost(cells) <= most else (low, cells)
+    return low
+
+
+def _affordable(rows: Rows, limit: Limit, most: float, least: float) -> int:
+    """The finest lattice of at most so many cells that is paid for, by its own plan; 0 where it has not the `least`."""
     costs = rows.costs
-    cells = rows.lattices.below(_finest(rows, limit, to_come) / part)
+    cells = rows.lattices.below(most)
     while cells >= least:
         # Setting it up for its plan takes time of the budget.
         cost = limit.cost(rows, costs.plan(cells), composed=costs.holds(cells))
@@ -108,18 +150,3 @@ def _left(rows: Rows, limit: Limit) -> float:
     if limit.seconds is not None:
         return limit.left(rows, SHARE_OF_SECONDS)
     return limit.left(rows, SHARE if rows.costs.plan(rows.first).shrinks else 1.0)
-
-
-def _finest(rows: Rows, limit: Limit, to_come: Sequence[float]) -> float:
-    """The cells of the finest lattice that is paid for, with those rows before it that are still `to_come`, by the cells of
-    the finest over theirs."""
-    last = rows.made[-1]
-    low, high = float(last.cells), 1e4 * last.cells
-    for _ in range(60):
-        cells = (low * high) ** 0.5
-        plans = [rows.scaled(cells / each) for each in (*to_come, 1.0)]
-        if sum(limit.cost(rows, each) for each in plans) <= _left(rows, limit):
-            low = cells
-        else:
-            high = cells
-    return low

@@ -38,6 +38,11 @@ class Seen:
         """The estimate as a part of the tolerance."""
         return self.estimate.error / self.aim.tolerance
 
+    @property
+    def lost(self) -> "Seen":
+        """The same without convergence."""
+        return replace(self, estimate=self.estimate.lost)
+
 
 def aims(scene: Scene, tolerance: float) -> dict[str, Aim]:
     """What is asked of the columns of every probe that is judged, by its name. Raises SceneError where there is none."""
@@ -83,22 +88,26 @@ def look(
     asked: Mapping[str, Aim],
     formal: Formal,
     precision: str,
+    torn: bool = False,
 ) -> dict[str, Seen]:
     """What rows say of the first, the finest, by column: of `spacings` (k,) [m], finest first, with their `records`, made
-    in a `precision`."""
+    in a `precision`; `torn`: whether the area of their cracks has no limit."""
     columns, _ = judged(records[0], asked)
     return {
-        name: look_at(spacings, [row[name] for row in records], aim, formal, precision) for name, aim in columns.items()
+        name: look_at(spacings, [row[name] for row in records], aim, formal, precision, torn)
+        for name, aim in columns.items()
     }
 
 
-def look_at(spacings: Sequence[float], records: Sequence[Record], aim: Aim, formal: Formal, precision: str) -> Seen:
+def look_at(
+    spacings: Sequence[float], records: Sequence[Record], aim: Aim, formal: Formal, precision: str, torn: bool = False
+) -> Seen:
     """What rows say of one column of the first, the finest: its `records` at `spacings` (k,) [m], finest first."""
     table = distances(records, aim.quantity, aim.scale)
     factor = BAR_OF_STAIRS if formal.stairs else BAR
     limits = {"tolerance": aim.tolerance, "floor": FLOOR[precision], "bar": factor}
     norms, fitted = aim.quantity == "history", formal.fitted and formal.order == 2.0
-    found = estimate(spacings, table, formal.order, norms=norms, fitted=fitted, **limits)
+    found = estimate(spacings, table, formal.order, norms=norms, fitted=fitted, torn=torn, **limits)
     return Seen(aim, found, table[0])
 
 

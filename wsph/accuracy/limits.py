@@ -2,10 +2,10 @@
 
 # pyright: strict
 
-import math
 from dataclasses import dataclass
 
 from wsph.accuracy.planning.cost import Plan
+from wsph.accuracy.planning.watch import Due
 from wsph.accuracy.row import in_seconds
 from wsph.accuracy.rows import Rows
 from wsph.quantities import Table
@@ -14,11 +14,12 @@ from wsph.units import quantity
 DEFAULT_SECONDS = 3600.0
 """What a search may take where nothing is said."""
 
-SHARE, SHARE_OF_SECONDS = 0.9, 0.87
+SHARE, SHARE_OF_SECONDS = 0.9, 0.88
 """The parts of a budget of work, and of one of seconds, that are planned with where what a run takes is a prediction."""
 
-END = 0.98
-"""The part of seconds at which a run is ended that has not come to its end: what it has found is still to be looked at."""
+END, SLACK = 0.99, 0.03
+"""The part of seconds at which a run has to end as it begins, for what it has found is still to be looked at; and what is
+given to one that is nearly done, which would be lost otherwise."""
 
 
 @dataclass(frozen=True)
@@ -47,9 +48,11 @@ class Limit:
         return in_seconds(self.seconds) if self.seconds is not None else f"{self.work:.3g} pair visits"
 
     @property
-    def until(self) -> float:
-        """The seconds at which the last run has to end; infinite where there are none."""
-        return END * self.seconds if self.seconds is not None else math.inf
+    def due(self) -> Due:
+        """When runs have to end."""
+        if self.seconds is None:
+            return Due()
+        return Due(END * self.seconds, SLACK * self.seconds, SHARE_OF_SECONDS * self.seconds)
 
     def left(self, rows: Rows, share: float = 1.0) -> float:
         """Of a part of it, what is left to the rows to come [s, or pair visits]."""

@@ -65,11 +65,12 @@ class Row:
 
 
 class Late(Halted):
-    """A row that was ended because it would have gone beyond the seconds that there are: as far as it came."""
+    """A row that was ended because it would have gone beyond the seconds that there are, or was `early`, as they pay for a
+    finer one: as far as it came."""
 
-    def __init__(self, why: str, row: Row):
+    def __init__(self, why: str, row: Row, early: bool = False):
         super().__init__("out of reach", why)
-        self.row = row
+        self.row, self.early = row, early
 
 
 def in_seconds(seconds: float) -> str:

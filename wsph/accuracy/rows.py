@@ -7,7 +7,6 @@ limited, a row that turns out to take longer than there is left is ended (`wsph.
 
 # pyright: strict
 
-import math
 import shutil
 import time
 from collections.abc import Callable
@@ -16,8 +15,9 @@ from pathlib import Path
 from wsph.accuracy.planning.cost import Costs, Plan
 from wsph.accuracy.planning.formal import Formal, formal_order
 from wsph.accuracy.planning.lattices import Lattices
-from wsph.accuracy.planning.rate import Rate, Took
-from wsph.accuracy.planning.watch import Watch
+from wsph.accuracy.planning.rate import Rate
+from wsph.accuracy.planning.took import Took
+from wsph.accuracy.planning.watch import Due, Watch
 from wsph.accuracy.row import Halted, Late, Row, in_seconds
 from wsph.accuracy.together import Together
 from wsph.backend.domain import WHOLE
@@ -28,14 +28,19 @@ from wsph.scene.scene import Scene
 from wsph.simulation.composing.composition import Composition
 from wsph.simulation.run import Progress
 
+LATE, EARLY = (
+    "would have gone beyond the limit and was ended",
+    "takes so little that a finer one is paid for, and was ended",
+)
+
 Tell = Callable[[str], None]
 """Called with a sentence of what is going on."""
 
 
 class Rows:
     """The rows of a scene so far, coarsest first (`made`), and what is needed to make more. `formal` is its order. Seconds
-    are counted from `begun` on, by `time.perf_counter`, `until` those at which the last run has to end. `together`: by whom
-    rows are run."""
+    are counted from `begun` on, by `time.perf_counter`, `due` says by which a run has to end. `together`: by whom rows are
+    run."""
 
     def __init__(
         self,
@@ -46,7 +51,7 @@ class Rows:
         begun: float | None = None,
         together: Together | None = None,
     ):
-        self._begun, self.until = begun if begun is not None else time.perf_counter(), math.inf
+        self._begun, self.due = begun if begun is not None else time.perf_counter(), Due()
         self.scene, self._folder, self._progress = scene, folder, progress
         self._together = together or Together(WHOLE)
         self.tell: Tell = tell or (lambda _: None)
@@ -84,7 +89,7 @@ class Rows:
             row = self.run(self.lattices.scene_at(cells), cells, expected.work, self._progress, self.costs.ready(cells))
         except Late as late:
             if late.row.steps:
-                self._learn(plan.longer(late.row.steps / expected.steps), late.row)
+                self._learn(plan, late.row, late.row.steps / expected.steps)
             raise
         self._learn(plan, row)
         self.made.append(row)
@@ -92,10 +97,11 @@ class Rows:
             _replace(self._folder, self._folder / ROW)
         return row
 
-    def _learn(self, plan: Plan, row: Row) -> None:
+    def _learn(self, plan: Plan, row: Row, part: float = 1.0) -> None:
+        """Note what a row took, or a `part` of one."""
         inside = min(row.result.seconds, row.wall_seconds)
         composing = self.costs.taken.get(row.cells, 0.0)
-        self.rate.learn(Took(plan, row.work, inside, composing, row.wall_seconds - inside))
+        self.rate.learn(Took(plan, row.work, inside, composing, row.wall_seconds - inside, part))
 
     def _in_words(self, cells: int, plan: Plan, expected: Plan) -> str:
         """What a row is `expected` to take, by the rows before it; the least where there are none and steps get shorter."""
@@ -125,18 +131,22 @@ class Rows:
         `make` does."""
         out = self._folder / ROW if self._folder is not None else None
         wall, cpu = time.perf_counter(), time.process_time()
-        watch = Watch(self._begun + self.until, progress)
+        watch = self._watch(progress)
         result = self._together.run(scene, out, watch.progress, composed, watch.late)
         wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
         row = Row(cells, self.lattices.spacing(cells), planned, wall, cpu, result)
         self.spent += row.work
         if result.status == "interrupted" and watch.ended:
-            raise Late(f"the row with {cells} cells would have gone beyond the limit and was ended", row)
+            raise Late(f"the row with {cells} cells {EARLY if watch.early else LATE}", row, watch.early)
         if result.status == "interrupted":
             raise Halted("interrupted", f"interrupted in the run with {cells} cells")
         if result.failure is not None:
             raise Halted("refused", f"the run with {cells} cells is {result.status}: {result.reason}")
         return row
+
+    def _watch(self, progress: Progress | None) -> Watch:
+        """What ends a row that begins now, in time."""
+        return Watch(self.due, self._begun, progress)
 
 
 def clear(folder: Path) -> None:

@@ -8,12 +8,12 @@ rows show no convergence, or before a row that would go beyond the limit, with w
 # pyright: strict
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from wsph.accuracy.columns import Aim, Seen, look, worst
-from wsph.accuracy.envelope import BAR, FEWEST, KEEP
+from wsph.accuracy.envelope import BAR, FEWEST, KEEP, boundless
 from wsph.accuracy.limits import Limit
 from wsph.accuracy.row import Halted, in_seconds
 from wsph.accuracy.rows import Rows
@@ -36,6 +36,9 @@ UNKNOWN = 0.5
 """An estimate of the finest of four rows from which nothing is extrapolated: one row more is made before a search is ended
 for what it would take. So it is wherever the formal order is one: four rows that do not converge may fall by chance."""
 
+AREA = {1: "", 2: "m", 3: "m2"}
+"""The unit of an area of cracks, by the dimension."""
+
 UNLIKE = 0.35
 """Difference of the two finest rows from which, where no finer one can be had, they have not been seen to converge: rows
 that have nothing in common but the range of their values differ by 0.5 to 1.3."""
@@ -50,13 +53,20 @@ class Found:
     seen: Mapping[str, Seen] = field(default_factory=dict[str, Seen])
 
 
-def seen_of(rows: Rows, asked: Mapping[str, Aim]) -> dict[str, Seen]:
-    """What the four finest rows say of the finest."""
-    last = rows.made[: -KEEP - 1 : -1]
+def seen_of(rows: Rows, asked: Mapping[str, Aim], most: int = KEEP) -> dict[str, Seen]:
+    """What the four finest rows say of the finest, or a smaller number of them."""
+    last = rows.made[: -most - 1 : -1]
     if len(last) < FEWEST:
         return {}
     spacings = [row.spacing for row in last]
-    return look(spacings, [row.records for row in last], asked, rows.formal, rows.scene.run.precision)
+    return look(spacings, [row.records for row in last], asked, rows.formal, rows.scene.run.precision, torn(rows))
+
+
+def torn(rows: Rows) -> bool:
+    """Whether cracks have more area in every finer one of the four finest rows, by more and more: what breaks at a strain or
+    a stress of a point comes to pieces as small as its cells (Bazant & Oh 1983)."""
+    last = rows.made[: -KEEP - 1 : -1]
+    return boundless([row.spacing for row in last], [row.result.crack_area for row in last])
 
 
 def search(rows: Rows, asked: Mapping[str, Aim], limit: Limit, sure: bool = False) -> Found:
@@ -72,7 +82,7 @@ def search(rows: Rows, asked: Mapping[str, Aim], limit: Limit, sure: bool = Fals
             seen = seen_of(rows, asked)
             if not seen:
                 return Found("refused", "no column has a size: give the probes a scale", seen)
-            ended = _ended(rows, seen, factor)
+            ended = _ended(rows, asked, seen, factor)
             if ended is not None:
                 return ended
             cells, wanted = _next(rows, seen, factor)
@@ -91,24 +101,40 @@ def search(rows: Rows, asked: Mapping[str, Aim], limit: Limit, sure: bool = Fals
         return Found("out of reach", f"a finer lattice is refused: {str(error).splitlines()[0]}", seen_of(rows, asked))
 
 
-def _ended(rows: Rows, seen: Mapping[str, Seen], factor: float) -> Found | None:
+def _ended(rows: Rows, asked: Mapping[str, Aim], seen: Mapping[str, Seen], factor: float) -> Found | None:
     """The end of a search where its rows say so."""
-    within = all(factor * each.share <= 1.0 for each in seen.values())
+    within = _within(seen, factor) and _borne_out(rows, asked, factor)
     whole = len(rows.made) >= KEEP or not any(each.estimate.clamped for each in seen.values())
     lost = [name for name, each in seen.items() if not each.estimate.converges]
     if within and whole and not lost:
         return Found("met", f"{factor:g} times the estimate is within the tolerance of every column", seen)
     if len(rows.made) > KEEP and lost:
-        return _lost(seen, lost)
+        return _lost(rows, seen, lost)
     return None
 
 
-def _lost(seen: Mapping[str, Seen], lost: list[str]) -> Found:
+def _within(seen: Mapping[str, Seen], factor: float) -> bool:
+    return all(factor * each.share <= 1.0 for each in seen.values())
+
+
+def _borne_out(rows: Rows, asked: Mapping[str, Aim], factor: float) -> bool:
+    """Whether what the first four rows say is said by the three finest of them as well. Where something jumps the coarsest
+    may be so coarse that differences from it are of another order, which all four then seem to have."""
+    if rows.formal.order == 2.0 or len(rows.made) > KEEP:
+        return True
+    return len(rows.made) == KEEP and _within(seen_of(rows, asked, FEWEST), factor)
+
+
+def _lost(rows: Rows, seen: Mapping[str, Seen], lost: list[str]) -> Found:
     """The end of a search that sees no convergence of some columns."""
     words = "; ".join(f"{name}: {', '.join(f'{d:.2g}' for d in seen[name].estimate.differences)}" for name in lost)
+    cracks = ""
+    if torn(rows):
+        areas = ", ".join(f"{row.result.crack_area:.2g}" for row in rows.made[: -KEEP - 1 : -1])
+        cracks = f"; every finer lattice has more area of cracks, {areas} {AREA[rows.scene.dim]}".rstrip()
     return Found(
         "no convergence",
-        f"no convergence observed, differences of neighbours from the finest on: {words}; no bar",
+        f"no convergence observed, differences of neighbours from the finest on: {words}{cracks}; no bar",
         seen,
     )
 
@@ -118,10 +144,7 @@ def _unlike(rows: Rows, seen: Mapping[str, Seen]) -> Found | None:
     lost = [name for name, each in seen.items() if each.estimate.differences[0] > UNLIKE]
     if len(rows.made) <= KEEP or not lost:
         return None
-    return _lost(
-        {name: replace(each, estimate=each.estimate.lost) if name in lost else each for name, each in seen.items()},
-        lost,
-    )
+    return _lost(rows, {name: each.lost if name in lost else each for name, each in seen.items()}, lost)
 
 
 def _next(rows: Rows, seen: Mapping[str, Seen], factor: float) -> tuple[int, float]:

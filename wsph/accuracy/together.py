@@ -87,6 +87,7 @@ def follow(domain: Domain) -> None:
         while (order := domain.told(said)) is not None:
             scene, out = order
             try:
-                run(scene, out, overwrite=True, throw=False, domain=domain)
+                # Watched as by the first, whose blocks of steps are these.
+                run(scene, out, overwrite=True, throw=False, domain=domain, enough=lambda: False)
             except WsphError:
                 return

@@ -134,7 +134,8 @@ class Links(Part):
             threshold = stretch_of_energy(self.fracture_energy, host.youngs_modulus, spacing)
         else:
             threshold = self.limit / (host.scales.stress if self.criterion == "principal-stress" else 1.0)
-        return LinkDamage(self.criterion, threshold, host.constitutive, seen, may, state, clock, arrays)
+        face = (spacing / host.scales.length) ** (host.space.dim - 1)
+        return LinkDamage(self.criterion, threshold, face, host.constitutive, seen, may, state, clock, arrays)
 
 
 def stretch_of_energy(fracture_energy: float, youngs: float, spacing: float) -> float:
@@ -286,6 +287,7 @@ class LinkDamage(Attached):
         self,
         criterion: str,
         threshold: float,
+        face: float,
         constitutive: Constitutive,
         seen: Neighbourhood,
         breakable: np.ndarray,
@@ -293,7 +295,8 @@ class LinkDamage(Attached):
         clock: Clock,
         arrays: Arrays,
     ):
-        """`threshold` nondimensional, `breakable` (n,) bool: particles whose links can break. Of n particles the device has
+        """`threshold` and the area of a `face` of a cell nondimensional, `breakable` (n,) bool: particles whose links can
+        break. Of n particles the device has
 
         _breakable  # (n,) int32, 1 or 0
         _torn       # (n,) int32, 1 where a link broke in this step: moments and stress have to follow
@@ -301,7 +304,7 @@ class LinkDamage(Attached):
         """
         space, laws, n = constitutive.space, constitutive.laws, len(breakable)
         self._space, self._seen, self._state, self._clock = space, seen, state, clock
-        self._params, self._threshold = constitutive.params, space.scalar(threshold)
+        self._params, self._threshold, self._face = constitutive.params, space.scalar(threshold), face
         self._tear = _tear_kernel(space, laws, state.layout, criterion)
         self._settle = _settle_kernel(space, laws, state.layout)
         self._rows = rows_of(space, seen.pairs, seen.weight)
@@ -344,13 +347,14 @@ class LinkDamage(Attached):
         return {"weight": pairs, **dict.fromkeys(("moment", "share", "released", "damage"), particles)}
 
     def fracture(self) -> dict[str, float]:
-        """Broken links and free particles, and the energy that they set free."""
+        """Broken links, the area of as many faces of a cell, free particles, and the energy that they set free."""
         moment = self._seen.points.moment.numpy().reshape(self._state.n, -1)[self._share.own]
         of_own = slice(*self._seen.pairs.offsets.numpy()[[self._share.own.start, self._share.own.stop]])
         broken = (self._seen.weight.numpy()[of_own] == 0.0).sum(), (moment == 0.0).all(1).sum()
         links, free = self._domain.sum(np.array(broken)).tolist()
         return {
             "broken_links": links // 2,
+            "crack_area": links // 2 * self._face,
             "free": free,
             "released_energy": self.released,
         }

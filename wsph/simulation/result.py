@@ -84,6 +84,11 @@ class Result:
         rate = self.summary["particle_steps_per_second"]
         return self.summary["particles"] * self.summary["steps"] / rate if rate > 0.0 else 0.0
 
+    @property
+    def crack_area(self) -> float:
+        """Of the cracks of all bodies [m^(dim-1)], of those parts that know it."""
+        return float(sum(body.get("crack_area", 0.0) for body in self.summary.get("fracture", {}).values()))
+
     def recorded(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """The columns of all probes by "PROBE.COLUMN": the times [s] and the values of each, (n,) and (n,)."""
         return {

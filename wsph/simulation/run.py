@@ -15,6 +15,7 @@ import warp as wp
 
 from wsph.backend.device import give_back
 from wsph.backend.domain import WHOLE, Domain, failing_together
+from wsph.backend.graph import BLOCKS
 from wsph.doubts import doubt, keeping
 from wsph.errors import Unstable
 from wsph.output import fields, formats
@@ -45,6 +46,9 @@ from wsph.simulation.summary import Ending, TableUnits, summary
 CHECK_STEPS = 100
 """Steps between checks where steps are not captured in blocks; those are checked at the end of a block. A check costs about
 half a step (tests/benchmarks/guards.py)."""
+
+WATCHED = 32
+"""Parts of its steps that a run is watched in, where somebody may have had enough of it."""
 
 TOGETHER_SECONDS = 0.25
 """Time between two words of processes that share a scene on whether one has been asked to end [s]."""
@@ -108,7 +112,8 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
                 with interrupts:
                     if claim is not None:
                         claim.make()
-                    result = Running(composition, folder, started, found).run(progress or None, interrupts)
+                    running = Running(composition, folder, started, found)
+                    result = running.run(progress or None, interrupts, WATCHED if enough is not None else 1)
     asked = interrupts.asked
     if throw and result.failure is not None:
         raise result.failure
@@ -132,7 +137,7 @@ class Running:
         self._composition, self._timeline = composition, composition.time_step.timeline
         frames = found[1]["frames"] if found is not None else None
         names = [run.body.name for run in composition.bodies]
-        self._domain = composition.domain
+        self._domain, self._on_cuda = composition.domain, wp.get_device(composition.device).is_cuda
         self._folder = self._opened(folder, frames, names) if folder is not None else None
         bodies = composition.bodies
         self._ledger = Ledger([run.system.ledger for run in bodies], [each.ledger for each in composition.between])
@@ -158,9 +163,9 @@ class Running:
             return PartedFolder(folder, formats, frames, names, composition.domain)
         return (OutputFolder if composition.domain.rank == 0 else UnwrittenFolder)(folder, formats, frames, names)
 
-    def run(self, progress: Progress | None, interrupts: Interrupts) -> Result:
-        """Run to the end, to a failure or to an interrupt."""
-        for step in self.blocks(interrupts, progress):
+    def run(self, progress: Progress | None, interrupts: Interrupts, parts: int = 1) -> Result:
+        """Run to the end, to a failure or to an interrupt, in so many parts of its steps at least."""
+        for step in self.blocks(interrupts, progress, lambda: self._parts(parts)):
             if progress is not None and step > self._first:
                 progress(step, self._timeline.last, self._timeline.time(step))
         return self.end(interrupts)
@@ -194,6 +199,16 @@ class Running:
         except Unstable as error:
             self._failure = error
         self._step = step
+
+    def _parts(self, count: int) -> Sequence[int]:
+        """The steps at which so many equal parts of all steps end, but for the last; on the CPU more, so that no graph has
+        to be captured for them that takes longer than it saves."""
+        last = self._timeline.last
+        # Steps that adapt end blocks by themselves, and would adapt at others.
+        if not 1 < count <= last or self._control.adapts:
+            return ()
+        size = last // count if self._on_cuda else min(last // count, BLOCKS[0] - 1)
+        return range(size, last, size)
 
     def end(self, interrupts: Interrupts) -> Result:
         """The result of the run as far as it has come."""

@@ -106,12 +106,13 @@ def summary(
 
 
 def _fracture(composition: Composition) -> _Fracture:
-    """By body that can break: the energy set free, the energy of the crack surfaces [J], and the broken particles."""
-    scales, found = composition.scales, dict[str, dict[str, float]]()
-    joule = scales.stress * scales.length**composition.scene.dim
+    """By body that can break: the energy set free, the energy of the crack surfaces [J], their area [m^(dim-1)], and the
+    broken particles."""
+    scales, found, dim = composition.scales, dict[str, dict[str, float]](), composition.scene.dim
+    units = {"energy": scales.stress * scales.length**dim, "area": scales.length ** (dim - 1)}
     for run in (run for run in composition.bodies if run.system.breaks):
         parts: dict[str, float] = run.system.fracture()
-        found[run.body.name] = {name: v * joule if "energy" in name else v for name, v in parts.items()}
+        found[run.body.name] = {name: v * units.get(name.rpartition("_")[2], 1) for name, v in parts.items()}
     return {"fracture": found} if found else {}
 
 

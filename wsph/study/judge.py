@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from wsph.accuracy.columns import Aim, Seen, look
-from wsph.accuracy.envelope import KEEP, disagree
+from wsph.accuracy.envelope import KEEP, boundless, disagree
 from wsph.accuracy.measures import Record, distances
 from wsph.accuracy.planning.formal import formal_order
 from wsph.scene.scene import Scene
@@ -74,7 +74,8 @@ def _ladders(plan: Sequence[Planned], made: Mapping[int, Made]) -> list[Ladder]:
 def _columns(rows: Sequence[Made], spacings: Sequence[float], scene: Scene) -> dict[str, Seen]:
     records = [{name: Record(*series) for name, series in made.series.items()} for made in rows]
     asked = {name.rpartition(".")[0]: Aim(0.0, "history", None) for name in records[0]}
-    return look(spacings, records, asked, formal_order(scene), scene.run.precision)
+    torn = boundless(spacings, [float(made.row.get("crack_area") or 0.0) for made in rows])
+    return look(spacings, records, asked, formal_order(scene), scene.run.precision, torn)
 
 
 def _record(made: Made, name: str) -> Record:

@@ -59,6 +59,7 @@ def _cell(value: object) -> str | int | float:
 def _cost(result: Result) -> Row:
     """What a run took. Of its CPU and wall seconds setting up and compiling are a part, of `seconds` they are not."""
     s, energy = result.summary, result.summary["energy"]
+    cracks = {"crack_area": result.crack_area} if "fracture" in s else {}
     return {
         "status": result.status,
         "reason": result.reason.split(":")[0],
@@ -70,6 +71,7 @@ def _cost(result: Result) -> Row:
         "seconds": result.seconds,
         "wall_seconds": s["wall_seconds"],
         "energy_residual": energy["residual"] / energy["external_work"] if energy["external_work"] else 0.0,
+        **cracks,
     }
 
 

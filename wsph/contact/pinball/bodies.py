@@ -14,8 +14,9 @@ from wsph.backend.clock import Clock
 from wsph.backend.domain import Share
 from wsph.backend.space import Array, Space
 from wsph.contact.between import PushedBody
-from wsph.contact.pinball.everyone import Everyone, SharedEveryone
+from wsph.contact.pinball.everyone import Everyone
 from wsph.contact.pinball.law import ContactLaw, body_struct, kick_kernel
+from wsph.contact.pinball.shared import SharedEveryone
 from wsph.contact.touched import TouchedSystem
 from wsph.scene.touch.contact import Contact
 from wsph.sph.pairs import Pairs
