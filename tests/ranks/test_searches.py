@@ -36,7 +36,7 @@ def answer(folder: Path) -> dict[str, Any]:
 def test_rows_that_are_shared_give_the_answer_of_one_process(tmp_path: Path) -> None:
     path = tmp_path / "bar.toml"
     path.write_text(TOML.replace("end = 2.5", "end = 0.5") + PROBE)
-    for count, shared in ((1, 0), (2, 2)):
+    for count, shared in ((1, 0), (2, 1)):
         arguments = ("run", str(path), "-o", str(tmp_path / str(count)), "--budget", "3e7")
         done = launched(count, "-c", SEARCH, *arguments, seconds=120.0)
         assert done.returncode == 0, done.stderr

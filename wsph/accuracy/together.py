@@ -87,7 +87,6 @@ def follow(domain: Domain) -> None:
         while (order := domain.told(said)) is not None:
             scene, out = order
             try:
-                # Watched as by the first, whose blocks of steps are these.
-                run(scene, out, overwrite=True, throw=False, domain=domain, enough=lambda: False)
+                run(scene, out, overwrite=True, throw=False, domain=domain)
             except WsphError:
                 return

@@ -14,7 +14,7 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.device import give_back
-from wsph.backend.domain import WHOLE, Domain, failing_together
+from wsph.backend.domain import WHOLE, Domain, any_of, failing_together
 from wsph.backend.graph import BLOCKS
 from wsph.doubts import doubt, keeping
 from wsph.errors import Unstable
@@ -113,7 +113,8 @@ def run(scene: Scene | str | Path, out: str | Path | None = None, *, overwrite: 
                     if claim is not None:
                         claim.make()
                     running = Running(composition, folder, started, found)
-                    result = running.run(progress or None, interrupts, WATCHED if enough is not None else 1)
+                    watched = any_of(domain, enough is not None)
+                    result = running.run(progress or None, interrupts, WATCHED if watched else 1)
     asked = interrupts.asked
     if throw and result.failure is not None:
         raise result.failure
