@@ -58,7 +58,9 @@ def solid(kind: str) -> Mesh:
 def pieces() -> Mesh:
     """Two bodies of one mesh, which are doubted."""
     nodes, corners = meshes.moved_grid((30.0, 100.0), (30, 100), 0.2)
-    return mesh_of(np.concatenate([nodes, np.add(nodes, [40.0, 0.0])]), np.concatenate([corners, corners + len(nodes)]))
+    return mesh_of(
+        np.concatenate([nodes, nodes + np.array([40.0, 0.0])]), np.concatenate([corners, corners + len(nodes)])
+    )
 
 
 def drilled() -> Meshed:

@@ -1,4 +1,5 @@
-"""Cuts of a body across the first axis of its grid, a slab of it a process.
+"""Cuts of a body across the first axis of its grid, a slab of it a process; or across the layers of one without a grid
+(`wsph.geometry.meshes.layers`), of which points are what cells are here.
 
 Particles are numbered layer by layer, so that a slab is a range of numbers: what a process holds is an array over that
 range, and rows and sums are in the order that they have in the whole. Slabs begin at whole blocks of particles

@@ -144,6 +144,24 @@ def test_every_cell_and_every_node_is_in_one_block(seed: int, dim: int, width: i
         assert sorted(taken.tolist()) == list(range(rows))
 
 
+@pytest.mark.parametrize("width", [16, 32])
+def test_rows_of_a_fitted_body_are_those_of_its_grid(width: int) -> None:
+    """The other cells stand among them, layer by layer."""
+    disc = {"type": "disc", "center": [0.0, 0.0], "radius": 1.0}
+    body = composed(disc, {}, spacing=0.05).bodies[0].system.geometry
+    boxes, points = body.boxes, len(body.cells)
+    assert boxes is not None
+    assert boxes.rows is not None
+    assert np.isin(boxes.others(points), boxes.rows).sum() == 0
+    assert np.diff(boxes.rows).max() > 1
+    runs = runs_of(boxes, (len(body.nodes), points), width, 13)
+    for blocks, rows in ((runs.cells, boxes.rows), (runs.nodes, np.arange(len(body.nodes)))):
+        taken = np.concatenate([np.arange(block[FIRST], block[FIRST] + block[OWN]) for block in blocks])
+        assert sorted(taken.tolist()) == rows.tolist()
+    corners = body.nodes[boxes.corners]
+    assert np.ptp(corners, axis=1) == pytest.approx(0.05)
+
+
 @pytest.mark.parametrize("material", ["elastic", "mises"])
 @pytest.mark.parametrize("form", ["stress-points", "total-lagrangian"])
 def test_steps_have_the_same_bits_for_any_number_of_threads(
