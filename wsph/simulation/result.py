@@ -44,9 +44,10 @@ class Result:
 
     `status` is "completed", "unstable" (a state is not finite), "stopped" (energy was created) or "interrupted"; `stable` is
     False for the second and the third. `particles["position"]` is the reference position; fields have the precision of the
-    run. `cells`: those that the particles are corners of, with what stands inside them as computed, None where they are but
-    points; `units` of fields by their names. `cost` holds steps, right_hand_sides, wall_seconds and
-    particle_steps_per_second.
+    run. Of processes that share a scene the first has those of all, and each those of its part where frames are in parts:
+    its own, and copies of corners of its cells, of which the field "vtkGhostType" is 1. `cells`: those that the particles
+    are corners of, with what stands inside them as computed, None where they are but points; `units` of fields by their
+    names. `cost` holds steps, right_hand_sides, wall_seconds and particle_steps_per_second.
     """
 
     scene: Scene
