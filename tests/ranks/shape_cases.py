@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import wsph
-from tests.ranks.shared_cases import MISES, PERIODIC, VISCOUS, begin, scene
+from tests.ranks.shared_cases import CRACKING, MISES, PERIODIC, VISCOUS, begin, scene
 from wsph.validation import meshes
 
 NAMES = ("quads.vtu", "triangles.vtu", "mixed.vtu", "hexahedra.vtu", "tetrahedra.vtu", "flat.csv", "solid.csv")
@@ -76,6 +76,7 @@ BESIDE = ("c", [2.5, 50.0], [72.5, 115.0], {"mesh": None, "spacing": 1.0, "veloc
 ABOVE = ("c", [2.5, 51.0], [72.5, 116.0], {"spacing": 1.0, "velocity": ["2e-3*y", "-0.5"], "body_force": []})
 BALLS = [{"name": "touch", "between": ["b", "c"], "law": "pinball", "friction": 0.2}]
 LINKS = {"links": {"criterion": "stretch", "threshold": 0.03}, "velocity": ["0.0", "0.02*tanh(y - 25.5)"]}
+TEARING = {"phase_field": CRACKING, "velocity": ["0.0", "0.02*tanh(y - 25.5)"]}
 DIE = {
     "name": "die",
     "shape": {"type": "disc", "center": [95.1, 20.0], "radius": 5.0},
@@ -112,6 +113,8 @@ CASES = {
     "points of links": lambda: of_points(
         "flat.csv", law="jaumann", body=LINKS, more=[ABOVE], contact=BALLS, run={"dt": 0.1}
     ),
+    "fitted, breaking": lambda: scene(body=PLATE | TEARING),
+    "breaking": lambda: of_mesh("quads.vtu", law="jaumann", body=TEARING),
     "tied": lambda: of_mesh("quads.vtu", more=[BESIDE], contact=[{"between": ["b", "c"], "law": "tie"}], tools=[DIE]),
     "points, rates": lambda: of_points("solid.csv", 3, law="jaumann", run={"precision": "f32", "support": 2.0}),
 }

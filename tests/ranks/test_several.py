@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 import wsph
-from tests.ranks.shared_cases import CASES, CRACKING, scene
+from tests.ranks.shared_cases import CASES, scene
 from wsph.checking import described
 from wsph.errors import Refused, SceneError, WsphError
 
@@ -50,7 +50,6 @@ SMALL = {"shape": {"type": "box", "min": [0.0, 0.0], "max": [9.0, 5.0]}}
 TINY = ("s", [20.0, 0.0], [30.0, 5.0], {})
 ROUND = {"shape": {"type": "disc", "center": [45.0, 25.0], "radius": 46.0}}
 LARGE = {"shape": {"type": "disc", "center": [35.0, 135.0], "radius": 40.0}}
-TORN = {"phase_field": CRACKING}
 
 
 def test_a_check_tells_what_every_process_has_of_fitted_surfaces() -> None:
@@ -64,14 +63,10 @@ def test_a_check_tells_what_every_process_has_of_fitted_surfaces() -> None:
 @pytest.mark.parametrize(
     ("changes", "kind", "words"),
     [
-        (
-            {"more": [("c", [], [], LARGE | TORN)]},
-            SceneError,
-            "bodies.1.phase_field: phase_field in the cells of a fitted",
-        ),
         ({"body": SMALL, "more": [TINY], "probes": []}, Refused, "bodies 'b', 's': each has too few particles"),
         ({"body": SMALL, "probes": []}, Refused, "body 'b': 60 particles in blocks of 1024 are too few"),
-        ({"body": ROUND | TORN}, SceneError, "bodies.0.phase_field: phase_field in the cells of a fitted surface"),
+        ({"run": {"correction": "paper"}}, SceneError, "run.correction: the correction of the paper is for one"),
+        ({"run": {"integrator": "tsph"}}, SceneError, "run.formulation: the small-strain form of two sets is for one"),
     ],
 )
 def test_what_of_bodies_cannot_be_shared_is_refused_by_name(

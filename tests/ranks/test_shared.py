@@ -36,6 +36,7 @@ SHAPES = [
     ("fitted bar", "fitted ball", "fitted contact", "fitted contact, resumed"),
     ("quads", "triangles", "mixed, resumed", "quads, begun", "periodic", "fitted, periodic"),
     ("hexahedra", "tetrahedra", "tied", "fitted, threads"),
+    ("fitted, breaking", "breaking", "breaking, resumed"),
     ("points, rates", "points of links", "points, resumed"),
 ]
 """The same of bodies that no grid has cut."""

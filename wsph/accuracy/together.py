@@ -16,7 +16,7 @@ from wsph.output.interrupts import Interrupts
 from wsph.scene.scene import Scene
 from wsph.simulation.composing.composition import Composition
 from wsph.simulation.composing.setting import method_of
-from wsph.simulation.composing.shared import refuse_shared, refuse_whole, uncut
+from wsph.simulation.composing.shared import refuse_shared, refuse_whole
 from wsph.simulation.result import Result
 from wsph.simulation.run import Progress, run
 
@@ -64,9 +64,8 @@ class Together:
             refuse_shared(scene, method)
             if composed is not None:
                 sizes = [body.system.share.whole for body in composed.bodies]
-                fixed, size = uncut(scene, method), self._domain.size
-                cut = [k not in fixed and each >= LEAST * size for k, each in enumerate(sizes)]
-                refuse_whole(scene, method, cut, sizes, size)
+                size = self._domain.size
+                refuse_whole(scene, [each >= LEAST * size for each in sizes], size)
         except (SceneError, Refused):
             return False
         return True

@@ -41,7 +41,7 @@ from wsph.simulation.composing.bodies import Standing, alone, standing
 from wsph.simulation.composing.composition import BodyRun, Composition, Step, reported, shared_numbers
 from wsph.simulation.composing.idle import idle
 from wsph.simulation.composing.setting import BareBody, Method, Setting, bare_bodies, materials_of, method_of, scales_of
-from wsph.simulation.composing.shared import refuse_shared, refuse_whole, uncut
+from wsph.simulation.composing.shared import refuse_shared, refuse_whole
 from wsph.simulation.composing.slips import slips
 from wsph.simulation.composing.stairs import stepped
 from wsph.simulation.composing.together import joined_bodies, stiffen
@@ -128,10 +128,8 @@ def _bodies(scene: Scene, materials: Sequence[Material], method: Method, domain:
     """The bodies of a scene, or the part of each that this process has."""
     if domain.size == 1:
         return bare_bodies(scene, materials, method)
-    bare = bare_bodies(scene, materials, method, domain, uncut(scene, method))
-    splits = [each.geometry.split for each in bare]
-    sizes = [each.nodes.whole for each in splits]
-    refuse_whole(scene, method, [each.domain.size > 1 for each in splits], sizes, domain.size)
+    bare = bare_bodies(scene, materials, method, domain)
+    refuse_whole(scene, [each.geometry.split.domain.size > 1 for each in bare], domain.size)
     return reach_probes(scene, bare, domain)
 
 

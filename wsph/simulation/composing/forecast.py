@@ -19,7 +19,7 @@ from wsph.simulation.composing.composition import Composition
 from wsph.simulation.composing.pace import copied, measured
 from wsph.simulation.composing.parts import part_of, shares_of
 from wsph.simulation.composing.setting import method_of
-from wsph.simulation.composing.shared import refuse_shared, refuse_whole, uncut
+from wsph.simulation.composing.shared import refuse_shared, refuse_whole
 
 ALPHA = 4e-6
 """Time of a message [s]: 3 to 4 us were measured in shared memory (Open MPI 5), 2 us are told of InfiniBand."""
@@ -30,10 +30,8 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
     Refused where there are too few particles."""
     method, joint = method_of(scene), composition.joint
     refuse_shared(scene, method)
-    fixed = uncut(scene, method)
-    found = [None if k in fixed else shares_of(scene, run, method, count) for k, run in enumerate(composition.bodies)]
-    sizes = [run.system.geometry.split.nodes.whole for run in composition.bodies]
-    refuse_whole(scene, method, [each is not None for each in found], sizes, count)
+    found = [shares_of(scene, run, method, count) for run in composition.bodies]
+    refuse_whole(scene, [each is not None for each in found], count)
     cut = [(run, shares) for run, shares in zip(composition.bodies, found, strict=True) if shares is not None]
     whole = [run for run, shares in zip(composition.bodies, found, strict=True) if shares is None]
     parts = [[part_of(run.system, share) for share in shares] for run, shares in cut]

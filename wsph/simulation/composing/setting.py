@@ -3,7 +3,7 @@
 # pyright: strict
 # pyright: reportUnknownArgumentType=false
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import cast
 
@@ -103,14 +103,10 @@ class BareBody:
         return self.geometry.spacing / self.speed
 
 
-def bare_bodies(
-    scene: Scene, materials: Sequence[Material], method: Method, domain: Domain = WHOLE, whole: Collection[int] = ()
-) -> list[BareBody]:
-    """The bodies of a scene, or the part of each that a process has; all of those that are to be `whole`, by their
-    numbers."""
+def bare_bodies(scene: Scene, materials: Sequence[Material], method: Method, domain: Domain = WHOLE) -> list[BareBody]:
+    """The bodies of a scene, or the part of each that a process has."""
     states = [STRESS_STATES[scene.dim, body.state] for body in scene.bodies]
-    domains = [WHOLE if k in whole else domain for k in range(len(scene.bodies))]
-    geometries = [geometry_of(scene, k, method.formulation, each) for k, each in enumerate(domains)]
+    geometries = [geometry_of(scene, k, method.formulation, domain) for k in range(len(scene.bodies))]
     who = [
         f"material {body.material.model!r} ({registry.origin('materials', body.material.model)})"
         for body in scene.bodies
