@@ -65,7 +65,11 @@ def test_a_check_tells_what_every_process_has_of_fitted_surfaces() -> None:
     [
         ({"body": SMALL, "more": [TINY], "probes": []}, Refused, "bodies 'b', 's': each has too few particles"),
         ({"body": SMALL, "probes": []}, Refused, "body 'b': 60 particles in blocks of 1024 are too few"),
-        ({"run": {"correction": "paper"}}, SceneError, "run.correction: the correction of the paper is for one"),
+        (
+            {"dim": 1, "form": "total-lagrangian", "run": {"correction": "paper"}},
+            SceneError,
+            "run.correction: the correction of the paper is for one process",
+        ),
         ({"run": {"integrator": "tsph"}}, SceneError, "run.formulation: the small-strain form of two sets is for one"),
     ],
 )
