@@ -110,7 +110,8 @@ def timed(case: Case, most: float) -> list[dict]:
     while whole * DENSE ** (case.scene.dim + 1) < most:
         plan = rows.costs.plan(cells)
         row = rows.run(rows.lattices.scene_at(cells), cells, 0.0, composed=rows.costs.ready(cells))
-        composing, inside = rows.costs.taken[cells], row.result.seconds
+        # Beyond some size a plan is scaled, and the run sets itself up.
+        composing, inside = rows.costs.taken.get(cells, 0.0), row.result.seconds
         whole = composing + row.wall_seconds
         error = max(max(true_errors(case, row).values()), case.floor)
         numbers = (plan.particles, plan.pairs, plan.steps, plan.right_hand_sides)

@@ -16,7 +16,7 @@ from dataclasses import replace
 
 from wsph.accuracy.columns import Aim
 from wsph.accuracy.envelope import FEWEST
-from wsph.accuracy.limits import SHARE, SHARE_OF_SECONDS, Limit
+from wsph.accuracy.limits import SHARE, Limit
 from wsph.accuracy.row import Halted, Late
 from wsph.accuracy.rows import Rows
 from wsph.accuracy.search import Found, seen_of
@@ -147,6 +147,5 @@ def _affordable(rows: Rows, limit: Limit, most: float, least: float) -> int:
 
 def _left(rows: Rows, limit: Limit) -> float:
     """What is left of the part of a budget that is planned with: work is known beforehand but where steps get shorter."""
-    if limit.seconds is not None:
-        return limit.left(rows, SHARE_OF_SECONDS)
-    return limit.left(rows, SHARE if rows.costs.plan(rows.first).shrinks else 1.0)
+    sure = limit.seconds is None and not rows.costs.plan(rows.first).shrinks
+    return limit.left(rows, 1.0 if sure else SHARE)

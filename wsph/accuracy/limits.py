@@ -14,8 +14,8 @@ from wsph.units import quantity
 DEFAULT_SECONDS = 3600.0
 """What a search may take where nothing is said."""
 
-SHARE, SHARE_OF_SECONDS = 0.9, 0.88
-"""The parts of a budget of work, and of one of seconds, that are planned with where what a run takes is a prediction."""
+SHARE = 0.9
+"""The part of a budget that is planned with where what a run takes is a prediction."""
 
 END, SLACK = 0.99, 0.03
 """The part of seconds at which a run has to end as it begins, for what it has found is still to be looked at; and what is
@@ -52,7 +52,7 @@ class Limit:
         """When runs have to end."""
         if self.seconds is None:
             return Due()
-        return Due(END * self.seconds, SLACK * self.seconds, SHARE_OF_SECONDS * self.seconds)
+        return Due(END * self.seconds, SLACK * self.seconds, SHARE * self.seconds)
 
     def left(self, rows: Rows, share: float = 1.0) -> float:
         """Of a part of it, what is left to the rows to come [s, or pair visits]."""
