@@ -70,7 +70,6 @@ def test_a_check_tells_what_every_process_has_of_fitted_surfaces() -> None:
             SceneError,
             "run.correction: the correction of the paper is for one process",
         ),
-        ({"form": "small-strain", "run": {"integrator": "tsph"}}, SceneError, "run.formulation: the small-strain form"),
     ],
 )
 def test_what_of_bodies_cannot_be_shared_is_refused_by_name(
