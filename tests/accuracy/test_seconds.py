@@ -67,6 +67,8 @@ def test_seconds_are_kept_to_with_what_setting_up_takes(set_up, seconds, visit):
     if seconds >= 5.0 and set_up != "steeper":
         assert rows.made[-1].cells >= 0.7 * fits, [row.cells for row in rows.made]
         assert len(rows.made) >= 3
+    if seconds >= 60.0:
+        assert sum(row.wall_seconds for row in rows.made[:-1]) <= 0.3 * rows.now
 
 
 def took(particles: float, composing: float, around: float, inside: float = 1.0) -> Took:
