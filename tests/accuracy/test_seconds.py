@@ -67,6 +67,8 @@ def test_seconds_are_kept_to_with_what_setting_up_takes(set_up, seconds, visit):
     if seconds >= 5.0 and set_up != "steeper":
         assert rows.made[-1].cells >= 0.7 * fits, [row.cells for row in rows.made]
         assert len(rows.made) >= 3
+    if seconds >= 60.0:
+        assert sum(row.wall_seconds for row in rows.made[:-1]) <= 0.3 * rows.now
 
 
 def took(particles: float, composing: float, around: float, inside: float = 1.0) -> Took:
@@ -179,6 +181,7 @@ def test_a_run_is_ended_in_favour_of_a_larger_one_that_is_paid_for():
     assert ended_at(5.0, due, begun=4.0) == 1.0
     assert ended_at(7.5, due) == 1.0  # what its first steps took is lost
     assert ended_at(5.0, Due(10.0, 0.3, 9.5)) == 1.0
+    assert ended_at(0.2, due) == 1.0  # its end is as near
 
 
 def test_a_run_ends_where_somebody_has_had_enough():

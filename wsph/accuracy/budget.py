@@ -34,7 +34,10 @@ NEAR = 0.98
 """The next lattice that is tried where one is not paid for, over that."""
 
 LARGER = 1.08
-"""The same of a lattice in favour of which the finest is ended, once, where its first steps take less than was thought."""
+"""The same of a lattice in favour of which the finest is ended, where its first steps take less than was thought."""
+
+LOST = 0.1
+"""The part of a budget's seconds that may be lost with rows that were ended so."""
 
 AGAIN = 1.3
 """The same of a run after the finest that was planned, where it took less than was thought."""
@@ -49,17 +52,17 @@ def spend(rows: Rows, asked: Mapping[str, Aim], limit: Limit) -> Found:
                 f"{limit} pays for no row: the coarsest has {rows.costs.plan(rows.first).work:.3g} pair visits",
             )
         check_periods(rows.make(rows.first), asked)
-        finest, early = False, False
+        finest, lost_seconds = False, 0.0
         while True:
             cells, finest = _next(rows, limit, AGAIN if finest else WORTH)
             if not cells:
                 break
-            again = limit.seconds is not None and finest and not early and not rows.costs.plan(cells).shrinks
+            again = finest and not rows.costs.plan(cells).shrinks and lost_seconds < LOST * (limit.seconds or 0.0)
             rows.due = replace(limit.due, larger=LARGER ** (rows.scene.dim + 1) if again else math.inf)
             try:
                 rows.make(cells)
             except Late as late:
-                early = early or late.early
+                lost_seconds += late.row.wall_seconds if late.early else 0.0
                 rows.tell(str(late))
     except Halted as halt:
         return Found(halt.status, str(halt), seen_of(rows, asked))

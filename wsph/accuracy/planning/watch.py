@@ -13,6 +13,9 @@ from wsph.simulation.run import WATCHED, Progress
 SEEN = 0.99 / WATCHED
 """The part of its steps by which the pace of a run is judged: of those that it is watched in, one."""
 
+REST = 0.03
+"""The part of all seconds that is still to come of a run that is ended in favour of a larger one: less is let be."""
+
 
 @dataclass(frozen=True)
 class Due:
@@ -68,6 +71,6 @@ class Watch:
 
     def _judge(self, now: float, step: int, steps: int) -> None:
         due, left = self._due, steps - step
-        whole = now + max(self._paces) * left - self._begun
-        self.early = due.planned - now > due.larger * whole
+        rest = max(self._paces) * left
+        self.early = rest > REST * due.until and due.planned - now > due.larger * (now + rest - self._begun)
         self.ended = self.early or now + min(self._paces) * left > due.until + due.slack * step / steps
