@@ -14,7 +14,7 @@ import sys
 import tempfile
 import traceback
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -393,13 +393,13 @@ def _gone_on(comm: object, made: wsph.Scene, folder: Path) -> dict[str, str | No
     return found
 
 
-def main(names: list[str]) -> None:
+def main(names: list[str], cases: Mapping[str, Callable[[], wsph.Scene]]) -> None:
     from mpi4py import MPI
 
     warnings.simplefilter("ignore")
     comm = MPI.COMM_WORLD
     for name in names:
-        made = CASES[name.partition(", ")[0]]()
+        made = cases[case_of(name)]()
         if name.endswith(", threads"):
             graph.SMALL_PAIRS = 0
             found = {"1 thread": shared(comm, made.with_(threads=1), 1)}
@@ -422,11 +422,30 @@ def main(names: list[str]) -> None:
             print(json.dumps({name: found}), flush=True)
 
 
-if __name__ == "__main__":
-    try:
-        main(sys.argv[1:])
-    except BaseException:
-        from mpi4py import MPI
+def case_of(name: str) -> str:
+    """The case that a word of the command line names, without what else is done with it."""
+    of, _, last = name.rpartition(", ")
+    return of if last in ("resumed", "begun", "stopped", "threads") else name
 
+
+def begin(cases: Mapping[str, Callable[[], wsph.Scene]], write: Callable[[Path], None] | None = None) -> None:
+    """What each of the processes does; the first may `write` files, in a folder that it makes where it stands."""
+    from mpi4py import MPI
+
+    comm = MPI.COMM_WORLD
+    try:
+        folder = Path(comm.bcast(tempfile.mkdtemp() if comm.rank == 0 else None))
+        if write is not None and comm.rank == 0:
+            write(folder)
+        comm.Barrier()
+        os.chdir(folder)
+        main(sys.argv[1:], cases)
+        if comm.rank == 0:
+            shutil.rmtree(folder)
+    except BaseException:
         traceback.print_exc()
         MPI.COMM_WORLD.Abort(1)
+
+
+if __name__ == "__main__":
+    begin(CASES)

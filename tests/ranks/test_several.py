@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 import wsph
-from tests.ranks.shared_cases import CASES, scene
+from tests.ranks.shared_cases import CASES, CRACKING, scene
 from wsph.checking import described
 from wsph.errors import Refused, SceneError, WsphError
 
@@ -49,16 +49,29 @@ def test_a_check_tells_what_is_shared_where_pairs_follow_the_motion() -> None:
 SMALL = {"shape": {"type": "box", "min": [0.0, 0.0], "max": [9.0, 5.0]}}
 TINY = ("s", [20.0, 0.0], [30.0, 5.0], {})
 ROUND = {"shape": {"type": "disc", "center": [45.0, 25.0], "radius": 46.0}}
-LARGE = ("c", [], [], {"shape": {"type": "disc", "center": [35.0, 135.0], "radius": 40.0}})
+LARGE = {"shape": {"type": "disc", "center": [35.0, 135.0], "radius": 40.0}}
+TORN = {"phase_field": CRACKING}
+
+
+def test_a_check_tells_what_every_process_has_of_fitted_surfaces() -> None:
+    made = scene(body=ROUND, more=[("c", [], [], LARGE)])
+    found, composition = told(made, 3), wsph.compose(made)
+    low, high = (int(word) for word in found["particles"][0].split()[:3:2])
+    assert 3 * low <= composition.particles <= 3 * high
+    assert "whole" not in found
 
 
 @pytest.mark.parametrize(
     ("changes", "kind", "words"),
     [
-        ({"more": [LARGE]}, SceneError, "bodies.1.surface: a fitted surface"),
+        (
+            {"more": [("c", [], [], LARGE | TORN)]},
+            SceneError,
+            "bodies.1.phase_field: phase_field in the cells of a fitted",
+        ),
         ({"body": SMALL, "more": [TINY], "probes": []}, Refused, "bodies 'b', 's': each has too few particles"),
         ({"body": SMALL, "probes": []}, Refused, "body 'b': 60 particles in blocks of 1024 are too few"),
-        ({"body": ROUND}, SceneError, "bodies.0.surface: a fitted surface"),
+        ({"body": ROUND | TORN}, SceneError, "bodies.0.phase_field: phase_field in the cells of a fitted surface"),
     ],
 )
 def test_what_of_bodies_cannot_be_shared_is_refused_by_name(

@@ -2,11 +2,13 @@
 another."""
 
 import json
+from typing import Any
 
 import pytest
 
+from tests.ranks import shape_cases, shared_cases
 from tests.ranks.launch import launched, needs_mpi
-from tests.ranks.shared_cases import CASES
+from tests.ranks.shared_cases import case_of
 
 RESUMED = ("sides", "plastic", "edges viscous", "on faces", "inside", "breaking", "links")
 MOVING = ("updated", "updated plastic", "updated walls", "updated relaxed", "updated contact")
@@ -27,15 +29,30 @@ GROUPS = [
 ]
 """Some of all, and the rest, which is slow."""
 
+SHAPES = [
+    ("fitted", "mixed", "points"),
+    ("fitted, rates", "fitted at one end", "fitted, relaxed", "fitted, resumed"),
+    ("fitted bar", "fitted ball", "fitted contact", "fitted contact, resumed"),
+    ("quads", "triangles", "mixed, resumed", "quads, begun", "periodic", "fitted, periodic"),
+    ("hexahedra", "tetrahedra", "tied", "fitted, threads"),
+    ("points, rates", "points of links", "points, resumed"),
+    ("moving points", "moving points, resumed"),
+]
+"""The same of bodies that no grid has cut."""
 
-def test_every_case_is_run() -> None:
-    assert {name.partition(", ")[0] for names in GROUPS for name in names} == set(CASES)
+FIRST = [*(("shared_cases", names) for names in GROUPS[:2]), ("shape_cases", SHAPES[0])]
+REST = [*(("shared_cases", names) for names in GROUPS[2:]), *(("shape_cases", names) for names in SHAPES[1:])]
+
+
+@pytest.mark.parametrize(("cases", "groups"), [(shared_cases.CASES, GROUPS), (shape_cases.CASES, SHAPES)])
+def test_every_case_is_run(cases: dict[str, Any], groups: list[tuple[str, ...]]) -> None:
+    assert {case_of(name) for names in groups for name in names} == set(cases)
 
 
 @needs_mpi
-@pytest.mark.parametrize("names", [*GROUPS[:2], *(pytest.param(each, marks=pytest.mark.slow) for each in GROUPS[2:])])
-def test_bits_of_one_process(names: tuple[str, ...]) -> None:
-    done = launched(4, "-m", "tests.ranks.shared_cases", *names)
+@pytest.mark.parametrize(("of", "names"), [*FIRST, *(pytest.param(*each, marks=pytest.mark.slow) for each in REST)])
+def test_bits_of_one_process(of: str, names: tuple[str, ...]) -> None:
+    done = launched(4, "-m", f"tests.ranks.{of}", *names)
     assert done.returncode == 0, done.stderr[-3000:]
     found: dict[str, dict[str, str]] = {}
     for line in done.stdout.splitlines():

@@ -52,6 +52,9 @@ class Thread:
         self._barrier.wait(60.0)
         return found
 
+    def scatter(self, sendobj: Any, root: int) -> Any:
+        return self.allgather(sendobj)[root][self._rank]
+
     def Allgatherv(self, sendbuf: np.ndarray, recvbuf: list[Any]) -> None:
         recvbuf[0][...] = np.concatenate(self.allgather(sendbuf))
 

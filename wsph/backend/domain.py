@@ -128,6 +128,10 @@ class Domain(Protocol):
         """What a function gives in the first process, or in another, which alone calls it."""
         ...
 
+    def dealt(self, of: Callable[[], Sequence[T]]) -> T:
+        """Of what a function gives in the first process, which alone calls it, what is for this one: one for each."""
+        ...
+
     def abort(self, error: BaseException) -> None:
         """End all processes, in the middle of steps, where others wait for what this one has to say."""
         ...
@@ -185,6 +189,10 @@ class Whole:
     def told(self, of: Callable[[], T], by: int = 0) -> T:
         """What the function gives."""
         return of()
+
+    def dealt(self, of: Callable[[], Sequence[T]]) -> T:
+        """The one that the function gives."""
+        return of()[0]
 
     def abort(self, error: BaseException) -> None:
         """There are no others."""

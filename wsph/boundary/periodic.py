@@ -39,10 +39,10 @@ def partners(key: str, name: str, particles: np.ndarray, geometry: Geometry) -> 
         raise SceneError("scene", [Fault(0, key, text)])
     if not any_of(split.domain, not np.isin(particles, others).all()):
         raise SceneError("scene", [Fault(0, key, "a face is not its own partner: name the one opposite")])
-    if split.domain.size > 1 and any_of(split.domain, bool((geometry.faces.axis[rows] == 0).any())):
+    if split.domain.size > 1 and any_of(split.domain, bool((geometry.faces.axis[rows] == geometry.cut_axis).any())):
         text = (
-            f"processes share the body across the first axis of its grid, and {name!r} lies across it: what is periodic there"
-            " is for one process: turn the body, or start it without mpiexec"
+            f"processes share the body in slabs across an axis that {name!r} lies across too: what is periodic there is for one"
+            " process: turn the body, or start it without mpiexec"
         )
         raise SceneError("scene", [Fault(0, key, text)])
     if not len(particles) and not len(others):

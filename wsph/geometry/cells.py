@@ -2,7 +2,7 @@
 
 # pyright: strict
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, product
 
 import numpy as np
@@ -12,16 +12,49 @@ from wsph.units import rounded
 
 @dataclass(frozen=True)
 class Boxes:
-    """The first cells of a body, boxes of a grid in its order, its last axis fastest: `corners` (b, 2^dim) node ids in the
-    order of `itertools.product` of 0 and 1 along the axes; `index` (n, dim), where the body's first nodes are in the grid,
+    """The cells of a body that are boxes of a grid, in its order, its last axis fastest: `corners` (b, 2^dim) node ids in
+    the order of `itertools.product` of 0 and 1 along the axes; `index` (n, dim), where nodes of the body are in the grid,
     those of all boxes among them; the grid's `step` (dim,) [m] and `axes`, columns (dim, dim); `first`, where lines along
-    the last axis begin, of the whole body that this may be a part of."""
+    the last axis begin, of the whole body that this may be a part of. Beside other cells `rows` (b,) are the boxes' points,
+    and `nodes` (n,) those of the `index`, both ascending: without them the first of all. The whole body has so many boxes
+    and points, `whole`, and nodes `before` this part's."""
 
     corners: np.ndarray
     index: np.ndarray
     step: np.ndarray
     axes: np.ndarray
     first: int | None = None
+    rows: np.ndarray | None = None
+    nodes: np.ndarray | None = None
+    whole: tuple[int, int] | None = None
+    before: int = 0
+
+    def share(self, points: int) -> float:
+        """The part of the points of the whole body, or of so many, that are boxes."""
+        boxes, every = self.whole or (len(self.corners), points)
+        return boxes / every
+
+    def others(self, points: int) -> np.ndarray:
+        """Which of so many points are no boxes, ascending."""
+        other = np.ones(points, bool)
+        other[slice(len(self.corners)) if self.rows is None else self.rows] = False
+        return np.flatnonzero(other)
+
+    def within(self, nodes: slice, points: slice, every: int) -> "Boxes":
+        """Those of a part of a body with so many points, its nodes and points from one up to another."""
+        rows = np.arange(len(self.corners)) if self.rows is None else self.rows
+        seen = np.arange(len(self.index)) if self.nodes is None else self.nodes
+        here, there = ((each >= of.start) & (each < of.stop) for each, of in ((rows, points), (seen, nodes)))
+        return replace(
+            self,
+            corners=self.corners[here] - nodes.start,
+            index=self.index[there],
+            first=int(np.rint(self.index[:, -1].min())) if self.first is None else self.first,
+            rows=rows[here] - points.start,
+            nodes=seen[there] - nodes.start,
+            whole=self.whole or (len(self.corners), every),
+            before=self.before + nodes.start,
+        )
 
     def steps(self, length: float) -> np.ndarray:
         """The grid's steps (dim,) in units of `length` [m], exactly one where they are that."""

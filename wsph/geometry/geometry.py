@@ -87,6 +87,11 @@ class Geometry:
         return bool((self.axes == np.eye(self.nodes.shape[1])).all())
 
     @property
+    def cut_axis(self) -> int:
+        """Which of its own axes processes that share it cut it across."""
+        return 0
+
+    @property
     def cracks(self) -> tuple[Crack, ...]:
         """Cuts from the start."""
         return ()
@@ -105,6 +110,20 @@ class Geometry:
     def sides(self) -> Faces:
         """The faces as loads and selections see them."""
         return self.faces
+
+    def across(self, places: np.ndarray) -> np.ndarray:
+        """Where places (n, dim) [m] are across the layers that the body can be cut between, (n,), before any map."""
+        raise NotImplementedError
+
+    @property
+    def node_layer(self) -> np.ndarray:
+        """The layers of the nodes, (n,)."""
+        return np.floor(self.across(self.nodes))
+
+    @property
+    def layer_count(self) -> int:
+        """How many layers of points the whole body has."""
+        raise NotImplementedError
 
     @property
     def own_faces(self) -> np.ndarray:
@@ -141,9 +160,19 @@ class Geometry:
                 found[k] = between_sides(points, cells, (row, near), BULGE * reach[near]).any()
         return found
 
+    @property
+    def own_cells(self) -> tuple[np.ndarray, ...]:
+        """Which cells of every block are this part's own, (c,) bool: those whose first point it owns, which no other has."""
+        return tuple(self.split.points.owns(points.min(1)) for points in self.points_of_cells)
+
+    @property
+    def middle(self) -> np.ndarray:
+        """The middle of the whole body, the mean of its nodes (dim,) [m]."""
+        return self.nodes.mean(0)
+
     def places(self, length: float) -> np.ndarray:
         """Nodes (n, dim) in units of `length` [m] about the middle of the body, along the coordinate axes."""
-        return (self.nodes - self.nodes.mean(0)) / length
+        return (self.nodes - self.middle) / length
 
     def comparable(self, points: np.ndarray, sources: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Points (n, dim) [m] and nodes or cells (m, dim) [m] in units of cells, to find who is near whom."""
@@ -152,7 +181,7 @@ class Geometry:
     @property
     def centred(self) -> tuple[np.ndarray, np.ndarray]:
         """Nodes (n, dim) and points (c, dim) in units of cells about the middle of the body."""
-        middle = self.nodes.mean(0)
+        middle = self.middle
         return (self.nodes - middle) / self.edges[1], (self.cells - middle) / self.edges[1]
 
     @property

@@ -35,12 +35,22 @@ class PointRows:
         flat = None if slope is None else slope.reshape(-1, slope.shape[2])
         return cls(np.arange(len(corners) + 1) * corners.shape[1], corners.ravel(), flat)
 
-    def since(self, first: int) -> "PointRows":
-        """The rows of the points from `first` on."""
-        start = int(self.offsets[first])
-        slope = None if self.slope is None else self.slope[start:]
-        held = None if self.held is None else self.held[first:]
-        return PointRows(self.offsets[first:] - start, self.indices[start:], slope, held)
+    def taken(self, points: np.ndarray) -> "PointRows":
+        """The rows of some points (k,), in their order."""
+        many = np.diff(self.offsets)[points]
+        ends = np.concatenate([[0], np.cumsum(many)])
+        where = np.arange(int(ends[-1])) + np.repeat(self.offsets[points] - ends[:-1], many)
+        slope = None if self.slope is None else self.slope[where]
+        held = None if self.held is None else self.held[points]
+        return PointRows(ends, self.indices[where], slope, held)
+
+    def between(self, points: slice, node: int) -> "PointRows":
+        """The rows of the points from one up to another, by nodes that are numbered from `node` on."""
+        start, end = (int(self.offsets[k]) for k in (points.start, points.stop))
+        slope = None if self.slope is None else self.slope[start:end]
+        held = None if self.held is None else self.held[points]
+        offsets = self.offsets[points.start : points.stop + 1] - start
+        return PointRows(offsets, self.indices[start:end] - node, slope, held)
 
 
 @dataclass(frozen=True)

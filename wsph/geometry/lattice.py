@@ -121,6 +121,17 @@ class Lattice(Geometry):
         vector = share[:, :, None] * normal[:, None]
         return replace(self.faces, axis=none, share=share, vector=vector, name=name, last=last)
 
+    def across(self, places: np.ndarray) -> np.ndarray:
+        return self.frame.coordinates(places)[:, 0]
+
+    @property
+    def node_layer(self) -> np.ndarray:
+        return np.rint(self.index[:, 0])
+
+    @property
+    def layer_count(self) -> int:
+        return int(self.frame.count[0])
+
     @property
     def own_faces(self) -> np.ndarray:
         return self.split.points.owns(self.faces.cell)

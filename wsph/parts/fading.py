@@ -14,7 +14,7 @@ import warp as wp
 from wsph.backend.arrays import Arrays, host
 from wsph.backend.clock import Clock
 from wsph.backend.kernels import kernel
-from wsph.backend.space import Space, Struct
+from wsph.backend.space import Array, Space, Struct
 from wsph.backend.state import Layout, fields_struct
 from wsph.parts.part import Attached, Neighbourhood
 from wsph.parts.terms import Points, points_struct
@@ -39,8 +39,9 @@ def faded(space: Space) -> wp.Function:
 
 
 @cache
-def _advance_kernel(space: Space, layout: Layout, apart: bool, internal: int) -> wp.Kernel:
-    """What the residual of each point has set free in a step; `apart`: points have places of their own."""
+def _advance_kernel(space: Space, layout: Layout, apart: bool, beside: bool, internal: int) -> wp.Kernel:
+    """What the residual of each point has set free in a step; `apart`: points have places of their own; `beside`: they are
+    some of a body's."""
     real, vec, mat, left_over, zeta = space.scalar, space.vec, space.mat, misfit(space), faded(space)
     Rows, Points, Fields = rows_struct(space), points_struct(space), fields_struct(space, layout)
 
@@ -57,8 +58,11 @@ def _advance_kernel(space: Space, layout: Layout, apart: bool, internal: int) ->
         freed_out: wp.array(dtype=real),
     ):
         i = first + wp.tid()
-        new = zeta(yields * fields.internals[i][wp.static(internal)])
-        old = zeta_out[i]
+        k = i
+        if wp.static(beside):
+            k = points.row[i]
+        new = zeta(yields * fields.internals[k][wp.static(internal)])
+        old = zeta_out[k]
         if new < old:
             u = vec()
             if wp.static(apart):
@@ -66,18 +70,18 @@ def _advance_kernel(space: Space, layout: Layout, apart: bool, internal: int) ->
             else:
                 u = fields.displacement[i]
             square = left_over(i, u, points.centre[i], gradient[i], rows, points.node, fields.displacement)
-            freed_out[i] = freed_out[i] + real(0.5) * points.stabilisation * points.share[i] * square * (old - new)
-            zeta_out[i] = new
+            freed_out[k] = freed_out[k] + real(0.5) * points.stabilisation * points.share[i] * square * (old - new)
+            zeta_out[k] = new
 
     return fade
 
 
 class Fading(Attached):
     """The residual of a body that flows. Evaluations write `share`, what is left of every point's. Beside it the device has,
-    of m points and nondimensional,
+    of the points of the body and nondimensional,
 
-    _zeta   # what is left of the residual's stiffness at the end of the last step, (m,)
-    _freed  # energy set free so far, (m,)
+    _zeta   # what is left of the residual's stiffness at the end of the last step
+    _freed  # energy set free so far
     """
 
     def __init__(
@@ -89,26 +93,30 @@ class Fading(Attached):
         fields: Struct,
         clock: Clock,
         arrays: Arrays,
-        total: Callable[[np.ndarray], float],
+        total: Callable[[np.ndarray], float] | tuple[Array, Array],
     ):
-        """`flow`: which of the internals is the plastic strain, and E/sigma_y; `fields`: those of the points of a state;
-        `total` sums up energies of the points."""
+        """`flow`: which of the internals is the plastic strain, and E/sigma_y; `fields`: those of a state; `total` sums up
+        energies of the points, or is, where those that are `seen` are some of a body's, its two arrays of all points, which
+        stand on the ledger already."""
         self._space, self._clock, self._layout, self._fields, self._seen = space, clock, layout, fields, seen
         self._internal, self._yields = flow[0], space.scalar(flow[1])
         self._rows = rows_of(space, seen.pairs, seen.weight)
         changed: Points = points_struct(space)()
-        for name in ("node", "centre", "moment", "volume", "stabilisation"):
+        for name in ("node", "centre", "moment", "volume", "row", "stabilisation"):
             setattr(changed, name, getattr(seen.points, name))
         changed.share = arrays.of("share", host(seen.points.share), space.scalar)
         self.response, self.share = changed, changed.share
-        m = len(seen.volume)
-        self._zeta = arrays.changes("zeta", wp.ones(m, dtype=space.scalar, device=arrays.device))
-        self._freed = arrays.zeros("freed", m, space.scalar, kept=True)
+        self._beside, self._count = isinstance(total, tuple), len(seen.volume)
+        if isinstance(total, tuple):
+            self._zeta, self._freed = total
+            return
+        self._zeta = arrays.changes("zeta", wp.ones(self._count, dtype=space.scalar, device=arrays.device))
+        self._freed = arrays.zeros("freed", self._count, space.scalar, kept=True)
         self.ledger = (Entry("dissipated", lambda: total(host(self._freed))),)
 
     def advance(self) -> None:
         """Book what the step has set free (a launch)."""
         seen = self._seen
-        kernel = _advance_kernel(self._space, self._layout, seen.back is not None, self._internal)
+        kernel = _advance_kernel(self._space, self._layout, seen.back is not None, self._beside, self._internal)
         inputs = [self._yields, self._rows, seen.points, seen.mean, seen.gradient, self._fields]
-        self._clock.launch(kernel, len(self._zeta), inputs, [self._zeta, self._freed])
+        self._clock.launch(kernel, self._count, inputs, [self._zeta, self._freed])

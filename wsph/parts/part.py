@@ -192,6 +192,8 @@ class Part(Model):
     """Whether it holds spurious modes."""
     support: ClassVar[float | None] = None
     """Support that a body with it has where the scene names none [spacings]."""
+    alike: ClassVar[bool] = False
+    """Whether processes that share a body can have it in cells that are alike alone."""
     formal: ClassVar[int] = 2
     """The order in the spacing that a smooth motion can have with it: 1 where it scales with the spacing itself."""
 

@@ -64,6 +64,7 @@ class Points(Protocol):
     whole: Array
     slope: Array
     back: Array
+    row: Array
     stabilisation: float
 
 
@@ -79,6 +80,7 @@ def points_struct(space: Space) -> type:
     whole          # the same as drag takes it: before it fades (`wsph.parts.fading`), (m,)
     slope, back    # V_p times the gradient's weight of a pair from p, and of the same pair the other way, (pairs,) vec,
                    # where they are no weights' times r; of points with places of their own `back` is `slope` by particle
+    row            # where their fields stand in those of the state, (m,) int32, of some points of a body alone
     stabilisation  # stiffness against the misfit of a linear field to the displacements
     """
     real, vec, mat = space.scalar, space.vec, space.mat
@@ -91,6 +93,7 @@ def points_struct(space: Space) -> type:
         "whole": wp.array(dtype=real),
         "slope": wp.array(dtype=vec),
         "back": wp.array(dtype=vec),
+        "row": wp.array(dtype=wp.int32),
         "stabilisation": real,
     }
     return cast(type, wp.struct(type("Points", (), {"__annotations__": annotations, "__module__": __name__})))
@@ -100,7 +103,7 @@ def with_share(space: Space, points: Points, share: Array, *, fades: bool) -> Po
     """The struct of `points` with the shares (m,) that a part has reduced; where what holds spurious modes `fades`, what
     drags stays as it was: a plastic shock needs its viscosity."""
     found: Points = points_struct(space)()
-    for name in ("node", "centre", "moment", "volume", "slope", "back", "stabilisation"):
+    for name in ("node", "centre", "moment", "volume", "slope", "back", "row", "stabilisation"):
         setattr(found, name, getattr(points, name))
     found.share = share
     found.whole = points.share if fades else share

@@ -86,6 +86,14 @@ class Ranks:
                 found = of()
         return cast(T, self._hear(found)[by])
 
+    def dealt(self, of: Callable[[], Sequence[T]]) -> T:
+        found: Sequence[T] | None = None
+        if self.rank == 0:
+            with failing_together(self):
+                found = of()
+        self._hear(None)
+        return self._comm.scatter(found, 0)
+
     def abort(self, error: BaseException) -> None:
         print(
             f"error: process {self.rank} of {self.size}: {type(error).__name__}: {error}", file=sys.stderr, flush=True

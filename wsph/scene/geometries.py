@@ -19,14 +19,16 @@ from wsph.geometry.geometry import Geometry
 from wsph.geometry.grid import plan
 from wsph.geometry.lattice import Lattice, lattice, slab_of
 from wsph.geometry.meshes.files import read_mesh
-from wsph.geometry.meshes.meshed import meshed
-from wsph.geometry.meshes.scattered import read_points, scattered
+from wsph.geometry.meshes.inspection import doubts
+from wsph.geometry.meshes.layered import shared
+from wsph.geometry.meshes.meshed import Meshed, meshed
+from wsph.geometry.meshes.scattered import Scattered, read_points, scattered
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import Rotation
 from wsph.plugins.formulations import Formulation
 from wsph.ranks.slabs import TooFew
 from wsph.scene.scene import Scene
-from wsph.scene.tables import Body, PointsFile
+from wsph.scene.tables import Body, MeshFile, PointsFile
 
 STEPS = 'surface = "stairs", which leaves the surface in steps of a cell'
 """What any shape can have."""
@@ -37,28 +39,47 @@ def geometry_of(scene: Scene, number: int, formulation: Formulation, domain: Dom
     one has of the `domain`: all of one of several that has too few particles to be cut. Raises SceneError where the shape
     holds no cell, a crack or a map does not fit it, a surface cannot be fitted, or a file is no mesh; Refused for what the
     formulation cannot have."""
-    body, key = scene.bodies[number], f"bodies.{number}"
-    if body.mesh is not None:
-        return _from_file(scene, body, key, formulation)
-    if body.points is not None:
-        return _of_points(scene.dim, body, body.points, key, formulation)
-    if body.shape is None or body.spacing is None:
-        raise TypeError("a body without a mesh has a shape and a spacing")
-    why = stairs_because(scene, body, formulation)
-    if body.surface == "fitted" and why:
+    body = scene.bodies[number]
+    why = stairs_because(scene, body, formulation) if body.shape is not None and body.surface == "fitted" else ""
+    if why:
         raise Refused(
             f'body {body.name!r}: its surface cannot be fitted: {why}; leave that out, or write surface = "stairs"'
         )
+    made = partial(_geometry, scene, number, formulation)
     if domain.size > 1:
         try:
-            return _lattice(scene, number, body.shape, body.spacing, formulation, domain)
+            return made(domain)
         except TooFew:
             if len(scene.bodies) == 1:
                 raise
-    if not is_fitted(scene, body, formulation):
-        return _lattice(scene, number, body.shape, body.spacing, formulation, WHOLE)
+    return made(WHOLE)
+
+
+def _geometry(scene: Scene, number: int, formulation: Formulation, domain: Domain) -> Geometry:
+    """The geometry of a body, or the part of it that a process of a domain has. Raises TooFew where there is too little."""
+    body, key = scene.bodies[number], f"bodies.{number}"
+    if body.mesh is not None:
+        _refuse_mesh(scene, body, formulation)
+        make = partial(_from_file, scene, body.mesh, key)
+    elif body.points is not None:
+        _refuse_points(body, formulation)
+        make = partial(_of_points, scene.dim, body.points, key)
+    elif body.shape is None or body.spacing is None:
+        raise TypeError("a body without a mesh has a shape and a spacing")
+    elif not is_fitted(scene, body, formulation):
+        return _lattice(scene, number, body.shape, body.spacing, formulation, domain)
+    else:
+        make = partial(_fitted, body.shape, body.spacing, scene.run.seed, key)
+    if domain.size == 1:
+        return make()
+    reach, joined = reach_of(scene, body, formulation)
+    entire, who = formulation.traits.pairs_follow, f"body {body.name!r}"
+    return shared(make, domain, reach, joined=joined, who=who, doubts=doubts, entire=entire)
+
+
+def _fitted(shape: Shape, spacing: float | tuple[float, ...], seed: int, key: str) -> Meshed:
     try:
-        return meshed(fit(body.shape, body.spacing, scene.run.seed), body.shape.axes)
+        return meshed(fit(shape, spacing, seed), shape.axes)
     except ValueError as error:
         said = str(error)
         way = f", or {STEPS}" if said.endswith(OUT) else f"; or choose {STEPS}"
@@ -144,10 +165,7 @@ def stairs_in_words(scene: Scene, body: Body, formulation: Formulation) -> str:
     return f"in steps of a cell{there}: {why}"
 
 
-def _from_file(scene: Scene, body: Body, key: str, formulation: Formulation) -> Geometry:
-    table = body.mesh
-    if table is None:
-        raise TypeError("this body has no mesh")
+def _refuse_mesh(scene: Scene, body: Body, formulation: Formulation) -> None:
     if not formulation.traits.corners:
         raise Refused(
             f'body {body.name!r}: cells of a mesh are for run.formulation = "stress-points", not for {formulation.name!r};'
@@ -162,6 +180,9 @@ def _from_file(scene: Scene, body: Body, key: str, formulation: Formulation) -> 
             f"body {body.name!r}: contact between balls needs particles of equal size, which a mesh has not: use contact.law ="
             ' "surface"'
         )
+
+
+def _from_file(scene: Scene, table: MeshFile, key: str) -> Meshed:
     try:
         return meshed(read_mesh(Path(table.file), scene.dim, table.scale, table.part))
     except OSError as error:
@@ -170,12 +191,15 @@ def _from_file(scene: Scene, body: Body, key: str, formulation: Formulation) -> 
         raise SceneError("scene", [Fault(0, f"{key}.mesh", str(error))]) from None
 
 
-def _of_points(dim: int, body: Body, table: PointsFile, key: str, formulation: Formulation) -> Geometry:
+def _refuse_points(body: Body, formulation: Formulation) -> None:
     if not (formulation.traits.one_set and formulation.traits.pairwise):
         raise Refused(
             f'body {body.name!r}: particles without cells are for run.formulation = "total-lagrangian" and'
             f' "updated-lagrangian" of one set, not for {formulation.name!r}'
         )
+
+
+def _of_points(dim: int, table: PointsFile, key: str) -> Scattered:
     try:
         return scattered(*read_points(Path(table.file), dim, table.scale))
     except OSError as error:

@@ -138,7 +138,7 @@ def test_every_cell_and_every_node_is_in_one_block(seed: int, dim: int, width: i
     shape, keys = random_body(seed, dim)
     body = composed(shape, keys).bodies[0].system.lattice
     assert body.boxes is not None
-    runs = runs_of(body.boxes, len(body.nodes), width, 13)
+    runs = runs_of(body.boxes, (len(body.nodes), len(body.cells)), width, 13)
     for blocks, rows in ((runs.cells, len(body.cells)), (runs.nodes, len(body.nodes))):
         taken = np.concatenate([np.arange(block[FIRST], block[FIRST] + block[OWN]) for block in blocks])
         assert sorted(taken.tolist()) == list(range(rows))

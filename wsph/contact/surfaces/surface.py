@@ -80,7 +80,8 @@ class Surface:
         self.wave_speed = system.constitutive.wave_speed / scales.velocity
         self.carries = AVERAGED if system.form.averaged else 1.0
         self.modulus, self.impedance = system.density * self.wave_speed**2, system.density * self.wave_speed
-        cube = float(system.volume.mean()) ** (1.0 / self._space.dim)
+        volume = geometry.node_volume if self._at_nodes else geometry.cell_volume
+        cube = float(volume.mean()) ** (1.0 / self._space.dim) / scales.length
         self.spacing = cube if geometry.mapped else system.spacing / scales.length
         self.least_side = float(np.ptp(geometry.nodes, axis=0).min()) / scales.length
         self.arrays = Arrays(self._clock.device)

@@ -31,11 +31,11 @@ QUANTA = {"f64": 2.0**-48, "f32": 2.0**-21}
 """Vectors are whole multiples of this part of the largest power of two below the largest of their point, by precision."""
 
 
-def corner_reference(host: Host, device: str, first: int = 0) -> Reference:
-    """Pairs from points to the corners of their cells, weights, places and moments, or vectors in place of these; of the
-    points from `first` on, where these have vectors."""
+def corner_reference(host: Host, device: str, points: np.ndarray | None = None) -> Reference:
+    """Pairs from points to the corners of their cells, weights, places and moments, or vectors in place of these; of some
+    `points` (k,) alone, where these have vectors."""
     body, length, dim = host.geometry, host.scales.length, host.space.dim
-    rows = body.rows.since(first)
+    rows = body.rows if points is None else body.rows.taken(points)
     many = np.diff(rows.offsets)
     m, n = len(many), len(body.nodes)
     weight = np.repeat(1.0 / many, many)
@@ -50,7 +50,7 @@ def corner_reference(host: Host, device: str, first: int = 0) -> Reference:
         if rows.held is not None:
             # Without a spread a point has no share in the residual.
             spread = np.where(rows.held, spread, np.inf)
-        volume = body.cell_volume[first:] / length**dim
+        volume = (body.cell_volume if points is None else body.cell_volume[points]) / length**dim
         moment = np.eye(dim) / volume[:, None, None]
         slope = _in_quanta(rows, length ** (1 - dim), QUANTA[host.space.precision])
     ends, others = (wp.array(each, dtype=wp.int32, device=device) for each in (rows.offsets, rows.indices))

@@ -9,7 +9,7 @@ from wsph.backend.state import Layout, fields_struct
 from wsph.backend.tensors import determinant_and_inverse
 from wsph.constitutive.evolution import evolution
 from wsph.constitutive.laws import Laws
-from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered, smoothed
+from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered, row_of, smoothed
 from wsph.parts.terms import points_struct
 from wsph.sph.rows import rows_struct
 
@@ -42,6 +42,7 @@ def flow_kernel(
     kept, (determinant, inverse) = "internals" in layout, determinant_and_inverse(space)
     of_velocity = gathered(space, layout, form, False)
     of_later, average = ahead_gradient or of_velocity, smoothed(space, form.averaged)
+    row = row_of(space, form.beside)
 
     @kernel(ranged=True, pairs=not form.moving)
     def flow(
@@ -59,6 +60,7 @@ def flow_kernel(
         rate_out: Fields,
     ):
         i = first + wp.tid()
+        k = row(points, i)
         dt = ahead * real(dt_of(clock))
         L = mat()
         later = mat()
@@ -82,7 +84,7 @@ def flow_kernel(
             else:
                 gradient, _mean = of_velocity(c, rows, points, others, others.velocity, i)
                 change = gradient * points.moment[i]
-            later = wp.identity(n=dim, dtype=real) + fields.deformation[i] + dt * change
+            later = wp.identity(n=dim, dtype=real) + fields.deformation[k] + dt * change
             # Across a crack F says nothing: where it has no inverse, stress rests.
             if wp.static(form.breaks) and determinant(later) < real(0.1):
                 later = wp.identity(n=dim, dtype=real)
@@ -92,13 +94,13 @@ def flow_kernel(
                 L += dilation[i] * wp.identity(n=dim, dtype=real)
         if wp.static(form.total):
             return
-        s = fields.stress[i]
+        s = fields.stress[k]
         q = internal()
         if wp.static(kept):
-            q = fields.internals[i]
+            q = fields.internals[k]
         ds, dq = evolve(p, s, q, later, L, dt)
-        rate_out.stress[i] = ds
+        rate_out.stress[k] = ds
         if wp.static(kept):
-            rate_out.internals[i] = dq
+            rate_out.internals[k] = dq
 
     return flow

@@ -61,6 +61,8 @@ class Form:
     """Whether particles see mirror images behind the walls of the body."""
     resisted: bool = False
     """Whether there are loads that depend on velocities."""
+    beside: bool = False
+    """Whether the points are some of a body's, whose fields stand in the rows of the state that they name."""
 
     @property
     def staged(self) -> bool:
@@ -99,6 +101,21 @@ class Form:
     def shares(self) -> bool:
         """Whether pairs take the sum of their two shares."""
         return self.stabilised or any(term.shares for term in self.pair_terms)
+
+
+@cache
+def row_of(space: Space, beside: bool) -> wp.Function:
+    """Warp function (points, i) -> where the fields of point i stand in those of the state: of some points of a body,
+    `beside` others, in rows of their own."""
+    Points = points_struct(space)
+
+    @wp.func
+    def row(points: Points, i: int) -> int:
+        if wp.static(beside):
+            return points.row[i]
+        return i
+
+    return row
 
 
 def coefficients_of(space: Space, form: Form) -> type:

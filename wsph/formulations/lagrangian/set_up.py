@@ -48,7 +48,7 @@ def find_reference(
     if isinstance(body, Lattice) and not body.mapped:
         # In cells of the grid, so that moments of cells of any aspect can be inverted; then in the body's own lengths.
         stretch = body.frame.axes * body.steps(host.scales.length)
-    about = position - (body.middle if isinstance(body, Lattice) else position.mean(0))
+    about = position - body.middle
     place = about / host.scales.length if stretch is None else particles @ stretch.T
     grid = place if stretch is None else particles
     reach = np.full(len(points), host.support)

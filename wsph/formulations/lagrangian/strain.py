@@ -15,7 +15,7 @@ from wsph.constitutive.evolution import thickness
 from wsph.constitutive.initial import total_of
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
-from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered, misfit_pull, smoothed
+from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered, misfit_pull, row_of, smoothed
 from wsph.parts.fading import faded
 from wsph.parts.terms import answers_struct, points_struct
 from wsph.sph.rows import rows_struct
@@ -27,18 +27,16 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
     Params, Coefficients = laws.Params, coefficients_of(space, form)
     Rows, Points, Answers = rows_struct(space), points_struct(space), answers_struct(space)
     meant, average = form.points and form.stabilised, smoothed(space, form.averaged)
-    of_displacement = gathered(space, layout, form, meant)
-    misfit = misfit_pull(space)
+    of_displacement, misfit = gathered(space, layout, form, meant), misfit_pull(space)
     cofactor, (unpack, _), plane = cofactor_of(space), packing(space, laws.state), in_plane(space)
     thick, thins = thickness(space, laws), laws.kept.thinning >= 0
     total, answers_by_law = total_of(space, laws, layout), form.response is None
     Response = form.response.struct(space) if form.response is not None else Points
     respond = form.response.make(space, laws, layout) if form.response is not None else laws.respond
-    opposes = form.stress_term is not None
+    opposes, drags = form.stress_term is not None, form.rate_term is not None
     opposed = form.stress_term.make(space, Coefficients) if form.stress_term is not None else laws.respond
-    left = faded(space)
     # Between particles of one set drag is a force of pairs, at points of their own it is a stress.
-    drags, dragged = form.rate_term is not None, _dragged(space, layout, form)
+    dragged, left, row = _dragged(space, layout, form), faded(space), row_of(space, form.beside)
 
     @kernel(ranged=True, pairs=True)
     def strain(
@@ -54,6 +52,7 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
         answers_out: Answers,
     ):
         i = first + wp.tid()
+        k = row(points, i)
         H = mat()
         mean = vec()
         if wp.static(form.staged):
@@ -61,7 +60,9 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
         else:
             gradient, mean = of_displacement(c, rows, points, others, others.displacement, i)
             H = gradient * points.moment[i]
-        fields_out.deformation[i] = H
+        fields_out.deformation[k] = H
+        if wp.static(form.beside):
+            answers_out.gradient[i] = H
         if wp.static(meant):
             answers_out.mean[i] = mean
         P = mat()
@@ -69,19 +70,19 @@ def strain_kernel(space: Space, laws: Laws, layout: Layout, form: Form) -> wp.Ke
         if wp.static(form.stabilised):
             hold = points.share[i]
         if wp.static(form.fades >= 0):
-            hold = hold * left(c.yields * fields_out.internals[i][wp.static(form.fades)])
+            hold = hold * left(c.yields * fields_out.internals[k][wp.static(form.fades)])
             response_out.share[i] = hold
         if wp.static(not answers_by_law):
             hold, P = respond(p, response_out, rows, fields_out, points.share[i], H, i)
         elif wp.static(form.total):
-            s, P = total(p, fields_out, H, i)
-            fields_out.stress[i] = s
+            s, P = total(p, fields_out, H, k)
+            fields_out.stress[k] = s
         if wp.static(answers_by_law and (opposes or not form.total)):
-            cauchy = plane(unpack(fields_out.stress[i]))
+            cauchy = plane(unpack(fields_out.stress[k]))
             back = cofactor(H)
             if wp.static(not form.total):
                 if wp.static(thins):
-                    back = thick(fields_out.internals[i]) * back
+                    back = thick(fields_out.internals[k]) * back
                 P = cauchy * back
             if wp.static(opposes):
                 answers_out.extra[i] = points.volume[i] * (opposed(c, cauchy) * back) * points.moment[i]

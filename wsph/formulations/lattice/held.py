@@ -113,6 +113,8 @@ class RowFading(Attached):
         self._count, m = count
         self._zeta = arrays.changes("zeta", wp.ones(m, dtype=real, device=arrays.device))
         self._freed = arrays.zeros("freed", m, real, kept=True)
+        self.kept = self._zeta, self._freed
+        """What is left of the residual of every row, and what has been set free."""
         self.ledger = (Entry("dissipated", lambda: total(host(self._freed))),)
 
     def advance(self) -> None:

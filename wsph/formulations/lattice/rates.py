@@ -92,7 +92,7 @@ def listed_for(host: Host) -> str:
     boxes = host.geometry.boxes
     reasons = {
         "its points see more than their own corners": not host.corners or host.correction == "paper",
-        "its cells differ": boxes is None or len(boxes.corners) < LEAST * len(host.geometry.cell_volume),
+        "its cells differ": boxes is None or boxes.share(len(host.geometry.cell_volume)) < LEAST,
         " and ".join(apart): bool(apart),
     }
     return next((reason for reason, holds in reasons.items() if holds), "")
@@ -135,12 +135,13 @@ class Rows:
     def of(cls, host: Host, boxes: Boxes, device: str) -> "Rows":
         """The rows of a body, for kernels on a device."""
         body, dim, width = host.geometry, host.space.dim, width_of(device, host.space.precision)
-        across, mixed = ACROSS if width == 1 else width, len(boxes.corners) < len(body.cell_volume)
+        across, mixed = ACROSS if width == 1 else width, boxes.share(len(body.cell_volume)) < 1.0
         numbers = quantities(dim, is_stabilised(host))
         # Other points write their derived fields in every evaluation, and an initial stress is one of them.
         shares = host.constitutive.laws.total is not None and not mixed and not host.stressed
-        derived = len(body.cell_volume) * (dim**2 + host.constitutive.width) if shares else 0
-        runs = runs_of(boxes, len(body.nodes), across, numbers, derived)
+        points = len(body.cell_volume)
+        derived = points * (dim**2 + host.constitutive.width) if shares else 0
+        runs = runs_of(boxes, (len(body.nodes), points), across, numbers, derived)
         made = cls(boxes, mixed, runs, width, across // width, numbers, 0)
         return replace(made, shared=made.size) if shares else made
 
@@ -150,13 +151,14 @@ class LatticeRates(BlockRates):
 
     def __init__(self, rows: Rows, made: RateSetup, state: State):
         super().__init__(made, rows.threads)
-        host, self._width = made.host, rows.width
+        host, self._width, self._mixed = made.host, rows.width, rows.mixed
         with blame(host.constitutive.who):
             laws, kinds = host.constitutive.laws, made.force.parts
             self.kernels = _kernels(self._space, laws, made.layout, kinds, self.form, rows.width, mixed=rows.mixed)
             self._rest: Rest | None = None
             if rows.mixed:
-                self._rest = Rest(made, len(rows.boxes.corners), self.form, made.stabilisation, state)
+                others = rows.boxes.others(len(self._placement.point_volume))
+                self._rest = Rest(made, others, self.form, made.stabilisation) if len(others) else None
         self._allocate(rows, made.stabilisation, state)
 
     def _allocate(self, rows: Rows, stabilisation: float, state: State) -> None:
@@ -168,9 +170,8 @@ class LatticeRates(BlockRates):
         holding          # forces per mass that hold spurious modes: there are none beside the residual's
         """
         space, arrays, real, runs, boxes = self._space, self._arrays, self._space.scalar, rows.runs, rows.boxes
-        self._boxes = len(boxes.corners)
         self._cells, nodes = Table.of(runs.cells, arrays, "cells"), Table.of(runs.nodes, arrays, "nodes")
-        takes, most = runs.taking(boxes.corners, self._placement.count), rows.piece(np.dtype(space.numpy).itemsize)
+        takes, most = runs.taking(boxes, self._placement.count), rows.piece(np.dtype(space.numpy).itemsize)
         self._order = Order(self._cells, [(nodes, takes)], most, self._cores, arrays, "left")
         self._cell = cell_of(space, boxes.steps(self._host.scales.length), boxes.axes, stabilisation)
         if self.form.total and state.derived is not None:
@@ -184,10 +185,12 @@ class LatticeRates(BlockRates):
         self._volume = arrays.of("volume", self._placement.volume, real)
         self.holding: Array = arrays.zeros("holding", 1, space.vec)
         self._pushed = self.holding if self._rest is None else self._rest.pushed
+        if rows.mixed and self._rest is None:  # the others are in the parts of other processes
+            self._pushed = arrays.zeros("pushed", (1 + self.form.damps) * self._placement.count, space.vec)
 
     def own_parts(self, state: State, arrays: Arrays) -> dict[str, Attached]:
         """What the stabilisation has of its own on the device."""
-        flow, count = self._constitutive.flow, (self._cells.count, self._boxes)
+        flow, count = self._constitutive.flow, (self._cells.count, len(self._placement.point_volume))
         if flow is None or self.form.fades < 0:
             return {}
         part = arrays.part("fading")
@@ -196,7 +199,7 @@ class LatticeRates(BlockRates):
         own = RowFading(kernel, flow, self._cell, self._cells.rows, count, state, self._clock, part, whole)
         found: dict[str, Attached] = {"fading": own}
         if self._rest is not None:
-            found["fading of the rest"] = self._rest.fading(flow, state, arrays.part("fading of the rest"))
+            found["fading of the rest"] = self._rest.fading(flow, state, arrays.part("fading of the rest"), own.kept)
         return found
 
     @property
@@ -281,9 +284,12 @@ class LatticeRates(BlockRates):
         made = held_kernel(self._space, self._layout, self._width, self.form.fades >= 0)
         wp.launch(made, len(sums), inputs=inputs, outputs=[sums], device=self._clock.device)
         first = self._cells.blocks[:, FIRST]
-        return own_total(sums, first, self._placement.point_share, self._domain) + (
-            0.0 if self._rest is None else self._rest.held_energy(state)
-        )
+        share = self._placement.point_share
+        total = own_total(sums, first, share, self._domain)
+        if not self._mixed:
+            return total
+        others = np.zeros(share.held) if self._rest is None else self._rest.held_energies(state)
+        return total + own_sum(others, share, self._domain)
 
 
 def build(setup: Setup) -> OneSetSystem:
@@ -295,6 +301,6 @@ def build(setup: Setup) -> OneSetSystem:
         return listed
     rows = Rows.of(setup.host, boxes, setup.device)
     system = OneSetSystem(setup, partial(LatticeRates, rows), rows.shared)
-    system.regular = len(boxes.corners) / len(setup.geometry.cell_volume)
+    system.regular = boxes.share(len(setup.geometry.cell_volume))
     system.segmented = rows.segmented(setup.host, drags=system.form.rate_term is not None)
     return system

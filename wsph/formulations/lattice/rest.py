@@ -7,37 +7,29 @@ beside what the boxes hand to them.
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
-from functools import cache, partial
-from typing import Protocol, cast
-from weakref import WeakKeyDictionary
+from dataclasses import replace
+from functools import cache
+from typing import cast
 
 import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays
-from wsph.backend.domain import WHOLE, Share
-from wsph.backend.space import Array, Space, Struct
+from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State
 from wsph.constitutive.laws import Laws
 from wsph.formulations.lagrangian.corners import corner_reference
 from wsph.formulations.lagrangian.flow import flow_kernel
 from wsph.formulations.lagrangian.form import Form
-from wsph.formulations.lagrangian.held_energy import held_energy_kernel, summed_up
+from wsph.formulations.lagrangian.held_energy import held_energy_kernel
 from wsph.formulations.lagrangian.strain import strain_kernel
 from wsph.formulations.lattice.forces import push_kernel
 from wsph.formulations.one_set_setup import RateSetup
 from wsph.parts.fading import Fading
 from wsph.parts.part import Neighbourhood, Parts
 from wsph.parts.terms import Points, answers_struct, points_struct, with_share
-from wsph.ranks.blocks import own_sum
 from wsph.sph.pairs import Pairs
 from wsph.sph.rows import rows_of
-
-
-class Fields(Protocol):
-    """Of the fields of a state that which the points' answers refer to."""
-
-    deformation: Array
 
 
 class _Kernels:
@@ -55,27 +47,27 @@ _kernels = cache(_Kernels)
 
 
 class Rest:
-    """The points from `first` on; `strain`, `push` and `flow` are launches.
+    """Some `points` (k,) of a body; `strain`, `push` and `flow` are launches.
 
     pushed  # forces on the nodes, (n,) vec, and behind them those of the viscous stress
     """
 
-    def __init__(self, made: RateSetup, first: int, form: Form, stabilisation: float, state: State):
-        host, arrays = made.host, made.arrays.part("rest")
-        self._space, self._clock, self._layout, self.first = host.space, made.setup.clock, made.layout, first
+    def __init__(self, made: RateSetup, points: np.ndarray, form: Form, stabilisation: float):
+        host, arrays, form = made.host, made.arrays.part("rest"), replace(form, beside=True)
+        self._space, self._clock, self._layout, self._which = host.space, made.setup.clock, made.layout, points
         self._law, self._density = host.constitutive.params, host.space.scalar(made.density)
         self._form, self._coefficients = form, made.coefficients(form)
         self.kernels = _kernels(host.space, host.constitutive.laws, made.layout, form)
-        self._tails: WeakKeyDictionary[State, Struct] = WeakKeyDictionary()
-        self._volume, self._position = made.placement.point_volume[first:], made.placement.position
-        self._allocate(made, arrays, stabilisation, state)
+        self._placement, self._domain = made.placement, made.domain
+        self._volume = made.placement.point_volume[points]
+        self._allocate(made, arrays, stabilisation)
         self._acting = self._points
         self._response: object = self._points
 
-    def _allocate(self, made: RateSetup, arrays: Arrays, stabilisation: float, state: State) -> None:
+    def _allocate(self, made: RateSetup, arrays: Arrays, stabilisation: float) -> None:
         """The rows of the points and, one after the other, those of the nodes that see any."""
         space, real, host, m = self._space, self._space.scalar, made.host, len(self._volume)
-        reference = corner_reference(host, self._clock.device, self.first)
+        reference = corner_reference(host, self._clock.device, self._which)
         self._pairs, self._spread = reference.pairs, reference.spread
         self._weight = arrays.of("weight", reference.weight, real)
         self._rows = rows_of(space, self._pairs, self._weight)
@@ -97,12 +89,13 @@ class Rest:
         if reference.slope is not None:
             points.slope = arrays.of("slope", reference.slope, space.vec)
             points.back = arrays.of("back slope", reference.slope[order], space.vec)
+        points.row = arrays.of("row", self._which, wp.int32)
         points.stabilisation = real(stabilisation)
         self._points, answers = points, answers_struct(space)()
         answers.mean = arrays.zeros("mean", m if self._form.stabilised else 1, space.vec)
         answers.corrected = arrays.zeros("corrected", m, space.mat)
         answers.extra = arrays.zeros("extra", m if self._form.damps else 1, space.mat)
-        answers.gradient = cast(Fields, self._tail(state)).deformation
+        answers.gradient = arrays.zeros("gradient", m, space.mat)
         answers.nominal = arrays.zeros("nominal", 1, space.mat)
         self._answers = answers
         for name, pairs in (("pairs", self._pairs), ("back", self._back)):
@@ -110,20 +103,10 @@ class Rest:
             arrays.take(f"{name}.indices", pairs.indices)
         self.pushed: Array = arrays.zeros("pushed", (1 + self._form.damps) * made.placement.count, space.vec)
 
-    def _tail(self, state: State) -> Struct:
-        """The fields of a state, those of the points from the first of these on."""
-        found = self._tails.get(state)
-        if found is None:
-            found = self._tails[state] = state.type()
-            for field in self._layout.fields:
-                whole = getattr(state.struct, field.name)
-                setattr(found, field.name, whole[self.first :] if field.at_points else whole)
-        return found
-
     def strain(self, state: State) -> None:
         """The answers of the points to a state, and its derived fields at them (launches)."""
         inputs = [self._law, self._coefficients, self._density, self._rows, self._points, state.struct]
-        outputs = [self._response, self._tail(state), self._answers]
+        outputs = [self._response, state.struct, self._answers]
         self._clock.launch(self.kernels.strain, len(self._volume), inputs, outputs)
 
     def push(self, state: State) -> None:
@@ -134,16 +117,23 @@ class Rest:
     def flow(self, state: State, out: State, ahead: float) -> None:
         """The rates of the points' stress and internals (a launch)."""
         inputs = [self._clock.time, self._space.scalar(ahead), self._law, self._coefficients, self._rows, self._points]
-        inputs += [self._answers.gradient, self._points.share, self._tail(state), state.struct]
-        self._clock.launch(self.kernels.flow, len(self._volume), inputs, [self._tail(out)])
+        inputs += [self._answers.gradient, self._points.share, state.struct, state.struct]
+        self._clock.launch(self.kernels.flow, len(self._volume), inputs, [out.struct])
 
-    def held_energy(self, state: State) -> float:
-        """Energy of the residual, of a state that is up to date, nondimensional (a launch and a copy)."""
-        inputs = [self._rows, self._acting, self._answers, state.struct]
-        return summed_up(self.kernels.held, inputs, Share.all(len(self._volume)), WHOLE, self._clock.device)
+    def held_energies(self, state: State) -> np.ndarray:
+        """Energies of the residual, of a state that is up to date, of all points of the body, (m,) nondimensional, none of
+        those that are not these (a launch and a copy)."""
+        m, device = len(self._volume), self._clock.device
+        energies: Array = wp.zeros(m, dtype=wp.float64, device=device)
+        inputs = [0, self._rows, self._acting, self._answers, state.struct, 0]
+        wp.launch(self.kernels.held, m, inputs=inputs, outputs=[energies], device=device)
+        every = np.zeros(len(self._placement.point_volume))
+        every[self._which] = energies.numpy()
+        return every
 
-    def fading(self, flow: tuple[int, float], state: State, arrays: Arrays) -> Fading:
-        """What the residual of the points has of its own on the device; `flow` as `wsph.parts.fading.Fading` has it."""
+    def fading(self, flow: tuple[int, float], state: State, arrays: Arrays, into: tuple[Array, Array]) -> Fading:
+        """What the residual of the points has of its own on the device; `flow` and `into`, arrays of all points, as
+        `wsph.parts.fading.Fading` has them."""
         seen = Neighbourhood(
             self._pairs,
             self._weight,
@@ -152,13 +142,12 @@ class Rest:
             self._answers.gradient,
             self._spread,
             self._volume,
-            self._position,
-            Parts.whole(len(self._volume), len(self._position)),
+            self._placement.position,
+            Parts(self._domain, self._placement.point_share, self._placement.share),
             self._back,
             self._back_weight,
         )
-        whole = partial(own_sum, share=Share.all(len(self._volume)), domain=WHOLE)
-        found = Fading(flow, self._space, seen, self._layout, self._tail(state), self._clock, arrays, whole)
+        found = Fading(flow, self._space, seen, self._layout, state.struct, self._clock, arrays, into)
         self._acting = with_share(self._space, self._points, cast(Points, found.response).share, fades=True)
         self._response = found.response
         return found

@@ -47,25 +47,28 @@ class Runs:
     chunks: int
     places: int
 
-    def taking(self, corners: np.ndarray, nodes: int) -> Takes:
-        """Of which blocks of cells those of so many nodes take. Nodes beyond the grid take of none."""
-        low, high = np.full(nodes, len(corners) - 1, np.int32), np.zeros(nodes, np.int32)
-        order = np.arange(len(corners), dtype=np.int32)
+    def taking(self, boxes: Boxes, nodes: int) -> Takes:
+        """Of which blocks of `boxes` those of so many nodes take. Nodes beyond the grid take of none."""
+        corners = boxes.corners
+        order = (np.arange(len(corners)) if boxes.rows is None else boxes.rows).astype(np.int32)
+        low, high = np.full(nodes, order[-1]), np.full(nodes, order[0])
         for k in range(corners.shape[1]):
             at = corners[:, k]
             low[at], high[at] = np.minimum(low[at], order), np.maximum(high[at], order)
         return Takes.of_rows(low, high, self.nodes[:, FIRST], self.cells[:, FIRST])
 
 
-def runs_of(boxes: Boxes, nodes: int, width: int, quantities: int, reserved: int = 0) -> Runs:
-    """The runs of boxes, and of all `nodes` of their body. Places are in numbers of an array of chunks, each `quantities`
-    times as long as it has places; the first `reserved` numbers may be used for something else between two evaluations."""
-    corners, sides, places = boxes.corners, boxes.corners.shape[1], width + 2
+def runs_of(boxes: Boxes, counts: tuple[int, int], width: int, quantities: int, reserved: int = 0) -> Runs:
+    """The runs of boxes, and of all nodes of their body, of which there are, with points, so many `counts`. Places are in
+    numbers of an array of chunks, each `quantities` times as long as it has places; the first `reserved` numbers may be used
+    for something else between two evaluations."""
+    corners, sides, places, nodes = boxes.corners, boxes.corners.shape[1], width + 2, counts[0]
     # Numbers a column at a time, in 32 bits as kernels have them: of a large body a set-up takes little more than the body.
-    low, counts, along = boxes.index.min(0), np.rint(np.ptp(boxes.index, axis=0)).astype(int) + 1, _last(boxes)
+    low, lines, along = boxes.index.min(0), np.rint(np.ptp(boxes.index, axis=0)).astype(int) + 1, _last(boxes)
     line_of = np.zeros(len(along), np.int32)
-    for k, count in enumerate(counts[:-1]):
+    for k, count in enumerate(lines[:-1]):
         line_of = line_of * np.int32(count) + np.rint(boxes.index[:, k] - low[k]).astype(np.int32)
+    along, line_of = (_of_nodes(boxes, nodes, each) for each in (along, line_of))
     # A node at the end of a line belongs to the segment before, where one begins with it.
     ends = np.ones(len(along), bool)
     for k in range(0, sides, 2):
@@ -88,19 +91,19 @@ def runs_of(boxes: Boxes, nodes: int, width: int, quantities: int, reserved: int
     onward = ((cell_along + 1) % width == 0) & np.isin(own + 1, keys)
     copy = np.full(len(corners), -1, np.int32)
     copy[onward] = start[own[onward] + 1]
-    cells = _cell_blocks(corners, place, copy, own, (width, long, written), nodes)
+    cells = _cell_blocks(boxes, place, copy, own, (width, long, written), counts)
     occupied = np.zeros(chunks * long, bool)
     occupied[place], occupied[copy[onward]] = True, True
     near = np.full((nodes, sides), -1, np.int32)
     # Nodes beyond the grid see none of the boxes.
-    joined = np.ones(nodes - 1, bool)
-    joined[: len(along) - 1] = (np.diff(segment) == 0) & (np.diff(line_of) == 0) & (np.diff(along) == 1)
-    joined[len(along) - 1 :] = np.arange(nodes - len(along)) % width > 0
+    joined, off = (np.diff(segment) == 0) & (np.diff(line_of) == 0) & (np.diff(along) == 1), line_of < 0
+    if off.any():
+        joined |= off[1:] & off[:-1] & ((boxes.before + np.arange(1, nodes)) % width > 0)
     for k in range(sides):
         at, column = corners[:, k], near[:, k]
         column[at] = start[first_line + segment[at]] + cell_along - segment[at] * np.int32(width) + np.int32(1)
         # Where a node sees no cell it may see the place of one, of the line that it would be on, if that is empty.
-        none = np.flatnonzero(column[: len(along)] < 0)
+        none = np.flatnonzero((column < 0) & ~off)
         line = line_of[none] - (line_of[corners[0, k]] - line_of[corners[0, 0]])
         key = np.clip(line * segments + segment[none], -1, len(start) - 1)
         there = (start[key] >= 0) & (line >= 0) & (key >= 0)
@@ -131,6 +134,15 @@ def _last(boxes: Boxes) -> np.ndarray:
     """Where nodes are along the last axis of the grid, from the first on, (n,) int32."""
     last = boxes.index[:, -1]
     return np.rint(last - (last.min() if boxes.first is None else boxes.first)).astype(np.int32)
+
+
+def _of_nodes(boxes: Boxes, nodes: int, values: np.ndarray) -> np.ndarray:
+    """Numbers (k,) of the nodes in the grid as those of all nodes, (n,): -1 of the others."""
+    if len(values) == nodes:
+        return values
+    found = np.full(nodes, -1, values.dtype)
+    found[slice(len(values)) if boxes.nodes is None else boxes.nodes] = values
+    return found
 
 
 @dataclass(frozen=True)
@@ -179,15 +191,23 @@ def edge_runs(boxes: Boxes, width: int) -> EdgeRuns:
 
 
 def _cell_blocks(
-    corners: np.ndarray, place: np.ndarray, copy: np.ndarray, own: np.ndarray, sizes: tuple[int, int, int], nodes: int
+    boxes: Boxes,
+    place: np.ndarray,
+    copy: np.ndarray,
+    own: np.ndarray,
+    sizes: tuple[int, int, int],
+    counts: tuple[int, int],
 ) -> np.ndarray:
     """Blocks of cells. `place` (c,) and `copy` (c,) as the columns say, `own` (c,) the chunk of each; `sizes`: nodes of a
-    segment, numbers of a chunk, and chunks that are written whole."""
-    width, long, written = sizes
-    follows = (np.diff(own) == 0) & (np.diff(place) == 1)
+    segment, numbers of a chunk, and chunks that are written whole; `counts` of nodes and points."""
+    (width, long, written), corners = sizes, boxes.corners
+    follows, ahead = (np.diff(own) == 0) & (np.diff(place) == 1), counts[0] - corners.max(1)
+    if boxes.rows is not None:
+        follows &= np.diff(boxes.rows) == 1
+        ahead = np.minimum(ahead, counts[1] - boxes.rows)
     for k in range(corners.shape[1]):
         follows &= np.diff(corners[:, k]) == 1
-    blocks = _blocks(corners, follows, nodes - corners.max(1))
+    blocks = _blocks(corners, follows, ahead)
     first, last = blocks[:, FIRST], blocks[:, FIRST] + blocks[:, OWN] - 1
     blocks[:, PLACE], blocks[:, COPY] = place[first], copy[last]
     # Blocks of a chunk in the order of their places: each keeps zero what is behind it, up to the next; the first what is
@@ -203,6 +223,8 @@ def _cell_blocks(
     targets = copy[copy >= 0] // long
     copied[targets[targets < written]] = 1
     blocks[order, BEFORE] = np.where(opens, low[order] - copied[chunk[order]], 0)
+    if boxes.rows is not None:
+        blocks[:, FIRST] = boxes.rows[first]
     return blocks
 
 

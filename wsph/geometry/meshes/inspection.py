@@ -23,6 +23,9 @@ def doubts(geometry: Geometry) -> Iterator[str]:
     node in common, and that a small one makes the steps short."""
     if not isinstance(geometry, Meshed):
         return
+    if geometry.of is not None:
+        yield from geometry.of.doubts
+        return
     rows, nodes = geometry.rows, geometry.nodes
     first = np.repeat(rows.indices[rows.offsets[:-1]], np.diff(rows.offsets))
     sizes = np.bincount(connected(first, rows.indices, len(nodes)))

@@ -8,16 +8,18 @@ the cells' gradients keeps the linear patch test, and what gathers over edges ne
 
 # pyright: strict
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 
 from wsph.geometry.cells import Boxes, edge_lengths
 from wsph.geometry.faces import Faces
-from wsph.geometry.geometry import Geometry
 from wsph.geometry.gradients import PointRows, corner_volumes, face_shares, mean_gradients, node_shares
+from wsph.geometry.meshes.layered import Layered, Whole
+from wsph.geometry.meshes.layers import Layers, inverse, longest_axis, numbered
 from wsph.geometry.meshes.mesh import Mesh
+from wsph.ranks.slabs import Slab
 from wsph.units import rounded
 
 FOLDED = 0.05
@@ -27,15 +29,22 @@ PARALLEL = 1e-9
 """A face lies across an axis if its normal is this near to it."""
 
 
+_Cells = tuple[np.ndarray, ...]
+"""Of every block of cells rows (c, m)."""
+
+
 @dataclass(frozen=True)
-class Meshed(Geometry):
+class Meshed(Layered):
     """A body cut into the cells of a `mesh`; `places_of_points` (c, dim) [m]; `frame` (dim, dim), columns, the
-    body's own axes; `seen` the points' rows."""
+    body's own axes; `seen` the points' rows; `points_in` of every block the points of its cells, (c, m), and `first_in` the
+    first of each, (c,), which may be no point of a part: only of cells of its own it has all."""
 
     mesh: Mesh
     places_of_points: np.ndarray
     frame: np.ndarray
     seen: PointRows
+    points_in: _Cells
+    first_in: _Cells
 
     @property
     def cells(self) -> np.ndarray:
@@ -55,37 +64,90 @@ class Meshed(Geometry):
         return self.seen
 
     @property
+    def own_faces(self) -> np.ndarray:
+        return self.split.points.owns(np.concatenate(self.first_in)[self.faces.cell])
+
+    @property
+    def own_cells(self) -> tuple[np.ndarray, ...]:
+        return tuple(self.split.points.owns(first) for first in self.first_in)
+
+    @property
     def blocks(self) -> tuple[np.ndarray, ...]:
         return self.mesh.blocks
 
     @property
     def points_of_cells(self) -> tuple[np.ndarray, ...]:
-        n, dim = self.nodes.shape
-        found: list[np.ndarray] = []
-        first = 0
-        for corners in self.mesh.blocks:
-            own = np.arange(len(corners))[:, None] if corners.shape[1] != dim + 1 else _edge_points(n, corners)[1]
-            found.append(own + first)
-            first += int(own.max()) + 1
-        return tuple(found)
+        return self.points_in
+
+    def needed(self, slab: Slab) -> tuple[int, int]:
+        """Of its own cells all points are there, and rows of a grid are some, where the whole body has any."""
+        low, high = slab.layers
+        ends = np.cumsum(self.layers.points)
+        for points, first in zip(self.points_in, self.first_in, strict=True):
+            own = (first >= slab.cells.low) & (first < slab.cells.high)
+            if own.any():
+                last = int(points[own].max())
+                high = max(high, 1 + int(np.searchsorted(ends, last, side="right")))
+        if self.boxes is not None and self.boxes.rows is not None:
+            layer: np.ndarray = np.searchsorted(ends, self.boxes.rows, side="right")
+            nearest = int(layer[np.maximum(low - layer, layer + 1 - high).argmin()])
+            low, high = min(low, nearest), max(high, nearest + 1)
+        return low, high
+
+    def cut(self, slab: Slab, of: Whole) -> "Meshed":
+        nodes, points, boxes = slab.nodes.window, slab.cells.window, self.boxes
+        if boxes is not None:
+            boxes = boxes.within(nodes, points, len(self.cell_volume))
+        mesh, cells, sides = self.mesh.within(nodes, boxes)
+        parts = list(zip(self.points_in, self.first_in, cells, strict=True))
+        faces = self.faces
+        faces = Faces(
+            faces.nodes[sides] - nodes.start,
+            mesh.side_cell,
+            faces.axis[sides],
+            faces.sign[sides],
+            faces.share[sides],
+            faces.vector[sides],
+            faces.name[sides],
+            faces.outer[sides],
+            faces.last[sides],
+            mesh.named,
+        )
+        return replace(
+            self,
+            nodes=self.nodes[nodes],
+            node_volume=self.node_volume[nodes],
+            cell_volume=self.cell_volume[points],
+            faces=faces,
+            mesh=mesh,
+            places_of_points=self.places_of_points[points],
+            seen=self.seen.between(points, nodes.start),
+            points_in=tuple(np.clip(each[held] - points.start, 0, slab.cells.held - 1) for each, _, held in parts),
+            first_in=tuple(first[held] - points.start for _, first, held in parts),
+            of=of,
+        )
 
 
 @dataclass(frozen=True)
 class _Points:
-    """Points of some cells: places, volumes, and the nodes that each sees with their vectors, rows of different lengths."""
+    """Points of some cells: places, volumes, the nodes that each sees with their vectors, rows of different lengths, and
+    which of the points are each cell's, (cells, m)."""
 
     place: np.ndarray
     volume: np.ndarray
     rows: PointRows
+    of_cells: np.ndarray
 
 
 def meshed(mesh: Mesh, axes: np.ndarray | None = None) -> Meshed:
-    """The geometry of a mesh; `axes` (dim, dim), columns: the body's own, by which faces have names. Raises ValueError for
-    cells without a positive volume and for nodes that no cell has."""
+    """The geometry of a mesh, whose nodes and cells are numbered layer by layer: along the first of `axes` (dim, dim),
+    columns, the body's own, by which faces have names, or without these along its longest side. Raises ValueError for cells
+    without a positive volume and for nodes that no cell has."""
+    axis = longest_axis(mesh.nodes) if axes is None else axes[:, 0]
+    mesh, layer, height, start = numbered(mesh, axis)
     nodes, dim = mesh.nodes, mesh.nodes.shape[1]
     node_volume = np.zeros(len(nodes))
     points: list[_Points] = []
-    middles: list[np.ndarray] = []
     longest = 0.0
     for corners in mesh.blocks:
         slope, volume = mean_gradients(nodes, corners)
@@ -95,18 +157,18 @@ def meshed(mesh: Mesh, axes: np.ndarray | None = None) -> Meshed:
         points.append(
             _on_edges(nodes, corners, slope, volume) if simplices else _in_cells(nodes, corners, slope, volume)
         )
-        middles.append(nodes[corners].mean(1))
         longest = max(longest, edge_lengths(nodes, corners))
     if not (node_volume > 0.0).all():
         alone = np.flatnonzero(~(node_volume > 0.0))
         raise ValueError(f"{len(alone)} nodes, the first at {rounded(nodes[alone[0]])} m, are corners of no cell")
-    rows = _joined([each.rows for each in points])
-    volume = np.concatenate([each.volume for each in points])
-    frame = np.eye(dim) if axes is None else axes
+    place, volume, rows, points_in = _in_layers(points, layer)
+    mesh, points_in = _by_points(mesh, points_in)
     shortest = float(point_edges(rows, volume).min())
-    faces = _faces(mesh, np.concatenate(middles), frame, float(volume.mean()) ** (1.0 / dim))
-    places = np.concatenate([each.place for each in points])
-    return Meshed(nodes, node_volume, volume, faces, (shortest, longest), mesh, places, frame, rows)
+    frame = np.eye(dim) if axes is None else axes
+    faces = _faces(mesh, frame, float(volume.mean()) ** (1.0 / dim))
+    layers = Layers(axis, start, height, *_counts(layer, rows))
+    edges, first = (shortest, longest), tuple(points.min(1) for points in points_in)
+    return Meshed(nodes, node_volume, volume, faces, edges, mesh, place, frame, rows, points_in, first, layers=layers)
 
 
 def _refuse_inverted(nodes: np.ndarray, corners: np.ndarray, volume: np.ndarray) -> None:
@@ -138,7 +200,8 @@ def _middle(nodes: np.ndarray, corners: np.ndarray) -> str:
 def _in_cells(nodes: np.ndarray, corners: np.ndarray, slope: np.ndarray, volume: np.ndarray) -> _Points:
     order = np.argsort(corners, axis=1)
     slope = np.take_along_axis(slope, order[..., None], 1)
-    return _Points(nodes[corners].mean(1), volume, PointRows.of_corners(np.take_along_axis(corners, order, 1), slope))
+    rows = PointRows.of_corners(np.take_along_axis(corners, order, 1), slope)
+    return _Points(nodes[corners].mean(1), volume, rows, np.arange(len(corners))[:, None])
 
 
 def _edge_points(n: int, corners: np.ndarray) -> tuple[int, np.ndarray]:
@@ -165,7 +228,43 @@ def _on_edges(nodes: np.ndarray, corners: np.ndarray, slope: np.ndarray, volume:
     whole = np.stack([np.bincount(where.ravel(), column) for column in each.T], 1)
     offsets = np.concatenate([[0], np.cumsum(np.bincount(pairs // n, minlength=count))])
     held = np.zeros(count, bool)
-    return _Points(np.stack(place, 1), total, PointRows(offsets, (pairs % n).astype(np.int64), whole, held))
+    rows = PointRows(offsets, (pairs % n).astype(np.int64), whole, held)
+    return _Points(np.stack(place, 1), total, rows, point)
+
+
+def _in_layers(points: list[_Points], layer: np.ndarray) -> tuple[np.ndarray, np.ndarray, PointRows, _Cells]:
+    """Places (c, dim), volumes (c,) and rows of all points, one layer after the other, those of one in the order that they
+    have, and of every block the points of its cells (c, m). `layer` (n,) of the nodes."""
+    rows = _joined([each.rows for each in points])
+    starts = np.cumsum([0, *(len(each.volume) for each in points)])[:-1].tolist()
+    order = np.argsort(_layer_of_points(layer, rows), kind="stable")
+    place, volume = (np.concatenate([getattr(each, of) for each in points]) for of in ("place", "volume"))
+    number = inverse(order)
+    of_cells = tuple(number[start + each.of_cells] for start, each in zip(starts, points, strict=True))
+    return place[order], volume[order], rows.taken(order), of_cells
+
+
+def _layer_of_points(layer: np.ndarray, rows: PointRows) -> np.ndarray:
+    """The layers of points (c,), of those of nodes (n,): that of the first node that each sees."""
+    return layer[rows.indices[rows.offsets[:-1]]]
+
+
+def _counts(layer: np.ndarray, rows: PointRows) -> tuple[np.ndarray, np.ndarray]:
+    """How many nodes (l + 1,) and points (l,) every layer has, of the layers of the nodes (n,)."""
+    count = int(layer[-1]) + 1
+    points = np.bincount(_layer_of_points(layer, rows), minlength=count)
+    # Points see nodes of their own layer at least, and of one layer alone where there is no other.
+    return np.bincount(layer, minlength=count + 1), points
+
+
+def _by_points(mesh: Mesh, points_in: _Cells) -> tuple[Mesh, _Cells]:
+    """A mesh with the cells of every block in the order of the first of their points (c, m), and these."""
+    orders = [np.argsort(points.min(1), kind="stable") for points in points_in]
+    starts = np.cumsum([0, *map(len, orders)])[:-1].tolist()
+    number = np.concatenate([start + inverse(order) for start, order in zip(starts, orders, strict=True)])
+    blocks = tuple(corners[order] for corners, order in zip(mesh.blocks, orders, strict=True))
+    made = replace(mesh, blocks=blocks, side_cell=number[mesh.side_cell])
+    return made, tuple(points[order] for points, order in zip(points_in, orders, strict=True))
 
 
 def _joined(rows: list[PointRows]) -> PointRows:
@@ -195,12 +294,13 @@ def point_edges(rows: PointRows, volume: np.ndarray) -> np.ndarray:
     return 2.0 / np.sqrt(many * largest)
 
 
-def _faces(mesh: Mesh, middles: np.ndarray, frame: np.ndarray, near: float) -> Faces:
+def _faces(mesh: Mesh, frame: np.ndarray, near: float) -> Faces:
     """The sides of a mesh. One that lies within `near` [m] of where the body ends along the axis that its normal is nearest
     to is an outer one, and has the name of that."""
     nodes, dim = mesh.sides, mesh.nodes.shape[1]
     if dim == 3 and nodes.shape[1] == 3:
         nodes = np.concatenate([nodes, nodes[:, 2:]], 1)
+    middles = np.concatenate([mesh.nodes[corners].mean(1) for corners in mesh.blocks])
     share, vector = face_shares(mesh.nodes[nodes], middles[mesh.side_cell])
     whole: np.ndarray = vector.sum(1)
     along: np.ndarray = whole / np.linalg.norm(whole, axis=1, keepdims=True) @ frame

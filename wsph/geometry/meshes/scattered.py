@@ -2,14 +2,16 @@
 
 # pyright: strict
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from wsph.geometry.faces import Faces
-from wsph.geometry.geometry import Geometry
 from wsph.geometry.gradients import PointRows
+from wsph.geometry.meshes.layered import Layered, Whole
+from wsph.geometry.meshes.layers import Layers, layer_of, longest_axis
+from wsph.ranks.slabs import Slab
 
 AXES = "xyz"
 
@@ -17,9 +19,23 @@ NEAR = 1.0
 """Distance [spacings] to a particle within which a point lies in the body."""
 
 
+EXACT = 2.0**-36
+"""Places in units of cells are whole multiples of this, so that distances have no rounding, from wherever they are taken."""
+
+
 @dataclass(frozen=True)
-class Scattered(Geometry):
+class Scattered(Layered):
     """Particles that are their own points; the spacing is the edge of a cube of their mean volume [m]."""
+
+    @property
+    def centred(self) -> tuple[np.ndarray, np.ndarray]:
+        places = np.rint(super().centred[0] / EXACT) * EXACT
+        return places, places
+
+    def cut(self, slab: Slab, of: Whole) -> "Scattered":
+        rows = slab.nodes.window
+        volume = self.cell_volume[rows]
+        return replace(self, nodes=self.nodes[rows], node_volume=volume, cell_volume=volume, of=of)
 
     @property
     def cells(self) -> np.ndarray:
@@ -38,7 +54,8 @@ class Scattered(Geometry):
 
 
 def scattered(position: np.ndarray, volume: np.ndarray) -> Scattered:
-    """A body of particles at `position` (n, dim) [m] with `volume` (n,) [m^dim]. Raises ValueError for volumes that are not
+    """A body of particles at `position` (n, dim) [m] with `volume` (n,) [m^dim], numbered layer by layer along its longest
+    side, those of a layer in the order that they have. Raises ValueError for volumes that are not
     above zero, numbers that are not finite and particles in one place."""
     if not (np.isfinite(position).all() and np.isfinite(volume).all()):
         raise ValueError("a position or a volume is not finite")
@@ -49,11 +66,16 @@ def scattered(position: np.ndarray, volume: np.ndarray) -> Scattered:
         raise ValueError("two particles are in one place")
     dim = position.shape[1]
     size = float(volume.mean()) ** (1.0 / dim)
+    axis = longest_axis(position)
+    layer, start = layer_of(position @ axis, size)
+    order = np.argsort(layer, kind="stable")
+    position, volume, many = position[order], volume[order], np.bincount(layer)
+    layers = Layers(axis, start, size, np.append(many, 0), many)
     none, flags = np.zeros(0, int), np.zeros(0, bool)
     faces = Faces(
         np.zeros((0, 1), int), none, none, none, np.zeros((0, 1)), np.zeros((0, 1, dim)), none, flags, flags, {}
     )
-    return Scattered(position, volume, volume, faces, (size, size))
+    return Scattered(position, volume, volume, faces, (size, size), layers=layers)
 
 
 def read_points(path: Path, dim: int, scale: float) -> tuple[np.ndarray, np.ndarray]:

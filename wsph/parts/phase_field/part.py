@@ -26,6 +26,7 @@ class PhaseField(Part):
     key: ClassVar[str] = "phase_field"
     formal: ClassVar[int] = 1
     breaks: ClassVar[bool] = True
+    alike: ClassVar[bool] = True
     offers: ClassVar[tuple[str, ...]] = ("damage",)
     fracture_energy: Annotated[float, Unit("J/m2", gt=0)]
     length: Annotated[float, Unit("m", gt=0)]

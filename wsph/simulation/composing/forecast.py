@@ -65,7 +65,7 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
     longest = per_particle * float(worked.max()) + messages + 2.0 * evaluations * sent / rate
     efficiency = per_particle * composition.particles / (count * longest)
     return [
-        ("processes", f"{count}, slabs across the first axis of the grid"),
+        ("processes", f"{count}, slabs across one axis of each body"),
         ("  particles", f"{own.min()} to {own.max()} of its own each"),
         *(("  whole", f"body {run.body.name!r}: every process has its {run.system.count} particles") for run in whole),
         *(

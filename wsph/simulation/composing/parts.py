@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from wsph.backend.domain import Share
 from wsph.formulations.system import System
 from wsph.geometry.grid import layers_of, plan
+from wsph.geometry.meshes.layered import Layered
 from wsph.ranks.slabs import TooFew, slabs
 from wsph.scene.geometries import reach_of
 from wsph.scene.scene import Scene
@@ -16,19 +17,24 @@ from wsph.simulation.composing.setting import Method
 
 def shares_of(scene: Scene, run: BodyRun, method: Method, count: int) -> list[Share] | None:
     """What so many processes have of the particles of a body; None where each has all. Raises TooFew for one by itself."""
-    body = run.body
-    assert body.shape is not None
-    assert body.spacing is not None
-    grid = plan(body.shape, body.spacing, body.lattice_rotate)
-    layers = layers_of(body.shape, grid, 0, int(grid.count[0]) + 1)
+    body, geometry = run.body, run.system.geometry
     reach, joined = reach_of(scene, body, method.formulation)
+    if isinstance(geometry, Layered):
+        nodes, cells = geometry.layers.nodes, geometry.layers.points
+    else:
+        assert body.shape is not None
+        assert body.spacing is not None
+        grid = plan(body.shape, body.spacing, body.lattice_rotate)
+        layers = layers_of(body.shape, grid, 0, int(grid.count[0]) + 1)
+        nodes, cells = layers[:, 0], layers[:-1, 1]
     try:
-        found = slabs(layers[:, 0], layers[:-1, 1], count, reach, joined=joined, who=f"body {body.name!r}")
+        found = slabs(nodes, cells, count, reach, joined=joined, who=f"body {body.name!r}")
     except TooFew:
         if len(scene.bodies) == 1:
             raise
         return None
-    return [each.cells if joined and run.system.count == layers[:-1, 1].sum() else each.nodes for each in found]
+    at_cells = joined and not isinstance(geometry, Layered) and run.system.count == cells.sum()
+    return [each.cells if at_cells else each.nodes for each in found]
 
 
 @dataclass(frozen=True)

@@ -65,8 +65,9 @@ def _of_body(scene: Scene, number: int, method: Method) -> Iterator[tuple[str, s
 
 
 def _of_table(scene: Scene, body: Body, method: Method) -> Iterator[tuple[str, str]]:
-    """What of a body: its lattice is cut into slabs, and nothing else."""
-    if body.shape is None:
-        yield ("mesh" if body.mesh is not None else "points"), "a body from a file"
-    elif is_fitted(scene, body, method.formulation):
-        yield "surface", 'a fitted surface (surface = "stairs" can be shared)'
+    """What of a body: parts that want cells that are alike."""
+    for key in (key for key, part in body.parts.items() if part.acts and part.alike):
+        if body.mesh is not None:
+            yield key, f"{key} in the cells of a mesh"
+        elif body.shape is not None and is_fitted(scene, body, method.formulation):
+            yield key, f'{key} in the cells of a fitted surface (surface = "stairs" can be shared)'

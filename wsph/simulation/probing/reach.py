@@ -10,7 +10,7 @@ import numpy as np
 from wsph.backend.domain import Domain, any_of
 from wsph.errors import Fault, SceneError
 from wsph.geometry.geometry import Geometry
-from wsph.geometry.lattice import Lattice, on_grid
+from wsph.geometry.lattice import Lattice
 from wsph.geometry.selection import select
 from wsph.scene.probes import Probe
 from wsph.scene.scene import Scene
@@ -26,15 +26,15 @@ LEAST = 32
 
 def _layers(probe: Probe, body: Geometry) -> tuple[int, int] | None:
     """The first and the last layer of cells that a probe reads in; None where it selects nothing."""
-    lattice, domain = on_grid(body), body.split.domain
-    places = own_places(body)
-    if probe.points is not None and lattice.mapped:
-        along = _nearest(np.array(probe.points, float), places, _along(lattice), domain)
-    elif probe.points is not None:
-        along = lattice.frame.coordinates(np.array(probe.points, float))[:, 0]
-    else:
+    domain, places = body.split.domain, own_places(body)
+    bent = body if isinstance(body, Lattice) and body.mapped else None
+    if probe.points is None:
         chosen = select(probe.where or "", places, body.spacing)
-        along = _along(lattice)[chosen] if lattice.mapped else lattice.frame.coordinates(places[chosen])[:, 0]
+        along = body.across(places[chosen]) if bent is None else _along(bent)[chosen]
+    elif bent is not None:
+        along = _nearest(np.array(probe.points, float), places, _along(bent), domain)
+    else:
+        along = body.across(np.array(probe.points, float))
     low, high = along.min(initial=np.inf), along.max(initial=-np.inf)
     low, high = float(domain.min(np.array(low))), float(domain.max(np.array(high)))
     return (int(np.floor(low)), int(np.floor(high))) if low <= high else None
@@ -58,9 +58,7 @@ def _nearest(points: np.ndarray, places: np.ndarray, along: np.ndarray, domain: 
 
 def _owner(layers: tuple[int, int], body: Geometry) -> int:
     """The process that owns the layer in the middle of some."""
-    lattice = on_grid(body)
-    share = body.split.nodes
-    node, middle = np.rint(lattice.index[share.own, 0]), sum(layers) // 2
+    node, middle = body.node_layer[body.split.nodes.own], sum(layers) // 2
     nearest = np.abs(node - middle).min(initial=np.inf)
     return int(body.split.domain.joined(np.array([nearest])).argmin())
 
@@ -81,14 +79,14 @@ def _reaching(scene: Scene, bare: BareBody, read: Sequence[bool]) -> BareBody:
     if domain.size == 1:
         return bare
     wanted = [bare.geometry.split.layers]
-    most = max(int(on_grid(bare.geometry).frame.count[0]) // 2, LEAST)
+    most = max(bare.geometry.layer_count // 2, LEAST)
     for k, probe in enumerate(scene.probes):
         layers = _layers(probe, bare.geometry) if read[k] else None
         if layers is None:
             continue
         if layers[1] - layers[0] > most:
             text = (
-                f"reads {layers[1] - layers[0] + 1} layers of cells across the first axis, which one process has to hold: read at"
+                f"reads {layers[1] - layers[0] + 1} layers of cells across the axis that it is cut along, which one process has to hold: read at"
                 " most half of the body, or start the run without mpiexec"
             )
             raise SceneError("scene", [Fault(0, f"probes.{k}", text)])

@@ -271,10 +271,11 @@ def _of_whole(run: BodyRun, values: np.ndarray) -> np.ndarray:
 
 def _blocks(run: BodyRun) -> Sequence[np.ndarray]:
     """The cells of a body, as `wsph.formulations.reading.Reading.cells` has them, of all of it in the first process."""
-    split = run.system.geometry.split
-    if split.domain.size == 1:
+    geometry, split = run.system.geometry, run.system.geometry.split
+    if split.domain.size == 1 or not run.reading.cells:
         return run.reading.cells
-    return [split.domain.gathered(corners[split.points.own] + split.nodes.first) for corners in run.reading.cells]
+    own = zip(geometry.blocks, geometry.own_cells, strict=True)
+    return [split.domain.gathered(corners[mine] + split.nodes.first) for corners, mine in own]
 
 
 def _cell_fields(run: BodyRun, number: int, names: Sequence[str], formulas: Formulas) -> dict[str, np.ndarray]:
@@ -284,11 +285,18 @@ def _cell_fields(run: BodyRun, number: int, names: Sequence[str], formulas: Form
     position = np.concatenate(places)
     found = _shown(run, names, reading.of_cells, position, formulas)
     found = {**found, "body": np.full(len(position), number)}
-    split = run.system.geometry.split
+    geometry, split = run.system.geometry, run.system.geometry.split
     if split.domain.size == 1:
         return found
-    share = split.points if reading.cells else run.system.share
-    return {name: split.domain.gathered(values[share.own]) for name, values in found.items()}
+    if not reading.cells:
+        return {name: split.domain.gathered(values[run.system.share.own]) for name, values in found.items()}
+    own, ends = geometry.own_cells, np.cumsum([len(corners) for corners in reading.cells])[:-1]
+    blocks = {name: zip(np.split(values, ends), own, strict=True) for name, values in found.items()}
+    # Block after block, as one process has them.
+    return {
+        name: np.concatenate([split.domain.gathered(values[mine]) for values, mine in each])
+        for name, each in blocks.items()
+    }
 
 
 def _shown(
