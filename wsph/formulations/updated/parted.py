@@ -10,13 +10,16 @@ import numpy as np
 from wsph.backend.arrays import host
 from wsph.backend.space import Array
 from wsph.backend.state import State
+from wsph.boundary.programs.motions import Motions
 from wsph.formulations.one_set import OneSetSystem
 from wsph.formulations.one_set_rates import Rates
 from wsph.formulations.one_set_setup import RateSetup
+from wsph.formulations.one_set_works import pieces_of
 from wsph.formulations.setup import Setup
 from wsph.formulations.system import Sight
 from wsph.formulations.updated.near import marked, seen_by
 from wsph.formulations.updated.rates import UpdatedRates
+from wsph.ranks.kept import Piece, Rows
 
 
 class PartedSystem(OneSetSystem):
@@ -54,3 +57,16 @@ class PartedSystem(OneSetSystem):
         stress = seen_by(marked(self.count, own), sights) | marked(self.count, right)
         spared = sum(4 * int(np.diff(host(pairs.offsets))[~stress].sum()) for pairs, _ in sights)
         return Sight(int(stress.sum()), int(seen_by(stress, sights).sum()), spared)
+
+    @property
+    def wall_motions(self) -> Motions:
+        """Of its driven walls."""
+        raise NotImplementedError
+
+    def pieces(self) -> dict[str, list[Piece]]:
+        blocks = Rows.of_blocks(self.share)
+        own = {"rates.skin.found": Rows.of(self.share), "walls.work._work": blocks, "walls.work._power": blocks}
+        moves = self.wall_motions.kept().items()
+        own |= {f"walls.motions.moves.{name}": Rows.alike(len(each), self.domain) for name, each in moves}
+        here = self.arrays.kept, self.state, self._prescribed, self.placement, self.domain
+        return pieces_of(*here, self.attached, own)

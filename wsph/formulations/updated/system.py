@@ -8,9 +8,9 @@ from wsph.boundary.conditions import Conditions
 from wsph.boundary.loads.reactions import Terms
 from wsph.boundary.natural import wall_conditions
 from wsph.boundary.programs.motion import Motion
+from wsph.boundary.programs.motions import Motions
 from wsph.errors import Refused
 from wsph.formulations.one_set import OneSetSystem
-from wsph.formulations.one_set_works import pieces_of
 from wsph.formulations.setup import Setup
 from wsph.formulations.updated.loads import spread_loads
 from wsph.formulations.updated.parted import PartedSystem
@@ -20,7 +20,6 @@ from wsph.formulations.updated.walls import PLACE, SPEED, wall_fields, wall_valu
 from wsph.geometry.lattice import Lattice
 from wsph.parts.part import Host
 from wsph.protocols import Entry
-from wsph.ranks.kept import Piece, Rows
 
 
 class UpdatedSystem(PartedSystem):
@@ -31,9 +30,8 @@ class UpdatedSystem(PartedSystem):
     def __init__(self, setup: Setup):
         super().__init__(setup, UpdatedRates)
         self._refuse_accelerated(setup)
-        driven = [wall for wall in self.walls if wall.driven]
+        walls, driven = list(self.walls), [wall for wall in self.walls if wall.driven]
         self._driven = wall_values(self.space, driven, self.state, self.position, self.scales, self.device)
-        walls = list(self.walls)
         self._wall_work = WallForces(self.share, walls, self.rates, self.space, self.device, self.domain)
         self.arrays.part("walls").adopt(self._driven)
         self.arrays.part("walls.motions").adopt(self._driven.motions, self._driven.motions.kept())
@@ -66,13 +64,9 @@ class UpdatedSystem(PartedSystem):
         leading = sum(field.leads for field in layout.fields)
         return Layout((*layout.fields[:leading], speed, *layout.fields[leading:], place))
 
-    def pieces(self) -> dict[str, list[Piece]]:
-        blocks = Rows.of_blocks(self.share)
-        own = {"rates.skin.found": Rows.of(self.share), "walls.work._work": blocks, "walls.work._power": blocks}
-        moves = self._driven.motions.kept().items()
-        own |= {f"walls.motions.moves.{name}": Rows.alike(len(each), self.domain) for name, each in moves}
-        here = self.arrays.kept, self.state, self._prescribed, self.placement, self.domain
-        return pieces_of(*here, self.attached, own)
+    @property
+    def wall_motions(self) -> Motions:
+        return self._driven.motions
 
     def _set(self, state: State, c: float | tuple[float, float], *, counted: bool) -> None:
         super()._set(state, c, counted=counted)

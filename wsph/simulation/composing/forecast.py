@@ -12,25 +12,17 @@ The latency alpha of a message is assumed: that of shared memory or of a fast ne
 
 # pyright: strict
 
-import time
-
 import numpy as np
-import warp as wp
 
 from wsph.scene.scene import Scene
 from wsph.simulation.composing.composition import Composition
+from wsph.simulation.composing.pace import copied, measured
 from wsph.simulation.composing.parts import part_of, shares_of
 from wsph.simulation.composing.setting import method_of
 from wsph.simulation.composing.shared import refuse_shared, refuse_whole, uncut
 
 ALPHA = 4e-6
 """Time of a message [s]: 3 to 4 us were measured in shared memory (Open MPI 5), 2 us are told of InfiniBand."""
-
-MEASURED_SECONDS = 0.5
-"""Time that is spent on measuring a step [s]."""
-
-COPIED = 2**22
-"""Bytes that are copied to measure the rate of memory."""
 
 
 def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[str, str]]:
@@ -53,7 +45,7 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
     held, worked = own + copies + more, worked + more
     memory = float(nbytes.max()) + sum(run.system.nbytes for run in whole)
     sent = int(copies.max()) * scene.dim * np.dtype(composition.space.numpy).itemsize
-    per_particle, rate = _measured(composition), _copied()
+    per_particle, rate = measured(composition), copied()
     evaluations = max(run.work for run in composition.bodies)
     touching = {name for coupling in (joint.couplings if joint is not None else ()) for name in coupling.bodies()}
     placed = [
@@ -92,26 +84,3 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
             f" here, and {1e6 * ALPHA:g} us a message, assumed",
         ),
     ]
-
-
-def _measured(composition: Composition) -> float:
-    """The time of a step of one thread for a particle [s]."""
-    composition.compile()
-    program, best, end = composition.program, np.inf, time.perf_counter() + MEASURED_SECONDS
-    program.run(2)
-    while time.perf_counter() < end:
-        began = time.thread_time()
-        program.run(4)
-        wp.synchronize_device(composition.device)
-        best = min(best, (time.thread_time() - began) / 4.0)
-    return best / composition.particles
-
-
-def _copied() -> float:
-    """The rate at which memory is copied [bytes/s]."""
-    here, there, best = np.ones(COPIED // 8), np.zeros(COPIED // 8), np.inf
-    for _ in range(5):
-        began = time.perf_counter()
-        np.copyto(there, here)
-        best = min(best, time.perf_counter() - began)
-    return COPIED / best
