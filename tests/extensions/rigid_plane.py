@@ -19,7 +19,7 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.clock import Clock
-from wsph.backend.domain import WHOLE
+from wsph.backend.domain import WHOLE, Share
 from wsph.backend.kernels import kernel
 from wsph.backend.reduce import total
 from wsph.backend.space import Space
@@ -80,7 +80,7 @@ class RigidPlane:
                     f"body {run.body.name!r}: a rigid plane changes velocities between steps: use an integrator of one set that"
                     " goes on from them, such as leapfrog"
                 )
-        self._sides = [ContactBody(run, np.array(point), space, scales, clock, WHOLE) for run in bodies]
+        self._sides = [ContactBody(run, np.array(point), space, scales, clock) for run in bodies]
         self._stiffness = {
             side.name: stiffness * _modulus(side) * side.spacing ** (space.dim - 2) for side in self._sides
         }
@@ -127,6 +127,10 @@ class RigidPlane:
         sides = zip(self._sides, self._stored, strict=True)
         kept = [(side.name, {**side.kept(), "stored": stored}) for side, stored in sides]
         return {f"rigid_plane.{name}.{key}": each for name, arrays in kept for key, each in arrays.items()}
+
+    def shares(self) -> dict[str, Share]:
+        """Its bodies are whole."""
+        return {}
 
     def restored(self) -> None:
         """Nothing follows from the works."""

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import wsph
-from tests.ranks.shared_cases import CRACKING, MISES, PERIODIC, VISCOUS, begin, scene
+from tests.ranks.shared_cases import CRACKING, MISES, PERIODIC, SWAYING, UPDATED, VISCOUS, begin, scene
 from wsph.validation import meshes
 
 NAMES = ("quads.vtu", "triangles.vtu", "mixed.vtu", "hexahedra.vtu", "tetrahedra.vtu", "flat.csv", "solid.csv")
@@ -41,11 +41,11 @@ def of_mesh(name: str, dim: int = 2, **changes: object) -> wsph.Scene:
     return scene(dim, body=of | changes.pop("body", {}), **changes)  # type: ignore[operator]
 
 
-def of_points(name: str, dim: int = 2, **changes: object) -> wsph.Scene:
+def of_points(name: str, dim: int = 2, form: str = "total-lagrangian", **changes: object) -> wsph.Scene:
     """A body of points that is held at one end and pulled inside, where points have no faces."""
     of = {"shape": {"type": "points", "file": str(Path(name).absolute())}, "spacing": None}
     of |= {"body_force": [{"where": "x > 15", "y": "1e-5*min(t, 1)"}]}
-    made = scene(dim, form="total-lagrangian", body=of | changes.pop("body", {}), **changes)  # type: ignore[operator]
+    made = scene(dim, form=form, body=of | changes.pop("body", {}), **changes)  # type: ignore[operator]
     root = {"name": "root", "body": "b", "where": "x < 0.6", "fixed": list("xyz"[:dim])}
     return made.with_(boundary=[root])
 
@@ -116,6 +116,7 @@ CASES = {
     "fitted, breaking": lambda: scene(body=PLATE | TEARING),
     "breaking": lambda: of_mesh("quads.vtu", law="jaumann", body=TEARING),
     "tied": lambda: of_mesh("quads.vtu", more=[BESIDE], contact=[{"between": ["b", "c"], "law": "tie"}], tools=[DIE]),
+    "moving points": lambda: of_points("flat.csv", form=UPDATED, body=SWAYING | VISCOUS),
     "points, rates": lambda: of_points("solid.csv", 3, law="jaumann", run={"precision": "f32", "support": 2.0}),
 }
 """Of every kind of cells and of form, law and dimension some, with what crosses the cuts."""

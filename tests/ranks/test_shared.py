@@ -38,6 +38,7 @@ SHAPES = [
     ("hexahedra", "tetrahedra", "tied", "fitted, threads"),
     ("fitted, breaking", "breaking", "breaking, resumed"),
     ("points, rates", "points of links", "points, resumed"),
+    ("moving points", "moving points, resumed"),
 ]
 """The same of bodies that no grid has cut."""
 

@@ -73,7 +73,8 @@ def _geometry(scene: Scene, number: int, formulation: Formulation, domain: Domai
     if domain.size == 1:
         return make()
     reach, joined = reach_of(scene, body, formulation)
-    return shared(make, domain, reach, joined=joined, who=f"body {body.name!r}", doubts=doubts)
+    entire, who = formulation.traits.pairs_follow, f"body {body.name!r}"
+    return shared(make, domain, reach, joined=joined, who=who, doubts=doubts, entire=entire)
 
 
 def _fitted(shape: Shape, spacing: float | tuple[float, ...], seed: int, key: str) -> Meshed:

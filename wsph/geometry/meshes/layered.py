@@ -118,25 +118,29 @@ def shared(
     joined: bool,
     who: str,
     doubts: Callable[[Geometry], Iterator[str]],
+    entire: bool = False,
 ) -> L:
-    """The part of a body that a process has, which holds `reach` layers beyond what it owns; `joined` and `who` as of
-    `wsph.ranks.slabs.slabs`. The first process makes all of the body, once, and keeps it for those that ask for more of it.
-    Raises TooFew, and in all processes what the first one meets."""
+    """The part of a body that a process has, which holds `reach` layers beyond what it owns, or the `entire` body, of which
+    it owns its part; `joined` and `who` as of `wsph.ranks.slabs.slabs`. The first process makes all of the body, once, and
+    keeps it for those that ask for more of it. Raises TooFew, and in all processes what the first one meets."""
     known: list[tuple[L, Whole]] = []
     made_again: list[ref[L]] = []  # by others than the first, as long as anything there has it
     cutting = _Slabs(domain.size, reach, joined, who)
 
-    def parts(windows: np.ndarray) -> list[tuple[Layered, Slab] | str]:
+    def parts(windows: np.ndarray) -> list[tuple[Layered, Slab, Slab] | str]:
         if not known:
             body = make()
             known.append((body, Whole(body.middle, body.mean_volume, tuple(doubts(body)))))
         body, of = known[0]
         try:
-            return [(body.cut(each, of), each) for each in cutting.of(body, windows)]
+            found = cutting.of(body, windows)
+            every = np.tile([0, body.layer_count], (domain.size, 1))
+            held = cutting.of(body, every) if entire else found
+            return [(body.cut(mine, of), mine, each) for mine, each in zip(held, found, strict=True)]
         except TooFew as error:  # in all processes, which go on without sharing
             return [str(error)] * domain.size
 
-    def entire() -> Layered:
+    def whole() -> Layered:
         body = known[0][0] if known else made_again[0]() if made_again else None
         if body is None:
             body = make()
@@ -148,8 +152,9 @@ def shared(
         found = domain.dealt(lambda: parts(windows))
         if isinstance(found, str):
             raise TooFew(found)
-        part, slab = found
-        split = Split(domain, slab.nodes, slab.cells, layers=slab.layers)
-        return cast(L, replace(part, part=split, widened=made, completed=entire))
+        part, held, slab = found
+        right = (slab.nodes.window, slab.cells.window) if entire else None
+        split = Split(domain, held.nodes, held.cells, layers=slab.layers, right=right)
+        return cast(L, replace(part, part=split, widened=made, completed=whole))
 
     return made(NOTHING)
