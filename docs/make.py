@@ -324,7 +324,7 @@ def alone() -> list[str]:
     kinds = len(list((ROOT / "tests" / "extensions").glob("test_*.py")))
     told = [
         ("an answer within a tolerance, with an error bar: `wsph run S --accuracy 1%`", f"bars hold in {hold} of {len(bars)} rows of studies with exact answers", "docs/cost.md"),
-        ("the same bits for any number of threads, and after `--resume`", "equality of every bit", "tests/backend/test_graph.py"),
+        ("the same bits for any number of threads and of processes, and after `--resume`", "equality of every bit", "tests/ranks/test_shared.py"),
         ("a step beyond the limit of the scene's own weights is refused, and so is whatever the composition cannot do, by name", f"{runs} runs of a grid of extremes, {silent} silent failures", "docs/benchmarks/extremes.md"),
         ("all faults of a scene at once, each with line, key, value and the way out", "forty typical mistakes of a newcomer, each with its message", "tests/mistakes/test_mistakes.py"),
         ("forces are the gradient of an energy: momentum is kept, and the ledger closes", f"momentum off by {momentum:.0e} of itself after 2000 steps", "docs/benchmarks/conservation.md"),

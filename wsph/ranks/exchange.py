@@ -13,7 +13,22 @@ from wsph.backend.space import Array
 from wsph.ranks.communicator import Communicator
 
 
-class Exchange:
+class _Exchange:
+    """Messages about rows."""
+
+    def update(self, field: Array) -> None:
+        """As `wsph.backend.domain.Halo.update`."""
+        rows: np.ndarray = field.numpy()  # on a CPU a view
+        self.fill(rows)
+        if field.device is not None and not field.device.is_cpu:
+            field.assign(rows)
+
+    def fill(self, rows: np.ndarray) -> None:
+        """As `wsph.backend.domain.Halo.fill`."""
+        raise NotImplementedError
+
+
+class Exchange(_Exchange):
     """Messages that keep the copies of other processes' rows up to date (`wsph.backend.domain.Halo`): ranges of the array
     itself, on a CPU without a copy."""
 
@@ -28,12 +43,6 @@ class Exchange:
         self.sent = sum(each.stop - each.start for _, each in self._out)
         """Rows that it sends."""
 
-    def update(self, field: Array) -> None:
-        rows: np.ndarray = field.numpy()  # on a CPU a view
-        self.fill(rows)
-        if field.device is not None and not field.device.is_cpu:
-            field.assign(rows)
-
     def fill(self, rows: np.ndarray) -> None:
         waits = [self._comm.Irecv(rows[each], other, 3) for other, each in self._into]
         waits += [self._comm.Isend(rows[each], other, 3) for other, each in self._out]
@@ -41,7 +50,7 @@ class Exchange:
             each.Wait()
 
 
-class ChosenExchange:
+class ChosenExchange(_Exchange):
     """Messages that keep chosen copies up to date (`wsph.backend.domain.ChosenHalo`), from wherever they stand."""
 
     def __init__(self, comm: Communicator, domain: Domain, shares: Sequence[Share]):
@@ -67,12 +76,6 @@ class ChosenExchange:
     def sent(self) -> int:
         """Rows that it sends."""
         return sum(len(each) for _, each in self._out)
-
-    def update(self, field: Array) -> None:
-        rows: np.ndarray = field.numpy()  # on a CPU a view
-        self.fill(rows)
-        if field.device is not None and not field.device.is_cpu:
-            field.assign(rows)
 
     def fill(self, rows: np.ndarray) -> None:
         into = [np.empty((len(each), *rows.shape[1:]), rows.dtype) for _, each in self._into]
