@@ -104,6 +104,9 @@ CASES = {
     "triangles": lambda: of_mesh("triangles.vtu", law="jaumann", body=VISCOUS, run=RATE),
     "mixed": lambda: of_mesh("mixed.vtu", **MISES, boundary=ON_HOLE[1:], sections=[CUT]),
     "periodic": lambda: of_mesh("quads.vtu", boundary=[PERIODIC]),
+    "round": lambda: of_mesh("quads.vtu", body={"velocity": ["0.02*sin(x)", "0.01*cos(y)"]}).with_(
+        boundary=[{"body": "b", "face": "-x", "periodic": "+x"}, PERIODIC], probes=[]
+    ),
     "fitted, periodic": lambda: scene(body=PLATE, boundary=[PERIODIC]),
     "hexahedra": lambda: of_mesh("hexahedra.vtu", 3, law="perzyna", material=CREEPS, run={"precision": "f32"}),
     "tetrahedra": lambda: of_mesh("tetrahedra.vtu", 3, body={"viscosity": {"alpha": 0.1}}),

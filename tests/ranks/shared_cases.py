@@ -165,6 +165,21 @@ def meeting(dim: int = 2, *, between: str = "surface", **changes: object) -> wsp
     )
 
 
+def going_round(dim: int, **changes: object) -> wsph.Scene:
+    """A body that closes on itself across the cuts, and in 3D along them too."""
+    wave = {"velocity": ["0.02*sin(x)", "0.01*exp(-0.1*x)", "0.01*cos(y)"][:dim]}
+    body = wave | changes.pop("body", {})  # type: ignore[operator]
+    entries = [
+        {"body": "b", "face": "-x", "periodic": "+x"},
+        {"body": "b", "face": "-y", "fixed": ["y"]},
+        {"body": "b", "face": "+y", "traction": {"x": "1e-3*min(t, 1)"}},
+    ]
+    if dim == 3:
+        entries[1:] = [{"body": "b", "face": f"-{axis}", "periodic": f"+{axis}"} for axis in "yz"]
+    probes = [{"name": "end", "where": "x < 0.6", "fields": ["velocity", "stress"], "reduce": "max", "every": 1}]
+    return scene(dim, body=body, **changes).with_(boundary=entries, probes=probes)
+
+
 UPDATED = "updated-lagrangian"
 SWAYING = {"velocity": ["0.25*sin(0.2*y)", "0.25*sin(0.15*x)"]}
 """A motion in which particles leave their skins several times."""
@@ -264,6 +279,9 @@ CASES = {
         sections=[CUT],
     ),
     "periodic": lambda: scene(3, boundary=[PERIODIC, QUIET], run={"precision": "f32"}),
+    "round": lambda: going_round(2, body=VISCOUS, run={"dt": None, "cfl": "auto"}),
+    "round in 3D": lambda: going_round(3, law="neo-hookean", run={"precision": "f32", "integrator": "rk4"}),
+    "round along edges": lambda: going_round(2, form="total-lagrangian", body={"viscosity": {"alpha": 0.1}}),
     "relaxed": lambda: scene(
         body={"body_force": [{"where": "y > 20", "y": "-1e-5"}]},
         boundary=PRESSED,

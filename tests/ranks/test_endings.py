@@ -42,7 +42,7 @@ def test_what_cannot_be_shared_is_refused_by_name_before_anything_is_written(tmp
 PART = {
     "periodic": (
         {"boundary": [{"body": "b", "face": "-x", "periodic": "+x"}]},
-        "boundary.2.periodic: processes share the body",
+        "boundary.2.periodic: the velocity x is prescribed at one side of it and not alike at the other",
     ),
 }
 

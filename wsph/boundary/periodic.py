@@ -6,19 +6,19 @@ that closes on itself, to rounding: the cells beside a seam see what they would 
 a seam are those of either side, which a wave of 25 cells notes by 1e-3 of its amplitude.
 """
 
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import warp as wp
 
-from wsph.backend.arrays import Arrays
+from wsph.backend.arrays import Arrays, host, put
 from wsph.backend.clock import Clock
-from wsph.backend.domain import any_of
+from wsph.backend.domain import Domain, Share, any_of
 from wsph.backend.kernels import kernel
-from wsph.backend.space import Space
+from wsph.backend.space import Array, Space
 from wsph.backend.state import Layout, State, fields_struct
 from wsph.boundary.conditions import particles_of
-from wsph.boundary.programs.prescribed import Moved, same, varies
+from wsph.boundary.programs.prescribed import Moved, mark, varies
 from wsph.boundary.slide import Slide
 from wsph.errors import Fault, SceneError
 from wsph.geometry.geometry import Geometry
@@ -29,35 +29,33 @@ FIT = 1e-6
 
 
 def partners(key: str, name: str, particles: np.ndarray, geometry: Geometry) -> np.ndarray:
-    """Pairs of `particles` (k,) with those of the face `name` opposite, (k, 2), of the nodes of a body. Raises SceneError
-    where the faces are not the same but for a shift, or one process has not both of them."""
-    faces, place, spacing, split = geometry.sides, geometry.nodes, geometry.spacing, geometry.split
-    rows = faces.named(name)
-    others = particles_of(faces.nodes[rows], len(place), split, at_nodes=True)
-    if not any_of(split.domain, len(others) > 0):
+    """Pairs of `particles` (k,) with those of the face `name` opposite, (k, 2), by their numbers among the nodes of the
+    whole body. Raises SceneError where the faces are not the same but for a shift."""
+    faces, spacing, split = geometry.sides, geometry.spacing, geometry.split
+    opposite = particles_of(faces.nodes[faces.named(name)], len(geometry.nodes), split, at_nodes=True)
+    (ones, place), (others, there) = (_everywhere(each, geometry) for each in (particles, opposite))
+    if not len(others):
         text = f"{name!r} is no face of it, which has {', '.join(faces.names)}"
         raise SceneError("scene", [Fault(0, key, text)])
-    if not any_of(split.domain, not np.isin(particles, others).all()):
+    if np.isin(ones, others).all():
         raise SceneError("scene", [Fault(0, key, "a face is not its own partner: name the one opposite")])
-    if split.domain.size > 1 and any_of(split.domain, bool((geometry.faces.axis[rows] == geometry.cut_axis).any())):
-        text = (
-            f"processes share the body in slabs across an axis that {name!r} lies across too: what is periodic there is for one"
-            " process: turn the body, or start it without mpiexec"
-        )
-        raise SceneError("scene", [Fault(0, key, text)])
-    if not len(particles) and not len(others):
-        return np.zeros((0, 2), int)
-    if len(others) == len(particles):
-        shift = place[others].mean(0) - place[particles].mean(0)
-        orders = [_ordered(each, spacing) for each in (place[particles], place[others] - shift)]
-        pairs = np.stack([particles[orders[0]], others[orders[1]]], 1)
-        if np.abs(place[pairs[:, 1]] - place[pairs[:, 0]] - shift).max() <= FIT * spacing:
-            return pairs
+    if len(others) == len(ones):
+        shift = there.mean(0) - place.mean(0)
+        first, second = _ordered(place, spacing), _ordered(there - shift, spacing)
+        if np.abs(there[second] - place[first] - shift).max() <= FIT * spacing:
+            return np.stack([ones[first], others[second]], 1)
     text = (
         f"the particles of {name!r} do not stand opposite: both faces have to be the same but for a shift (jitter moves their"
         " particles; those of a turned lattice or a fitted surface may differ)"
     )
     raise SceneError("scene", [Fault(0, key, text)])
+
+
+def _everywhere(particles: np.ndarray, geometry: Geometry) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers (k,) among the nodes of the whole body, and places (k, dim) [m], of particles of all processes."""
+    split = geometry.split
+    own = particles[split.nodes.owns(particles)]
+    return split.domain.joined(own + split.nodes.first), split.domain.joined(geometry.nodes[own])
 
 
 def _ordered(place: np.ndarray, spacing: float) -> np.ndarray:
@@ -88,19 +86,29 @@ def refuse_parted(
     entries: dict[tuple[str, int], dict[int, Moved]],
     slides: list[Slide],
     place: np.ndarray,
+    share: Share,
+    domain: Domain,
     key: str,
 ) -> None:
-    """Refuse what is prescribed to some particles that are one and not to the others, or differs between them."""
+    """Refuse what is prescribed to some particles that are one and not to the others, or differs between them. `place`
+    (n, dim) [m] of the `share` of the particles that a process has. All processes ask together."""
+    who = np.unique(np.concatenate(seams))
+    groups = [np.searchsorted(who, seam) for seam in seams]
+    rows = who[(who >= share.low) & (who < share.high)] - share.first
+    where = domain.joined(place[rows])
     for slide in slides:
-        there = [np.isin(seam, slide.particle) for seam in seams]
-        if any(each.any() and not each.all() for each in there):
+        there = domain.joined(np.isin(rows, slide.particle))
+        if any(there[group].any() and not there[group].all() for group in groups):
             raise SceneError("scene", [Fault(0, key, "a velocity along normals is prescribed at one side of it alone")])
-    for (name, axis), values in entries.items():
-        for seam in seams if name == "velocity" else ():
-            given = [values[k] for k in seam.tolist() if k in values]
-            apart = [AXES[k] for k in range(place.shape[1]) if np.ptp(place[seam, k]) > 0.0]
-            odd = any(not same(given[0], value) for value in given) or (given and varies(given[0], apart))
-            if given and (len(given) < len(seam) or odd):
+    for axis in range(place.shape[1]):
+        values = entries.get(("velocity", axis), {})
+        given = [values.get(row) for row in rows.tolist()]
+        code = domain.joined(np.array([0 if value is None else mark(value) for value in given], np.int64))
+        uses = [[value is not None and varies(value, along) for along in AXES[: place.shape[1]]] for value in given]
+        uneven = domain.joined(np.array(uses, bool).reshape(len(rows), place.shape[1]))
+        for group in groups:
+            apart = np.ptp(where[group], axis=0) > 0.0
+            if np.ptp(code[group]) > 0 or uneven[group][:, apart].any():
                 text = f"the velocity {AXES[axis]} is prescribed at one side of it and not alike at the other"
                 raise SceneError("scene", [Fault(0, key, text)])
 
@@ -127,6 +135,31 @@ def _kernel(space: Space, layout: Layout) -> wp.Kernel:
     return join
 
 
+@cache
+def _shared_kernel(space: Space, layout: Layout) -> wp.Kernel:
+    real, vec, Fields = space.scalar, space.vec, fields_struct(space, layout)
+
+    @kernel(ranged=True)
+    def join(
+        first: int,
+        offsets: wp.array(dtype=wp.int32),
+        member: wp.array(dtype=wp.int32),
+        row: wp.array(dtype=wp.int32),
+        share: wp.array(dtype=real),
+        velocity: wp.array(dtype=vec),
+        fields_out: Fields,
+    ):
+        g = first + wp.tid()
+        total = vec()
+        for k in range(offsets[g], offsets[g + 1]):
+            total += share[k] * velocity[member[k]]
+        for k in range(offsets[g], offsets[g + 1]):
+            if row[k] >= 0:
+                fields_out.velocity[row[k]] = total
+
+    return join
+
+
 class Seam:
     """Groups of particles of a body that are one, g of them with m particles in all.
 
@@ -136,7 +169,7 @@ class Seam:
     """
 
     def __init__(self, seams: list[np.ndarray], mass: np.ndarray, space: Space, arrays: Arrays):
-        """`mass` (n,) of all particles of the body."""
+        """`mass` (n,) of all particles that the groups are of."""
         self._space, self.count = space, len(seams)
         if not seams:
             return
@@ -161,7 +194,60 @@ class Seam:
         if not self.count:
             return velocity
         result = velocity.reshape(-1, self._space.dim).copy()
-        weighted = (self._shares / self._roots)[:, None] * result[self._members]
-        mean = np.repeat(np.add.reduceat(weighted, self._first), self._many, axis=0)
-        result[self._members] = self._roots[:, None] * mean
+        result[self._members] = self._as_one(result[self._members])
         return result.ravel()
+
+    def _as_one(self, velocity: np.ndarray) -> np.ndarray:
+        """The same of the members (m, dim)."""
+        weighted = (self._shares / self._roots)[:, None] * velocity
+        return self._roots[:, None] * np.repeat(np.add.reduceat(weighted, self._first), self._many, axis=0)
+
+
+class SharedSeam(Seam):
+    """Groups whose particles are of several processes: each has all groups, and is told of the velocities of all of their
+    particles, k in their order.
+
+    _own       # those that this process owns, rows of the particles that are here
+    _row       # (m,) where each member is here, -1 where it is not
+    _velocity  # (k,) vec
+    """
+
+    def __init__(
+        self, seams: list[np.ndarray], mass: np.ndarray, share: Share, domain: Domain, space: Space, arrays: Arrays
+    ):
+        """`seams` by the numbers of particles in the whole body, `mass` (n,) of those that are here."""
+        who, members = np.unique(np.concatenate(seams)), np.concatenate(seams)
+        self._own = who[(who >= share.low) & (who < share.high)] - share.first
+        self._domain = domain
+        super().__init__([np.searchsorted(who, seam) for seam in seams], domain.joined(mass[self._own]), space, arrays)
+        rows = members - share.first
+        self._here = (rows >= 0) & (rows < share.held)
+        self._rows = rows[self._here]
+        self._row = arrays.of("row", np.where(self._here, rows, -1), wp.int32)
+        self._velocity = arrays.zeros("velocity", len(who), space.vec)
+
+    def join(self, state: State, clock: Clock) -> None:
+        clock.host(partial(self._bring, state.struct.velocity))
+        inputs = [self._offsets, self._member, self._row, self._share, self._velocity]
+        clock.launch(_shared_kernel(self._space, state.layout), self.count, inputs, [state.struct])
+
+    def _bring(self, velocity: Array) -> None:
+        # Processes have ranges of particles, in their order.
+        put(self._velocity, self._domain.joined(host(velocity)[self._own]))
+
+    def project(self, velocity: np.ndarray) -> np.ndarray:
+        result = velocity.reshape(-1, self._space.dim).copy()
+        every = self._domain.joined(result[self._own])
+        result[self._rows] = self._as_one(every[self._members])[self._here]
+        return result.ravel()
+
+
+def seam_between(
+    seams: list[np.ndarray], mass: np.ndarray, share: Share, domain: Domain, space: Space, arrays: Arrays
+) -> Seam:
+    """What joins groups of particles, by their numbers in the whole body. Where no group is of several processes none is
+    told of others."""
+    here = [((seam >= share.first) & (seam < share.first + share.held)) for seam in seams]
+    if any_of(domain, any(each.any() and not each.all() for each in here)):
+        return SharedSeam(seams, mass, share, domain, space, arrays)
+    return Seam([seam - share.first for seam, each in zip(seams, here, strict=True) if each.all()], mass, space, arrays)

@@ -20,7 +20,7 @@ from wsph.boundary.loads.acting import ActingLoad
 from wsph.boundary.loads.forces import LoadForces
 from wsph.boundary.loads.regions import times_volume, volume_loads
 from wsph.boundary.loads.rows import FaceLoad
-from wsph.boundary.periodic import Seam, refuse_parted, seams_of
+from wsph.boundary.periodic import Seam, refuse_parted, seam_between, seams_of
 from wsph.boundary.walls import Wall
 from wsph.constitutive.initial import initial_field
 from wsph.errors import Fault, Refused, SceneError
@@ -205,8 +205,9 @@ def seam_of(setup: Setup, host: Host, conditions: Conditions, placement: Placeme
             text = "is in contact, which does not reach through the face: leave one of both out"
         if text:
             raise SceneError("scene", [Fault(0, key, f"body {host.name!r} {text}")])
-        refuse_parted(seams, conditions.entries, conditions.slides, placement.position, key)
-    return Seam(seams, placement.volume, host.space, arrays)
+        of = conditions.entries, conditions.slides, placement.position
+        refuse_parted(seams, *of, placement.share, host.geometry.split.domain, key)
+    return seam_between(seams, placement.volume, placement.share, host.geometry.split.domain, host.space, arrays)
 
 
 @dataclass(frozen=True)

@@ -87,11 +87,6 @@ class Geometry:
         return bool((self.axes == np.eye(self.nodes.shape[1])).all())
 
     @property
-    def cut_axis(self) -> int:
-        """Which of its own axes processes that share it cut it across."""
-        return 0
-
-    @property
     def cracks(self) -> tuple[Crack, ...]:
         """Cuts from the start."""
         return ()

@@ -2,6 +2,7 @@
 
 # pyright: strict
 
+import zlib
 from collections.abc import Iterable
 
 from wsph.boundary.programs.functions import Function
@@ -35,6 +36,21 @@ def constant(value: Moved) -> float | None:
         code, number = value.program[0]
         return number if code == OPERATIONS["constant"] else None
     return None
+
+
+def mark(value: Moved) -> int:
+    """A number above zero that values which are the `same` have, in every process."""
+    return zlib.crc32(_written(value).encode()) + 1
+
+
+def _written(value: Moved) -> str:
+    if isinstance(value, Motion):
+        return f"{value.kind} {_written(value.of)}"
+    if isinstance(value, Expression):
+        return repr(value.program)
+    if isinstance(value, Windowed):
+        return repr([(*piece[:2], _written(piece[2])) for piece in value.pieces])
+    return repr(value)
 
 
 def same(one: Moved, other: Moved) -> bool:

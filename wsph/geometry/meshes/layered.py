@@ -66,10 +66,6 @@ class Layered(Geometry):
     def layer_count(self) -> int:
         return len(self.layers.points)
 
-    @property
-    def cut_axis(self) -> int:
-        return int(np.abs(self.axes.T @ self.layers.axis).argmax())
-
     def needed(self, slab: Slab) -> tuple[int, int]:
         """The layers that a process has to have of a slab, from one up to another: those that it has, and more."""
         return slab.layers
