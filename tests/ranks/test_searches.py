@@ -32,12 +32,26 @@ def answer(folder: Path) -> dict[str, Any]:
     return data
 
 
+EVERYWHERE = """
+[[probes]]
+name = "p"
+where = "x > -1"
+fields = ["velocity"]
+reduce = "mean"
+every = 1
+"""
+"""What no process can read by itself."""
+
+
 @needs_mpi
-def test_rows_that_are_shared_give_the_answer_of_one_process(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("probe", "rows", "options"), [(PROBE, 1, ()), (EVERYWHERE, 0, ()), (PROBE, 2, ("--check",))])
+def test_rows_that_are_shared_give_the_answer_of_one_process(
+    probe: str, rows: int, options: tuple[str, ...], tmp_path: Path
+) -> None:
     path = tmp_path / "bar.toml"
-    path.write_text(TOML.replace("end = 2.5", "end = 0.5") + PROBE)
-    for count, shared in ((1, 0), (2, 1)):
-        arguments = ("run", str(path), "-o", str(tmp_path / str(count)), "--budget", "3e7")
+    path.write_text(TOML.replace("end = 2.5", "end = 0.5") + probe)
+    for count, shared in ((1, 0), (2, rows)):
+        arguments = ("run", str(path), "-o", str(tmp_path / str(count)), "--budget", "3e7", *options)
         done = launched(count, "-c", SEARCH, *arguments, seconds=120.0)
         assert done.returncode == 0, done.stderr
         assert f"shared {shared}\n" in done.stdout

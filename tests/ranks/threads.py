@@ -52,11 +52,14 @@ class Thread:
         self._barrier.wait(60.0)
         return found
 
-    def scatter(self, sendobj: Any, root: int) -> Any:
-        return self.allgather(sendobj)[root][self._rank]
-
     def Allgatherv(self, sendbuf: np.ndarray, recvbuf: list[Any]) -> None:
         recvbuf[0][...] = np.concatenate(self.allgather(sendbuf))
+
+    def Send(self, buf: np.ndarray, dest: int, tag: int) -> None:
+        self.Isend(buf, dest, tag)
+
+    def Recv(self, buf: np.ndarray, source: int, tag: int) -> None:
+        self.Irecv(buf, source, tag).Wait()
 
     def Isend(self, buf: np.ndarray, dest: int, tag: int) -> _Sent:
         self._queues[self._rank, dest].put(buf.copy())

@@ -48,11 +48,16 @@ class Together:
         """Run a scene over what was in a folder, which may be `composed` already: with all processes, or alone."""
         if self._alone or not self._fits(scene, composed):
             return run(scene, out, overwrite=True, throw=False, progress=progress, composed=composed, enough=enough)
-        self._domain.told(lambda: (scene, out))
+        domain = self._domain = self._domain.afresh()
         try:
-            found = run(scene, out, overwrite=True, throw=False, progress=progress, domain=self._domain, enough=enough)
-        except BaseException:
-            self._alone = True  # the others have met it too, and are gone
+            domain.told(lambda: (scene, out))
+            found = run(scene, out, overwrite=True, throw=False, progress=progress, domain=domain, enough=enough)
+        except (SceneError, Refused):
+            # What processes alone are refused, such as a probe of more than any of them has: all have met it.
+            return run(scene, out, overwrite=True, throw=False, progress=progress, enough=enough)
+        except BaseException as error:
+            domain.fail(error)
+            self._alone = True
             raise
         self.shared += 1
         return found
@@ -73,7 +78,7 @@ class Together:
     def end(self) -> None:
         """Let the others go."""
         if not self._alone:
-            self._domain.told(lambda: None)
+            self._domain.afresh().told(lambda: None)
 
 
 def follow(domain: Domain) -> None:
@@ -83,9 +88,11 @@ def follow(domain: Domain) -> None:
         """Only the first is asked."""
 
     with Interrupts():  # one that all are sent is for the first, or for a run
-        while (order := domain.told(said)) is not None:
+        while (order := (now := domain.afresh()).told(said)) is not None:
             scene, out = order
             try:
-                run(scene, out, overwrite=True, throw=False, domain=domain)
+                run(scene, out, overwrite=True, throw=False, domain=now)
+            except (SceneError, Refused):
+                continue
             except WsphError:
                 return

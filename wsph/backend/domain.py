@@ -143,6 +143,10 @@ class Domain(Protocol):
         """Have all others raise an error at their next call."""
         ...
 
+    def afresh(self) -> "Domain":
+        """The same for something else, of which nothing has failed yet."""
+        ...
+
     def halo(self, share: Share) -> Halo:
         """What keeps copies of a body's rows up to date."""
         ...
@@ -202,6 +206,10 @@ class Whole:
 
     def fail(self, error: BaseException) -> None:
         """There are no others."""
+
+    def afresh(self) -> Domain:
+        """It never fails."""
+        return self
 
     def halo(self, share: Share) -> Halo:
         """There are no copies."""

@@ -87,7 +87,7 @@ class Program:
     ):
         """`pairs` measures the work of a step; `threads` 0 means all cores, those that it is to be `on`, or all there are;
         `before`, run on the host before every step, says whether it changed what the step's launches take; `hosted`: the
-        host has its part in a step, by one thread."""
+        host has its part in a step."""
         self.step, self._clock, self._before, self._device = step, clock, before, clock.device
         on_cuda = wp.get_device(self._device).is_cuda
         self.small = pairs <= SMALL_PAIRS or on_cuda

@@ -113,7 +113,9 @@ def of_files(frame: Listed, number: int, suffix: str) -> list[Part]:
 
 
 def _sized(file: str, points: int, words: list[str], part: int | None) -> Part:
-    kinds = counted(words, part) or {"vertex": points}
+    # A part of a body that has cells may have none of them.
+    drawn = any(word.startswith("corners/") for word in words)
+    kinds = counted(words, part) if drawn else {"vertex": points}
     corners = sum(count * len(KINDS[kind].order) for kind, count in kinds.items())
     return Part(file, points, sum(kinds.values()), corners)
 

@@ -2,7 +2,6 @@
 
 # pyright: strict
 
-from collections.abc import Sequence
 from typing import Protocol, TypeVar
 
 import numpy as np
@@ -24,8 +23,6 @@ class Communicator(Protocol):
     def Get_size(self) -> int: ...
 
     def allgather(self, sendobj: T) -> list[T]: ...
-
-    def scatter(self, sendobj: Sequence[T] | None, root: int) -> T: ...
 
     def Allgatherv(self, sendbuf: np.ndarray, recvbuf: list[object]) -> None: ...
 

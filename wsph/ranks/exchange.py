@@ -40,8 +40,6 @@ class Exchange(_Exchange):
             if other != rank:
                 self._into += [(other, each) for each in _overlap(mine, theirs)]
                 self._out += [(other, each) for each in _overlap(theirs, mine, mine.first)]
-        self.sent = sum(each.stop - each.start for _, each in self._out)
-        """Rows that it sends."""
 
     def fill(self, rows: np.ndarray) -> None:
         waits = [self._comm.Irecv(rows[each], other, 3) for other, each in self._into]
@@ -71,11 +69,6 @@ class ChosenExchange(_Exchange):
                 low, high = np.searchsorted(each, [owner.low, owner.high])
                 if high > low:
                     found.append((other, each[low:high] - mine.first))
-
-    @property
-    def sent(self) -> int:
-        """Rows that it sends."""
-        return sum(len(each) for _, each in self._out)
 
     def fill(self, rows: np.ndarray) -> None:
         into = [np.empty((len(each), *rows.shape[1:]), rows.dtype) for _, each in self._into]

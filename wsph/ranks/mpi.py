@@ -8,6 +8,7 @@ the others raise it too: none waits for what another will not say.
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 # pyright: reportMissingImports=false
 
+import pickle
 import platform
 import sys
 from collections.abc import Callable, Sequence
@@ -87,12 +88,21 @@ class Ranks:
         return cast(T, self._hear(found)[by])
 
     def dealt(self, of: Callable[[], Sequence[T]]) -> T:
-        found: Sequence[T] | None = None
+        packed: list[np.ndarray] = []
         if self.rank == 0:
             with failing_together(self):
-                found = of()
-        self._hear(None)
-        return self._comm.scatter(found, 0)
+                packed = [np.frombuffer(pickle.dumps(each, pickle.HIGHEST_PROTOCOL), np.uint8) for each in of()]
+        sizes = self._hear([len(each) for each in packed])[0]
+        mine = packed[0] if self.rank == 0 else np.empty(sizes[self.rank], np.uint8)
+        for other, each in enumerate(packed[1:], 1):
+            for piece in _pieces(each):
+                self._comm.Send(piece, other, 2)
+        for piece in _pieces(mine) if self.rank > 0 else ():
+            self._comm.Recv(piece, 0, 2)
+        return cast(T, pickle.loads(mine.data))  # noqa: S301 what the first process has packed
+
+    def afresh(self) -> "Ranks":
+        return Ranks(self._comm)
 
     def abort(self, error: BaseException) -> None:
         print(

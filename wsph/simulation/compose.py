@@ -19,7 +19,7 @@ import numpy as np
 
 from wsph.backend.clock import Clock
 from wsph.backend.device import give_back, pick_device
-from wsph.backend.domain import WHOLE, Domain
+from wsph.backend.domain import WHOLE, Domain, any_of
 from wsph.backend.graph import Program
 from wsph.backend.space import Space
 from wsph.contact.between import Interaction
@@ -76,6 +76,10 @@ def _compose(scene: Scene, domain: Domain) -> Composition:
     method = method_of(scene)
     _refuse_relaxing(scene, method)
     device, space = pick_device(scene.run.device, domain.place()), Space(scene.dim, scene.run.precision)
+    if any_of(domain, device != "cpu") and any_of(domain, device == "cpu"):
+        raise Refused(
+            f"run.device: {scene.run.device!r} is a GPU for some of the processes and none for others: name it"
+        )
     refuse_contact(scene, method.formulation)
     refuse_misfits(scene, method.formulation)
     if domain.size > 1:
@@ -117,8 +121,9 @@ def _compose(scene: Scene, domain: Domain) -> Composition:
     step = Step(bodies, joint, between, time_step.clock, [probe for probe in probes if probe.every_step])
     pairs = sum(int(run.system.domain.sum(np.array([run.system.pairs]))[0]) for run in bodies)
     hosted, threads, on = domain.size > 1, scene.run.threads, domain.cores()
-    # Where there are more processes than cores, none has one of its own.
-    program = Program(step, time_step.clock, pairs, threads or len(on) or 1, step.before, hosted=hosted, on=on)
+    if hosted:  # as many as it has cores of its own: threads that share one wait for each other
+        threads = min(threads or len(on), len(on)) or 1
+    program = Program(step, time_step.clock, pairs, threads, step.before, hosted=hosted, on=on)
     return Composition(
         scene, space, scales, time_step, bodies, joint, between, probes, program, method.who, domain, pairs
     )
