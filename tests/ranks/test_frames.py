@@ -25,7 +25,7 @@ pv = pytest.importorskip("pyvista")
 
 from tests.output.readers import times, vtk  # noqa: E402
 
-NAMES = ("plastic", "kernel", "bodies", "contact", "relaxed balls", "breaking, resumed")
+NAMES = ("plastic", "bodies", "breaking, resumed")
 ONE = "plastic"
 """The one that is short: the others are slow."""
 
