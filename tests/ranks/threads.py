@@ -55,11 +55,8 @@ class Thread:
     def Allgatherv(self, sendbuf: np.ndarray, recvbuf: list[Any]) -> None:
         recvbuf[0][...] = np.concatenate(self.allgather(sendbuf))
 
-    def Send(self, buf: np.ndarray, dest: int, tag: int) -> None:
-        self.Isend(buf, dest, tag)
-
-    def Recv(self, buf: np.ndarray, source: int, tag: int) -> None:
-        self.Irecv(buf, source, tag).Wait()
+    def scatter(self, sendobj: Any, root: int) -> Any:
+        return self.allgather(sendobj)[root][self._rank]
 
     def Isend(self, buf: np.ndarray, dest: int, tag: int) -> _Sent:
         self._queues[self._rank, dest].put(buf.copy())

@@ -2,6 +2,7 @@
 
 # pyright: strict
 
+from collections.abc import Sequence
 from typing import Protocol, TypeVar
 
 import numpy as np
@@ -25,6 +26,8 @@ class Communicator(Protocol):
     def allgather(self, sendobj: T) -> list[T]: ...
 
     def Allgatherv(self, sendbuf: np.ndarray, recvbuf: list[object]) -> None: ...
+
+    def scatter(self, sendobj: Sequence[T] | None, root: int) -> T: ...
 
     def Send(self, buf: np.ndarray, dest: int, tag: int) -> None: ...
 

@@ -8,7 +8,6 @@ the others raise it too: none waits for what another will not say.
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 # pyright: reportMissingImports=false
 
-import pickle
 import platform
 import sys
 from collections.abc import Callable, Sequence
@@ -88,18 +87,16 @@ class Ranks:
         return cast(T, self._hear(found)[by])
 
     def dealt(self, of: Callable[[], Sequence[T]]) -> T:
-        packed: list[np.ndarray] = []
+        found: Sequence[T] | None = None
         if self.rank == 0:
             with failing_together(self):
-                packed = [np.frombuffer(pickle.dumps(each, pickle.HIGHEST_PROTOCOL), np.uint8) for each in of()]
-        sizes = self._hear([len(each) for each in packed])[0]
-        mine = packed[0] if self.rank == 0 else np.empty(sizes[self.rank], np.uint8)
-        for other, each in enumerate(packed[1:], 1):
-            for piece in _pieces(each):
-                self._comm.Send(piece, other, 2)
-        for piece in _pieces(mine) if self.rank > 0 else ():
-            self._comm.Recv(piece, 0, 2)
-        return cast(T, pickle.loads(mine.data))  # noqa: S301 what the first process has packed
+                found = of()
+        self._hear(None)
+        try:
+            return self._comm.scatter(found, 0)
+        except BaseException as error:  # the first has no room to pack all parts, and the others wait for theirs
+            self.abort(error)
+            raise
 
     def afresh(self) -> "Ranks":
         return Ranks(self._comm)
