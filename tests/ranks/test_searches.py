@@ -44,7 +44,14 @@ every = 1
 
 
 @needs_mpi
-@pytest.mark.parametrize(("probe", "rows", "options"), [(PROBE, 1, ()), (EVERYWHERE, 0, ()), (PROBE, 2, ("--check",))])
+@pytest.mark.parametrize(
+    ("probe", "rows", "options"),
+    [
+        (PROBE, 1, ()),
+        pytest.param(EVERYWHERE, 0, (), marks=pytest.mark.slow),
+        pytest.param(PROBE, 2, ("--check",), marks=pytest.mark.slow),
+    ],
+)
 def test_rows_that_are_shared_give_the_answer_of_one_process(
     probe: str, rows: int, options: tuple[str, ...], tmp_path: Path
 ) -> None:
