@@ -115,28 +115,8 @@ def refuse_parted(
 
 @cache
 def _kernel(space: Space, layout: Layout) -> wp.Kernel:
-    real, vec, Fields = space.scalar, space.vec, fields_struct(space, layout)
-
-    @kernel(ranged=True)
-    def join(
-        first: int,
-        offsets: wp.array(dtype=wp.int32),
-        member: wp.array(dtype=wp.int32),
-        share: wp.array(dtype=real),
-        fields_out: Fields,
-    ):
-        g = first + wp.tid()
-        total = vec()
-        for k in range(offsets[g], offsets[g + 1]):
-            total += share[k] * fields_out.velocity[member[k]]
-        for k in range(offsets[g], offsets[g + 1]):
-            fields_out.velocity[member[k]] = total
-
-    return join
-
-
-@cache
-def _shared_kernel(space: Space, layout: Layout) -> wp.Kernel:
+    """The velocity of each group, to its members: these stand at `member` among the velocities that it is found of, and at
+    `row` among the particles of the state, -1 for those that are not there."""
     real, vec, Fields = space.scalar, space.vec, fields_struct(space, layout)
 
     @kernel(ranged=True)
@@ -186,8 +166,11 @@ class Seam:
         """Give the particles of each group one velocity, or acceleration where `state` is a rate (a launch, if there are
         any)."""
         if self.count:
-            inputs = [self._offsets, self._member, self._share]
-            clock.launch(_kernel(self._space, state.layout), self.count, inputs, [state.struct])
+            self._launch(state, clock, self._member, state.struct.velocity)
+
+    def _launch(self, state: State, clock: Clock, row: Array, velocity: Array) -> None:
+        inputs = [self._offsets, self._member, row, self._share, velocity]
+        clock.launch(_kernel(self._space, state.layout), self.count, inputs, [state.struct])
 
     def project(self, velocity: np.ndarray) -> np.ndarray:
         """Velocities (n dim,) times the roots of masses, with what of them is no motion of groups taken out."""
@@ -228,8 +211,7 @@ class SharedSeam(Seam):
 
     def join(self, state: State, clock: Clock) -> None:
         clock.host(partial(self._bring, state.struct.velocity))
-        inputs = [self._offsets, self._member, self._row, self._share, self._velocity]
-        clock.launch(_shared_kernel(self._space, state.layout), self.count, inputs, [state.struct])
+        self._launch(state, clock, self._row, self._velocity)
 
     def _bring(self, velocity: Array) -> None:
         # Processes have ranges of particles, in their order.
