@@ -42,6 +42,16 @@ class Share:
         own = self.own
         return (rows >= own.start) & (rows < own.stop)
 
+    def stands(self, numbers: np.ndarray) -> np.ndarray:
+        """Where rows of the whole stand among those that it holds, by their numbers; -1 for those that it does not hold."""
+        rows = numbers - self.first
+        return np.where((rows >= 0) & (rows < self.held), rows, -1)
+
+    def owned(self, numbers: np.ndarray) -> np.ndarray:
+        """The same of those that are its own, alone and in their order."""
+        rows = numbers - self.first
+        return rows[self.owns(rows)]
+
     @property
     def window(self) -> slice:
         """The rows that it holds, among those of the whole."""

@@ -94,7 +94,7 @@ def refuse_parted(
     (n, dim) [m] of the `share` of the particles that a process has. All processes ask together."""
     who = np.unique(np.concatenate(seams))
     groups = [np.searchsorted(who, seam) for seam in seams]
-    rows = who[(who >= share.low) & (who < share.high)] - share.first
+    rows = share.owned(who)
     where = domain.joined(place[rows])
     for slide in slides:
         there = domain.joined(np.isin(rows, slide.particle))
@@ -200,13 +200,13 @@ class SharedSeam(Seam):
     ):
         """`seams` by the numbers of particles in the whole body, `mass` (n,) of those that are here."""
         who, members = np.unique(np.concatenate(seams)), np.concatenate(seams)
-        self._own = who[(who >= share.low) & (who < share.high)] - share.first
+        self._own = share.owned(who)
         self._domain = domain
         super().__init__([np.searchsorted(who, seam) for seam in seams], domain.joined(mass[self._own]), space, arrays)
-        rows = members - share.first
-        self._here = (rows >= 0) & (rows < share.held)
+        rows = share.stands(members)
+        self._here = rows >= 0
         self._rows = rows[self._here]
-        self._row = arrays.of("row", np.where(self._here, rows, -1), wp.int32)
+        self._row = arrays.of("row", rows, wp.int32)
         self._velocity = arrays.zeros("velocity", len(who), space.vec)
 
     def join(self, state: State, clock: Clock) -> None:
@@ -229,7 +229,7 @@ def seam_between(
 ) -> Seam:
     """What joins groups of particles, by their numbers in the whole body. Where no group is of several processes none is
     told of others."""
-    here = [((seam >= share.first) & (seam < share.first + share.held)) for seam in seams]
-    if any_of(domain, any(each.any() and not each.all() for each in here)):
+    rows = [share.stands(seam) for seam in seams]
+    if any_of(domain, any(each.min() < 0 <= each.max() for each in rows)):
         return SharedSeam(seams, mass, share, domain, space, arrays)
-    return Seam([seam - share.first for seam, each in zip(seams, here, strict=True) if each.all()], mass, space, arrays)
+    return Seam([each for each in rows if each.min() >= 0], mass, space, arrays)

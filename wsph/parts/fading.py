@@ -39,11 +39,27 @@ def faded(space: Space) -> wp.Function:
 
 
 @cache
+def row_of(space: Space, beside: bool) -> wp.Function:
+    """Warp function (points, i) -> where the fields of point i stand in those of the state: of some points of a body,
+    `beside` others, in rows of their own."""
+    Points = points_struct(space)
+
+    @wp.func
+    def row(points: Points, i: int) -> int:
+        if wp.static(beside):
+            return points.row[i]
+        return i
+
+    return row
+
+
+@cache
 def _advance_kernel(space: Space, layout: Layout, apart: bool, beside: bool, internal: int) -> wp.Kernel:
     """What the residual of each point has set free in a step; `apart`: points have places of their own; `beside`: they are
     some of a body's."""
     real, vec, mat, left_over, zeta = space.scalar, space.vec, space.mat, misfit(space), faded(space)
     Rows, Points, Fields = rows_struct(space), points_struct(space), fields_struct(space, layout)
+    row = row_of(space, beside)
 
     @kernel(ranged=True)
     def fade(
@@ -58,9 +74,7 @@ def _advance_kernel(space: Space, layout: Layout, apart: bool, beside: bool, int
         freed_out: wp.array(dtype=real),
     ):
         i = first + wp.tid()
-        k = i
-        if wp.static(beside):
-            k = points.row[i]
+        k = row(points, i)
         new = zeta(yields * fields.internals[k][wp.static(internal)])
         old = zeta_out[k]
         if new < old:

@@ -72,5 +72,4 @@ class SharedEveryone(Everyone):
         return self._domain.told(of, by=int(self._domain.joined(np.array([least])).argmin()))
 
     def here(self, numbers: np.ndarray) -> np.ndarray:
-        rows = numbers - self._share.first
-        return np.where((rows >= 0) & (rows < self._share.held), rows, -1)
+        return self._share.stands(numbers)

@@ -64,9 +64,7 @@ class SharedCarriers(Carriers):
     def hang(self, B: SparseRows) -> SparseRows:
         system, share = self._system, self._system.share
         which = np.unique(B.indices)
-        rows = which - share.first
-        self._own = rows[share.owns(rows)]
-        self._stands = np.where((rows >= 0) & (rows < share.held), rows, -1)
+        self._own, self._stands = share.owned(which), share.stands(which)
         vec, device = system.space.vec, system.clock.device
         self._u: Array = wp.zeros(len(which), dtype=vec, device=device)
         self._v: Array = wp.zeros(len(which), dtype=vec, device=device)

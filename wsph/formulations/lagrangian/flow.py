@@ -9,7 +9,8 @@ from wsph.backend.state import Layout, fields_struct
 from wsph.backend.tensors import determinant_and_inverse
 from wsph.constitutive.evolution import evolution
 from wsph.constitutive.laws import Laws
-from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered, row_of, smoothed
+from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered, smoothed
+from wsph.parts.fading import row_of
 from wsph.parts.terms import points_struct
 from wsph.sph.rows import rows_struct
 

@@ -103,21 +103,6 @@ class Form:
         return self.stabilised or any(term.shares for term in self.pair_terms)
 
 
-@cache
-def row_of(space: Space, beside: bool) -> wp.Function:
-    """Warp function (points, i) -> where the fields of point i stand in those of the state: of some points of a body,
-    `beside` others, in rows of their own."""
-    Points = points_struct(space)
-
-    @wp.func
-    def row(points: Points, i: int) -> int:
-        if wp.static(beside):
-            return points.row[i]
-        return i
-
-    return row
-
-
 def coefficients_of(space: Space, form: Form) -> type:
     """The struct of coefficients that kernels of a form take."""
     return coefficients_struct(space, form.numbers, form.imaged)

@@ -15,8 +15,8 @@ from wsph.constitutive.evolution import thickness
 from wsph.constitutive.initial import total_of
 from wsph.constitutive.laws import Laws
 from wsph.constitutive.stress_state import packing
-from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered, misfit_pull, row_of, smoothed
-from wsph.parts.fading import faded
+from wsph.formulations.lagrangian.form import Form, coefficients_of, gathered, misfit_pull, smoothed
+from wsph.parts.fading import faded, row_of
 from wsph.parts.terms import answers_struct, points_struct
 from wsph.sph.rows import rows_struct
 
