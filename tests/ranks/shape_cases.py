@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 import wsph
-from tests.ranks.shared_cases import CRACKING, MISES, PERIODIC, SWAYING, UPDATED, VISCOUS, begin, scene
+from tests.ranks.case_runs import begin
+from tests.ranks.shared_cases import CRACKING, MISES, PERIODIC, SWAYING, UPDATED, VISCOUS, scene
 from wsph.validation import meshes
 
 NAMES = ("quads.vtu", "triangles.vtu", "mixed.vtu", "hexahedra.vtu", "tetrahedra.vtu", "flat.csv", "solid.csv")

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from tests.ranks import shape_cases, shared_cases
+from tests.ranks.case_runs import case_of
 from tests.ranks.launch import launched, needs_mpi
-from tests.ranks.shared_cases import case_of
 
 RESUMED = ("sides", "plastic", "edges viscous", "on faces", "inside", "breaking", "links")
 GROUPS = [
