@@ -24,6 +24,8 @@ class Traits:
     """Stiffness against the misfit of a linear field to the displacements, by default, in Young's moduli."""
     support: float = 2.6
     """Support by default [spacings]."""
+    jittered: float = 2.6
+    """That of bodies whose nodes have been moved, in two and three dimensions."""
     supports: tuple[float, float] = (0.0, 4.0)
     """Smallest and largest support that a scene may name [spacings]: beyond them a linear motion has no uniform stress
     beside the faces, or nobody has looked."""

@@ -51,6 +51,10 @@ def scene(dim: int = 2, form: str = "stress-points", law: str = "elastic", **cha
 
 
 MISES = {"law": "mises", "material": {"yield_stress": 1e-3}}
+PERZYNA = {
+    "law": "perzyna",
+    "material": {"yield_stress": 1e-4, "hardening_modulus": 0.1, "fluidity": 1e-4, "exponent": 1.0},
+}
 SIDES = [
     {"body": "b", "face": "+y", "traction": {"y": 1e-3}},
     {"body": "b", "face": "-y", "displacement": {"x": "1e-3*t*t"}},
@@ -241,6 +245,23 @@ def balls(form: str = "total-lagrangian", **changes: object) -> wsph.Scene:
     )
 
 
+def two_sets(dim: int = 2, law: str = "elastic", *, moves: bool = False, **changes: object) -> wsph.Scene:
+    """A body of two sets of particles, those that follow the motion where it `moves`, that is held, driven and pulled at
+    along all cuts."""
+    how = {"integrator": "ul-tsph" if moves else "tsph", "dt": 0.4, "end": 0.4 * STEPS}
+    given: dict[str, object] = {"body": {}, "run": {}, **changes}
+    low = [{"name": "low", "body": "b", "face": "-y", "symmetry": "y"}] if dim > 1 else []
+    driven = [{"name": "side", "body": "b", "face": "+y", "velocity": {"y": "-1e-3*t"}}] if dim > 1 else []
+    entries = [
+        {"name": "root", "body": "b", "face": "-x", "fixed": list("xyz"[:dim])},
+        {"name": "end", "body": "b", "face": "+x", "stress": {"xx": "1e-3*min(t, 1)"}},
+        *changes.pop("boundary", [*low, *driven]),  # type: ignore[misc]
+    ]
+    body = {"velocity": ["1e-3*sin(0.2*y)", "1e-3*x", "1e-3*sin(x)"][:dim] if dim > 1 else ["1e-4*x"], **given["body"]}  # type: ignore[dict-item]
+    made = scene(dim, None, law, **changes | {"body": body, "run": how | given["run"]})  # type: ignore[operator]
+    return made.with_(boundary=entries, probes=[each for each in made.data()["probes"] if "of" not in each])
+
+
 CASES = {
     "viscous": lambda: scene(body=VISCOUS, gravity={"y": -1e-4}, run={"dt": None, "cfl": "auto"}),
     "plastic": lambda: scene(3, **MISES, run={"precision": "f32"}),
@@ -352,6 +373,19 @@ CASES = {
         relax={"until": 0.7, "max_steps": 5000},
         run={"dt": 0.4},
     ),
+    "two sets": lambda: two_sets(body={"body_force": WEIGHT, "damping": {"rate": 0.01}}, gravity={"y": -1e-4}),
+    "two sets bar": lambda: two_sets(1, "jaumann", run={"dt": None, "cfl": "auto"}),
+    "two sets jittered": lambda: two_sets(**PERZYNA, body={"jitter": 0.1}, boundary=[], run={"guard": "warn"}),
+    "two sets cracked": lambda: two_sets(
+        body={"cracks": CRACKS[:1], "shape": HOLE["shape"], "surface": "stairs"},
+        boundary=[{"body": "b", "patch": "hole", "stress": {"xx": 1e-3, "yy": 1e-3}}],
+    ),
+    "two sets bodies": lambda: two_sets(more=[BESIDE[0], (*BESIDE[1][:3], {"damping": {"rate": 0.01}})]),
+    "two sets moving": lambda: two_sets(moves=True, **MISES, body={"body_force": WEIGHT, **SWAYING}, gravity={"y": -1e-4}),
+    "two sets moving 3D": lambda: two_sets(3, moves=True, run={"precision": "f32", "support": 1.8}),
+    "two sets moving bar": lambda: two_sets(1, moves=True, **PERZYNA),
+    "two sets moving jittered": lambda: two_sets(moves=True, body={"jitter": 0.1, "cracks": CRACKS[:1]}, law="jaumann"),
+    "two sets plastic": lambda: two_sets(3, **MISES, run={"precision": "f32"}),
 }
 """Of every form, law, integrator, dimension and precision some, with what crosses the cuts."""
 

@@ -4,6 +4,7 @@
 
 import numpy as np
 
+from wsph.backend.domain import any_of
 from wsph.boundary.clashes import Claims
 from wsph.boundary.conditions import (
     Conditions,
@@ -32,7 +33,7 @@ def face_conditions(scene: Prescribing, body: str, lattice: Lattice, labels: tup
     loads: list[tuple[str, np.ndarray, np.ndarray, Prescribed, str]] = []
     zero = constant_program(0.0)
     for k, condition, nodes, rows in selected_conditions(
-        scene, body, faces, lattice.spacing, lattice.nodes, faces.nodes
+        scene, body, faces, lattice.spacing, lattice.nodes, faces.nodes, lattice.split
     ):
         velocities = prescribed_velocities(scene, condition)
         if velocities and condition.steps:
@@ -65,7 +66,7 @@ def face_conditions(scene: Prescribing, body: str, lattice: Lattice, labels: tup
             value = in_steps(scene, condition, scene.value(given, "Pa"))
             key = f"boundary.{k}.stress.{label}"
             acting = rows & np.isin(faces.axis, [AXES.index(axis) for axis in label])
-            if not acting.any():
+            if not any_of(lattice.split.domain, bool(acting.any())):
                 across = " or ".join(sorted(set(label)))
                 text = f"acts on no face selected here: {label} is a stress on a face across {across}"
                 raise SceneError("scene", [Fault(0, key, text)])

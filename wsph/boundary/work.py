@@ -1,4 +1,4 @@
-"""External work of prescribed motion and loads on a body, in blocks of fixed size."""
+"""External work of prescribed motion and loads on a body."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -41,34 +41,33 @@ def _work_kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
         particle: wp.array(dtype=wp.int32),
         axis: wp.array(dtype=wp.int32),
         area: wp.array(dtype=wp.float64),
-        count: int,
         power_out: wp.array2d(dtype=wp.float64),
         work_out: wp.array2d(dtype=wp.float64),
     ):
-        block = first + wp.tid()
+        row = first + wp.tid()
+        i = particle[row]
+        # Nanson: the current area vector is J F^-T N times the reference area.
+        normal = vec()
+        for a in range(wp.static(dim)):
+            normal[a] = axes[a, axis[row]]
+        if wp.static(deformed):
+            F = wp.identity(n=dim, dtype=real) + fields.deformation[i]
+            normal = ratio(fields, i) * (wp.transpose(inverse(F)) * normal)
+        stress = unpack(fields.stress[i])
+        velocity = fields.velocity[i]
         power = wp.float64(0.0)
-        for row in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
-            i = particle[row]
-            # Nanson: the current area vector is J F^-T N times the reference area.
-            normal = vec()
-            for a in range(wp.static(dim)):
-                normal[a] = axes[a, axis[row]]
-            if wp.static(deformed):
-                F = wp.identity(n=dim, dtype=real) + fields.deformation[i]
-                normal = ratio(fields, i) * (wp.transpose(inverse(F)) * normal)
-            stress = unpack(fields.stress[i])
-            velocity = fields.velocity[i]
-            for a in range(wp.static(dim)):
-                for b in range(wp.static(dim)):
-                    power += area[row] * wp.float64(stress[a, b] * normal[b] * velocity[a])
-        work_out[block, 0] = work_out[block, 0] + wp.float64(0.5) * dt_of(clock) * (power + power_out[block, 0])
-        power_out[block, 0] = power
+        for a in range(wp.static(dim)):
+            for b in range(wp.static(dim)):
+                power += area[row] * wp.float64(stress[a, b] * normal[b] * velocity[a])
+        work_out[row, 0] = work_out[row, 0] + wp.float64(0.5) * dt_of(clock) * (power + power_out[row, 0])
+        power_out[row, 0] = power
 
     return work
 
 
 class ExternalWork(PowerWorks):
-    """Work of the moved and loaded faces of a two-set body, by f rows of a particle on a face.
+    """Work of the moved and loaded faces of a two-set body, by f rows of a particle on a face, in the order of the particles:
+    each has sums of its own, which processes that share a face put together.
 
     _particle  # (f,) int32
     _axis      # (f,) int32, the face's axis of the grid
@@ -86,18 +85,29 @@ class ExternalWork(PowerWorks):
         axes: object,
         layout: Layout,
         device: str,
+        share: Share,
         domain: Domain = WHOLE,
     ):
-        super().__init__(len(conditions.work_particle), len(conditions.work_particle) > 0, device, domain)
+        """`share`: the particles that are here, of which its own count."""
+        rows = np.argsort(conditions.work_particle, kind="stable")
+        rows = rows[share.owns(conditions.work_particle[rows])]
+        super().__init__(0, any_of(domain, len(rows) > 0), device, domain)
         self._axes, self._kernel = axes, _work_kernel(space, laws, layout)
         if self._acts:
-            self._particle = wp.array(conditions.work_particle, dtype=wp.int32, device=device)
-            self._axis = wp.array(conditions.work_axis, dtype=wp.int32, device=device)
-            self._area = wp.array(conditions.work_area / area_unit, dtype=wp.float64, device=device)
+            self._particle = wp.array(conditions.work_particle[rows], dtype=wp.int32, device=device)
+            self._axis = wp.array(conditions.work_axis[rows], dtype=wp.int32, device=device)
+            self._area = wp.array(conditions.work_area[rows] / area_unit, dtype=wp.float64, device=device)
+            self._work, self._power = (wp.zeros((len(rows), 1), dtype=wp.float64, device=device) for _ in range(2))
 
     def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object], list[object]]:
-        inputs = [self._axes, state.struct, clock.time, self._particle, self._axis, self._area, self._n]
+        inputs = [self._axes, state.struct, clock.time, self._particle, self._axis, self._area]
         return self._kernel, inputs, [self._power]
+
+    def rows(self, share: Share) -> Rows:
+        """Where its rows stand among those of all processes."""
+        particle = self._particle.numpy() if self._acts else np.zeros(0, np.int32)
+        keys = share.first + particle.astype(np.int64)[:, None]
+        return Rows.by_keys(keys, np.ones(len(keys), bool), self._domain)
 
     @property
     def total(self) -> float:

@@ -141,13 +141,14 @@ def _middle_kernel(space: Space, layout: Layout, varied: bool) -> wp.Kernel:
         body: Inertia,
         volume: wp.array(dtype=space.scalar),
         fields: Fields,
-        count: int,
+        low: int,
+        end: int,
         work_out: wp.array2d(dtype=wp.float64),
     ):
         block = first + wp.tid()
         lifted = wp.float64(0.0)
         damped = wp.float64(0.0)
-        for i in range(block * BLOCK, wp.min((block + 1) * BLOCK, count)):
+        for i in range(low + block * BLOCK, wp.min(low + (block + 1) * BLOCK, end)):
             v = fields.velocity[i]
             mass = wp.float64(body.density * volume[i])
             pull = body.gravity
@@ -168,18 +169,27 @@ class MiddleWork(ForceWork):
     _volume  # of the virtual particles, (m,) scalar
     """
 
-    def __init__(self, force: BodyForce, volume: np.ndarray, space: Space, device: str, struct: object):
+    def __init__(
+        self,
+        force: BodyForce,
+        volume: np.ndarray,
+        space: Space,
+        device: str,
+        struct: object,
+        share: Share | None = None,
+        domain: Domain = WHOLE,
+    ):
         """`struct`: of the virtual particles, whose accelerations are those of the middle of the step when works are
-        added."""
+        added; `share`: its particles that count."""
         acts = force.parts.damped or force.parts.heavy or force.parts.varied
-        super().__init__(len(volume), acts, device)
+        super().__init__(share or Share.all(len(volume)), acts, device, domain)
         self._struct, self._varied = struct, force.parts.varied
         if acts:
             self._volume = wp.array(volume, dtype=space.scalar, device=device)
 
     def _launch(self, state: State, clock: Clock) -> tuple[wp.Kernel, list[object], list[object]]:
         made = _middle_kernel(state.space, state.layout, self._varied)
-        return made, [clock.time, self._struct, self._volume, state.struct, self._n], []
+        return made, [clock.time, self._struct, self._volume, state.struct, self._low, self._n], []
 
     def start(self, state: State, clock: Clock) -> None:
         """The first step has not been taken."""

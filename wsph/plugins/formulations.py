@@ -31,7 +31,9 @@ class Formulation:
 
 
 # Of two sets of particles a linear motion has a uniform stress with any support; more than 6 spacings smooth waves away.
-_TWO_SETS = Traits(needs_rate=True, splits_cracks=True, tried=True, support=1.2, supports=(0.0, 6.0))
+# Where nodes have been moved two layers of cells are seen: a particle on a face that sees one, whose centres are not in one
+# plane, finds 6 to 40 % of wrong stress under a linear velocity.
+_TWO_SETS = Traits(needs_rate=True, splits_cracks=True, tried=True, support=1.2, jittered=1.8, supports=(0.0, 6.0))
 
 FORMULATIONS = [
     Formulation("small-strain", 2, _TWO_SETS.with_(small_strain=True), "wsph.formulations.taylor.system:TwoSetSystem"),

@@ -30,6 +30,12 @@ from wsph.ranks.slabs import TooFew
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body, MeshFile, PointsFile
 
+WIDEST = 2.25
+"""Of two sets: the support of a particle that has to see more than the others, over theirs."""
+
+FRAMED = 2
+"""Layers about a particle on a face whose places give the face's direction."""
+
 STEPS = 'surface = "stairs", which leaves the surface in steps of a cell'
 """What any shape can have."""
 
@@ -90,7 +96,8 @@ def reach_of(scene: Scene, body: Body, formulation: Formulation) -> tuple[int, b
     """How many layers of cells away the acceleration of a particle depends on where others are, and whether particles are
     their own points, where stress is found. Points see the corners of their cells; along edges gradients and stresses are
     averaged, so that there are four steps from one particle to the next, and volumes may be of blocks of two; of a kernel
-    there are two of its support. Where pairs follow the motion it is what particles see that counts: one layer is what
+    there are two of its support. Of two sets each sees the other, both are particles, and what is read of displacements at
+    faces may look six layers far. Where pairs follow the motion it is what particles see that counts: one layer is what
     loads on faces take."""
     traits, run = formulation.traits, scene.run
     if traits.pairs_follow:
@@ -98,6 +105,9 @@ def reach_of(scene: Scene, body: Body, formulation: Formulation) -> tuple[int, b
     if traits.corners and not run.kernel_by:
         return 1, False
     own = [part.support for part in body.parts.values() if part.support is not None]
+    if not traits.one_set:
+        seen = WIDEST * (run.support or (traits.jittered if body.jitter else traits.support))
+        return max(8, FRAMED + 2 * math.ceil(seen)), True
     support = run.support or (own[0] if own else traits.support)
     return max(8, 2 * math.ceil(support)), traits.pairwise
 

@@ -4,16 +4,19 @@
 
 import numpy as np
 
+from wsph.backend.domain import Domain
+
 FALSE_STRAIN, FALSE_PART = 1e-3, 0.25
 """The strain of a rotation that small strain takes for a stretch, and its part of the largest strain, beyond which both are
 warned of."""
 
 
-def turned(name: str, gradient: np.ndarray) -> str:
+def turned(name: str, gradient: np.ndarray, domain: Domain) -> str:
     """The words for a body that has turned beyond small strain; empty where it has not. `gradient` (m, dim, dim) is that of
-    the displacements: half of H^T H is what the symmetric part of H lacks of a strain that no rotation changes."""
-    false = 0.5 * np.abs(gradient.transpose(0, 2, 1) @ gradient).max()
-    strain = 0.5 * np.abs(gradient + gradient.transpose(0, 2, 1)).max()
+    the displacements, of a part in each process of a `domain`: half of H^T H is what the symmetric part of H lacks of a strain
+    that no rotation changes."""
+    back = gradient.transpose(0, 2, 1)
+    false, strain = 0.5 * domain.max(np.array([np.abs(back @ gradient).max(), np.abs(gradient + back).max()]))
     if not (false > FALSE_STRAIN and false > FALSE_PART * strain):
         return ""
     return (

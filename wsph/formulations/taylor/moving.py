@@ -56,7 +56,7 @@ class MovingTwoSetSystem(TwoSetSystem):
         faces.held, faces.free, faces.frames = self._faces.held, self._faces.free, self._frames
         faces.slot = wp.array(slot, dtype=wp.int32, device=device)
         # About the body's middle: single precision has no digits for how far away it stands.
-        middle, places = lattice.nodes.mean(0), places_struct(space)()
+        middle, places = lattice.middle, places_struct(space)()
         places.nodes = wp.array((lattice.nodes - middle) / scales.length, dtype=space.vec, device=device)
         places.cells = wp.array((lattice.cells - middle) / scales.length, dtype=space.vec, device=device)
         self._at_targets = [faces, places]

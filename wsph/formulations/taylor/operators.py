@@ -14,6 +14,7 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import host
+from wsph.backend.domain import Domain, Share
 from wsph.backend.space import Array, Space
 from wsph.errors import Refused
 from wsph.formulations.lattice.block_rates import width_of
@@ -114,26 +115,42 @@ class Operator:
     listed                   # targets that have lists, (k,)
     interpolation, gradient  # their weights
     rows                     # the lists as kernels take them
+    regular                  # targets of the whole body whose rows follow from the lattice
     few                      # rows follow from the lattice, but in such a way that they do not pay
     table                    # blocks of the other rows (`wsph.formulations.lattice.runs`), flat; None where there are none
     across                   # rows of a block, but where a run ends
     slope                    # dim x dim: their differences along the axes of the grid, summed, times it are the gradient
+    seen                     # the sources, from one up to another, that a process's own targets see
+    lists, threads           # rows of the lists, and threads over the blocks, of the targets that steps are to reach
     """
 
     def __init__(
-        self, space: Space, weights: tuple[Weights, Weights], turn: np.ndarray | None, near: np.ndarray, device: str
+        self,
+        space: Space,
+        weights: tuple[Weights, Weights],
+        turn: np.ndarray | None,
+        near: np.ndarray,
+        device: str,
+        share: Share,
+        domain: Domain,
     ):
         """`weights` in coordinates of the grid; `turn` (dim, dim) brings gradients to lengths and to the coordinate axes,
-        None where they are that; `near` as `lattice_rows` says it."""
-        self._space, self.targets, dim = space, weights[0].pairs.targets, space.dim
+        None where they are that; `near` as `lattice_rows` says it; `share`: the targets that are here."""
+        self._space, self.targets, self._share, dim = space, weights[0].pairs.targets, share, space.dim
         self._turn = np.eye(dim) if turn is None else turn
         width = width_of(device, space.precision)
         self._threads = ACROSS if width == 1 else 1
+        offsets = host(weights[0].pairs.offsets)
+        of_own = host(weights[0].pairs.indices)[offsets[share.own.start] : offsets[share.own.stop]]
+        self.seen = slice(int(of_own.min()), int(of_own.max()) + 1)
         self.across = ACROSS if width == 1 else capacity_of(width)
         blocks = gathered_runs(near, weights[0].pairs.sources, self.across)
-        many = int(blocks[:, OWN].sum())
-        self.few = 0 < many < max(FEWEST[dim], SHORTEST * len(blocks))
+        # Of the whole body: which kernel a row has must not depend on where it is cut.
+        mine = np.count_nonzero(near[share.own, 0] >= 0), np.count_nonzero(share.owns(blocks[:, FIRST]))
+        many, number = (int(each) for each in domain.sum(np.array(mine)))
+        self.few = 0 < many < max(FEWEST[dim], SHORTEST * number)
         self._blocks = blocks[:0] if self.few else blocks
+        self.regular = 0 if self.few else many
         self.listed = np.arange(self.targets, dtype=np.int32)
         if self.regular:
             self.listed = np.flatnonzero(near[:, 0] < 0).astype(np.int32)
@@ -151,21 +168,23 @@ class Operator:
         self.rows.weight, self.rows.gradient = self.interpolation.values, self.gradient.values
         if self.regular:
             self.rows.targets = wp.array(self.listed, dtype=wp.int32, device=device)
+        self.lists, self.threads = slice(0, len(self.listed)), slice(0, len(self._blocks) * self._threads)
 
-    @property
-    def regular(self) -> int:
-        """Targets whose rows follow from the lattice."""
-        return int(self._blocks[:, OWN].sum())
-
-    @property
-    def threads(self) -> int:
-        """Of a launch over the blocks."""
-        return len(self._blocks) * self._threads
+    def reach(self, targets: slice) -> None:
+        """From now on steps are to reach some of the targets, from one up to another: those, and what shares blocks with
+        them."""
+        low, high = np.searchsorted(self.listed, [targets.start, targets.stop])
+        self.lists = slice(int(low), int(high))
+        first, many = self._blocks[:, FIRST], self._blocks[:, OWN]
+        low, high = np.searchsorted(first + many, targets.start, side="right"), np.searchsorted(first, targets.stop)
+        self.threads = slice(int(low) * self._threads, int(high) * self._threads)
 
     @property
     def pairs(self) -> int:
-        """Directed pairs, as many as lists of all would have."""
-        return self.interpolation.pairs.count + 2**self._space.dim * self.regular
+        """Directed pairs of a process's own targets, as many as lists of all would have."""
+        low, high = np.searchsorted(self.listed, [self._share.own.start, self._share.own.stop])
+        ends = host(self.interpolation.pairs.offsets)[[low, high]]
+        return int(ends[1] - ends[0]) + 2**self._space.dim * int(self._share.high - self._share.low - (high - low))
 
     @property
     def spared(self) -> int:

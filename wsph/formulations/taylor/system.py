@@ -16,6 +16,7 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import host
+from wsph.backend.domain import Share, any_of
 from wsph.backend.space import Array
 from wsph.backend.state import Layout, State
 from wsph.boundary.collocated import face_conditions
@@ -36,19 +37,16 @@ from wsph.formulations.taylor.faces import faces_struct
 from wsph.formulations.taylor.judgement import turned
 from wsph.formulations.taylor.kernels import TaylorKernels, drift_kernel, kernels
 from wsph.formulations.taylor.operators import SHORTEST, Operator, Sets, lattice_rows
+from wsph.formulations.taylor.part import Part
 from wsph.geometry.cracks import parted
 from wsph.geometry.lattice import Lattice
 from wsph.parts.body_force import BodyForce
 from wsph.parts.body_force_work import MiddleWork
 from wsph.plugins.blame import blame
+from wsph.ranks.kept import Piece, Rows
 from wsph.sph.averages import Averages, average, outward_weights, ranges
 from wsph.sph.second_order import between
 from wsph.sph.weights import Weights
-
-JITTERED = 1.8
-"""Support by default where nodes have been moved [spacings]: two layers of cells. A particle on a face that sees one layer,
-whose centres are not in one plane, finds 6 to 40 % of wrong stress under a linear velocity."""
-
 
 CORNERS = 0.25
 """Second moment of the mean of the corners of a cell [spacings squared]."""
@@ -56,11 +54,6 @@ CORNERS = 0.25
 CLOSED = 0.1
 """Overlap of a crack's sides, in parts of the range of the displacements, from which it counts as closed: that of one that
 is pressed comes to several tenths, what the front of a sudden pull leaves in extrapolated displacements to .05."""
-
-
-def _support(lattice: Lattice, regular: float) -> float:
-    """The support of a body of which the scene gives none [spacings]."""
-    return JITTERED if lattice.irregular and lattice.nodes.shape[1] > 1 else regular
 
 
 class TwoSetSystem(System):
@@ -79,13 +72,16 @@ class TwoSetSystem(System):
         super().__init__(setup)
         scene, body, lattice = setup.scene, setup.body, setup.lattice
         space, constitutive, scales, device = setup.space, setup.constitutive, setup.scales, setup.device
-        self.position = lattice.nodes
+        self.position, self._part = lattice.nodes, Part(lattice.split)
+        self.share = self.point_share = self._part.real
         self.volume = lattice.node_volume / scales.length**space.dim
         self._displacement = setup.displacement or self.traits.courant_follows or bool(lattice.cracks)
         self._parted = parted(lattice.index, lattice.faces) if lattice.cracks else None
+        self._states: dict[str, tuple[State, Share]] = {}
         self._sources: dict[int, State] = {}
         """The law's rates at L = 0 at the particles of each state, where the law has any."""
-        self._support = scene.run.support or _support(lattice, self.traits.support)
+        moved = lattice.irregular and space.dim > 1
+        self._support = scene.run.support or (self.traits.jittered if moved else self.traits.support)
         self.conditions: Conditions = face_conditions(scene, body.name, lattice, constitutive.state.labels)
         cell = float(np.prod(lattice.frame.step))
         # With its images: the half of a body that symmetry stands for has the operators of the whole, at a crack's tip too.
@@ -94,8 +90,9 @@ class TwoSetSystem(System):
         self._virtual = self._operator(sets, "virtual", whole)
         self._moment = self._second_moments(sets.nodes, sets.cells)
         self._real = self._operator(sets, "real", lattice.cell_volume / cell)
+        self._part.reach(self._virtual, self._real)
         rows = self._virtual.regular + self._real.regular
-        self.regular = rows / (self._virtual.targets + self._real.targets)
+        self.regular = rows / (self._part.virtual.whole + self._part.real.whole)
         self.listed = self._listed_for()
         if rows:
             across, block, spared = self._virtual.across, 4 * (HEAD + 2**space.dim), self._virtual.spared
@@ -109,7 +106,8 @@ class TwoSetSystem(System):
         self.force = BodyForce(gravity_of(scene)[0], body.damping, space, scales, self.density, varied)
         self._inertia = [self.force.among(pull.force) for pull in self._pulls] or [self.force.struct] * 2
         cells = lattice.cell_volume / scales.length**space.dim
-        self.force_work = MiddleWork(self.force, cells, space, device, self._inertia[0])
+        shared = self._part.virtual, self.domain
+        self.force_work = MiddleWork(self.force, cells, space, device, self._inertia[0], *shared)
         self._middle: State | None = None
         self._faces = faces_struct(space)()
         self._faces.held = wp.array(self._held_components(), dtype=wp.int32, device=device)
@@ -121,7 +119,7 @@ class TwoSetSystem(System):
         area = scales.length ** (space.dim - 1)
         axes = space.mat(*lattice.frame.axes.ravel())
         self.work = self._works = ExternalWork(
-            space, self.conditions, constitutive.laws, area, axes, self.state.layout, device
+            space, self.conditions, constitutive.laws, area, axes, self.state.layout, device, self.share, self.domain
         )
         self._carried = CarriedCells(space, self.conditions, lattice, device)
         self._register()
@@ -133,7 +131,8 @@ class TwoSetSystem(System):
         number, lattice = [body.name for body in setup.scene.bodies].index(self.name), setup.lattice
         density, scales, found = setup.constitutive.material.density, self.scales, list[LoadForces]()
         for name, places in (("virtual", lattice.cells), ("real", lattice.nodes)):
-            loads = volume_loads(setup.scene, number, setup.body.body_force, places, lattice.spacing, density)
+            forces = setup.body.body_force
+            loads = volume_loads(setup.scene, number, forces, places, lattice.spacing, density, self.domain)
             if loads:
                 field = self.arrays.zeros(f"pull.{name}", len(places), self.space.vec)
                 unit = density * scales.velocity / scales.time
@@ -205,7 +204,8 @@ class TwoSetSystem(System):
         frame = self.lattice.frame
         along = frame.upright and (np.abs(frame.step / self.scales.length - 1.0) < 1e-6).all()
         turn = None if along else frame.axes * (self.scales.length / frame.step)
-        return Operator(self.space, weights, turn, near, self.device)
+        share = self._part.real if name == "real" else self._part.virtual
+        return Operator(self.space, weights, turn, near, self.device, share, self.domain)
 
     def _listed_for(self) -> str:
         """What it has lists for, in words; empty where rows follow from its lattice."""
@@ -231,12 +231,13 @@ class TwoSetSystem(System):
         # One-sided neighbourhoods at the faces have smaller moments and grow nothing: where there is an interior it decides.
         # In a body of one or two cells across there is none; the moments along the axes leave out the corners' skewness.
         at_face = np.bincount(row, on_face[indices], len(listed)) > 0
-        inner = np.delete(np.arange(len(cells)), listed)
+        own, inner = self._part.virtual.owns(listed), np.delete(np.arange(len(cells)), listed)
+        inner = inner[self._part.virtual.owns(inner)]
         initial = CORNERS if (~on_face[self.lattice.corners[inner]]).all(1).any() else np.inf
-        smallest = np.linalg.eigvalsh(moment[~at_face])[:, 0].min(initial=initial)
-        if smallest == np.inf:
-            smallest = np.einsum("nii->ni", moment).min(initial=CORNERS)
-        return float(smallest)
+        smallest = np.linalg.eigvalsh(moment[own & ~at_face])[:, 0].min(initial=initial)
+        along = np.einsum("nii->ni", moment[own]).min(initial=CORNERS)
+        smallest, along = self.domain.min(np.array([smallest, along]))
+        return float(along if smallest == np.inf else smallest)
 
     @property
     def second_moment(self) -> float:
@@ -266,8 +267,10 @@ class TwoSetSystem(System):
         return self._new(where)
 
     def _new(self, where: str, own: bool = False) -> State:
-        n, layout = len(self.lattice.nodes if where == "real" else self.lattice.cells), self._layout(where)
+        share, layout = self._part.real if where == "real" else self._part.virtual, self._layout(where)
+        number, n = self._made, share.held
         state = self._make(n, layout, own=own)
+        self._states[f"state{number}"] = state, share
         if self.constitutive.laws.source is not None:
             self._sources[id(state)] = State(self.space, n, layout, self.device)
             self.arrays.take(f"source{len(self._sources)}", self._sources[id(state)].buffer)
@@ -287,9 +290,9 @@ class TwoSetSystem(System):
         """Virtual `out` = interpolated real `source` + weight dt times the rate there."""
         self._pull(0.0)
         shared = [source.struct, self._source(source), self.clock.time, self.space.scalar(weight)]
-        if len(self._virtual.listed):
-            inputs = [self.constitutive.params, self._inertia[0], self._virtual.rows, *shared]
-            self.clock.launch(self.kernels.half_step, len(self._virtual.listed), inputs, [out.struct])
+        self._step_lists(
+            self._virtual, self.kernels.half_step, [self._inertia[0], self._virtual.rows, *shared], out
+        )
         self._step_rows(False, shared, out)
 
     def _step_rows(self, real: bool, shared: list[object], out: State) -> None:
@@ -298,7 +301,15 @@ class TwoSetSystem(System):
         operator, kernel = (self._virtual, self._real)[real], self.kernels.by_rows[real]
         if kernel is not None:
             inputs = [self.constitutive.params, self._inertia[real], operator.slope, operator.table, *shared]
-            self.clock.launch(kernel, operator.threads, inputs, [out.struct])
+            self._launch(kernel, operator.threads, inputs, out)
+
+    def _step_lists(self, operator: Operator, kernel: wp.Kernel, inputs: list[object], out: State) -> None:
+        """A half step of the particles that have lists (a launch, where there are any)."""
+        self._launch(kernel, operator.lists, [self.constitutive.params, *inputs], out)
+
+    def _launch(self, kernel: wp.Kernel, rows: slice, inputs: list[object], out: State) -> None:
+        if rows.stop > rows.start:
+            self.clock.launch(kernel, rows.stop - rows.start, inputs, [out.struct], rows.start)
 
     def rate(self, source: State, out: State, *, imposed: State, weight: float) -> None:
         """Real `out` += weight dt times the rate from virtual `source`.
@@ -310,11 +321,10 @@ class TwoSetSystem(System):
         self._middle = source
         self._pull(0.5)
         shared = [source.struct, self._source(source), self.clock.time, self.space.scalar(weight)]
-        if len(self._real.listed):
-            inputs = [self.constitutive.params, self._inertia[1], self._real.rows, *self._at_targets]
-            inputs += [*shared[:2], imposed.struct, *shared[2:]]
-            self.clock.launch(self.kernels.rate, len(self._real.listed), inputs, [out.struct])
+        inputs = [self._inertia[1], self._real.rows, *self._at_targets, *shared[:2], imposed.struct, *shared[2:]]
+        self._step_lists(self._real, self.kernels.rate, inputs, out)
         self._step_rows(True, shared, out)
+        self._part.bring(out, self.clock)
 
     def hold(self, state: State, c: float | tuple[float, float]) -> None:
         """Impose prescribed values on the state that the run continues from; stresses in the axes of each face."""
@@ -349,6 +359,12 @@ class TwoSetSystem(System):
             self.clock.launch(drift, state.n, [self.clock.time], [state.struct])
         self.boundary.motions.lead(state, self.clock)
 
+    def pieces(self) -> dict[str, list[Piece]]:
+        moved, works = self.boundary.moving(self.share, self.domain), self._works.rows(self.share)
+        known = {f"motions.moves.{name}": moved for name in ("velocity", "displacement")}
+        known |= {"work._work": works, "work._power": works, "force._work": Rows.of_blocks(self._part.virtual)}
+        return self._part.pieces(self.arrays.kept, self._states, known)
+
     def close(self) -> None:
         self.boundary.motions.close(self.clock)
         self._works.add(self.state, self.clock)
@@ -382,19 +398,22 @@ class TwoSetSystem(System):
 
     def fault(self) -> str:
         """The word for cracks that have closed: their sides do not see each other, and would pass through each other."""
-        if self._parted is None or not len(self._parted[0]):
+        if self._parted is None or not any_of(self.domain, len(self._parted[0]) > 0):
             return ""
         below, above, axis = self._parted
         u, normal = self.filtered("displacement"), self.lattice.frame.axes.T[axis]
+        own, domain = self.share.owns(below), self.domain
+        mine = u[self.share.own]
+        widest = float((domain.max(mine.max(0)) - domain.min(mine.min(0))).max())
         if "deformation" in self.state.layout:
             dim = self.space.dim
             F = np.eye(dim) + self.state.read("deformation").reshape(-1, dim, dim)[below]
             normal = np.linalg.solve(F.transpose(0, 2, 1), normal[:, :, None])[:, :, 0]
             normal /= np.linalg.norm(normal, axis=1)[:, None]
-        apart = ((u[above] - u[below]) * normal).sum(1)
-        if apart.min() >= -CLOSED * np.ptp(u, axis=0).max():
+        apart = domain.joined(((u[above] - u[below]) * normal).sum(1)[own])
+        if apart.min() >= -CLOSED * widest:
             return ""
-        where = ", ".join(f"{x:g}" for x in self.position[below[apart.argmin()]])
+        where = ", ".join(f"{x:g}" for x in domain.joined(self.position[below[own]])[apart.argmin()])
         return (
             f"a crack closes at ({where}) m, its sides overlap by {-apart.min() * self.scales.length:.3g} m: cracks of"
             " two-set bodies can only open; use two bodies with [[contact]] and an integrator of one set"
@@ -425,7 +444,7 @@ class TwoSetSystem(System):
         """The words for a body that has turned beyond small strain, where its displacements are kept."""
         if not self.traits.small_strain or self.space.dim == 1 or "displacement" not in self.state.layout:
             return ""
-        return turned(self.name, self._strained())
+        return turned(self.name, self._strained()[self._part.virtual.own], self.domain)
 
     def at_virtual(self, name: str) -> np.ndarray:
         """A field interpolated to the virtual particles, (cells, width), nondimensional."""

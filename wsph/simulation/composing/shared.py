@@ -28,8 +28,5 @@ def refuse_whole(scene: Scene, cut: Sequence[bool], count: int) -> None:
 
 
 def _faults(scene: Scene, method: Method) -> Iterator[tuple[str, str]]:
-    traits = method.formulation.traits
-    if not traits.one_set:
-        yield "run.formulation", f"the {method.formulation.name} form of two sets"
     if scene.run.correction == "paper":
         yield "run.correction", "the correction of the paper"
