@@ -171,10 +171,6 @@ class LimitedBody(Protocol):
     def longest_steps(self) -> dict[str, float]: ...
 
 
-Again = Callable[[], LimitedBody]
-"""Makes a body once more, in double precision."""
-
-
 class Integrator(Protocol):
     """An integrator as a run calls it; its optional members are asked for in `wsph.plugins.integrators`."""
 

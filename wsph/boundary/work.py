@@ -66,8 +66,8 @@ def _work_kernel(space: Space, laws: Laws, layout: Layout) -> wp.Kernel:
 
 
 class ExternalWork(PowerWorks):
-    """Work of the moved and loaded faces of a two-set body, by f rows of a particle on a face, in the order of the particles:
-    each has sums of its own, which processes that share a face put together.
+    """Work of the moved and loaded faces of a two-set body, by f rows of a particle on a face, in the order of the
+    particles: each has sums of its own, which processes that share a face put together.
 
     _particle  # (f,) int32
     _axis      # (f,) int32, the face's axis of the grid

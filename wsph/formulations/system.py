@@ -5,7 +5,6 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -90,6 +89,10 @@ class System:
 
     position: np.ndarray
     volume: np.ndarray
+    share: Share
+    """The part of the particles of the whole body that it has."""
+    point_share: Share
+    """The part of the points of the whole body that carry the stress."""
     state: State
     boundary: BoundaryValues
     work: BodyWork
@@ -169,16 +172,6 @@ class System:
     def hold(self, state: State, c: float | tuple[float, float]) -> None:
         """Impose prescribed values on the state that the run continues from; stresses in the axes of each face."""
         self.impose(state, c)
-
-    @cached_property
-    def share(self) -> Share:
-        """The part of the particles of the whole body that it has."""
-        return Share.all(self.count)
-
-    @cached_property
-    def point_share(self) -> Share:
-        """The part of the points of the whole body that carry the stress."""
-        return Share.all(len(self.point_volume))
 
     @property
     def point_volume(self) -> np.ndarray:

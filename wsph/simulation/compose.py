@@ -230,8 +230,9 @@ def _guard(
             return alone(setting, standing(setting, each, Space(space.dim), again), again)
 
         with blame(setting.method.who, integrators.SIGNATURE):
-            # Processes that share a body have none to themselves.
-            guard(setting.scene, run, time_step.dt, steps, double if run.system.domain.size == 1 else None)
+            # Of one set processes that share a body have none to themselves.
+            able = run.system.domain.size == 1 or not run.system.traits.one_set
+            guard(setting.scene, run, time_step.dt, steps, double if able else None)
         run.stability.share = run.courant / run.limit if run.limit else 1.0
 
 

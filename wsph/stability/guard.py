@@ -2,12 +2,16 @@
 
 # pyright: strict
 
+from collections.abc import Callable
+from typing import Protocol
+
 import numpy as np
 
+from wsph.backend.domain import Domain, Share
 from wsph.doubts import doubt
 from wsph.errors import Refused
 from wsph.plugins.integrators import begin
-from wsph.protocols import Again, LimitedBody
+from wsph.protocols import BodySystem, LimitedBody
 from wsph.scene.scene import Scene
 from wsph.stability.growth import largest_growth
 from wsph.stability.limit import SLACK
@@ -21,12 +25,34 @@ MOST_TRIED = 2e9
 """Particles times steps up to which the growth of a jittered body's step is tried: some minutes on one core."""
 
 
-def _growth(run: LimitedBody, steps: int) -> float:
+class SharedSystem(BodySystem, Protocol):
+    """The system of a body that processes share, with the part of its particles that this one has."""
+
+    @property
+    def share(self) -> Share: ...
+
+    @property
+    def domain(self) -> Domain: ...
+
+
+class SharedBody(LimitedBody, Protocol):
+    """A body in a run that processes share."""
+
+    @property
+    def system(self) -> SharedSystem: ...
+
+
+Again = Callable[[], SharedBody]
+"""Makes a body once more, in double precision."""
+
+
+def _growth(run: SharedBody, steps: int) -> float:
     """The growth per step of the body's own modes, measured with about as many steps as the run has."""
     system = run.system
     speed = run.constitutive.wave_speed / system.scales.velocity
     units = {"velocity": speed, "stress": system.density * speed**2}
-    found = largest_growth(run.integrator.step, system.state, int(np.clip(steps // PRODUCTS, 10, 100)), units=units)
+    block, of = int(np.clip(steps // PRODUCTS, 10, 100)), (system.share, system.domain)
+    found = largest_growth(run.integrator.step, system.state, block, PRODUCTS, units, *of)
     # What the trial leaves behind, up to infinities, must not reach the run.
     system.arrays.reset()
     system.start_works()
@@ -34,7 +60,7 @@ def _growth(run: LimitedBody, steps: int) -> float:
     return found
 
 
-def guard(scene: Scene, run: LimitedBody, dt: float, steps: int, double: Again | None) -> None:
+def guard(scene: Scene, run: SharedBody, dt: float, steps: int, double: Again | None) -> None:
     """Refuse or warn of a time step beyond what the integrator or the material can take.
 
     Limits hold for lattices. A body with jitter is tried, as `double`, the same in double precision: where a mode of its own
@@ -46,7 +72,7 @@ def guard(scene: Scene, run: LimitedBody, dt: float, steps: int, double: Again |
     beyond = run.limit is not None and run.courant > run.limit * (1.0 + SLACK)
     if run.limit is not None and beyond:
         grows = ""
-        if double is not None and scene.dim > 1 and run.system.count * PRODUCTS * 25 < MOST_TRIED:
+        if double is not None and scene.dim > 1 and run.system.share.whole * PRODUCTS * 25 < MOST_TRIED:
             found = _growth(double(), 25 * PRODUCTS)
             pace = f"by {found:.2g} a step" if np.isfinite(found) else "faster than can be measured"
             grows = f"; a mode of its step grows {pace}" if found > 0.0 else ""
@@ -59,7 +85,7 @@ def guard(scene: Scene, run: LimitedBody, dt: float, steps: int, double: Again |
         double is not None
         and run.body.jitter > 0.0
         and run.system.traits.tried
-        and run.system.count * steps < MOST_TRIED
+        and run.system.share.whole * steps < MOST_TRIED
     ):
         found = _growth(double(), steps)
         if found * steps > np.log(GROWN):

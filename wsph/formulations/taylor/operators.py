@@ -39,6 +39,9 @@ run takes no longer, is better off without."""
 SHORTEST = 6.0
 """Mean length of their runs from which they pay: a block of fewer rows does not fill a vector."""
 
+CORNERS = 0.25
+"""Second moment of the mean of the corners of a cell [spacings squared]."""
+
 ROUNDINGS = 64.0
 """Within so many rounding units weights are those of a lattice; what differs does so by a tenth."""
 
@@ -50,7 +53,7 @@ class Sets:
     def __init__(self, setup: Setup, support: float):
         """`support` in cells."""
         self._space, self._device, self._smoothing = setup.space, setup.device, setup.scene.run.kernel
-        self._lattice, self._support = setup.lattice, support
+        self.lattice, self._support = setup.lattice, support
         self.nodes, self.cells = setup.lattice.centred
         self._off_cracks = setup.lattice.off_cracks if setup.lattice.cracks else (self.nodes, self.cells)
 
@@ -64,7 +67,7 @@ class Sets:
 
         def seen() -> Pairs:
             found = find_pairs_once(targets, sources, reach, self._device)
-            return visible(found, self._lattice, off_targets, off_sources)
+            return visible(found, self.lattice, off_targets, off_sources)
 
         pairs = seen()
         gradient = gradient_weights(self._space, pairs, targets, sources, volume, self._smoothing)
@@ -79,7 +82,7 @@ class Sets:
         interpolation = interpolation_weights(self._space, pairs, targets, sources, volume, self._smoothing)
         isolated = np.flatnonzero((interpolation.rank < 0) | (gradient.rank < 0))
         if len(isolated):
-            where = (self._lattice.cells if name == "virtual" else self._lattice.nodes)[isolated[0]].tolist()
+            where = (self.lattice.cells if name == "virtual" else self.lattice.nodes)[isolated[0]].tolist()
             raise Refused(
                 f"{len(isolated)} {name} particles, the first at {where} m, see too few particles of the other set"
                 f" for a gradient: raise run.support (now {self._support:g} spacings)"
@@ -235,3 +238,23 @@ def _only(weights: Weights, pairs: Pairs, targets: np.ndarray, where: np.ndarray
     values = host(weights.values)[where]
     kept = wp.array(values, dtype=weights.values.dtype, device=weights.values.device)
     return replace(weights, pairs=pairs, values=kept, rank=weights.rank[targets])
+
+
+def smallest_moment(operator: Operator, sets: Sets, share: Share, domain: Domain) -> float:
+    """Smallest second moment of the interpolation to a virtual particle of the whole body, in spacings squared. `share`: the
+    virtual particles that are here."""
+    weights, listed, on_face = operator.interpolation, operator.listed, sets.lattice.on_face
+    indices, values, row = host(weights.pairs.indices), host(weights.values), weights.pairs.rows()
+    r = sets.nodes[indices] - sets.cells[listed][row]
+    moment = np.zeros((len(listed), r.shape[1], r.shape[1]))
+    np.add.at(moment, row, values[:, None, None] * r[:, :, None] * r[:, None, :])
+    # One-sided neighbourhoods at the faces have smaller moments and grow nothing: where there is an interior it decides.
+    # In a body of one or two cells across there is none; the moments along the axes leave out the corners' skewness.
+    at_face = np.bincount(row, on_face[indices], len(listed)) > 0
+    own, inner = share.owns(listed), np.delete(np.arange(operator.targets), listed)
+    inner = inner[share.owns(inner)]
+    initial = CORNERS if (~on_face[sets.lattice.corners[inner]]).all(1).any() else np.inf
+    smallest = np.linalg.eigvalsh(moment[own & ~at_face])[:, 0].min(initial=initial)
+    along = np.einsum("nii->ni", moment[own]).min(initial=CORNERS)
+    smallest, along = domain.min(np.array([smallest, along])).tolist()
+    return along if smallest == np.inf else smallest

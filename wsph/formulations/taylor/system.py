@@ -34,12 +34,11 @@ from wsph.formulations.setup import Setup
 from wsph.formulations.system import Segmented, System
 from wsph.formulations.taylor.carried import CarriedCells
 from wsph.formulations.taylor.faces import faces_struct
-from wsph.formulations.taylor.judgement import turned
+from wsph.formulations.taylor.judgement import closed, turned
 from wsph.formulations.taylor.kernels import TaylorKernels, drift_kernel, kernels
-from wsph.formulations.taylor.operators import SHORTEST, Operator, Sets, lattice_rows
+from wsph.formulations.taylor.operators import SHORTEST, Operator, Sets, lattice_rows, smallest_moment
 from wsph.formulations.taylor.part import Part
 from wsph.geometry.cracks import parted
-from wsph.geometry.lattice import Lattice
 from wsph.parts.body_force import BodyForce
 from wsph.parts.body_force_work import MiddleWork
 from wsph.plugins.blame import blame
@@ -47,13 +46,6 @@ from wsph.ranks.kept import Piece, Rows
 from wsph.sph.averages import Averages, average, outward_weights, ranges
 from wsph.sph.second_order import between
 from wsph.sph.weights import Weights
-
-CORNERS = 0.25
-"""Second moment of the mean of the corners of a cell [spacings squared]."""
-
-CLOSED = 0.1
-"""Overlap of a crack's sides, in parts of the range of the displacements, from which it counts as closed: that of one that
-is pressed comes to several tenths, what the front of a sudden pull leaves in extrapolated displacements to .05."""
 
 
 class TwoSetSystem(System):
@@ -88,7 +80,7 @@ class TwoSetSystem(System):
         whole = self.conditions.mirrored * lattice.node_volume / cell
         sets = Sets(setup, self._support)
         self._virtual = self._operator(sets, "virtual", whole)
-        self._moment = self._second_moments(sets.nodes, sets.cells)
+        self._moment = smallest_moment(self._virtual, sets, self._part.virtual, self.domain)
         self._real = self._operator(sets, "real", lattice.cell_volume / cell)
         self._part.reach(self._virtual, self._real)
         rows = self._virtual.regular + self._real.regular
@@ -219,26 +211,6 @@ class TwoSetSystem(System):
             else "its particles see more than the nearest of the other set"
         )
 
-    def _second_moments(self, nodes: np.ndarray, cells: np.ndarray) -> float:
-        """Smallest second moment of the interpolation to a virtual particle, in spacings squared."""
-        weights, listed, on_face = self._virtual.interpolation, self._virtual.listed, self.lattice.on_face
-        indices: np.ndarray = weights.pairs.indices.numpy()
-        values: np.ndarray = weights.values.numpy()
-        row = weights.pairs.rows()
-        r = nodes[indices] - cells[listed][row]
-        moment = np.zeros((len(listed), self.space.dim, self.space.dim))
-        np.add.at(moment, row, values[:, None, None] * r[:, :, None] * r[:, None, :])
-        # One-sided neighbourhoods at the faces have smaller moments and grow nothing: where there is an interior it decides.
-        # In a body of one or two cells across there is none; the moments along the axes leave out the corners' skewness.
-        at_face = np.bincount(row, on_face[indices], len(listed)) > 0
-        own, inner = self._part.virtual.owns(listed), np.delete(np.arange(len(cells)), listed)
-        inner = inner[self._part.virtual.owns(inner)]
-        initial = CORNERS if (~on_face[self.lattice.corners[inner]]).all(1).any() else np.inf
-        smallest = np.linalg.eigvalsh(moment[own & ~at_face])[:, 0].min(initial=initial)
-        along = np.einsum("nii->ni", moment[own]).min(initial=CORNERS)
-        smallest, along = self.domain.min(np.array([smallest, along]))
-        return float(along if smallest == np.inf else smallest)
-
     @property
     def second_moment(self) -> float:
         """Smallest second moment m2 of the interpolation weights over the interior virtual particles, in spacings squared.
@@ -290,9 +262,7 @@ class TwoSetSystem(System):
         """Virtual `out` = interpolated real `source` + weight dt times the rate there."""
         self._pull(0.0)
         shared = [source.struct, self._source(source), self.clock.time, self.space.scalar(weight)]
-        self._step_lists(
-            self._virtual, self.kernels.half_step, [self._inertia[0], self._virtual.rows, *shared], out
-        )
+        self._step_lists(self._virtual, self.kernels.half_step, [self._inertia[0], self._virtual.rows, *shared], out)
         self._step_rows(False, shared, out)
 
     def _step_rows(self, real: bool, shared: list[object], out: State) -> None:
@@ -402,22 +372,14 @@ class TwoSetSystem(System):
             return ""
         below, above, axis = self._parted
         u, normal = self.filtered("displacement"), self.lattice.frame.axes.T[axis]
-        own, domain = self.share.owns(below), self.domain
-        mine = u[self.share.own]
-        widest = float((domain.max(mine.max(0)) - domain.min(mine.min(0))).max())
         if "deformation" in self.state.layout:
             dim = self.space.dim
             F = np.eye(dim) + self.state.read("deformation").reshape(-1, dim, dim)[below]
             normal = np.linalg.solve(F.transpose(0, 2, 1), normal[:, :, None])[:, :, 0]
             normal /= np.linalg.norm(normal, axis=1)[:, None]
-        apart = domain.joined(((u[above] - u[below]) * normal).sum(1)[own])
-        if apart.min() >= -CLOSED * widest:
-            return ""
-        where = ", ".join(f"{x:g}" for x in domain.joined(self.position[below[own]])[apart.argmin()])
-        return (
-            f"a crack closes at ({where}) m, its sides overlap by {-apart.min() * self.scales.length:.3g} m: cracks of"
-            " two-set bodies can only open; use two bodies with [[contact]] and an integrator of one set"
-        )
+        own = self.share.owns(below)
+        apart = ((u[above] - u[below]) * normal).sum(1)[own]
+        return closed(apart, self.position[below[own]], u[self.share.own], self.scales.length, self.domain)
 
     def current_density(self) -> np.ndarray:
         """Density of every particle, (n,), nondimensional: rho_0/J where it evolves a deformation, in small strain
