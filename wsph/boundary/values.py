@@ -7,7 +7,8 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.clock import Clock
-from wsph.backend.domain import Domain, Share
+from wsph.backend.domain import WHOLE as ALL
+from wsph.backend.domain import Domain, Share, any_of
 from wsph.backend.kernels import kernel
 from wsph.backend.space import Space
 from wsph.backend.state import State
@@ -92,6 +93,7 @@ class BoundaryValues:
         second: float,
         device: str,
         ways: tuple[str, str] = ("velocity", "displacement"),
+        domain: Domain = ALL,
     ):
         """`ways`: the field whose values lead, and the one that says where to."""
         self.space, self.second = space, second
@@ -122,7 +124,8 @@ class BoundaryValues:
                 components.append(component)
                 self.owners.append(conditions.owners.get((name, component), {}).get(particle, NOBODY))
         columns = [list(column) for column in zip(*moved, strict=True)] or [[], [], [], []]
-        self.motions = Motions(space, *columns, (units.get(ways[0], 1.0), second), device)
+        some = any_of(domain, bool(moved))
+        self.motions = Motions(space, *columns, (units.get(ways[0], 1.0), second), device, some)
         self.count = len(place)
         if self.count == 0:
             return

@@ -53,7 +53,14 @@ class Prescribed:
         self._carried: list[Carried] = []
         self._space, self._state, self._arrays = space, state, arrays.part("carried")
         self.values = BoundaryValues(
-            space, conditions, state, position, {"velocity": scales.velocity}, scales.time, device
+            space,
+            conditions,
+            state,
+            position,
+            {"velocity": scales.velocity},
+            scales.time,
+            device,
+            domain=domain,
         )
         self.slides = slides_of(conditions.slides, conditions.entries, space.dim, conditions.owners)
         units = (scales.velocity, scales.time)

@@ -150,11 +150,15 @@ class Motions:
         position: list[np.ndarray],
         units: tuple[float, float],
         device: str,
+        some: bool,
     ):
-        """`units`: of velocity [m/s] and of time [s]."""
-        self.count = len(place)
+        """`units`: of velocity [m/s] and of time [s]; `some`: whether any process that shares the body has one."""
+        self.count, self._some = len(place), some
         self._space = space
         self.moves = Moves()
+        if some:
+            self.moves.velocity = wp.zeros(self.count, dtype=wp.float64, device=device)
+            self.moves.displacement = wp.zeros(self.count, dtype=wp.float64, device=device)
         if not self.count:
             return
         kept: list[Expression | Function] = []
@@ -171,14 +175,12 @@ class Motions:
             wp.array(each, dtype=wp.int32, device=device) for each in (place, way, program, rate)
         )
         moves.position = wp.array(places(np.array(position)), dtype=wp.vec3d, device=device)
-        moves.velocity = wp.zeros(self.count, dtype=wp.float64, device=device)
-        moves.displacement = wp.zeros(self.count, dtype=wp.float64, device=device)
         moves.speed, moves.second = units
         moves.length = units[0] * units[1]
 
     def kept(self) -> dict[str, Array]:
         """The arrays that a checkpoint holds of them, by name."""
-        return {"velocity": self.moves.velocity, "displacement": self.moves.displacement} if self.count else {}
+        return {"velocity": self.moves.velocity, "displacement": self.moves.displacement} if self._some else {}
 
     def begin(self, state: State) -> None:
         """Take the velocities at the start of the run, with which accelerations go on, and the displacements, from which all

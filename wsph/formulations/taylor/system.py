@@ -107,7 +107,9 @@ class TwoSetSystem(System):
         self._faces.axes = self._axes
         self._at_targets: list[object] = [self._faces]
         units = {"velocity": scales.velocity, "stress": scales.stress}
-        self.boundary = BoundaryValues(space, self.conditions, self.state, lattice.nodes, units, scales.time, device)
+        self.boundary = BoundaryValues(
+            space, self.conditions, self.state, lattice.nodes, units, scales.time, device, domain=self.domain
+        )
         area = scales.length ** (space.dim - 1)
         axes = space.mat(*lattice.frame.axes.ravel())
         self.work = self._works = ExternalWork(
