@@ -1,7 +1,7 @@
 """Processes that share a scene beside one: CPU time and wall time of a step, at the same scene (strong) and at so much of it
 a process (weak).
 
-    mpiexec -n N python tests/benchmarks/ranks.py [--form updated-lagrangian] [--cells 46] [--weak] [--seconds 10]
+    mpiexec -n N python tests/benchmarks/ranks.py [--form updated-lagrangian | tsph | ul-tsph] [--cells 46] [--weak] [--seconds 10]
         [--threads 1] [--set-up]
 
 Prints a line of JSON. CPU is a process's own time in its launches, without messages, the larger of all: the best of slices
@@ -32,11 +32,13 @@ def scene(cells: int, along: int, threads: int, form: str = "stress-points") -> 
     body = {"name": "b", "shape": {"type": "box", "min": [0.0] * 3, "max": [float(along), float(cells), float(cells)]},
             "spacing": 1.0, "velocity": ["0", "1e-3*x", "0"],
             "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}}  # fmt: skip
+    two_sets = form.endswith("tsph")
     boundary = [
         {"body": "b", "face": "-x", "fixed": ["x", "y", "z"]},
-        {"body": "b", "face": "+x", "traction": {"y": 1e-5}},
+        {"body": "b", "face": "+x", **({"stress": {"xx": 1e-5}} if two_sets else {"traction": {"y": 1e-5}})},
     ]
-    run = {"integrator": "leapfrog", "formulation": form, "end": 1e6, "dt": 0.2, "guard": "off"}
+    run = {"integrator": form} if two_sets else {"integrator": "leapfrog", "formulation": form}
+    run |= {"end": 1e6, "dt": 0.2, "guard": "off"}
     return wsph.Scene(schema=1, dim=3, run=run | {"threads": threads}, bodies=[body], boundary=boundary)
 
 
