@@ -33,9 +33,6 @@ from wsph.scene.tables import Body, MeshFile, PointsFile
 WIDEST = 2.25
 """Of two sets: the support of a particle that has to see more than the others, over theirs."""
 
-FRAMED = 2
-"""Layers about a particle on a face whose places give the face's direction."""
-
 STEPS = 'surface = "stairs", which leaves the surface in steps of a cell'
 """What any shape can have."""
 
@@ -107,7 +104,7 @@ def reach_of(scene: Scene, body: Body, formulation: Formulation) -> tuple[int, b
     own = [part.support for part in body.parts.values() if part.support is not None]
     if not traits.one_set:
         seen = WIDEST * (run.support or (traits.jittered if body.jitter else traits.support))
-        return max(8, FRAMED + 2 * math.ceil(seen)), True
+        return max(8, 2 * math.ceil(seen)), True
     support = run.support or (own[0] if own else traits.support)
     return max(8, 2 * math.ceil(support)), traits.pairwise
 

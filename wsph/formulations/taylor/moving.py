@@ -46,7 +46,7 @@ class MovingTwoSetSystem(TwoSetSystem):
     def __init__(self, setup: Setup):
         super().__init__(setup)
         lattice, space, scales, device = setup.lattice, setup.space, setup.scales, setup.device
-        on = np.flatnonzero(lattice.on_face)
+        on = self._on_faces
         slot = np.full(self.count, -1, np.int32)
         slot[on] = np.arange(len(on))
         self._across: Array = wp.array(self.conditions.across[on], dtype=wp.int32, device=device)
@@ -151,5 +151,6 @@ class MovingTwoSetSystem(TwoSetSystem):
     def accept(self, state: State) -> None:
         """Close the step: the prescribed values at t + dt."""
         # The displacement has had the first half of its step; the second half is with the velocity at the end.
+        self._part.bring(state, self.clock, "velocity", "displacement")
         self._turn_faces(state, 0.5)
         super().accept(state)

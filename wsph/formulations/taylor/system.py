@@ -53,7 +53,7 @@ class TwoSetSystem(System):
 
     _virtual, _real  # operators from the other set: `wsph.formulations.taylor.operators`
     _axes            # axes of the shape and its faces, in rows, mat
-    _framed          # particles on faces, (f,) int32
+    _framed          # its own particles on faces, (f,) int32
     _faces           # what is prescribed at the real particles: `wsph.formulations.taylor.faces`
     """
 
@@ -70,6 +70,7 @@ class TwoSetSystem(System):
         self._displacement = setup.displacement or self.traits.courant_follows or bool(lattice.cracks)
         self._parted = parted(lattice.index, lattice.faces) if lattice.cracks else None
         self._states: dict[str, tuple[State, Share]] = {}
+        self._stepped: dict[int, slice] = {}
         self._sources: dict[int, State] = {}
         """The law's rates at L = 0 at the particles of each state, where the law has any."""
         moved = lattice.irregular and space.dim > 1
@@ -92,7 +93,7 @@ class TwoSetSystem(System):
         self.state = self._new("real", own=True)
         self._axes = space.mat(*lattice.frame.axes.T.ravel())
         self._rotated = not lattice.frame.upright
-        self._framed: Array = wp.array(np.flatnonzero(lattice.on_face), dtype=wp.int32, device=device)
+        self._framed: Array = wp.array(self._on_faces, dtype=wp.int32, device=device)
         self._pulls = self._find_pulls(setup)
         varied = bool(self._pulls)
         self.force = BodyForce(gravity_of(scene)[0], body.damping, space, scales, self.density, varied)
@@ -107,8 +108,9 @@ class TwoSetSystem(System):
         self._faces.axes = self._axes
         self._at_targets: list[object] = [self._faces]
         units = {"velocity": scales.velocity, "stress": scales.stress}
+        given = self._part.prescribed(self.conditions, lattice.corners)
         self.boundary = BoundaryValues(
-            space, self.conditions, self.state, lattice.nodes, units, scales.time, device, domain=self.domain
+            space, given, self.state, lattice.nodes, units, scales.time, device, domain=self.domain
         )
         area = scales.length ** (space.dim - 1)
         axes = space.mat(*lattice.frame.axes.ravel())
@@ -119,6 +121,12 @@ class TwoSetSystem(System):
         self._register()
         with blame(constitutive.who):
             self.kernels = self._make_kernels()
+
+    @property
+    def _on_faces(self) -> np.ndarray:
+        """Its own particles on faces, (f,)."""
+        on = np.flatnonzero(self.lattice.on_face)
+        return on[self.share.owns(on)]
 
     def _find_pulls(self, setup: Setup) -> list[LoadForces]:
         """Accelerations of the virtual and of the real particles that change from place to place; none where none do."""
@@ -245,10 +253,14 @@ class TwoSetSystem(System):
         number, n = self._made, share.held
         state = self._make(n, layout, own=own)
         self._states[f"state{number}"] = state, share
+        self._stepped[id(state)] = self._part.stepped[where]
         if self.constitutive.laws.source is not None:
             self._sources[id(state)] = State(self.space, n, layout, self.device)
             self.arrays.take(f"source{len(self._sources)}", self._sources[id(state)].buffer)
         return state
+
+    def _stressed(self, state: State) -> slice:
+        return self._stepped[id(state)]
 
     def _source(self, state: State) -> object:
         """The law's rate at L = 0 at every particle of `state` (a launch where the law has one)."""
@@ -296,11 +308,11 @@ class TwoSetSystem(System):
         inputs = [self._inertia[1], self._real.rows, *self._at_targets, *shared[:2], imposed.struct, *shared[2:]]
         self._step_lists(self._real, self.kernels.rate, inputs, out)
         self._step_rows(True, shared, out)
-        self._part.bring(out, self.clock)
 
     def hold(self, state: State, c: float | tuple[float, float]) -> None:
         """Impose prescribed values on the state that the run continues from; stresses in the axes of each face."""
         self._in_frames(state, lambda: self.impose(state, c))
+        self._part.bring(state, self.clock)
 
     def _in_frames(self, state: State, act: Callable[[], None]) -> None:
         """Do what takes stresses on faces in the axes of the faces."""
@@ -319,7 +331,7 @@ class TwoSetSystem(System):
         laws = self.constitutive.laws
         if laws.project is not None:
             inputs = [self.constitutive.params, self._faces.free]
-            self.clock.launch(project_faces_kernel(self.space, laws, state.layout), state.n, inputs, [state.struct])
+            self._launch(project_faces_kernel(self.space, laws, state.layout), self._stressed(state), inputs, state)
             self.impose(state, 1.0)
 
     def accept(self, state: State) -> None:
@@ -328,8 +340,9 @@ class TwoSetSystem(System):
         self._in_frames(state, lambda: self._settle(state))
         if self._displacement:
             drift = drift_kernel(self.space, state.layout)
-            self.clock.launch(drift, state.n, [self.clock.time], [state.struct])
+            self._launch(drift, self._stressed(state), [self.clock.time], state)
         self.boundary.motions.lead(state, self.clock)
+        self._part.bring(state, self.clock)
 
     def pieces(self) -> dict[str, list[Piece]]:
         moved, works = self.boundary.moving(self.share, self.domain), self._works.rows(self.share)
