@@ -114,6 +114,8 @@ class System:
     """What it has lists of pairs for, in words; empty where it needs none."""
     segmented: Segmented | None = None
     """Memory that goes by the segments of its lines, or None."""
+    copied = 1.0
+    """The work on a copy of a particle that another process owns, in those on one of its own."""
     joined = False
     """Whether its particles are the corners of its cells."""
     attached: Mapping[str, Attached] = {}
@@ -266,6 +268,11 @@ class System:
     def _spans(self, state: State, span: tuple[int, int]) -> Iterable[tuple[int, int]]:
         """What steps change of the entries of a state from one up to another."""
         return (span,)
+
+    @property
+    def told(self) -> int:
+        """Numbers that a process is told of a copy in a right-hand side."""
+        return self.space.dim
 
     def sight(self, own: slice, right: slice) -> Sight | None:
         """What a process would work on that owns a range of its particles, and has the states of another right; None where

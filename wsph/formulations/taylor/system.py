@@ -57,6 +57,7 @@ class TwoSetSystem(System):
     _faces           # what is prescribed at the real particles: `wsph.formulations.taylor.faces`
     """
 
+    copied = 0.2
     by_rows = True
     """Whether rows that follow from its lattice have kernels without lists."""
 
@@ -98,9 +99,8 @@ class TwoSetSystem(System):
         varied = bool(self._pulls)
         self.force = BodyForce(gravity_of(scene)[0], body.damping, space, scales, self.density, varied)
         self._inertia = [self.force.among(pull.force) for pull in self._pulls] or [self.force.struct] * 2
-        cells = lattice.cell_volume / scales.length**space.dim
-        shared = self._part.virtual, self.domain
-        self.force_work = MiddleWork(self.force, cells, space, device, self._inertia[0], *shared)
+        cells, of = lattice.cell_volume / scales.length**space.dim, (self._inertia[0], self._part.virtual, self.domain)
+        self.force_work = MiddleWork(self.force, cells, space, device, *of)
         self._middle: State | None = None
         self._faces = faces_struct(space)()
         self._faces.held = wp.array(self._held_components(), dtype=wp.int32, device=device)
@@ -121,6 +121,10 @@ class TwoSetSystem(System):
         self._register()
         with blame(constitutive.who):
             self.kernels = self._make_kernels()
+
+    @property
+    def told(self) -> int:
+        return sum(self.state.widths.values())
 
     @property
     def _on_faces(self) -> np.ndarray:
@@ -255,8 +259,8 @@ class TwoSetSystem(System):
         self._states[f"state{number}"] = state, share
         self._stepped[id(state)] = self._part.stepped[where]
         if self.constitutive.laws.source is not None:
-            self._sources[id(state)] = State(self.space, n, layout, self.device)
-            self.arrays.take(f"source{len(self._sources)}", self._sources[id(state)].buffer)
+            made = self._sources[id(state)] = State(self.space, n, layout, self.device)
+            self.arrays.take(f"source{len(self._sources)}", made.buffer)
         return state
 
     def _stressed(self, state: State) -> slice:

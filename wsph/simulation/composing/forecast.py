@@ -1,6 +1,7 @@
 """What a scene would take of several processes: particles, copies, messages, memory, and how much of their time is work.
 
-A process works on all rows that it holds, and sends the accelerations of those that others hold too, once a right-hand side.
+A process works on all rows that it holds, and sends the accelerations of those that others hold too, once a right-hand side;
+of two sets it works on its own and on what these see, and sends states, once a step.
 Where pairs follow the motion it holds all particles and has the pairs of what it works on: what it sees at the start.
 With c the time that a right-hand side takes a particle, measured by some steps of the scene in this process, and b the rate
 at which memory is copied, measured too, a step of n particles in N processes is efficient to
@@ -35,14 +36,14 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
     cut = [(run, shares) for run, shares in zip(composition.bodies, found, strict=True) if shares is not None]
     whole = [run for run, shares in zip(composition.bodies, found, strict=True) if shares is None]
     parts = [[part_of(run.system, share) for share in shares] for run, shares in cut]
-    own, copies, worked, nbytes = (
+    own, copies, numbers, worked, nbytes = (
         np.array([[getattr(each, name) for each in row] for row in parts]).sum(0)
-        for name in ("own", "copies", "worked", "nbytes")
+        for name in ("own", "copies", "sent", "worked", "nbytes")
     )
     more = sum(run.system.count for run in whole)
     held, worked = own + copies + more, worked + more
     memory = float(nbytes.max()) + sum(run.system.nbytes for run in whole)
-    sent = int(copies.max()) * scene.dim * np.dtype(composition.space.numpy).itemsize
+    sent = int(numbers.max()) * np.dtype(composition.space.numpy).itemsize
     per_particle, rate = measured(composition), copied()
     evaluations = max(run.work for run in composition.bodies)
     touching = {name for coupling in (joint.couplings if joint is not None else ()) for name in coupling.bodies()}

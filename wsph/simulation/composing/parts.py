@@ -39,11 +39,12 @@ def shares_of(scene: Scene, run: BodyRun, method: Method, count: int) -> list[Sh
 
 @dataclass(frozen=True)
 class Part:
-    """What a process has of a body: particles of its own, copies that it is told of, particles that it works on, and
-    memory [bytes]."""
+    """What a process has of a body: particles of its own, copies that it is told of, in so many numbers (`sent`), particles
+    that it works on, and memory [bytes]."""
 
     own: int
     copies: int
+    sent: int
     worked: float
     nbytes: float
 
@@ -53,6 +54,8 @@ def part_of(system: System, share: Share) -> Part:
     own = share.high - share.low
     sight = system.sight(slice(share.low, share.high), share.window)
     if sight is None:
-        return Part(own, share.held - own, share.held, system.nbytes / system.count * share.held)
+        copies, nbytes = share.held - own, system.nbytes / system.count * share.held
+        return Part(own, copies, copies * system.told, own + system.copied * copies, nbytes)
     # Of the launches that go through pairs one in three is of its own alone.
-    return Part(own, sight.moved - own, (own + 2 * sight.stressed) / 3, system.nbytes - sight.spared)
+    copies, worked = sight.moved - own, (own + 2 * sight.stressed) / 3
+    return Part(own, copies, copies * system.told, worked, system.nbytes - sight.spared)
