@@ -250,8 +250,9 @@ def two_sets(dim: int = 2, law: str = "elastic", *, moves: bool = False, **chang
     along all cuts."""
     how = {"integrator": "ul-tsph" if moves else "tsph", "dt": 0.4, "end": 0.4 * STEPS}
     given: dict[str, object] = {"body": {}, "run": {}, **changes}
-    low = [{"name": "low", "body": "b", "face": "-y", "symmetry": "y"}] if dim > 1 else []
-    driven = [{"name": "side", "body": "b", "face": "+y", "velocity": {"y": "-1e-3*t"}}] if dim > 1 else []
+    low = [{"body": "b", "face": "-y", "symmetry": "y"}] if dim > 1 else []
+    at_end = "x > 70 and y > 49.5" if dim == 2 else "x > 20 and y > 14.5"
+    driven = [{"body": "b", "where": at_end, "displacement": {"y": "-1e-3*t*t"}}] if dim > 1 else []
     entries = [
         {"name": "root", "body": "b", "face": "-x", "fixed": list("xyz"[:dim])},
         {"name": "end", "body": "b", "face": "+x", "stress": {"xx": "1e-3*min(t, 1)"}},
@@ -281,7 +282,11 @@ CASES = {
         form="total-lagrangian",
         law="jaumann",
         body={"body_force": WEIGHT, "initial": {"stress": {"yy": "1e-5*y"}}},
-        boundary=[WHOLE_FORCE, ON_FACES[0]],
+        boundary=[
+            WHOLE_FORCE,
+            ON_FACES[0],
+            {"body": "b", "where": "x > 89.5 and y > 10", "displacement": {"x": "1e-3*t*t"}},
+        ],
         sections=[CUT],
     ),
     "periodic": lambda: scene(3, boundary=[PERIODIC, QUIET], run={"precision": "f32"}),

@@ -31,11 +31,11 @@ def errors(text: str) -> list[str]:
 
 @needs_mpi
 def test_what_cannot_be_shared_is_refused_by_name_before_anything_is_written(tmp_path: Path) -> None:
-    path = written(tmp_path, run={"integrator": "tsph", "formulation": "small-strain"})
+    path = written(tmp_path, form="total-lagrangian", run={"correction": "paper"})
     done = launched(2, "-m", "wsph", "run", str(path), "-o", str(tmp_path / "out"))
     assert done.returncode == 2
     assert len(errors(done.stderr)) == 1
-    assert "run.formulation: the small-strain form of two sets is for one process" in done.stderr
+    assert "run.correction: the correction of the paper is for one process" in done.stderr
     assert not (tmp_path / "out").exists()
 
 

@@ -75,7 +75,7 @@ def test_rows_that_are_shared_give_the_answer_of_one_process(
 @pytest.mark.parametrize(
     ("key", "words"),
     [
-        ('run.integrator="tsph"', "run.formulation: the small-strain form of two sets is for one process"),
+        ('run.correction="paper"', "run.correction: the correction of the paper is for one process"),
         ("run.dim=7", "run.dim"),
     ],
 )

@@ -12,8 +12,20 @@ from tests.ranks.launch import launched, needs_mpi
 
 RESUMED = ("sides", "plastic", "edges viscous", "on faces", "inside", "breaking", "links")
 GROUPS = [
-    ("plastic", "edges viscous", "on faces", "cracked", "contact", "updated sheared", "sides, resumed"),
-    ("updated walls", "updated, resumed"),
+    (
+        "plastic",
+        "edges viscous",
+        "on faces",
+        "cracked",
+        "contact",
+        "updated sheared",
+        "two sets moving",
+        "sides, resumed",
+    ),
+    ("two sets, resumed", "updated walls", "updated, resumed"),
+    ("two sets", "two sets plastic", "two sets bar", "two sets jittered", "two sets cracked", "two sets bodies"),
+    ("two sets adapting", "two sets moving 3D", "two sets moving bar", "two sets moving jittered"),
+    ("two sets moving, resumed", "two sets, begun", "two sets plastic, resumed", "two sets moving, threads"),
     ("viscous", "rubber", "bar", "edges", "kernel", "sides"),
     ("inside", "periodic", "relaxed", "jittered edges", "cracked kernel", "mapped", "breaking map"),
     ("breaking", "breaking kernel", "breaking points", "breaking jitter", "links", "relaxed, stopped", "edges, begun"),
