@@ -66,7 +66,7 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
         ),
         (
             "  copies",
-            f"up to {copies.max()} of others' particles, {100.0 * copies.max() / held.max():.2g} % of what it works on",
+            f"up to {copies.max()} of others' particles, {100.0 * copies.max() / held.max():.2g} % of these and its own",
         ),
         *(
             (
