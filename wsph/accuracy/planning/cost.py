@@ -69,10 +69,11 @@ def plan_of(made: Composition) -> Plan:
 
 
 class Costs:
-    """Plans of the lattices of a scene, each made once; `taken`: the seconds that setting up for it took, by cells."""
+    """Plans of the lattices of a scene, each made once; `taken`: the seconds that setting up for it took, by cells. What
+    was set up last is kept for its run (`keep`), or is not where another process runs it."""
 
-    def __init__(self, lattices: Lattices):
-        self._lattices = lattices
+    def __init__(self, lattices: Lattices, keep: bool = True):
+        self._lattices, self._keep = lattices, keep
         self._dim = lattices.scene.dim
         self._known: dict[int, Plan] = {}
         self.taken: dict[int, float] = {}
@@ -89,7 +90,8 @@ class Costs:
             begun = time.perf_counter()
             made = _composed(self._lattices.scene_at(cells))
             self._known[cells], self.taken[cells] = plan_of(made), time.perf_counter() - begun
-            self._ready[cells] = made
+            if self._keep:
+                self._ready[cells] = made
         return self._known[cells]
 
     def holds(self, cells: int) -> bool:
