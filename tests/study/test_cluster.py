@@ -5,6 +5,9 @@ import os
 import signal
 import subprocess
 import sys
+import threading
+import time
+from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -56,26 +59,39 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "out"
 
 
+@pytest.fixture(scope="module")
+def scheduler() -> Iterator[str]:
+    """The address of one of Dask, with two workers."""
+    from distributed import LocalCluster
+
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        yield cluster.scheduler_address
+
+
+def workers(scheduler: str) -> list[int]:
+    """The processes of its workers, when there are two."""
+    from distributed import Client
+
+    with Client(scheduler, set_as_default=False) as client:
+        client.wait_for_workers(2)
+        return list(client.run(os.getpid).values())
+
+
 @needs_dask
 @pytest.mark.filterwarnings("default")
-def test_a_worker_of_dask_is_killed_on_the_way(alone: Path, tmp_path: Path) -> None:
-    from distributed import Client, LocalCluster
-
+def test_a_worker_of_dask_is_killed_on_the_way(alone: Path, scheduler: str, tmp_path: Path) -> None:
     (tmp_path / "study.toml").write_text(TEXT)
     study, scene = load_study(tmp_path / "study.toml")
     left: list[int] = []
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
-        with Client(cluster) as client:
-            pids = list(client.run(os.getpid).values())
-        assert len(pids) == 2
+    pids = workers(scheduler)
 
-        def keep(place: int, made: object) -> None:
-            left.append(place)
-            if len(left) == 4:
-                os.kill(pids[0], signal.SIGKILL)
+    def keep(place: int, made: object) -> None:
+        left.append(place)
+        if len(left) == 4:
+            os.kill(pids[0], signal.SIGKILL)
 
-        with executor_at(cluster.scheduler_address) as executor:
-            outcome = run_study(study, scene, tmp_path, executor, keep=keep)
+    with executor_at(scheduler) as executor:
+        outcome = run_study(study, scene, tmp_path, executor, keep=keep)
     assert not outcome.lost
     assert sorted(left) == list(range(32))
     for found, wanted in zip(json.loads(json.dumps(outcome.rows)), rows(alone), strict=True):
@@ -86,28 +102,26 @@ def test_a_worker_of_dask_is_killed_on_the_way(alone: Path, tmp_path: Path) -> N
 
 @needs_dask
 @pytest.mark.filterwarnings("default")
-def test_a_search_goes_on_when_a_worker_of_dask_is_killed(tmp_path: Path) -> None:
-    from distributed import Client, LocalCluster
-
+def test_a_search_goes_on_when_a_worker_of_dask_is_killed(scheduler: str, tmp_path: Path) -> None:
     alone = accurate(vibrating(), tmp_path / "alone", tolerance=0.001)
-    told: list[str] = []
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
-        with Client(cluster) as client:
-            pids = list(client.run(os.getpid).values())
+    pids = workers(scheduler)
 
-        def tell(line: str) -> None:
-            told.append(line)
-            if len(told) == 2:  # while the second and the third row are out there, or done and not fetched
-                os.kill(pids[0], signal.SIGKILL)
+    def kill() -> None:
+        while len(list(tmp_path.glob("there/.row/tmp*"))) < 2:  # each worker at its first row
+            time.sleep(0.005)
+        os.kill(pids[0], signal.SIGKILL)
 
-        with executor_at(cluster.scheduler_address) as executor:
-            found = accurate(vibrating(), tmp_path / "there", tolerance=0.001, tell=tell, executor=executor)
-        (tmp_path / "bar.toml").write_text(TOML + PROBE)
-        search = ["run", str(tmp_path / "bar.toml"), "--accuracy", "1%", "--check", "--quiet", "-o"]
-        assert main([*search, str(tmp_path / "file"), "--scheduler", cluster.scheduler_address]) == 0
+    killer = threading.Thread(target=kill, daemon=True)
+    killer.start()
+    with executor_at(scheduler) as executor:
+        found = accurate(vibrating(), tmp_path / "there", tolerance=0.001, executor=executor)
+    killer.join(1.0)
+    assert not killer.is_alive()
     assert found.status == alone.status == "met"
-    assert len(told) > 3
     same(tmp_path / "alone", tmp_path / "there")
+    (tmp_path / "bar.toml").write_text(TOML + PROBE)
+    search = ["run", str(tmp_path / "bar.toml"), "--accuracy", "1%", "--check", "--quiet", "-o"]
+    assert main([*search, str(tmp_path / "file"), "--scheduler", scheduler]) == 0
     assert main([*search, str(tmp_path / "one")]) == 0
     same(tmp_path / "one", tmp_path / "file")
 

@@ -59,7 +59,7 @@ def accurate(
     scheme too. With `out`, the folder holds the output of the finest row and accuracy.json. Raises SceneError where nothing
     is judged, Refused where no row can be made, and what a run raises before it writes anything. `domain`: of the first of
     processes that share the rows, while the others `wsph.accuracy.running.together.follow`. `executor`: where rows are run
-    instead, those side by side that do not depend on each other: the same answer, but for its seconds, which are those that
+    instead, those side by side that do not depend on each other: the same answer, but for seconds. A limit is of those that
     pass here. Its workers write the rows, so that they have to see `out`; without it they need no folder."""
     if executor is not None and domain.size > 1:
         raise Refused("rows are shared by processes or go to an executor: give a domain or an executor, not both")

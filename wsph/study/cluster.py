@@ -61,6 +61,8 @@ class Task(Protocol):
 
     def cancel(self) -> object: ...
 
+    def release(self) -> None: ...
+
     def result(self) -> object: ...
 
     def exception(self) -> BaseException | None: ...
@@ -72,6 +74,7 @@ def _passed_on(future: Future[T], task: Task) -> None:
         return
     if task.status == "finished":
         future.set_result(cast(T, task.result()))
+        task.release()
         return
     error = task.exception() if task.status == "error" else None
     if error is None or type(error).__name__ == "KilledWorker":

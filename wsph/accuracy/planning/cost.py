@@ -53,12 +53,13 @@ class Plan:
 
 def plan(scene: Scene) -> Plan:
     """The plan of a scene. Raises what `wsph.compose` raises."""
-    return plan_of(_composed(scene))
+    return plan_of(composed(scene))
 
 
-def _composed(scene: Scene) -> Composition:
+def composed(scene: Scene) -> Composition:
+    """A scene made ready, for its plan and its run, which says what there is to warn of."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the run itself gives them
+        warnings.simplefilter("ignore")
         return compose(scene)
 
 
@@ -88,7 +89,7 @@ class Costs:
                 return known.finer(cells / largest, self._dim)
             self._ready.clear()
             begun = time.perf_counter()
-            made = _composed(self._lattices.scene_at(cells))
+            made = composed(self._lattices.scene_at(cells))
             self._known[cells], self.taken[cells] = plan_of(made), time.perf_counter() - begun
             if self._keep:
                 self._ready[cells] = made

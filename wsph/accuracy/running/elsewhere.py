@@ -14,11 +14,13 @@ import tempfile
 import time
 import uuid
 from collections.abc import Iterable
-from concurrent.futures import Executor
+from concurrent.futures import BrokenExecutor, Executor
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from wsph.accuracy.planning.cost import composed
 from wsph.accuracy.planning.watch import Due, Watch
 from wsph.accuracy.running.order import Order, Ran, timed
 from wsph.accuracy.running.task import Task
@@ -26,7 +28,6 @@ from wsph.doubts import doubt
 from wsph.errors import OutputError
 from wsph.output.files import write_text
 from wsph.scene.scene import Scene
-from wsph.simulation.compose import compose
 from wsph.simulation.composing.composition import Composition
 from wsph.simulation.run import ONE_RUN, Progress, run
 
@@ -51,11 +52,14 @@ class Elsewhere:
         """What one process can run a worker can."""
 
     def ahead(self, orders: Iterable[Order]) -> None:
-        """Send rows, all at once: what they are to be may be found out on the way, which is no time to run any."""
-        self._tasks.update({each.scene: self._sent(each) for each in list(orders)})
+        """Send rows, all at once: scenes are set up to find out what they are to be, which is no time to run any."""
+        for order in list(orders):
+            with suppress(BrokenExecutor):  # which is said when its turn comes
+                self._tasks[order.scene] = self._sent(order)
 
     def run(self, order: Order, progress: Progress | None, composed: Composition | None) -> Ran:
-        """Wait for a row, which is sent where it is not yet; its wall seconds are those until it is here."""
+        """Wait for a row, which is sent where it is not yet. Its seconds are those where it ran: how long it waited for a
+        worker, or was on the way, says nothing of the next."""
         task = self._tasks.get(order.scene)
         if task is None:
             task = self._tasks[order.scene] = self._sent(order)
@@ -69,7 +73,7 @@ class Elsewhere:
                 folder.rename(order.out)
             except OSError as error:
                 raise OutputError(f"{folder}: cannot be moved to {order.out}: {error.strerror or error}") from error
-        return replace(ran, wall_seconds=task.seconds)
+        return ran
 
     def end(self) -> None:
         """Drop what nobody waits for; what is being run ends by itself, at the latest when it is done."""
@@ -114,18 +118,18 @@ def _made(scene: Scene, due: Due, begun: float, word: Path | None) -> _Made:
             )
         out = Path(tempfile.mkdtemp(dir=word.parent))
     watch, wanted = Watch(due, begun, clock=time.time), _Wanted(word)
+
+    def enough() -> bool:
+        return watch.late() or wanted.gone()
+
     with ONE_RUN:
         started = time.perf_counter()
-        composed = compose(scene)
+        ready = composed(scene)
         composing = time.perf_counter() - started
-
-        def enough() -> bool:
-            return watch.late() or wanted.gone()
-
         made = timed(
             watch,
             lambda: run(
-                scene, out, overwrite=True, throw=False, progress=watch.progress, composed=composed, enough=enough
+                scene, out, overwrite=True, throw=False, progress=watch.progress, composed=ready, enough=enough
             ),
         )
-    return replace(made, composing=composing), out
+    return replace(made, wall_seconds=composing + made.wall_seconds, composing=composing), out

@@ -2,9 +2,8 @@
 
 # pyright: strict
 
-import time
 from collections.abc import Callable
-from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
+from concurrent.futures import BrokenExecutor, CancelledError, Executor
 from typing import Generic, TypeVar
 
 T = TypeVar("T")
@@ -20,21 +19,7 @@ class Task(Generic[T]):
     def __init__(self, executor: Executor, call: Callable[[], T]):
         """Raises BrokenExecutor where that takes no more."""
         self._executor, self._call = executor, call
-        self._future = self._sent()
-
-    def _sent(self) -> Future[T]:
-        self._begun, self._ended = time.perf_counter(), 0.0
-        future = self._executor.submit(self._call)
-        future.add_done_callback(self._note)
-        return future
-
-    def _note(self, _: object) -> None:
-        self._ended = time.perf_counter()
-
-    @property
-    def seconds(self) -> float:
-        """From when it was sent, the last time, until its result was here, or until now [s]."""
-        return (self._ended or time.perf_counter()) - self._begun
+        self._future = executor.submit(call)
 
     def result(self) -> T:
         """What comes of it, waited for. Raises what the call raises, and BrokenExecutor where it is lost again."""
@@ -43,7 +28,7 @@ class Task(Generic[T]):
         except Lost:
             raise
         except BrokenExecutor:
-            self._future = self._sent()
+            self._future = self._executor.submit(self._call)
         except CancelledError:
             raise Lost("its executor has dropped it") from None
         return self._future.result()
