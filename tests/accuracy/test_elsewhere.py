@@ -163,6 +163,14 @@ def test_a_worker_that_does_not_see_the_folder_says_so_and_nothing_is_left(tmp_p
     assert accurate(vibrating(), tolerance=0.01, executor=Inside(other)).status == "met"
 
 
+def test_a_worker_of_another_version_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    def newer(number: int) -> None:
+        monkeypatch.setattr(elsewhere, "plugins_of", lambda scene: {"integrator leapfrog": "somebody's 2.0"})
+
+    with pytest.raises(wsph.Refused, match=r"a worker on .* has integrator leapfrog somebody's 2.0, the search wsph"):
+        accurate(vibrating(), tolerance=0.01, executor=Inside(newer))
+
+
 def test_an_interrupt_keeps_the_best_row_and_drops_what_has_been_sent(tmp_path: Path) -> None:
     """In the middle of the first three, of which the first to be asked for is the coarsest."""
 

@@ -18,6 +18,7 @@ from concurrent.futures import BrokenExecutor, Executor
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from importlib.metadata import version
 from pathlib import Path
 
 from wsph.accuracy.planning.cost import composed
@@ -25,11 +26,12 @@ from wsph.accuracy.planning.watch import Due, Watch
 from wsph.accuracy.running.order import Order, Ran, timed
 from wsph.accuracy.running.task import Task
 from wsph.doubts import doubt
-from wsph.errors import OutputError
+from wsph.errors import OutputError, Refused
 from wsph.output.files import write_text
 from wsph.scene.scene import Scene
 from wsph.simulation.composing.composition import Composition
 from wsph.simulation.run import ONE_RUN, Progress, run
+from wsph.simulation.summary import plugins_of
 
 LOOK_SECONDS = 1.0
 """Time between two looks of a worker at whether anybody waits for its row [s]."""
@@ -90,7 +92,8 @@ class Elsewhere:
             write_text(self._word, f"{socket.gethostname()}\n")
         # By the clock of the day: that of a process is of no meaning in another.
         begun = time.time() - (time.perf_counter() - order.begun)
-        return Task(self._executor, partial(_made, order.scene, order.due, begun, self._word))
+        made = partial(_made, order.scene, order.due, begun, self._word, _versions(order.scene))
+        return Task(self._executor, made)
 
 
 class _Wanted:
@@ -106,9 +109,19 @@ class _Wanted:
         return self._gone
 
 
-def _made(scene: Scene, due: Due, begun: float, word: Path | None) -> _Made:
+def _versions(scene: Scene) -> dict[str, str]:
+    """Of all that the bits of a row follow from."""
+    return {"wsph": version("wsph"), "Warp": version("warp-lang"), **plugins_of(scene)}
+
+
+def _made(scene: Scene, due: Due, begun: float, word: Path | None, versions: dict[str, str]) -> _Made:
     """What a worker does: run a scene of a search that was `begun` at a time of `time.time`, into a folder beside the word
     of that."""
+    for name, own in _versions(scene).items():
+        if own != versions[name]:
+            raise Refused(
+                f"a worker on {socket.gethostname()} has {name} {own}, the search {versions[name]}: rows are of one"
+            )
     out = None
     if word is not None:
         if not word.is_file():
