@@ -1,6 +1,7 @@
-"""The tables of coverage of docs/benchmarks/measured.md and docs/accuracy.md: how often error bars hold, from coverage.json.
+"""The tables of coverage of the README, docs/benchmarks/measured.md and docs/accuracy.md: how often error bars hold, from
+coverage.json.
 
-`python docs/make.py --only coverage` fills them.
+`python docs/make.py --only coverage met` fills them.
 """
 
 import json
@@ -55,6 +56,20 @@ def coverage() -> list[str]:
         table.append("| " + " | ".join(map(str, cells)) + " |")
     page = DOCS / "accuracy.md"
     page.write_text(between(page.read_text(encoding="utf-8"), "coverage", table), encoding="utf-8")
+    return rows
+
+
+def met() -> list[str]:
+    """The README's rows of it: by tolerance, and all."""
+    found = json.loads((DOCS / "coverage.json").read_text())
+    summary = found["summary"]
+    rows = [
+        f"| searches of {len(found['scenes'])} scenes with known answers | answered | of these within the tolerance | bars that hold |",
+        "| --- | --- | --- | --- |",
+    ]
+    for name, each in [*((f"for {name}", each) for name, each in summary["tolerances"].items()), ("all", summary["all"])]:
+        kept, hold = _part(each["met"], each["answers"]), _part(each["bars_hold"], each["bars"])
+        rows.append(f"| {name} | {_part(each['answers'], each['searches'])} | {kept} | {hold} |")
     return rows
 
 
