@@ -67,7 +67,10 @@ def met() -> list[str]:
         f"| searches of {len(found['scenes'])} scenes with known answers | answered | of these within the tolerance | bars that hold |",
         "| --- | --- | --- | --- |",
     ]
-    for name, each in [*((f"for {name}", each) for name, each in summary["tolerances"].items()), ("all", summary["all"])]:
+    for name, each in [
+        *((f"for {name}", each) for name, each in summary["tolerances"].items()),
+        ("all", summary["all"]),
+    ]:
         kept, hold = _part(each["met"], each["answers"]), _part(each["bars_hold"], each["bars"])
         rows.append(f"| {name} | {_part(each['answers'], each['searches'])} | {kept} | {hold} |")
     return rows

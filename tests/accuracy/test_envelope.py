@@ -124,7 +124,7 @@ def test_no_order_of_fitted_rows_is_taken_to_be_as_high_as_that_of_a_grid(rows, 
     assert found.order == ORDERS_OF_FITTED[1]
     # The coarsest two differ by the most of what that order would make of them.
     ratio, far = h[1] / h[0], (h[-2] / h[0]) ** (2.0 - ORDERS_OF_FITTED[1])
-    more = (ratio**2.0 - 1.0) / (ratio**ORDERS_OF_FITTED[1] - 1.0)
+    more = (ratio**2.0 - 1.0) / (ratio ** ORDERS_OF_FITTED[1] - 1.0)
     assert straight.error * 1.1 < found.error <= straight.error * more * far * 1.01
 
 

@@ -249,9 +249,7 @@ def main() -> None:
     parser.add_argument(
         "--only", default="", metavar="NAME", help="scenes whose name has this in it, the others as they were"
     )
-    parser.add_argument(
-        "--group", default="", choices=["", *GROUPS], help="these alone, the others as they were"
-    )
+    parser.add_argument("--group", default="", choices=["", *GROUPS], help="these alone, the others as they were")
     parser.add_argument("--write", action="store_true")
     options = parser.parse_args()
     warnings.simplefilter("ignore")

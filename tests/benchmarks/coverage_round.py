@@ -131,8 +131,6 @@ def _turning():
     return Case("turning disc, fitted", "fitted", scene, exact, 1e7, tolerances=FINER)
 
 
-
-
 # --- written to see how safe estimates are ----------------------------------------------------------------------------
 
 
@@ -158,7 +156,10 @@ def _fitted(value, low, high, of):
 
 
 def _hollow_disc():
-    return {"type": "difference", "shapes": [{"type": "disc", "center": [0.0, 0.0], "radius": radius} for radius in (1.0, 0.5)]}
+    return {
+        "type": "difference",
+        "shapes": [{"type": "disc", "center": [0.0, 0.0], "radius": radius} for radius in (1.0, 0.5)],
+    }
 
 
 def _turning_ring():
@@ -237,7 +238,9 @@ def _hollow_sphere():
         return stiff * slope + 2.0 * (stiff - 2.0 * SHEAR) * u / r
 
     def both(k):
-        return [[traction(function, k, r) for function in (special.spherical_jn, special.spherical_yn)] for r in (0.6, 1.0)]
+        return [
+            [traction(function, k, r) for function in (special.spherical_jn, special.spherical_yn)] for r in (0.6, 1.0)
+        ]
 
     k = _lowest(lambda k: float(np.linalg.det(both(k))), 0.3, 6.0)
     outer = both(k)[1]

@@ -11,8 +11,8 @@ have those of two rows, and a small ratio of spacings magnifies them: such estim
 with a part that no other row has is fitted to all pairs beside the envelope. That alone may be too small, by a third, for
 a few rows do not tell both parts for sure: the estimate is the geometric mean of both. Orders of 1.4 to 2 are seen there,
 and rise with finer cells, so that what is fitted to rows that are coarser is above that of the finest: no order is taken to
-be above 1.7. That, and the least that the own part is sought with, was chosen on windows of rows of six bodies, and then judged
-by those of five others.
+be above 1.7. That, and the least that the own part is sought with, was chosen on rows of six bodies, and then judged by
+those of five others.
 
     from wsph.accuracy.envelope import estimate
     found = estimate(spacings, distances(records), formal=2.0)      # both finest first
