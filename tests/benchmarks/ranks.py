@@ -1,8 +1,8 @@
 """Processes that share a scene beside one: CPU time and wall time of a step, at the same scene (strong) and at so much of it
 a process (weak).
 
-    mpiexec -n N python tests/benchmarks/ranks.py [--form updated-lagrangian | tsph | ul-tsph] [--cells 46] [--weak] [--seconds 10]
-        [--threads 1] [--set-up]
+    mpiexec -n N python tests/benchmarks/ranks.py [--form updated-lagrangian | tsph | ul-tsph] [--cells 46] [--weak]
+        [--seconds 10] [--threads 1] [--set-up]
 
 Prints a line of JSON. CPU is a process's own time in its launches, without messages, the larger of all: the best of slices
 of some steps, and the mean, which has what pairs that follow the motion take; walls mean something on quiet cores alone.

@@ -25,7 +25,7 @@ SCENES = [
     scene(DISC, run=RUN, boundary=[PULLED]),
     scene(PLATE, run=RUN, boundary=[ALL]),
     scene(PLATE, run=RUN | {"end": 1e-3}, boundary=[held("-x", 2)]),
-    two_sets(body={"jitter": 0.1}, run={"dt": 0.9, "guard": "warn"}, output={"every": 1}),
+    two_sets(body={"jitter": 0.1}, run={"dt": 1.1, "guard": "warn"}, output={"every": 1}),
 ]
 
 if __name__ == "__main__":
