@@ -68,7 +68,8 @@ class Split:
     """The part of a body that a process has: its shares of the `nodes` and of the `points` that carry the stress. Of the
     whole it knows, in cells of its grid, `middle` (dim,), where its nodes are in the mean, and `low` (dim,), where the
     first are. `layers` of its cells, or points, that it holds, from one up to another. `right`: of a body that every process
-    holds all of, the nodes and the points in those layers, whose state is that of their owners in every step."""
+    holds all of, the nodes and the points in those layers, whose state is that of their owners in every step. `work`: the pairs
+    that each process visits in a right-hand side, as they were counted to cut the body."""
 
     domain: "Domain"
     nodes: Share
@@ -77,6 +78,7 @@ class Split:
     low: np.ndarray | None = None
     layers: tuple[int, int] = (0, 0)
     right: tuple[slice, slice] | None = None
+    work: tuple[float, ...] = ()
 
     def particles(self, *, at_nodes: bool) -> Share:
         """Its share of the particles, which are at the nodes or at the points."""

@@ -14,10 +14,11 @@ The latency alpha of a message is assumed: that of shared memory or of a fast ne
 
 import numpy as np
 
+from wsph.ranks.slabs import Slab, work_of
 from wsph.scene.scene import Scene
 from wsph.simulation.composing.composition import Composition
 from wsph.simulation.composing.pace import copied, measured
-from wsph.simulation.composing.parts import part_of, shares_of
+from wsph.simulation.composing.parts import part_of, slabs_of
 from wsph.simulation.composing.setting import method_of
 from wsph.simulation.composing.shared import refuse_shared, refuse_whole
 
@@ -30,11 +31,15 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
     Refused where there are too few particles."""
     method, joint = method_of(scene), composition.joint
     refuse_shared(scene, method)
-    found = [shares_of(scene, run, method, count) for run in composition.bodies]
+    found: list[list[Slab] | None] = []
+    loads = np.zeros(count)
+    for run in composition.bodies:
+        found.append(slabs_of(scene, run, method, loads))
+        loads = loads + (work_of(found[-1] or ()) or 0.0)
     refuse_whole(scene, [each is not None for each in found], count)
-    cut = [(run, shares) for run, shares in zip(composition.bodies, found, strict=True) if shares is not None]
-    whole = [run for run, shares in zip(composition.bodies, found, strict=True) if shares is None]
-    parts = [[part_of(run.system, share) for share in shares] for run, shares in cut]
+    cut = [(run, slabs) for run, slabs in zip(composition.bodies, found, strict=True) if slabs is not None]
+    whole = [run for run, slabs in zip(composition.bodies, found, strict=True) if slabs is None]
+    parts = [[part_of(run.system, slab) for slab in slabs] for run, slabs in cut]
     own, copies, worked, nbytes = (
         np.array([[getattr(each, name) for each in row] for row in parts]).sum(0)
         for name in ("own", "copies", "worked", "nbytes")
@@ -47,10 +52,10 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
     evaluations = max(run.work for run in composition.bodies)
     touching = {name for coupling in (joint.couplings if joint is not None else ()) for name in coupling.bodies()}
     placed = [
-        run for run, shares in zip(composition.bodies, found, strict=True) if shares and run.body.name in touching
+        run for run, slabs in zip(composition.bodies, found, strict=True) if slabs and run.body.name in touching
     ]
     halo, joined = 2.0 * (2 if count > 2 else 1), float(np.ceil(np.log2(count)))
-    balls = sum(run.body.name in scene.balls for run, shares in zip(composition.bodies, found, strict=True) if shares)
+    balls = sum(run.body.name in scene.balls for run, slabs in zip(composition.bodies, found, strict=True) if slabs)
     messages = ALPHA * (evaluations * (halo * len(cut) + joined * len(placed)) + (halo + joined) * balls)
     longest = per_particle * float(worked.max()) + messages + 2.0 * evaluations * sent / rate
     efficiency = per_particle * composition.particles / (count * longest)
