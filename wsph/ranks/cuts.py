@@ -68,7 +68,8 @@ class Places:
         starts, ends = _layers(nodes, cuts)
         behind = points[np.minimum(starts, layers)]
         if reach.joined:
-            behind = np.rint(behind / BLOCK).astype(np.int64) * BLOCK
+            there = np.interp(cuts, nodes, np.append(points, points[-1]))
+            behind = np.minimum(np.rint(there / BLOCK).astype(np.int64) * BLOCK, points[-1])
         behind[0], behind[-1] = 0, points[-1]
         low, high = _layers(points, behind)
         # Of points that are no particles it is enough to have the corners.
@@ -77,8 +78,9 @@ class Places:
         last = np.minimum(np.maximum(ends + reach.layers, high + 1 + more), layers)
         opened, closed = visits[first], visits[last]
         if reach.stressed is not None:  # two launches of three are over what it sees too
-            own = np.interp(cuts, nodes, np.append(visits, visits[-1]))
-            sees = np.maximum(starts - reach.stressed, 0), np.minimum(ends + 1 + reach.stressed, layers)
+            own = np.interp(behind, points, visits)
+            seen = np.maximum(low - reach.stressed, 0), np.minimum(high + 1 + reach.stressed, layers)
+            sees = np.minimum(first, seen[0]), np.maximum(last, seen[1])
             opened, closed = ((own + 2.0 * visits[each]) / 3.0 for each in sees)
         return cls(cuts, behind, first, last, opened, closed)
 

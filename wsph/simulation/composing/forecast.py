@@ -14,7 +14,6 @@ The latency alpha of a message is assumed: that of shared memory or of a fast ne
 
 import numpy as np
 
-from wsph.ranks.slabs import Slab, work_of
 from wsph.scene.scene import Scene
 from wsph.simulation.composing.composition import Composition
 from wsph.simulation.composing.pace import copied, measured
@@ -31,11 +30,8 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
     Refused where there are too few particles."""
     method, joint = method_of(scene), composition.joint
     refuse_shared(scene, method)
-    found: list[list[Slab] | None] = []
-    loads = np.zeros(count)
-    for run in composition.bodies:
-        found.append(slabs_of(scene, run, method, loads))
-        loads = loads + (work_of(found[-1] or ()) or 0.0)
+    geometries = [run.system.geometry for run in composition.bodies]
+    found = slabs_of(scene, geometries, method.formulation, count)
     refuse_whole(scene, [each is not None for each in found], count)
     cut = [(run, slabs) for run, slabs in zip(composition.bodies, found, strict=True) if slabs is not None]
     whole = [run for run, slabs in zip(composition.bodies, found, strict=True) if slabs is None]

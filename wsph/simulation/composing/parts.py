@@ -2,28 +2,38 @@
 
 # pyright: strict
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from wsph.formulations.system import System
-from wsph.ranks.slabs import Slab, TooFew, slabs
+from wsph.geometry.geometry import Geometry
+from wsph.plugins.formulations import Formulation
+from wsph.ranks.slabs import Slab, TooFew, slabs, work_of
 from wsph.scene.geometries import reach_of
 from wsph.scene.scene import Scene
-from wsph.simulation.composing.composition import BodyRun
-from wsph.simulation.composing.setting import Method
 
 
-def slabs_of(scene: Scene, run: BodyRun, method: Method, loads: np.ndarray) -> list[Slab] | None:
-    """The slabs of a body of processes that have `loads` (size,) of others [visits of pairs]; None where each has all of it.
-    Raises TooFew for one by itself."""
-    reach, who = reach_of(scene, run.body, method.formulation), f"body {run.body.name!r}"
-    try:
-        return slabs(run.system.geometry.counts, len(loads), reach, who=who, loads=loads)
-    except TooFew:
-        if len(scene.bodies) == 1:
-            raise
-        return None
+def slabs_of(
+    scene: Scene, geometries: Sequence[Geometry], formulation: Formulation, count: int
+) -> list[list[Slab] | None]:
+    """The slabs of so many processes of the bodies of a scene, which are here whole; None of one that each has all of. Raises
+    TooFew for one by itself."""
+    found: list[list[Slab] | None] = []
+    loads = np.zeros(count)
+    for body, geometry in zip(scene.bodies, geometries, strict=True):
+        reach, who = reach_of(scene, body, formulation), f"body {body.name!r}"
+        try:
+            cut = slabs(geometry.counts, count, reach, who=who, loads=loads)
+        except TooFew:
+            if len(scene.bodies) == 1:
+                raise
+            found.append(None)
+        else:
+            loads += work_of(cut)
+            found.append(cut)
+    return found
 
 
 @dataclass(frozen=True)
