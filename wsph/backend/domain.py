@@ -68,8 +68,8 @@ class Split:
     """The part of a body that a process has: its shares of the `nodes` and of the `points` that carry the stress. Of the
     whole it knows, in cells of its grid, `middle` (dim,), where its nodes are in the mean, and `low` (dim,), where the
     first are. `layers` of its cells, or points, that it holds, from one up to another. `right`: of a body that every process
-    holds all of, the nodes and the points in those layers, whose state is that of their owners in every step. `work`: the pairs
-    that each process visits in a right-hand side, as they were counted to cut the body."""
+    holds all of, the nodes and the points in those layers, whose state is that of their owners in every step. `work`: how
+    many pairs each process visits in a right-hand side, as they were counted to cut the body."""
 
     domain: "Domain"
     nodes: Share

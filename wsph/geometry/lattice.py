@@ -135,9 +135,9 @@ class Lattice(Geometry):
 
     @property
     def counts(self) -> Counts:
-        node, layers = self.node_layer.astype(np.int64), self.layer_count
-        cells = np.bincount(node[self.corners[:, 0]], minlength=layers)
-        return Counts.of_cells(np.bincount(node, minlength=layers + 1), cells, self.index.shape[1])
+        node, count = self.node_layer.astype(np.int64), self.layer_count
+        nodes, cells = np.bincount(node, minlength=count + 1), np.bincount(node[self.corners[:, 0]], minlength=count)
+        return Counts.of_cells(nodes, cells, self.index.shape[1])
 
     @property
     def own_faces(self) -> np.ndarray:
@@ -397,7 +397,6 @@ def slab_of(
     middle = layers[:, 2 : 2 + dim].sum(0) / nodes.sum()
     some = layers[nodes > 0]
     low = some[:, 2 + dim : 2 + 2 * dim].min(0)
-
 
     def made(window: tuple[int, int]) -> Lattice:
         own = every[domain.rank].over(window, nodes, cells)

@@ -64,7 +64,8 @@ class Places:
         nodes, points, visits = (
             np.concatenate([[0], np.cumsum(each)]) for each in (body.nodes, body.points, body.visits)
         )
-        cuts = np.append(np.arange(0, nodes[-1], BLOCK), nodes[-1])
+        count = int(nodes[-1])
+        cuts = np.append(np.arange(0, count, BLOCK), count)
         starts, ends = _layers(nodes, cuts)
         behind = points[np.minimum(starts, layers)]
         if reach.joined:
@@ -112,7 +113,7 @@ class Places:
         to choose is shared out."""
         size, chosen = len(loads), [0]
         for k, load in enumerate(loads[:-1].tolist(), start=1):
-            reached = int(np.searchsorted(self.closed, most - load + self.opened[chosen[-1]], side="right")) - 1
+            reached = _up_to(self.closed, most - load + float(self.opened[chosen[-1]]))
             chosen.append(min(int(np.rint(low[k] + (high[k] - low[k]) * (size - k) / size)), reached))
         chosen.append(len(group) - 1)
         return np.array(chosen) if (np.diff(group[chosen]) > 0).all() else high
@@ -123,16 +124,20 @@ def _layers(before: np.ndarray, cuts: np.ndarray) -> Sequence[np.ndarray]:
     return [np.searchsorted(before, rows, side="right") - 1 for rows in (cuts, cuts - 1)]
 
 
+def _up_to(values: np.ndarray, most: float) -> int:
+    """The last of ascending values that is no more than so much; -1 where there is none."""
+    return int(np.searchsorted(values, most, side="right")) - 1
+
+
 def _filled(
     opened: np.ndarray, closed: np.ndarray, group: np.ndarray, loads: np.ndarray, most: float
 ) -> np.ndarray | None:
     """The places that there are where one process after the other has as much as it may, `most`, and points are left for
     all; None where that leaves some over."""
-    size, found = len(loads), [0]
-    spared = np.searchsorted(group, group[-1] - np.arange(size)[::-1], side="right") - 1
-    for load, last in zip(loads.tolist(), spared.tolist(), strict=True):
-        at = found[-1]
-        end = min(int(np.searchsorted(closed, most - load + opened[at], side="right")) - 1, last)
+    left, found = len(loads), [0]
+    for load in loads.tolist():
+        at, left = found[-1], left - 1
+        end = min(_up_to(closed, most - load + float(opened[at])), _up_to(group, group[-1] - left))
         if end <= at or group[end] <= group[at]:
             return None
         found.append(end)

@@ -47,15 +47,15 @@ class Slab:
         window = max(min(self.layers[0], layers[0]), 0), min(max(self.layers[1], layers[1]), len(cells))
         first = [int(each[: window[0]].sum()) for each in (nodes, cells)]
         held = int(nodes[window[0] : window[1] + 1].sum()), int(cells[window[0] : window[1]].sum())
-        shares = [
+        nodes_share, cells_share = (
             replace(share, first=a, held=n) for share, a, n in zip((self.nodes, self.cells), first, held, strict=True)
-        ]
-        return Slab(window, *shares, self.work)
+        )
+        return replace(self, layers=window, nodes=nodes_share, cells=cells_share)
 
 
 def slabs(body: Counts, size: int, reach: Reach, *, who: str, loads: np.ndarray | None = None) -> list[Slab]:
     """The slabs of `size` processes of a body, which leave the largest of what they have to do as small as it can be, beside
-    the `loads` (size,) that each has of others [visits]. Raises TooFew, naming the body, where there are too few particles."""
+    the `loads` (size,) that each has of others [visits]. Raises TooFew, naming the body, where it has too few particles."""
     places = Places.of(body, reach)
     chosen = places.even(np.zeros(size) if loads is None else loads)
     if chosen is None:
@@ -68,11 +68,11 @@ def slabs(body: Counts, size: int, reach: Reach, *, who: str, loads: np.ndarray 
         window = int(places.first[a]), int(places.last[b])
         held = [(before[0][window[0]], before[0][window[1] + 1]), (before[1][window[0]], before[1][window[1]])]
         own = [(places.nodes[a], places.nodes[b]), (places.points[a], places.points[b])]
-        shares = [
+        nodes, cells = (
             Share(int(whole[-1]), int(first), int(end - first), int(low), int(high))
             for whole, (first, end), (low, high) in zip(before, held, own, strict=True)
-        ]
-        found.append(Slab(window, *shares, float(places.closed[b] - places.opened[a])))
+        )
+        found.append(Slab(window, nodes, cells, float(places.closed[b] - places.opened[a])))
     return found
 
 

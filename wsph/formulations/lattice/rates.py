@@ -47,6 +47,7 @@ from wsph.plugins.blame import blame
 from wsph.ranks.blocks import own_sum, own_total
 from wsph.sph.pairs import Pairs
 
+
 class LatticeKernels:
     """The kernels of a composition, as `wsph.formulations.lagrangian.rates.LagrangianKernels` has them."""
 

@@ -2,6 +2,7 @@
 
 # pyright: strict
 
+import math
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -83,17 +84,19 @@ def scattered(position: np.ndarray, volume: np.ndarray, support: float = 2.6) ->
 def crowd(position: np.ndarray, reach: float) -> np.ndarray:
     """How many others particles at `position` (n, dim) [m] see within a `reach` [m], about, (n,): as many as there are in
     cubes of that edge around theirs, times the part of these that a ball is."""
-    dim = position.shape[1]
+    dim = int(position.shape[1])
     cube = np.floor((position - position.min(0)) / reach).astype(np.int64) + 1
     sides = cube.max(0) + 2
-    strides = np.append(np.cumprod(sides[:0:-1])[::-1], 1)
+    strides = np.array([int(np.prod(sides[k + 1 :], dtype=np.int64)) for k in range(dim)], np.int64)
     there, mine, many = np.unique(cube @ strides, return_inverse=True, return_counts=True)
     found = np.zeros(len(there))
     for step in product((-1, 0, 1), repeat=dim):
         near = there + int(np.array(step) @ strides)
         at = np.minimum(np.searchsorted(there, near), len(there) - 1)
         found += np.where(there[at] == near, many[at], 0)
-    return (2.0, np.pi, 4.0 / 3.0 * np.pi)[dim - 1] / 3.0**dim * found[mine]
+    ball = (2.0, math.pi, 4.0 / 3.0 * math.pi)[dim - 1]
+    every: np.ndarray = ball / 3.0**dim * found[mine]
+    return every
 
 
 def read_points(path: Path, dim: int, scale: float) -> tuple[np.ndarray, np.ndarray]:

@@ -47,9 +47,7 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
     per_particle, rate = measured(composition), copied()
     evaluations = max(run.work for run in composition.bodies)
     touching = {name for coupling in (joint.couplings if joint is not None else ()) for name in coupling.bodies()}
-    placed = [
-        run for run, slabs in zip(composition.bodies, found, strict=True) if slabs and run.body.name in touching
-    ]
+    placed = [run for run, slabs in zip(composition.bodies, found, strict=True) if slabs and run.body.name in touching]
     halo, joined = 2.0 * (2 if count > 2 else 1), float(np.ceil(np.log2(count)))
     balls = sum(run.body.name in scene.balls for run, slabs in zip(composition.bodies, found, strict=True) if slabs)
     messages = ALPHA * (evaluations * (halo * len(cut) + joined * len(placed)) + (halo + joined) * balls)

@@ -18,8 +18,8 @@ from wsph.scene.scene import Scene
 def slabs_of(
     scene: Scene, geometries: Sequence[Geometry], formulation: Formulation, count: int
 ) -> list[list[Slab] | None]:
-    """The slabs of so many processes of the bodies of a scene, which are here whole; None of one that each has all of. Raises
-    TooFew for one by itself."""
+    """The slabs of so many processes of the bodies of a scene, which are whole here; None of one that each has all of.
+    Raises TooFew for one by itself."""
     found: list[list[Slab] | None] = []
     loads = np.zeros(count)
     for body, geometry in zip(scene.bodies, geometries, strict=True):
