@@ -184,6 +184,9 @@ def test_a_check_knows_the_cuts_of_a_run(name: str, size: int) -> None:
             assert expected is not None
             split = each.geometry.split
             assert split.work == work_of(expected)
+            # Pairs of what it holds, all of which it works on.
+            held = counted(each.geometry, (-1, 10**9)) if name != "moving" else split.work[rank]
+            assert held == pytest.approx(split.work[rank], rel=0.01)
             shares, own = (split.nodes, split.points), (expected[rank].nodes, expected[rank].cells)
             assert [(s.low, s.high) for s in shares] == [(s.low, s.high) for s in own]
 

@@ -26,6 +26,7 @@ def test_a_check_tells_what_every_process_has_of_several_bodies() -> None:
     assert [words.startswith(each) for words, each in zip(found["whole"], whole, strict=True)] == [True, True]
     low, high = (int(word) for word in found["particles"][0].split()[:3:2])
     assert 4 * low <= 91 * 51 + 71 * 67 <= 4 * high
+    assert float(found["work"][0].split()[4]) < 15.0
     assert "contact" not in found
 
 

@@ -1,6 +1,7 @@
 """What a scene would take of several processes: particles, copies, messages, memory, and how much of their time is work.
 
-A process works on all rows that it holds, and sends the accelerations of those that others hold too, once a right-hand side.
+A process works on all rows that it holds, and sends the accelerations of those that others hold too, once a right-hand side;
+its work is in particles of as many pairs as the mean, by the counts that bodies are cut by.
 Where pairs follow the motion it holds all particles and has the pairs of what it works on: what it sees at the start.
 With c the time that a right-hand side takes a particle, measured by some steps of the scene in this process, and b the rate
 at which memory is copied, measured too, a step of n particles in N processes is efficient to
@@ -57,6 +58,7 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
     return [
         ("processes", f"{count}, slabs across one axis of each body"),
         ("  particles", f"{own.min()} to {own.max()} of its own each"),
+        ("  work", f"the largest share is {100.0 * (worked.max() / worked.mean() - 1.0):.2g} % above the mean"),
         *(("  whole", f"body {run.body.name!r}: every process has its {run.system.count} particles") for run in whole),
         *(
             ("  contact", "every process finds all of it: the efficiency is less by its part of a step")
