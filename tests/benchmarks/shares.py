@@ -96,10 +96,11 @@ def visits(system: Any) -> float:
         return ((near.own.stop - near.own.start) + 2.0 * (near.stress.stop - near.stress.start)) / 3.0
     if system.formulation == "total-lagrangian":
         return float(system.count)
-    many, boxes = np.diff(system.geometry.rows.offsets).astype(float), system.geometry.boxes
-    if boxes is not None:
-        many[boxes.others(len(many))] *= LISTED
-    return 2.0 * float(many.sum())
+    many, boxes = np.diff(system.geometry.rows.offsets), system.geometry.boxes
+    if boxes is None:
+        return 2.0 * float(many.sum())
+    others = 2.0 * LISTED * float(many[boxes.others(len(many))].sum())
+    return others + boxes.corners.shape[1] * float(len(boxes.corners) + len(boxes.index))
 
 
 def uneven(domain: Domain, mine: float) -> float:

@@ -29,8 +29,13 @@ class Counts:
 
     @classmethod
     def of_cells(cls, nodes: np.ndarray, cells: np.ndarray, dim: int) -> "Counts":
-        """Those of layers of cells of a grid, in each of which there is as much to do."""
-        return cls(nodes, cells, 2.0 ** (dim + 1) * cells)
+        """Those of layers of cells of a grid: rows of these have all of their corners, and rows of nodes as many places."""
+        return cls(nodes, cells, 2.0**dim * (cells + between(nodes)))
+
+
+def between(nodes: np.ndarray) -> np.ndarray:
+    """Numbers of layers of nodes (l + 1,) as those of what is between them, (l,)."""
+    return 0.5 * (nodes[:-1] + nodes[1:])
 
 
 @dataclass(frozen=True)
@@ -87,7 +92,8 @@ class Places:
 
     def even(self, loads: np.ndarray) -> np.ndarray | None:
         """The places (size + 1,), from the first to the last, between which processes that have `loads` (size,) already
-        have at most the least that is possible; None where there are too few."""
+        have at most the least that is possible, and little more where parts are as thin as a layer; None where there are
+        too few."""
         group: np.ndarray = np.unique(self.points, return_inverse=True)[1]
         if group[-1] < len(loads):
             return None

@@ -19,6 +19,7 @@ from wsph.geometry.gradients import PointRows, corner_volumes, face_shares, mean
 from wsph.geometry.meshes.layered import Layered, Whole
 from wsph.geometry.meshes.layers import Layers, inverse, longest_axis, numbered
 from wsph.geometry.meshes.mesh import Mesh
+from wsph.ranks.cuts import Counts
 from wsph.ranks.slabs import Slab
 from wsph.units import rounded
 
@@ -253,12 +254,16 @@ def _counts(layer: np.ndarray, rows: PointRows, boxes: Boxes | None) -> tuple[np
     """How many nodes (l + 1,), points and visits of pairs (l,) every layer has, of the layers of the nodes (n,), where rows
     of `boxes` have no lists."""
     count, many = int(layer[-1]) + 1, np.diff(rows.offsets)
-    point, weight = _layer_of_points(layer, rows), np.ones(len(many))
-    if boxes is not None and boxes.pay(len(many)):
-        weight[boxes.others(len(many))] = LISTED
     # Points see nodes of their own layer at least, and of one layer alone where there is no other.
-    nodes, points = np.bincount(layer, minlength=count + 1), np.bincount(point, minlength=count)
-    return nodes, points, np.bincount(point, 2.0 * weight * many, count)
+    point, nodes = _layer_of_points(layer, rows), np.bincount(layer, minlength=count + 1)
+    points = np.bincount(point, minlength=count)
+    if boxes is None or not boxes.pay(len(many)):
+        return nodes, points, np.bincount(point, 2.0 * many, count)
+    others, seen = boxes.others(len(many)), layer if boxes.nodes is None else layer[boxes.nodes]
+    listed = np.bincount(point[others], 2.0 * LISTED * many[others], count)
+    cells = points - np.bincount(point[others], minlength=count)
+    alike = Counts.of_cells(np.bincount(seen, minlength=count + 1), cells, boxes.index.shape[1])
+    return nodes, points, alike.visits + listed
 
 
 def _by_points(mesh: Mesh, points_in: _Cells) -> tuple[Mesh, _Cells]:
