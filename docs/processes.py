@@ -35,7 +35,12 @@ def shares() -> list[str]:
         cells = [each[name][f"by {cut}"] for each in found.values() for cut in ("particles", "work")]
         rows.append(f"| {name} | " + " | ".join(f"{_more(a)}, {_more(b)} %" for a, b in cells) + " |")
     many = [row["particles"] / 1000 for each in found.values() for row in each.values()]
-    rows += ["", f"(3D, f64, elastic, {min(many):.0f} to {max(many):.0f} thousand particles; the least of turns of `mpiexec -n N python tests/benchmarks/shares.py`.)"]  # fmt: skip
+    rows += [
+        "",
+        f"(3D, f64, elastic, {min(many):.0f} to {max(many):.0f} thousand particles, stress points but for a box along edges and"
+        " one whose pairs follow the motion; a bar with holes at one end, one half as thick in its second half, one of a mesh that"
+        " gets finer. The least of turns of `mpiexec -n N python tests/benchmarks/shares.py`.)",
+    ]
     return rows
 
 

@@ -127,6 +127,15 @@ def shares(name: str, side: int, turns: int, folder: Path, domain: Domain, waiti
     return found
 
 
+def written(found: dict[str, Table]) -> str:
+    """A line for each shape."""
+    rows = [
+        f' "{count}": {{\n' + ",\n".join(f'  "{name}": {json.dumps(row)}' for name, row in sorted(of.items())) + "\n }"
+        for count, of in sorted(found.items())
+    ]
+    return "{\n" + ",\n".join(rows) + "\n}\n"
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("shapes", nargs="*", choices=[*SHAPES, []])
@@ -146,7 +155,7 @@ def main() -> None:
                 print(json.dumps({name: found[name]}), flush=True)
         if domain.rank == 0 and options.json:
             known = json.loads(options.json.read_text()) if options.json.exists() else {}
-            options.json.write_text(json.dumps(known | {str(domain.size): found}, indent=1, sort_keys=True) + "\n")
+            options.json.write_text(written(known | {str(domain.size): found}))
         domain.told(lambda: None)
 
 
