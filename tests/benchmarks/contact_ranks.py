@@ -2,8 +2,9 @@
 
     mpiexec -n N python tests/benchmarks/contact_ranks.py [--cells 16] [--steps 60] [SCENE...]
 
-Prints a line of JSON a scene. CPU is a process's own time, in microseconds a step, without messages, of each process: of the
-bodies, of contact, and of its parts; `search` and `pairs` are seconds of one search, and candidates of the last.
+Prints a line of JSON a scene and process. CPU is a process's own time, in microseconds, the 10th percentile of the steps:
+of the bodies, of contact, and of its parts, of which messages are `brought`, what surfaces hang on, and `told`, what acts,
+begun by all processes together so that none waits; and of one search. `visited`: vertices and their faces that are looked at in a step. `launches` has kernels by name.
 """
 
 import argparse
@@ -13,12 +14,14 @@ import warnings
 from collections import defaultdict
 from typing import Any
 
+import numpy as np
 import warp as wp
 
 import wsph
 from wsph.backend.launch import Launch, captured
 from wsph.contact.surfaces.coupling import Surfaces
 from wsph.ranks import world
+from wsph.ranks.exchange import ChosenExchange, Exchange
 from wsph.ranks.mpi import Ranks
 from wsph.simulation.compose import compose
 
@@ -69,61 +72,79 @@ SCENES = {
 }
 
 
-class Spent:
-    """CPU time by what has taken it, and of searches."""
+class Searches:
+    """CPU times of searches, without what waits for others [us]."""
 
     def __init__(self) -> None:
-        self.parts: defaultdict[str, float] = defaultdict(float)
-        self.searches: list[float] = []
-        self.messages = 0.0
+        self.found: list[float] = []
+        waiting = 0.0
         find, hear = Surfaces._find, Ranks._hear
 
         def found(of: Surfaces, **how: Any) -> None:
-            began, messages = time.thread_time(), self.messages
+            began, waited = time.thread_time(), waiting
             find(of, **how)
-            self.searches.append(time.thread_time() - began - (self.messages - messages))
+            self.found.append(1e6 * (time.thread_time() - began - (waiting - waited)))
 
         def heard(of: Ranks, mine: Any) -> Any:
+            nonlocal waiting
             began = time.thread_time()
             try:
                 return hear(of, mine)
             finally:
-                self.messages += time.thread_time() - began
+                waiting += time.thread_time() - began
 
         Surfaces._find, Ranks._hear = found, heard  # type: ignore[method-assign]
 
 
-def measured(made: wsph.Scene, steps: int, domain: Any, spent: Spent) -> dict[str, Any]:
+def together(domain: Any) -> None:
+    """Wait for all processes."""
+    if domain.size > 1:
+        domain._comm.Barrier()
+
+
+def measured(made: wsph.Scene, steps: int, domain: Any, searches: Searches) -> dict[str, Any]:
     """The row of a scene."""
     composition = compose(made, domain)
     composition.compile()
-    program = composition.program
+    program, coupling = composition.program, composition.joint.couplings[0]  # type: ignore[union-attr]
     program.run(3)
-    spent.parts.clear()
-    spent.searches.clear()
+    searches.found.clear()
+    spent: list[defaultdict[str, float]] = []
     calls: list[Any] = []
     for step in range(steps):
         assert program._before is not None
         if program._before() or not step:
             calls = composition.clock.listing(program.step)
             calls = [(each, captured(each.run) if isinstance(each, Launch) else None) for each in calls]
+        spent.append(defaultdict(float))
         for each, graph in calls:
-            began, waited = time.thread_time(), spent.messages
-            name = "host"
             if graph is not None:
-                wp.capture_launch(graph)
                 kernel = each.kernel
                 name = kernel.func.__name__ if kernel.func.__module__.startswith("wsph.contact") else "bodies"
             else:
+                of = each.call.func.__self__
+                name = "told" if isinstance(of, ChosenExchange) else "of bodies" if isinstance(of, Exchange) else "brought"
+                together(domain)
+            began = time.thread_time()
+            if graph is not None:
+                wp.capture_launch(graph)
+            else:
                 each.run()
-            spent.parts[name] += time.thread_time() - began - (spent.messages - waited)
-    parts = {name: 1e6 * seconds / steps for name, seconds in spent.parts.items()}
-    coupling = composition.joint.couplings[0]  # type: ignore[union-attr]
-    row = {"particles": composition.particles, "bodies": parts.pop("bodies"), "contact": sum(parts.values())}
-    row |= {"searches": len(spent.searches), "search": sum(spent.searches) / max(len(spent.searches), 1)}
+            spent[-1][name] += 1e6 * (time.thread_time() - began)
+    names = {name for each in spent for name in each}
+    parts = {name: float(np.quantile([each[name] for each in spent], 0.1)) for name in names}
+    bodies = parts.pop("bodies") + parts.pop("of bodies", 0.0)
+    row = {"particles": composition.particles, "bodies": bodies, "contact": sum(parts.values())}
+    row |= {"searches": len(searches.found), "search": min(*searches.found, *(coupling_search(coupling, searches) for _ in range(5)))}
+    row["visited"] = sum(len(way.rows.struct.indices) for law in coupling.laws for way in getattr(law, "ways", []))  # type: ignore[attr-defined]
     row["launches"] = {name: round(us, 1) for name, us in sorted(parts.items(), key=lambda each: -each[1])}
-    row["vertices"] = {name: [each.n, each._seen.placed.count] for name, each in coupling.surfaces.items()}  # type: ignore[attr-defined]
     return row
+
+
+def coupling_search(coupling: Any, searches: Searches) -> float:
+    """A search more [us]."""
+    coupling._find()
+    return searches.found.pop()
 
 
 def main() -> None:
@@ -134,15 +155,15 @@ def main() -> None:
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     wp.config.quiet = True
-    domain, spent = world.domain(), Spent()
+    domain, searches = world.domain(), Searches()
     for name in options.scenes:
         run = {"integrator": "leapfrog", "formulation": "stress-points", "end": 1e6, "dt": 0.2, "guard": "off", "threads": 1}
         made = wsph.Scene(schema=1, dim=3, run=run, **SCENES[name](options.cells))
-        row = measured(made, options.steps, domain, spent)
+        row = measured(made, options.steps, domain, searches)
         for each in range(domain.size):
             words = domain.told(lambda: json.dumps(row), by=each)
             if domain.rank == 0:
-                shown = {k: round(v, 4) if isinstance(v, float) else v for k, v in json.loads(words).items()}
+                shown = {k: round(v, 1) if isinstance(v, float) else v for k, v in json.loads(words).items()}
                 print(json.dumps({"scene": name, "process": f"{each} of {domain.size}"} | shown), flush=True)
 
 
