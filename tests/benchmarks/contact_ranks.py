@@ -2,9 +2,10 @@
 
     mpiexec -n N python tests/benchmarks/contact_ranks.py [--cells 16] [--steps 60] [SCENE...]
 
-Prints a line of JSON a scene and process. CPU is a process's own time, in microseconds, the 10th percentile of the steps:
-of the bodies, of contact, and of its parts, of which messages are `brought`, what surfaces hang on, and `told`, what acts,
-begun by all processes together so that none waits; and of one search. `visited`: vertices and their faces that are looked at in a step. `launches` has kernels by name.
+Prints a line of JSON a scene and process. CPU is a process's own time, in microseconds, the 10th percentile of the steps: of
+the bodies, of contact, and of its kernels by name. Messages are `brought`, what surfaces hang on, and `told`, what acts; all
+processes begin them together, so that none waits. `search`: the best of some. `visited`: pairs of a vertex and a face that
+are looked at in a step.
 """
 
 import argparse
@@ -12,6 +13,7 @@ import json
 import time
 import warnings
 from collections import defaultdict
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -123,7 +125,9 @@ def measured(made: wsph.Scene, steps: int, domain: Any, searches: Searches) -> d
                 name = kernel.func.__name__ if kernel.func.__module__.startswith("wsph.contact") else "bodies"
             else:
                 of = each.call.func.__self__
-                name = "told" if isinstance(of, ChosenExchange) else "of bodies" if isinstance(of, Exchange) else "brought"
+                name = (
+                    "told" if isinstance(of, ChosenExchange) else "of bodies" if isinstance(of, Exchange) else "brought"
+                )
                 together(domain)
             began = time.thread_time()
             if graph is not None:
@@ -135,7 +139,10 @@ def measured(made: wsph.Scene, steps: int, domain: Any, searches: Searches) -> d
     parts = {name: float(np.quantile([each[name] for each in spent], 0.1)) for name in names}
     bodies = parts.pop("bodies") + parts.pop("of bodies", 0.0)
     row = {"particles": composition.particles, "bodies": bodies, "contact": sum(parts.values())}
-    row |= {"searches": len(searches.found), "search": min(*searches.found, *(coupling_search(coupling, searches) for _ in range(5)))}
+    row |= {
+        "searches": len(searches.found),
+        "search": min(*searches.found, *(coupling_search(coupling, searches) for _ in range(5))),
+    }
     row["visited"] = sum(len(way.rows.struct.indices) for law in coupling.laws for way in getattr(law, "ways", []))  # type: ignore[attr-defined]
     row["launches"] = {name: round(us, 1) for name, us in sorted(parts.items(), key=lambda each: -each[1])}
     return row
@@ -157,11 +164,18 @@ def main() -> None:
     wp.config.quiet = True
     domain, searches = world.domain(), Searches()
     for name in options.scenes:
-        run = {"integrator": "leapfrog", "formulation": "stress-points", "end": 1e6, "dt": 0.2, "guard": "off", "threads": 1}
+        run = {
+            "integrator": "leapfrog",
+            "formulation": "stress-points",
+            "end": 1e6,
+            "dt": 0.2,
+            "guard": "off",
+            "threads": 1,
+        }
         made = wsph.Scene(schema=1, dim=3, run=run, **SCENES[name](options.cells))
         row = measured(made, options.steps, domain, searches)
         for each in range(domain.size):
-            words = domain.told(lambda: json.dumps(row), by=each)
+            words = domain.told(partial(json.dumps, row), by=each)
             if domain.rank == 0:
                 shown = {k: round(v, 1) if isinstance(v, float) else v for k, v in json.loads(words).items()}
                 print(json.dumps({"scene": name, "process": f"{each} of {domain.size}"} | shown), flush=True)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from wsph.backend.arrays import changed
+from wsph.backend.arrays import changed, packed, unpacked, widths
 from wsph.backend.domain import Domain, Share
 from wsph.backend.space import Array
 from wsph.ranks.communicator import Communicator
@@ -73,22 +73,16 @@ class ChosenExchange(_Exchange):
 
     def fill(self, *every: np.ndarray) -> None:
         # All that is for one process goes in one message, row by row.
-        ends = np.cumsum([0, *(rows[:1].nbytes for rows in every)])
-        into = [np.empty((len(each), ends[-1]), np.uint8) for _, each in self._into]
-        out = [np.concatenate([_bytes(rows[each]) for rows in every], 1) for _, each in self._out]
+        width = sum(widths(every))
+        into = [np.empty((len(each), width), np.uint8) for _, each in self._into]
+        out = [packed([rows[each] for rows in every]) for _, each in self._out]
         waits = [self._comm.Irecv(each, other, 3) for each, (other, _) in zip(into, self._into, strict=True)]
         waits += [self._comm.Isend(each, other, 3) for each, (other, _) in zip(out, self._out, strict=True)]
         for each in waits:
             each.Wait()
         for found, (_, each) in zip(into, self._into, strict=True):
-            for rows, low, high in zip(every, ends[:-1], ends[1:], strict=True):
-                part = np.ascontiguousarray(found[:, low:high]).view(rows.dtype)
-                rows[each] = part.reshape(len(each), *rows.shape[1:])
-
-
-def _bytes(rows: np.ndarray) -> np.ndarray:
-    """Rows (k, ...) as bytes, (k, width)."""
-    return np.ascontiguousarray(rows).reshape(len(rows), -1).view(np.uint8)
+            for rows, part in zip(every, unpacked(found, every), strict=True):
+                rows[each] = part
 
 
 def _overlap(holder: Share, owner: Share, first: int | None = None) -> list[slice]:

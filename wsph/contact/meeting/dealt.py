@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from wsph.backend.arrays import host, put
+from wsph.backend.arrays import host, packed, put, unpacked
 from wsph.backend.clock import Clock
 from wsph.backend.domain import WHOLE, Domain, Share
 from wsph.backend.space import Array
@@ -69,8 +69,10 @@ class Dealt:
             self._clock.host(partial(self._gather, *fields))
 
     def _gather(self, *fields: Array) -> None:
-        for each in fields:
-            put(each, self._domain.joined(host(each)[self.own]))
+        mine = [host(each) for each in fields]
+        found = self._domain.joined(packed([each[self.own] for each in mine]))
+        for each, rows in zip(fields, unpacked(found, mine), strict=True):
+            put(each, rows)
 
     def total(self, values: Array) -> float:
         """The sum of an array over all contacts, in double precision."""

@@ -17,6 +17,7 @@ from wsph.contact.meeting.crossing import cross_kernel, crossings_struct, ends_k
 from wsph.contact.meeting.memory import Memory
 from wsph.contact.meeting.ridges import Ridges
 from wsph.contact.meeting.ways import DEPTH, SLACK, Met, Numbers, Places, RecordArrays
+from wsph.contact.surfaces.meshing.sparse import among
 from wsph.sph.pairs import find_pairs
 
 SHARE = 0.5
@@ -105,9 +106,11 @@ class Crossings:
     def near(self) -> list[tuple[Met, NDArray[np.int64], NDArray[np.int64]]]:
         """Of each of the two surfaces, the vertices that kernels read or write; of faces they read what is around these."""
         one, other = self.lines
-        theirs: NDArray[np.int64] = np.unique(self.rows.struct.indices.numpy().astype(np.int64))
-        lines, none = (np.unique(one.line[self.rows.which]), np.unique(other.line[theirs])), np.zeros(0, np.int64)
-        return [(self.own, lines[0], none), (self.other, lines[1], none)]
+        theirs, none = among(len(other.line), self.rows.struct.indices.numpy()), np.zeros(0, np.int64)
+        return [
+            (self.own, among(self.own.n, one.line[self.rows.which]), none),
+            (self.other, among(self.other.n, other.line[theirs]), none),
+        ]
 
     def act(self) -> None:
         """Add the forces to those of both surfaces (launches)."""

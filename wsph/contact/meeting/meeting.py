@@ -160,7 +160,7 @@ class Meeting(Law):
                 kept = found.setdefault(side.name, ([], []))
                 kept[0].append(vertices)
                 kept[1].append(faces)
-        return {name: (np.unique(np.concatenate(v)), np.unique(np.concatenate(f))) for name, (v, f) in found.items()}
+        return {name: (np.concatenate(vertices), np.concatenate(faces)) for name, (vertices, faces) in found.items()}
 
     def start(self) -> None:
         """Take the depths that there are at the start as none (launches)."""

@@ -15,10 +15,11 @@ from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
 from wsph.backend.domain import WHOLE, Domain
 from wsph.backend.space import Array, Space
-from wsph.contact.meeting.candidates import Candidates, none, rows_of_pairs
+from wsph.contact.meeting.candidates import none, rows_of_pairs
 from wsph.contact.meeting.memory import ENERGIES, Memory
 from wsph.contact.meeting.structs import Faces, law_struct, record_struct
 from wsph.contact.meeting.touch import add_kernel, answer_kernel, ease_kernel, touch_kernel
+from wsph.contact.surfaces.meshing.sparse import among
 from wsph.contact.surfaces.struct import SurfaceArrays
 from wsph.sph.pairs import find_pairs
 
@@ -142,7 +143,7 @@ class Way:
         if own is other:
             may = own.meets(vertices, faces)
             vertices, faces = vertices[may], faces[may]
-        self.rows, self._met = rows_of_pairs(vertices, faces, self._device), np.unique(faces)
+        self.rows, self._met = rows_of_pairs(vertices, faces, self._device), among(other.m, faces)
         self._answered(*dealt.joined(np.stack([vertices, faces], 1)).T)
         self.record.force.zero_()
         self.record.count.zero_()
@@ -150,16 +151,16 @@ class Way:
     def _answered(self, vertices: NDArray[np.int64], faces: NDArray[np.int64]) -> None:
         """Take the pairs (p,) of all processes: what acts back, and what the others find that is needed here."""
         own, other, dealt, device = self.own, self.other, self.memory.dealt, self._device
-        near = self.rows.which if dealt.alone else np.unique(vertices)
+        near = among(own.n, vertices)
         self.memory.release(near)
         felt, may = near[own.here[near]], other.here[self.faces].any(1)[faces]
-        self.known = np.union1d(np.union1d(self.rows.which, felt), vertices[may])
+        self.known = among(own.n, self.rows.which, felt, vertices[may])
         dealt.ask(self.known)
         told = felt[~dealt.share.owns(felt)]
         self._told = rows_of_pairs(told, told, device)
         around, by = self.faces[faces[may]].ravel(), np.repeat(vertices[may], self._space.dim)
         here = other.here[around]
-        self._back, self._read = rows_of_pairs(around[here], by[here], device), np.unique(around)
+        self._back, self._read = rows_of_pairs(around[here], by[here], device), among(other.n, around)
 
     @property
     def near(self) -> list[tuple[Met, NDArray[np.int64], NDArray[np.int64]]]:

@@ -11,7 +11,7 @@ import warp as wp
 from wsph.backend.arrays import Arrays
 from wsph.backend.space import Array
 from wsph.contact.surfaces.meshing.mesh import SurfaceMesh
-from wsph.contact.surfaces.meshing.sparse import SparseRows, spread
+from wsph.contact.surfaces.meshing.sparse import SparseRows, among, spread
 
 
 @dataclass(frozen=True)
@@ -59,16 +59,16 @@ def attention(
     def rows(name: str, each: np.ndarray) -> Rows:
         return Rows(each, arrays.of(name, each.astype(np.int32), wp.int32))
 
-    vertices, faces = seen
-    vertices = np.unique(np.concatenate([vertices.ravel(), mesh.faces[faces].ravel()]).astype(int))
-    turned = np.unique(mesh.around[spread(mesh.starts, vertices)[1]])
-    placed = np.unique(np.concatenate([vertices, mesh.faces[turned].ravel()]))
-    felt = np.unique(B.only(vertices).indices)
+    n, smooth = len(mesh.X), among(len(mesh.faces), seen[1])
+    vertices = among(n, seen[0], mesh.faces[smooth])
+    turned = among(len(mesh.faces), mesh.around[spread(mesh.starts, vertices)[1]])
+    placed = among(n, vertices, mesh.faces[turned])
+    felt = among(B.columns, B.only(vertices).indices)
     pushed = np.searchsorted(support, felt[here[felt]])
     return Attention(
         rows("placed", placed),
         rows("turned", turned),
-        rows("smooth", np.unique(faces.astype(int))),
+        rows("smooth", smooth),
         rows("pushed", pushed),
-        np.unique(B.only(placed).indices),
+        among(B.columns, B.only(placed).indices),
     )

@@ -129,8 +129,7 @@ class Surfaces:
         nothing = np.zeros(0, np.int64), np.zeros(0, np.int64)
         for name, surface in self.surfaces.items():
             rows = [each.get(name, nothing) for each in near]
-            vertices, faces = (np.unique(np.concatenate(part)) for part in zip(*rows, strict=True))
-            surface.attend(vertices, faces)
+            surface.attend(*(np.concatenate(part) for part in zip(*rows, strict=True)))
 
     def follow(self) -> bool:
         """Before a step, on the host: take what has broken, and find the candidates again if a particle can leave its skin

@@ -57,9 +57,7 @@ class SurfaceWork:
     _place    # displacements there, (s,) vec
     """
 
-    def __init__(
-        self, support: np.ndarray, space: Space, arrays: Arrays, carriers: Carriers, domain: Domain = WHOLE
-    ):
+    def __init__(self, support: np.ndarray, space: Space, arrays: Arrays, carriers: Carriers, domain: Domain = WHOLE):
         self._space, self._carriers, self._domain = space, carriers, domain
         self._attention: Attention | None = None
         self.support = support
