@@ -169,8 +169,14 @@ class Meeting(Law):
 
     def act(self) -> None:
         """Add the forces to those of the surfaces (launches)."""
-        for part in self._parts:
-            part.act()
+        for way in self.ways:
+            way.touch()
+        for way in self.ways:
+            way.tell()
+        for way in self.ways:
+            way.answer()
+        if self.crossings is not None:
+            self.crossings.act()
 
     def close(self) -> None:
         """Take the memory of the last evaluation as that of the step (launches)."""

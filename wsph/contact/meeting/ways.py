@@ -185,19 +185,27 @@ class Way:
             inputs = [self.law, self.rows.struct, self.own.struct, self.other.struct]
             self._clock.launch(ease_kernel(self._space), self.rows.count, inputs, [self.memory["ease"]])
 
-    def act(self) -> None:
-        """Add the forces to those of both surfaces (launches)."""
-        own, other, record, launch = self.own.struct, self.other.struct, self.record, self._clock.launch
+    def touch(self) -> None:
+        """Find what acts on the vertices, and add it to the forces on them (a launch)."""
         if self.rows.count:
+            own, other = self.own.struct, self.other.struct
             inputs = [self.law, self.rows.struct, own, other, self._clock.time, self.memory.kept]
-            outputs = [self.memory.trial, record, self.own.force]
-            launch(touch_kernel(self._space), self.rows.count, inputs, outputs)
+            outputs = [self.memory.trial, self.record, self.own.force]
+            self._clock.launch(touch_kernel(self._space), self.rows.count, inputs, outputs)
+
+    def tell(self) -> None:
+        """Have of what other processes have found what is needed here (a message)."""
+        record = self.record
         self.memory.dealt.tell(record.force, record.count, record.faces, self.memory["gap"])
+
+    def answer(self) -> None:
+        """Add what others have found, and what acts back, to the forces of both surfaces (launches)."""
+        record, launch = self.record, self._clock.launch
         if self._told.count:
             inputs = [self._told.struct.which, record.force]
             launch(add_kernel(self._space), self._told.count, inputs, [self.own.force])
         if self._back.count:
-            inputs = [self._back.struct, own, other, record]
+            inputs = [self._back.struct, self.own.struct, self.other.struct, record]
             launch(answer_kernel(self._space), self._back.count, inputs, [self.other.force])
 
     def close(self) -> None:

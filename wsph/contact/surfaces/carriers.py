@@ -7,6 +7,7 @@ brought up to date by a message whenever it is placed; of the forces each proces
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -73,7 +74,13 @@ class SharedCarriers(Carriers):
     _stands  # where each stands among the particles that are here, -1 where it is not, (k,)
     _share   # the range of them that this process owns; all are held
     _u, _v   # their displacements and velocities, as far as they are attended to, (k,) vec
+    _from    # those that this process owns and attends to: where each stands among the particles that are here
+    _to      # and among all k, ascending
     """
+
+    def __init__(self, system: SurfacedSystem, *, lagged: bool):
+        super().__init__(system)
+        self._lagged = lagged
 
     def hang(self, B: SparseRows) -> SparseRows:
         system, share = self._system, self._system.share
@@ -99,18 +106,24 @@ class SharedCarriers(Carriers):
         return Share(len(particles), 0, len(particles), int(low), int(high))
 
     def attend(self, columns: np.ndarray) -> None:
-        self._halo.choose(columns[~self._share.owns(columns)])
+        own = self._share.owns(columns)
+        self._to = columns[own]
+        self._from = self._own[self._to - self._share.low]
+        self._halo.choose(columns[~own])
 
     def bring(self, state: State) -> None:
-        self._system.clock.host(partial(self._bring, state.struct.displacement, state.struct.velocity))
+        moves = [(self._u, state.struct.displacement)]
+        if not self._lagged:
+            moves.append((self._v, state.struct.velocity))
+        self._system.clock.host(partial(self._bring, moves))
 
-    def _bring(self, displacement: Array, velocity: Array) -> None:
-        moves = [host(each) for each in (self._u, self._v)]
-        for each, own in zip(moves, (displacement, velocity), strict=True):
-            each[self._share.own] = host(own)[self._own]
-        self._halo.fill(*moves)
-        for array, each in zip((self._u, self._v), moves, strict=True):
-            changed(array, each)
+    def _bring(self, moves: Sequence[tuple[Array, Array]]) -> None:
+        rows = [host(into) for into, _ in moves]
+        for each, (_, of) in zip(rows, moves, strict=True):
+            each[self._to] = host(of)[self._from]
+        self._halo.fill(*rows)
+        for (into, _), each in zip(moves, rows, strict=True):
+            changed(into, each)
 
     def displacement(self, state: State) -> Array:
         return self._u
@@ -128,6 +141,6 @@ class SharedCarriers(Carriers):
         return found
 
 
-def carriers_of(system: SurfacedSystem) -> Carriers:
-    """The particles that the surface of a body hangs on."""
-    return Carriers(system) if system.domain.size == 1 else SharedCarriers(system)
+def carriers_of(system: SurfacedSystem, *, lagged: bool) -> Carriers:
+    """The particles that the surface of a body hangs on. `lagged`: their velocities are not asked for."""
+    return Carriers(system) if system.domain.size == 1 else SharedCarriers(system, lagged=lagged)

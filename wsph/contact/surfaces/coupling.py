@@ -182,6 +182,8 @@ class Surfaces:
 
     def _place(self, states: Mapping[str, State]) -> None:
         for name, surface in self.surfaces.items():
+            surface.bring(states[name])
+        for name, surface in self.surfaces.items():
             surface.place(states[name])
         for name, each in self.rigid.items():
             each.place(states[name])

@@ -77,7 +77,7 @@ class Surface:
             )
         self.name, self._system, self._origin, self._lagged = name, system, origin, lagged
         self._space: Space = system.space
-        self._clock, self._last, self._carriers = system.clock, system.state, carriers_of(system)
+        self._clock, self._last, self._carriers = system.clock, system.state, carriers_of(system, lagged=lagged)
         self._at_nodes = system.position is system.geometry.nodes
         self.wave_speed = system.constitutive.wave_speed / scales.velocity
         self.carries = AVERAGED if system.form.averaged else 1.0
@@ -157,6 +157,7 @@ class Surface:
         self._seen = attention(self.mesh, self.B, support, self._at_hand, (vertices, faces), arrays)
         self._carriers.attend(self._seen.columns)
         self.force.zero_()
+        self.bring(self._last)
         self.place(self._last)
         self._note()
         self._work.attend(self._seen, self._carriers.rows(host(self._last.struct.displacement)))
@@ -168,10 +169,13 @@ class Surface:
         self._note()
         self._work.start(state, self._clock)
 
+    def bring(self, state: State) -> None:
+        """Have of other processes what the surface takes of a state (a message, where they share the body)."""
+        self._carriers.bring(state)
+
     def place(self, state: State) -> None:
-        """Places, ways, velocities, areas and normals in a state; no forces yet (launches)."""
+        """Places, ways, velocities, areas and normals in a state that was brought last; no forces yet (launches)."""
         space, seen, carriers = self._space, self._seen, self._carriers
-        carriers.bring(state)
         moves = [carriers.displacement(state), carriers.velocity(state)]
         inputs = [self._forth, self._X, *moves, self._before, self._clock.time]
         place = place_kernel(space, self._identity, self._lagged)
