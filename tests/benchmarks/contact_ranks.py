@@ -13,6 +13,7 @@ import json
 import time
 import warnings
 from collections import defaultdict
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -75,27 +76,33 @@ SCENES = {
 
 
 class Searches:
-    """CPU times of searches, without what waits for others [us]."""
+    """CPU times of searches, without their messages, in which processes wait for each other [us]."""
 
     def __init__(self) -> None:
         self.found: list[float] = []
-        waiting = 0.0
-        find, hear = Surfaces._find, Ranks._hear
+        self._messages, self._within, find = 0.0, 0, Surfaces._find
 
         def found(of: Surfaces, **how: Any) -> None:
-            began, waited = time.thread_time(), waiting
+            began, messages = time.thread_time(), self._messages
             find(of, **how)
-            self.found.append(1e6 * (time.thread_time() - began - (waiting - waited)))
+            self.found.append(1e6 * (time.thread_time() - began - (self._messages - messages)))
 
-        def heard(of: Ranks, mine: Any) -> Any:
-            nonlocal waiting
+        Surfaces._find = found  # type: ignore[method-assign]
+        for of, name in ((Ranks, "joined"), (Ranks, "_hear"), (ChosenExchange, "fill")):
+            setattr(of, name, self._apart(getattr(of, name)))
+
+    def _apart(self, call: Callable[..., Any]) -> Callable[..., Any]:
+        def apart(*arguments: Any) -> Any:
             began = time.thread_time()
+            self._within += 1
             try:
-                return hear(of, mine)
+                return call(*arguments)
             finally:
-                waiting += time.thread_time() - began
+                self._within -= 1
+                if not self._within:
+                    self._messages += time.thread_time() - began
 
-        Surfaces._find, Ranks._hear = found, heard  # type: ignore[method-assign]
+        return apart
 
 
 def together(domain: Any) -> None:

@@ -17,7 +17,6 @@ from wsph.backend.clock import Clock
 from wsph.backend.domain import WHOLE, Domain, Share
 from wsph.backend.space import Array
 
-Flags = NDArray[np.bool_]
 Rows = NDArray[np.int64]
 
 

@@ -153,7 +153,8 @@ class Way:
         own, other, dealt, device = self.own, self.other, self.memory.dealt, self._device
         near = among(own.n, vertices)
         self.memory.release(near)
-        felt, may = near[own.here[near]], other.here[self.faces].any(1)[faces]
+        answers = np.logical_or.reduce(other.here[self.faces], axis=1)
+        felt, may = near[own.here[near]], answers[faces]
         self.known = among(own.n, self.rows.which, felt, vertices[may])
         dealt.ask(self.known)
         told = felt[~dealt.share.owns(felt)]

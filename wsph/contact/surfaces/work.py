@@ -1,8 +1,5 @@
 """Work of the forces on a surface: on its particles the mean force of a step times the way in it."""
 
-# pyright: strict
-# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
-
 from functools import cache
 
 import numpy as np
