@@ -1,6 +1,7 @@
-"""The tables of coverage of docs/benchmarks/measured.md and docs/accuracy.md: how often error bars hold, from coverage.json.
+"""The tables of coverage of the README, docs/benchmarks/measured.md and docs/accuracy.md: how often error bars hold, from
+coverage.json.
 
-`python docs/make.py --only coverage` fills them.
+`python docs/make.py --only coverage met` fills them.
 """
 
 import json
@@ -30,14 +31,15 @@ def coverage() -> list[str]:
         met, hold = _part(each["met"], each["answers"]), _part(each["bars_hold"], each["bars"])
         middle = [f"{each[key]:.1f}" if each[key] else "-" for key in ("width", "cost")]
         rows.append(f"| {name} | {each['searches']} | {each['answers']} | {met} | {hold} | {' | '.join(middle)} |")
-    fresh = sum(scene["group"] == "fresh" for scene in found["scenes"])
+    fresh, chosen = (sum(scene["group"] == group for scene in found["scenes"]) for group in ("fresh", "round"))
     every = summary["all"]
     rows += [
         "",
-        f"{len(found['scenes'])} scenes, {fresh} of them written after the constants were frozen. Of windows of four rows of their",
-        f"ladders bars hold in {_part(every['windows_hold'], every['windows_given'])}; {every['flagged']} of"
-        f" {every['windows']} windows are said not to converge. The last two",
-        "columns are medians; cost is counted where the cheapest row is finer than the third of the ladder.",
+        f"{len(found['scenes'])} scenes, {fresh} of them written after the constants were frozen; the highest order of fitted bodies was",
+        f"chosen on {chosen} more. Of windows of four rows of their ladders bars hold in"
+        f" {_part(every['windows_hold'], every['windows_given'])}; {every['flagged']} of {every['windows']}",
+        "windows are said not to converge. The last two columns are medians; cost is counted where the cheapest row is finer",
+        "than the third of the ladder.",
         *_lost(found["lost"]),
         *_budgets(found["budgets"]),
         *_seconds(found.get("seconds", {})),
@@ -48,12 +50,29 @@ def coverage() -> list[str]:
         searches, errors = scene["searches"], [row[2] for row in scene["rows"]]
         answers = [one for one in searches if one["status"] == "met"]
         met = sum(one["true"] <= one["tolerance"] for one in answers)
-        mark = " (fresh)" if scene["group"] == "fresh" else ""
+        mark = {"fresh": " (fresh)", "round": " (order)"}.get(scene["group"], "")
         hold = f"{scene['windows_hold']} of {scene['windows_given']}"
         cells = [scene["name"] + mark, scene["kind"], len(errors), f"{max(errors):.2g} to {min(errors):.2g}", len(searches), len(answers), met, hold]  # fmt: skip
         table.append("| " + " | ".join(map(str, cells)) + " |")
     page = DOCS / "accuracy.md"
     page.write_text(between(page.read_text(encoding="utf-8"), "coverage", table), encoding="utf-8")
+    return rows
+
+
+def met() -> list[str]:
+    """The README's rows of it: by tolerance, and all."""
+    found = json.loads((DOCS / "coverage.json").read_text())
+    summary = found["summary"]
+    rows = [
+        f"| searches of {len(found['scenes'])} scenes with known answers | answered | of these within the tolerance | bars that hold |",
+        "| --- | --- | --- | --- |",
+    ]
+    for name, each in [
+        *((f"for {name}", each) for name, each in summary["tolerances"].items()),
+        ("all", summary["all"]),
+    ]:
+        kept, hold = _part(each["met"], each["answers"]), _part(each["bars_hold"], each["bars"])
+        rows.append(f"| {name} | {_part(each['answers'], each['searches'])} | {kept} | {hold} |")
     return rows
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wsph.accuracy.envelope import disagree, estimate, fitted_order, own_part
+from wsph.accuracy.envelope import ORDERS_OF_FITTED, disagree, estimate, fitted_order, own_part
 from wsph.accuracy.measures import Record, distances
 
 TIMES = np.linspace(0.0, 1.0, 401)
@@ -95,7 +95,7 @@ def test_answers_disagree_where_their_bars_do_not_meet():
     assert not disagree(0.015, 0.02, apart=0.03)
 
 
-@pytest.mark.parametrize("order", [1.2, 1.6, 2.0])
+@pytest.mark.parametrize("order", [1.5, 1.6, 1.7])
 def test_a_part_that_is_a_row_s_own_is_found_beside_the_one_of_all(order):
     """Errors along one direction that all rows share and each along one of its own, all of an order."""
     h = np.array([1.0, 1.6, 2.0, 3.2])
@@ -105,7 +105,7 @@ def test_a_part_that_is_a_row_s_own_is_found_beside_the_one_of_all(order):
         errors[np.arange(4), 1 + np.arange(4)] = own * h**order
         table = np.linalg.norm(errors[:, None] - errors[None, :], axis=2)
         true = np.hypot(alike, own)
-        assert own_part(h, table, 2.0) == pytest.approx(true, rel=0.02)
+        assert own_part(h, table) == pytest.approx(true, rel=0.02)
         envelope, found = (estimate(h, table, 2.0, fitted=fitted).error for fitted in (False, True))
         assert found == pytest.approx(np.sqrt(envelope * true), rel=0.01)
         assert found >= 0.98 * true
@@ -113,10 +113,27 @@ def test_a_part_that_is_a_row_s_own_is_found_beside_the_one_of_all(order):
             assert envelope > 1.3 * true
 
 
-def test_fitted_rows_are_no_special_case_of_three_rows_or_of_numbers():
+@pytest.mark.parametrize("norms", [True, False])
+@pytest.mark.parametrize("rows", [3, 4])
+def test_no_order_of_fitted_rows_is_taken_to_be_as_high_as_that_of_a_grid(rows, norms):
+    """Errors that fall with the square of the spacing: they are said to be larger by what the lower order makes of it."""
+    h, records = ladder(2.0, rows=rows)
+    table = distances(records)
+    straight, found = (estimate(h, table, 2.0, fitted=fitted, norms=norms) for fitted in (False, True))
+    assert straight.order == pytest.approx(2.0, abs=0.01)
+    assert found.order == ORDERS_OF_FITTED[1]
+    # The coarsest two differ by the most of what that order would make of them.
+    ratio, far = h[1] / h[0], (h[-2] / h[0]) ** (2.0 - ORDERS_OF_FITTED[1])
+    more = (ratio**2.0 - 1.0) / (ratio ** ORDERS_OF_FITTED[1] - 1.0)
+    assert straight.error * 1.1 < found.error <= straight.error * more * far * 1.01
+
+
+def test_fitted_rows_without_a_part_of_their_own_are_no_special_case_and_numbers_have_none():
     h, records = ladder(1.6)
     table = distances(records)
-    assert estimate(h[:3], table[:3, :3], 2.0, fitted=True) == estimate(h[:3], table[:3, :3], 2.0)
+    for rows in (3, 4):
+        few = h[:rows], table[:rows, :rows], 2.0
+        assert estimate(*few, fitted=True).error == pytest.approx(estimate(*few).error, rel=1e-9)
     assert estimate(h, table, 2.0, fitted=True, norms=False) == estimate(h, table, 2.0, norms=False)
 
 

@@ -20,8 +20,10 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
+import coverage_round as round_bodies
+import coverage_scenes as scenes
 from coverage_lost import LOST
-from coverage_scenes import FRESH, KNOWN, Case
+from coverage_scenes import Case
 
 from wsph.accuracy.columns import aims, look
 from wsph.accuracy.limits import Limit
@@ -31,6 +33,11 @@ from wsph.accuracy.rows import Rows
 from wsph.accuracy.search import search, seen_of
 
 ROOT = Path(__file__).resolve().parents[2]
+GROUPS = {
+    "known": [*scenes.KNOWN, *round_bodies.KNOWN],
+    "fresh": [*scenes.FRESH, *round_bodies.FRESH],
+    "round": round_bodies.ROUND,
+}
 FINE, FINER = 20001, 50
 """Times at which an answer is compared: so many at least, and so many for each record of the row. Of a front that is a cell
 wide fewer say less than the row does: 20001 made errors of 10000 cells wrong by a fifth, up and down."""
@@ -242,9 +249,7 @@ def main() -> None:
     parser.add_argument(
         "--only", default="", metavar="NAME", help="scenes whose name has this in it, the others as they were"
     )
-    parser.add_argument(
-        "--group", default="", choices=["", "known", "fresh"], help="these alone, the others as they were"
-    )
+    parser.add_argument("--group", default="", choices=["", *GROUPS], help="these alone, the others as they were")
     parser.add_argument("--write", action="store_true")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
@@ -253,7 +258,7 @@ def main() -> None:
     kept = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
     cases, missed = (kept["scenes"], kept["lost"]) if alone and kept else ([], [])
     tables = {key: kept[key] for key in ("budgets", "seconds") if key in kept}
-    for group, makers in (("known", KNOWN), ("fresh", FRESH)):
+    for group, makers in GROUPS.items():
         for make in makers:
             case = make()
             if options.only not in case.name or options.group not in ("", group):
@@ -276,7 +281,7 @@ def keep(cases: list[dict], missed: list[dict], tables: dict) -> None:
     """Write docs/coverage.json; anew after every scene."""
     path = ROOT / "docs" / "coverage.json"
     whole: dict = {"lost": missed, "summary": summary(cases)} | tables
-    for group in ("known", "fresh"):
+    for group in GROUPS:
         whole[f"summary_{group}"] = summary([case for case in cases if case["group"] == group])
     whole["scenes"] = [{k: v for k, v in case.items() if k != "windows"} | _of_windows([case]) for case in cases]
     path.write_text(json.dumps(whole, indent=1) + "\n", encoding="utf-8")

@@ -23,6 +23,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
+import coverage_round as round_bodies
 import coverage_scenes as scenes
 from coverage import Kept, true_errors
 from coverage_clock import replayed, timed, whole
@@ -47,7 +48,7 @@ CASES: list[Callable[[], Case]] = [
     lambda: scenes._vibrating("vibrating bar, leapfrog", "leapfrog", "stress-points"),
     lambda: scenes._push("smooth push, Taylor-SPH", "tsph"),
     scenes._struck,
-    lambda: scenes._disc("breathing disc, fitted", "fitted", "fitted", 2.0 / 12, 8e6),
+    lambda: round_bodies._disc("breathing disc, fitted", "fitted", "fitted", 2.0 / 12, 8e6),
     lambda: scenes._lame(2, 1.0 / 12, 8e6),
     scenes._cavity,
 ]

@@ -169,3 +169,14 @@ def test_no_speed_takes_bodies_through_each_other(form: str, mach: float, aside:
     assert moving[body == 0].mean() < 0.0 < moving[body == 1].mean() or aside > 0.0
     kinetic = result.history["kinetic"][0]
     assert result.history["contact_numerical"].min() > -5e-3 * kinetic
+
+
+@pytest.mark.parametrize("form", ["stress-points", "total-lagrangian", "updated-lagrangian"])
+@pytest.mark.parametrize("law", ["surface", "tie", "pinball"])
+def test_a_method_that_no_step_is_short_enough_for_is_refused_for_that(law: str, form: str) -> None:
+    """And not for a time step of zero."""
+    run = {"integrator": {"name": "rkc", "stages": 5}, "formulation": form, "cfl": 0.3, "end": 0.1}
+    gap = 0.26 if law == "pinball" else 0.0
+    scene = two(2, gap, 0.01, run=run, contact=[{"between": ["a", "b"], "law": law}])
+    with pytest.raises(Refused, match="RKC amplifies every undamped wave: give the body viscosity, or use leapfrog"):
+        wsph.run(scene)

@@ -15,15 +15,23 @@ def twist(result: wsph.Result) -> tuple[float, float]:
     return float(turn.max()), float(turn.min())
 
 
-def test_it_twists_and_springs_back_and_keeps_its_energy() -> None:
-    result = wsph.run(example("twisting_column"))
+@pytest.mark.parametrize(
+    ("spacing", "held", "turns"),
+    [(0.125, 0.04, (339.3, -111.6)), pytest.param(None, 0.01, (338.4, -116.5), marks=pytest.mark.slow)],
+)
+def test_it_twists_and_springs_back_and_keeps_its_energy(
+    spacing: float | None, held: float, turns: tuple[float, float]
+) -> None:
+    """At a spacing [m], or the scene's own: turns within a degree of what these lattices come to; the residual has at most
+    the part `held` of what the body does."""
+    column = example("twisting_column")
+    result = wsph.run(column.with_(**{"bodies.0.spacing": spacing}) if spacing else column)
     energy, history = result.summary["energy"], result.history
     assert abs(energy["residual"]) < 1e-4 * energy["external_work"]
-    # What the residual holds, of what the body does.
-    assert history["hourglass"].max() < 0.01 * history["strain"].max()
-    assert (history["hourglass"] < 0.01 * (history["strain"] + 0.01 * history["strain"].max())).all()
-    # 340.4 and -108.8 degrees at 0.2 m, 339.3 and -111.6 at 0.125 m, 339.2 and -113.9 at 0.1 m.
-    assert twist(result) == pytest.approx((338.4, -116.5), abs=1.0)
+    assert history["hourglass"].max() < held * history["strain"].max()
+    assert (history["hourglass"] < held * (history["strain"] + held * history["strain"].max())).all()
+    # 340.4 and -108.8 degrees at 0.2 m, 339.2 and -113.9 at 0.1 m.
+    assert twist(result) == pytest.approx(turns, abs=1.0)
 
 
 @pytest.mark.filterwarnings("ignore:.*at a Poisson's ratio")

@@ -56,7 +56,7 @@ def converged() -> np.ndarray:
     ("integrator", "order"), [("leapfrog", 2), ("rk4", 4), ("blanes-moan4", 4), ("rk2", 2), ("euler", 1)]
 )
 def test_every_method_keeps_its_order(integrator: str, order: int, converged: np.ndarray) -> None:
-    steps = (0.4, 0.2) if order > 1 else (0.002, 0.001)
+    steps = (0.4, 0.2) if order > 1 else (0.01, 0.005)
     tables = {"stop": {"energy": 1e9}}
     guard = {"run.guard": "off"} if integrator in ("euler", "rk2") else {}
     found = []

@@ -12,7 +12,7 @@ from tests.ranks.test_endings import errors
 
 SEARCH = """
 import sys
-from wsph.accuracy import together
+from wsph.accuracy.running import together
 from wsph.cli import main
 together.LEAST, end = 800, together.Together.end
 def said(self):

@@ -5,12 +5,18 @@ import os
 import signal
 import subprocess
 import sys
+import threading
+import time
+from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
-from tests.ranks.launch import MPIEXEC, command, environment, needs_mpi
+from tests.accuracy.test_elsewhere import same
+from tests.accuracy.test_search import PROBE, TOML, vibrating
+from tests.ranks.launch import MPIEXEC, command, environment, launched, needs_mpi
+from wsph.accuracy.accurate import accurate
 from wsph.cli import main
 from wsph.study.cluster import executor_at
 from wsph.study.runs import run_study
@@ -53,26 +59,39 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "out"
 
 
+@pytest.fixture(scope="module")
+def scheduler() -> Iterator[str]:
+    """The address of one of Dask, with two workers."""
+    from distributed import LocalCluster
+
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        yield cluster.scheduler_address
+
+
+def workers(scheduler: str) -> list[int]:
+    """The processes of its workers, when there are two."""
+    from distributed import Client
+
+    with Client(scheduler, set_as_default=False) as client:
+        client.wait_for_workers(2)
+        return list(client.run(os.getpid).values())
+
+
 @needs_dask
 @pytest.mark.filterwarnings("default")
-def test_a_worker_of_dask_is_killed_on_the_way(alone: Path, tmp_path: Path) -> None:
-    from distributed import Client, LocalCluster
-
+def test_a_worker_of_dask_is_killed_on_the_way(alone: Path, scheduler: str, tmp_path: Path) -> None:
     (tmp_path / "study.toml").write_text(TEXT)
     study, scene = load_study(tmp_path / "study.toml")
     left: list[int] = []
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
-        with Client(cluster) as client:
-            pids = list(client.run(os.getpid).values())
-        assert len(pids) == 2
+    pids = workers(scheduler)
 
-        def keep(place: int, made: object) -> None:
-            left.append(place)
-            if len(left) == 4:
-                os.kill(pids[0], signal.SIGKILL)
+    def keep(place: int, made: object) -> None:
+        left.append(place)
+        if len(left) == 4:
+            os.kill(pids[0], signal.SIGKILL)
 
-        with executor_at(cluster.scheduler_address) as executor:
-            outcome = run_study(study, scene, tmp_path, executor, keep=keep)
+    with executor_at(scheduler) as executor:
+        outcome = run_study(study, scene, tmp_path, executor, keep=keep)
     assert not outcome.lost
     assert sorted(left) == list(range(32))
     for found, wanted in zip(json.loads(json.dumps(outcome.rows)), rows(alone), strict=True):
@@ -82,11 +101,42 @@ def test_a_worker_of_dask_is_killed_on_the_way(alone: Path, tmp_path: Path) -> N
 
 
 @needs_dask
+@pytest.mark.filterwarnings("default")
+def test_a_search_goes_on_when_a_worker_of_dask_is_killed(scheduler: str, tmp_path: Path) -> None:
+    alone = accurate(vibrating(), tmp_path / "alone", tolerance=0.001)
+    pids = workers(scheduler)
+
+    def kill() -> None:
+        while len(list(tmp_path.glob("there/.row/tmp*"))) < 2:  # each worker at its first row
+            time.sleep(0.005)
+        os.kill(pids[0], signal.SIGKILL)
+
+    killer = threading.Thread(target=kill, daemon=True)
+    killer.start()
+    with executor_at(scheduler) as executor:
+        found = accurate(vibrating(), tmp_path / "there", tolerance=0.001, executor=executor)
+    killer.join(1.0)
+    assert not killer.is_alive()
+    assert found.status == alone.status == "met"
+    same(tmp_path / "alone", tmp_path / "there")
+    (tmp_path / "bar.toml").write_text(TOML + PROBE)
+    search = ["run", str(tmp_path / "bar.toml"), "--accuracy", "1%", "--check", "--quiet", "-o"]
+    assert main([*search, str(tmp_path / "file"), "--scheduler", scheduler]) == 0
+    assert main([*search, str(tmp_path / "one")]) == 0
+    same(tmp_path / "one", tmp_path / "file")
+
+
+@needs_dask
 def test_where_no_scheduler_answers_it_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "study.toml").write_text(TEXT)
     words = ["study", str(tmp_path / "study.toml"), "-o", str(tmp_path / "out"), "--scheduler", "nowhere"]
     assert main(words) == 2
     assert "no scheduler of Dask answers there" in capsys.readouterr().err
+    (tmp_path / "bar.toml").write_text(TOML + PROBE)
+    search = ["run", str(tmp_path / "bar.toml"), "--accuracy", "1%", "-o", str(tmp_path / "out")]
+    assert main([*search, "--scheduler", "nowhere"]) == 2
+    assert "no scheduler of Dask answers there" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
 
 
 @needs_mpi
@@ -105,3 +155,26 @@ def test_rows_by_workers_of_mpi(alone: Path, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr[-2000:]
     assert rows(tmp_path / "out") == rows(alone)
     assert sys.executable in command(1)
+
+
+@needs_mpi
+@pytest.mark.slow
+def test_a_search_and_a_fit_by_workers_of_mpi(tmp_path: Path) -> None:
+    (tmp_path / "bar.toml").write_text(TOML + PROBE)
+    search = ["run", str(tmp_path / "bar.toml"), "--accuracy", "1%", "--check", "-o"]
+    assert main([*search, str(tmp_path / "one")]) == 0
+    futures = ("-m", "mpi4py.futures", "-m", "wsph")
+    done = launched(3, *futures, *search, str(tmp_path / "out"), "--scheduler", "mpi", seconds=120.0)
+    assert done.returncode == 0, done.stderr[-2000:]
+    same(tmp_path / "one", tmp_path / "out")
+    refused = launched(3, *futures, *search, str(tmp_path / "none"), seconds=120.0)
+    assert refused.returncode == 2, refused.stderr[-2000:]
+    assert "the processes of mpi4py.futures make rows and share no scene: give --scheduler mpi" in refused.stderr
+    (tmp_path / "data.csv").write_text("time,p.velocity_x\n0.5,-1e-8\n1.0,-7e-7\n2.0,6.9e-7\n")
+    free = ["--free", "bodies.0.material.youngs_modulus=0.9..1.1 Pa"]
+    fit = ["calibrate", str(tmp_path / "bar.toml"), str(tmp_path / "data.csv"), *free, "-o"]
+    assert main([*fit, str(tmp_path / "fit")]) == 0
+    done = launched(3, *futures, *fit, str(tmp_path / "fit-there"), "--scheduler", "mpi", seconds=120.0)
+    assert done.returncode == 0, done.stderr[-2000:]
+    for name in ("calibration.json", "fit.csv"):
+        assert (tmp_path / "fit" / name).read_bytes() == (tmp_path / "fit-there" / name).read_bytes()

@@ -8,7 +8,8 @@ answer.status, answer.data["bar"], answer.result.probes
 
 import time
 from collections.abc import Callable
-from contextlib import nullcontext, suppress
+from concurrent.futures import Executor
+from contextlib import nullcontext
 from pathlib import Path
 
 from wsph.accuracy import report
@@ -19,10 +20,12 @@ from wsph.accuracy.planning.watch import Due
 from wsph.accuracy.report import Answer
 from wsph.accuracy.row import Halted
 from wsph.accuracy.rows import Rows, Tell, clear
+from wsph.accuracy.running.elsewhere import Elsewhere
+from wsph.accuracy.running.order import Runner
+from wsph.accuracy.running.together import Together
 from wsph.accuracy.schemes import second
 from wsph.accuracy.schemes.advice import best
 from wsph.accuracy.search import Found, search
-from wsph.accuracy.together import Together
 from wsph.backend.domain import WHOLE, Domain
 from wsph.errors import Fault, Refused, SceneError
 from wsph.output import formats
@@ -50,17 +53,22 @@ def accurate(
     tell: Tell | None = None,
     progress: Progress | None = None,
     domain: Domain = WHOLE,
+    executor: Executor | None = None,
 ) -> Answer:
     """Search for the `tolerance`, the scene's own where none is given; without any, spend the limit. `check`: ask another
     scheme too. With `out`, the folder holds the output of the finest row and accuracy.json. Raises SceneError where nothing
     is judged, Refused where no row can be made, and what a run raises before it writes anything. `domain`: of the first of
-    processes that share the rows, while the others `wsph.accuracy.together.follow`."""
-    together = Together(domain)
+    processes that share the rows, while the others `wsph.accuracy.running.together.follow`. `executor`: where rows are run
+    instead, those side by side that do not depend on each other: the same answer, but for seconds. A limit is of those that
+    pass here. Its workers write the rows, so that they have to see `out`; without it they need no folder."""
+    if executor is not None and domain.size > 1:
+        raise Refused("rows are shared by processes or go to an executor: give a domain or an executor, not both")
+    runner: Runner = Elsewhere(executor) if executor is not None else Together(domain)
     try:
-        together.refuse(scene)
-        return _answer(scene, out, tolerance, limit, sure, check, overwrite, tell, progress, together)
+        runner.refuse(scene)
+        return _answer(scene, out, tolerance, limit, sure, check, overwrite, tell, progress, runner)
     finally:
-        together.end()
+        runner.end()
 
 
 def _answer(
@@ -73,7 +81,7 @@ def _answer(
     overwrite: bool,
     tell: Tell | None,
     progress: Progress | None,
-    together: Together,
+    runner: Runner,
 ) -> Answer:
     begun = time.perf_counter()
     asked = scene.accuracy or Accuracy()
@@ -88,7 +96,7 @@ def _answer(
     formats.check_installed(scene.output.formats)
     claim = Claim(out, overwrite) if out is not None else None
     with claim or nullcontext():
-        rows, notes = _rows(scene, asked, tolerance, lambda of: Rows(of, out, tell, progress, begun, together))
+        rows, notes = _rows(scene, asked, tolerance, lambda of: Rows(of, out, tell, progress, begun, runner))
         rows.due = limit.due
         if claim is not None and out is not None:
             claim.make()
@@ -105,9 +113,6 @@ def _answer(
                 clear(out)
         if out is not None and answer.result is not None:
             report.write(answer.data, out)
-    if out is not None and answer.result is None:
-        with suppress(OSError):  # where others have put something there
-            out.rmdir()
     return answer
 
 

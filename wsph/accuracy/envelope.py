@@ -8,8 +8,11 @@ held in 77 %, and 3 with the formal order in 97 % at three times.
 
 Cells that are fitted to a surface are no refined ones of each other: a part of the error of a row is its own, differences
 have those of two rows, and a small ratio of spacings magnifies them: such estimates are twice the true error. There one
-with a part that no other row has is fitted to all pairs beside the envelope. That alone may be too small, by half in
-torsion, for four rows do not tell both parts for sure: the estimate is the geometric mean of both.
+with a part that no other row has is fitted to all pairs beside the envelope. That alone may be too small, by a third, for
+a few rows do not tell both parts for sure: the estimate is the geometric mean of both. Orders of 1.4 to 2 are seen there,
+and rise with finer cells, so that what is fitted to rows that are coarser is above that of the finest: no order is taken to
+be above 1.7. That, and the least that the own part is sought with, was chosen on rows of six bodies, and then judged by
+those of five others.
 
     from wsph.accuracy.envelope import estimate
     found = estimate(spacings, distances(records), formal=2.0)      # both finest first
@@ -35,6 +38,9 @@ BAR, BAR_OF_STAIRS = 1.5, 1.0
 
 LEAST_ORDER = {1.0: 0.4, 2.0: 1.0}
 """The lowest order that differences are scaled by, by the formal one."""
+
+ORDERS_OF_FITTED = 1.5, 1.7
+"""The least order of cells that are fitted to a surface where each row has its own part, and the highest."""
 
 ORDERS = np.arange(0.05, 4.0005, 0.005)
 """Orders among which the fitted one is sought."""
@@ -129,11 +135,11 @@ def estimate(
     if float(d.max()) < floor:
         return Estimate(0.0, 0.0, formal, formal, True, neighbours)
     d = np.maximum(d, floor)
-    seen = fitted_order(h, d)
-    order = min(max(seen, LEAST_ORDER[formal]), formal)
+    seen, highest = fitted_order(h, d), min(formal, ORDERS_OF_FITTED[1]) if fitted else formal
+    order = min(max(seen, LEAST_ORDER[formal]), highest)
     error = max(_scaled(h, d, k, order) for k in range(len(h) - 1))
-    if fitted and norms and len(h) == KEEP:
-        error = math.sqrt(error * min(own_part(h, d, formal), error))
+    if fitted and norms:
+        error = math.sqrt(error * min(own_part(h, d), error))
     least, most = LEAST_ORDER[formal] if norms or torn else None, SCATTER_TORN if torn else SCATTER
     converges = len(h) < KEEP or neighbours[0] <= NEGLIGIBLE * tolerance or _converges(h, d, least, most)
     return Estimate(error, bar * error if converges else math.inf, order, seen, converges, neighbours)
@@ -144,11 +150,11 @@ def _scaled(h: np.ndarray, d: np.ndarray, k: int, order: float) -> float:
     return float(d[k, k + 1] / ((h[k + 1] / h[0]) ** order - (h[k] / h[0]) ** order))
 
 
-def own_part(spacings: np.ndarray, distances: np.ndarray, formal: float) -> float:
+def own_part(spacings: np.ndarray, distances: np.ndarray) -> float:
     """The error of the first of k rows with one part that all have alike and one that is each row's own: distances (k, k)
-    are sqrt(a (h_i^p - h_j^p)^2 + b (h_i^2p + h_j^2p)), with a and b not below zero and the order p not above the `formal`
-    one, by least squares of relative squares over all pairs; the error is sqrt(a + b) h_0^p."""
-    orders = np.linspace(LEAST_ORDER[formal], formal, 21)
+    are sqrt(a (h_i^p - h_j^p)^2 + b (h_i^2p + h_j^2p)), with a and b not below zero and the order p one of
+    ORDERS_OF_FITTED or between them, by least squares of relative squares over all pairs; the error is sqrt(a + b) h_0^p."""
+    orders = np.linspace(*ORDERS_OF_FITTED, 11)
     return min(_two_parts(spacings, distances, float(each)) for each in orders)[1]
 
 

@@ -21,7 +21,7 @@ class Halted(Exception):
 @dataclass(frozen=True)
 class Row:
     """A run: its lattice by `cells` and `spacing` [m], the work that was `planned`, the seconds that it took, and its
-    `result`."""
+    `result`; of the wall seconds those of `composing`, where it was not composed before."""
 
     cells: int
     spacing: float
@@ -29,6 +29,7 @@ class Row:
     wall_seconds: float
     cpu_seconds: float
     result: Result
+    composing: float = 0.0
 
     @property
     def work(self) -> float:

@@ -2,14 +2,16 @@
 
 With a folder, a row is written into a folder inside of it, and takes the place of the one before when it is complete:
 what is in the folder is at any time the ordinary output of the best row so far, also after an interrupt. Where seconds are
-limited, a row that turns out to take longer than there is left is ended (`wsph.accuracy.planning.watch`).
+limited, a row that turns out to take longer than there is left is ended (`wsph.accuracy.planning.watch`). Who runs rows is
+in `wsph.accuracy.running`.
 """
 
 # pyright: strict
 
 import shutil
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from concurrent.futures import BrokenExecutor
 from pathlib import Path
 
 from wsph.accuracy.planning.cost import Costs, Plan
@@ -17,9 +19,10 @@ from wsph.accuracy.planning.formal import Formal, formal_order
 from wsph.accuracy.planning.lattices import Lattices
 from wsph.accuracy.planning.rate import Rate
 from wsph.accuracy.planning.took import Took
-from wsph.accuracy.planning.watch import Due, Watch
+from wsph.accuracy.planning.watch import Due
 from wsph.accuracy.row import Halted, Late, Row, in_seconds
-from wsph.accuracy.together import Together
+from wsph.accuracy.running.order import Order, Runner
+from wsph.accuracy.running.together import Together
 from wsph.backend.domain import WHOLE
 from wsph.errors import Refused, SceneError
 from wsph.output.files import ROW
@@ -39,8 +42,7 @@ Tell = Callable[[str], None]
 
 class Rows:
     """The rows of a scene so far, coarsest first (`made`), and what is needed to make more. `formal` is its order. Seconds
-    are counted from `begun` on, by `time.perf_counter`, `due` says by which a run has to end. `together`: by whom rows are
-    run."""
+    are counted from `begun` on, by `time.perf_counter`, `due` says by which a run has to end. `runner`: who runs them."""
 
     def __init__(
         self,
@@ -49,14 +51,14 @@ class Rows:
         tell: Tell | None = None,
         progress: Progress | None = None,
         begun: float | None = None,
-        together: Together | None = None,
+        runner: Runner | None = None,
     ):
         self._begun, self.due = begun if begun is not None else time.perf_counter(), Due()
         self.scene, self._folder, self._progress = scene, folder, progress
-        self._together = together or Together(WHOLE)
+        self._runner: Runner = runner or Together(WHOLE)
         self.tell: Tell = tell or (lambda _: None)
         self.lattices = Lattices(scene)
-        self.costs, self.rate = Costs(self.lattices), Rate()
+        self.costs, self.rate = Costs(self.lattices, keep=self._runner.takes_composed), Rate()
         self.first = self._first()
         self.formal: Formal = formal_order(self.lattices.scene_at(self.first))
         self.made: list[Row] = []
@@ -80,6 +82,11 @@ class Rows:
             else:
                 return cells
 
+    def ahead(self, scenes: Iterable[Scene]) -> None:
+        """Have rows begun that do not depend on each other, by who can run several at a time: `run` has them then. The
+        scenes are not asked for where nobody can."""
+        self._runner.ahead(self._order(each) for each in scenes)
+
     def make(self, cells: int) -> Row:
         """Run a lattice. Raises Halted where it does not come to its end, Late where it would come to it too late."""
         plan = self.costs.plan(cells)
@@ -94,14 +101,15 @@ class Rows:
         self._learn(plan, row)
         self.made.append(row)
         if self._folder is not None:
-            _replace(self._folder, self._folder / ROW)
+            _replace(self._folder, _row_of(self._folder))
         return row
 
     def _learn(self, plan: Plan, row: Row, part: float = 1.0) -> None:
         """Note what a row took, or a `part` of one."""
-        inside = min(row.result.seconds, row.wall_seconds)
-        composing = self.costs.taken.get(row.cells, 0.0)
-        self.rate.learn(Took(plan, row.work, inside, composing, row.wall_seconds - inside, part))
+        wall = row.wall_seconds - row.composing
+        inside = min(row.result.seconds, wall)
+        composing = self.costs.taken.get(row.cells, 0.0) + row.composing
+        self.rate.learn(Took(plan, row.work, inside, composing, wall - inside, part))
 
     def _in_words(self, cells: int, plan: Plan, expected: Plan) -> str:
         """What a row is `expected` to take, by the rows before it; the least where there are none and steps get shorter."""
@@ -129,29 +137,38 @@ class Rows:
     ) -> Row:
         """Run a scene, which may be `composed` already, as a row that is not kept among those of the ladder. Raises as
         `make` does."""
-        out = self._folder / ROW if self._folder is not None else None
-        wall, cpu = time.perf_counter(), time.process_time()
-        watch = self._watch(progress)
-        result = self._together.run(scene, out, watch.progress, composed, watch.late)
-        wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
-        row = Row(cells, self.lattices.spacing(cells), planned, wall, cpu, result)
+        try:
+            ran = self._runner.run(self._order(scene), progress, composed)
+        except BrokenExecutor as error:
+            raise Halted("refused", f"the run with {cells} cells is lost: {error}") from None
+        except KeyboardInterrupt:
+            raise Halted("interrupted", f"interrupted in the run with {cells} cells") from None
+        result = ran.result
+        row = Row(
+            cells, self.lattices.spacing(cells), planned, ran.wall_seconds, ran.cpu_seconds, result, ran.composing
+        )
         self.spent += row.work
-        if result.status == "interrupted" and watch.ended:
-            raise Late(f"the row with {cells} cells {EARLY if watch.early else LATE}", row, watch.early)
+        if result.status == "interrupted" and ran.ended:
+            raise Late(f"the row with {cells} cells {EARLY if ran.early else LATE}", row, ran.early)
         if result.status == "interrupted":
             raise Halted("interrupted", f"interrupted in the run with {cells} cells")
         if result.failure is not None:
             raise Halted("refused", f"the run with {cells} cells is {result.status}: {result.reason}")
         return row
 
-    def _watch(self, progress: Progress | None) -> Watch:
-        """What ends a row that begins now, in time."""
-        return Watch(self.due, self._begun, progress)
+    def _order(self, scene: Scene) -> Order:
+        """What is said to who runs it: it is due as rows are now."""
+        return Order(scene, _row_of(self._folder) if self._folder is not None else None, self.due, self._begun)
 
 
 def clear(folder: Path) -> None:
     """Take away what a search that was cut off left of a row."""
     shutil.rmtree(folder / ROW, ignore_errors=True)
+
+
+def _row_of(folder: Path) -> Path:
+    """Where a row is written that may become a search's answer; beside it is what who runs it needs."""
+    return folder / ROW / "row"
 
 
 def _replace(folder: Path, inside: Path) -> None:

@@ -7,7 +7,8 @@ rows show no convergence, or before a row that would go beyond the limit, with w
 
 # pyright: strict
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -73,8 +74,8 @@ def search(rows: Rows, asked: Mapping[str, Aim], limit: Limit, sure: bool = Fals
     """Make rows until their finest is within the tolerances."""
     factor = BAR if sure else SAFE
     try:
-        for start in START:
-            cells = rows.lattices.next(max(start * rows.first, rows.made[-1].cells + 0.5 if rows.made else rows.first))
+        rows.ahead(rows.lattices.scene_at(cells) for cells in _affordable(rows, limit))
+        for cells in _starts(rows):
             if (refusal := _refusal(rows, limit, cells, {}, factor)) is not None:
                 return refusal
             check_periods(rows.make(cells), asked)
@@ -99,6 +100,25 @@ def search(rows: Rows, asked: Mapping[str, Aim], limit: Limit, sure: bool = Fals
         if not rows.made:
             raise
         return Found("out of reach", f"a finer lattice is refused: {str(error).splitlines()[0]}", seen_of(rows, asked))
+
+
+def _starts(rows: Rows) -> Iterator[int]:
+    """The first lattices."""
+    cells = 0
+    for start in START:
+        cells = rows.lattices.next(max(start * rows.first, cells + 0.5))
+        yield cells
+
+
+def _affordable(rows: Rows, limit: Limit) -> Iterator[int]:
+    """Those of the first lattices that the limit pays for by their plans, which is all that is known before any has run."""
+    left = limit.left(rows)
+    with suppress(SceneError, Refused):  # which is said when its turn comes
+        for cells in _starts(rows):
+            left -= limit.cost(rows, rows.costs.plan(cells))
+            if left < 0.0:
+                return
+            yield cells
 
 
 def _ended(rows: Rows, asked: Mapping[str, Aim], seen: Mapping[str, Seen], factor: float) -> Found | None:

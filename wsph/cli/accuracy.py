@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
+from wsph.cli.options import declare_scheduler
 from wsph.errors import WsphError
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ def add_options(run: argparse.ArgumentParser) -> None:
         "--sure", action="store_true", help="the whole error bar within the tolerance, not the estimate alone"
     )
     run.add_argument("--check", action="store_true", help="ask another scheme whether it agrees")
+    declare_scheduler(run)
 
 
 def asked(options: argparse.Namespace) -> bool:
@@ -47,6 +49,10 @@ def asked(options: argparse.Namespace) -> bool:
         if options.resume:
             raise WsphError("--resume: a search begins anew; leave out --accuracy and --budget to go on with a run")
         return True
+    if options.scheduler is not None:
+        raise WsphError(
+            "--scheduler goes with --accuracy or --budget, whose rows are many runs: one run is of one place"
+        )
     alone = [name for name in ("sure", "check") if getattr(options, name)]
     if alone:
         raise WsphError(f"--{alone[0]} goes with --accuracy or --budget")
@@ -59,8 +65,9 @@ def run_accurately(
     """Search, print, and return the exit code; of processes that share the rows the first does."""
     from wsph.accuracy.accurate import accurate
     from wsph.accuracy.limits import Limit
-    from wsph.accuracy.together import follow
+    from wsph.accuracy.running.together import follow
     from wsph.scene.outputs import read_tolerance
+    from wsph.study.cluster import executor_at
 
     tolerance = _read("accuracy", options.accuracy, read_tolerance) if options.accuracy else None
     limit = _read("budget", options.budget, Limit.read) if options.budget is not None else None
@@ -68,18 +75,20 @@ def run_accurately(
     if domain.rank > 0:
         follow(domain)
         return MET
-    found = accurate(
-        scene,
-        folder,
-        tolerance=tolerance,
-        limit=limit,
-        sure=options.sure or None,
-        check=options.check,
-        overwrite=options.overwrite,
-        tell=tell,
-        progress=progress,
-        domain=domain,
-    )
+    with executor_at(options.scheduler) as executor:
+        found = accurate(
+            scene,
+            folder,
+            tolerance=tolerance,
+            limit=limit,
+            sure=options.sure or None,
+            check=options.check,
+            overwrite=options.overwrite,
+            tell=tell,
+            progress=progress,
+            domain=domain,
+            executor=executor,
+        )
     if not options.quiet:
         for line in told(found, folder):
             print(line)

@@ -61,6 +61,11 @@ def declare_workers(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="processes to spread the runs over (default: one a core)",
     )
+    declare_scheduler(parser)
+
+
+def declare_scheduler(parser: argparse.ArgumentParser) -> None:
+    """Add `--scheduler` to a command whose runs know nothing of each other."""
     parser.add_argument(
         "--scheduler",
         metavar="WHERE",

@@ -37,6 +37,7 @@ class Claim:
         """`kind`: of what is to be written there; what is of the same may be written over or gone on with."""
         self.folder, self._asked = folder, (overwrite, resume, kind)
         self._file: int | None = None
+        self._is_new = False
 
     def __enter__(self) -> "Claim":
         """Raises OutputError where the folder cannot be used, or another process has claimed it."""
@@ -46,9 +47,11 @@ class Claim:
         return self
 
     def make(self) -> None:
-        """Make the folder, and claim it. Raises OutputError where another has been there since the claim began."""
+        """Make the folder, and claim it: it goes with the claim where nothing has been written there. Raises OutputError
+        where another has been there since the claim began."""
         if self._file is not None:
             return
+        self._is_new = not self.folder.exists()
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -61,6 +64,9 @@ class Claim:
                 (self.folder / LOCK).unlink()
             os.close(self._file)
             self._file = None
+            if self._is_new:
+                with suppress(OSError):  # where something is there, as it should be
+                    self.folder.rmdir()
 
     def _take(self) -> None:
         path = self.folder / LOCK

@@ -3,6 +3,7 @@
 # pyright: strict
 
 import os
+import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -43,11 +44,15 @@ def refuse_copies(what: str) -> None:
 
 def domain() -> "Domain":
     """The part of a scene that this process is to have: one among those that were started together. Raises Refused where
-    MPI is missing, or joins fewer."""
+    MPI is missing, or joins fewer, or has the others make rows."""
     from wsph.backend.domain import WHOLE
 
     if (count := started()) == 1:
         return WHOLE
+    if "mpi4py.futures" in sys.modules:
+        raise Refused(
+            "the processes of mpi4py.futures make rows and share no scene: give --scheduler mpi, or leave out -m mpi4py.futures"
+        )
     try:
         from mpi4py import MPI  # pyright: ignore[reportMissingImports, reportUnknownVariableType]
     except (ImportError, RuntimeError) as error:

@@ -1,4 +1,5 @@
-"""Where the rows of a study are made, beyond the processes of this machine: any executor of `concurrent.futures`.
+"""Where the rows of a study or of a search are made, and the runs of a fit, beyond the processes of this machine: any
+executor of `concurrent.futures`.
 
 A scheduler of Dask gives the task of a worker that is lost to another; a row is lost where that has happened several times.
 """
@@ -8,11 +9,12 @@ A scheduler of Dask gives the task of a worker that is lost to another; a row is
 # pyright: reportUnknownArgumentType=false
 
 from collections.abc import Callable, Generator
-from concurrent.futures import BrokenExecutor, Executor, Future
+from concurrent.futures import Executor, Future
 from contextlib import contextmanager
 from functools import partial
 from typing import ParamSpec, Protocol, TypeVar, cast
 
+from wsph.accuracy.running.task import Lost
 from wsph.errors import Refused
 
 T = TypeVar("T")
@@ -23,10 +25,6 @@ MPI = "mpi"
 
 RETRIES = 3
 """Times that a task which has failed by the machine's fault is given to another worker."""
-
-
-class Lost(BrokenExecutor):
-    """A task whose workers were lost, one after the other."""
 
 
 class DaskExecutor(Executor):
@@ -46,9 +44,9 @@ class DaskExecutor(Executor):
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """As `Executor.submit`; task and result have to be picklable, and wsph installed where they go."""
         future: Future[T] = Future()
-        future.set_running_or_notify_cancel()
         task = self._client.submit(partial(fn, *args, **kwargs), pure=False, retries=RETRIES)
         task.add_done_callback(partial(_passed_on, future))
+        future.add_done_callback(partial(_dropped, task))
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
@@ -61,20 +59,33 @@ class Task(Protocol):
 
     status: str
 
+    def cancel(self) -> object: ...
+
+    def release(self) -> None: ...
+
     def result(self) -> object: ...
 
     def exception(self) -> BaseException | None: ...
 
 
 def _passed_on(future: Future[T], task: Task) -> None:
-    """Give what became of a task of Dask to the future that stands for it."""
+    """Give what became of a task of Dask to the future that stands for it, unless nobody waits for that any more."""
+    if not future.set_running_or_notify_cancel():
+        return
     if task.status == "finished":
         future.set_result(cast(T, task.result()))
+        task.release()
         return
     error = task.exception() if task.status == "error" else None
     if error is None or type(error).__name__ == "KilledWorker":
         error = Lost(f"its workers were lost ({error or task.status})")
     future.set_exception(error)
+
+
+def _dropped(task: Task, future: Future[T]) -> None:
+    """Have Dask forget a task whose future was cancelled. What runs already it cannot end."""
+    if future.cancelled():
+        task.cancel()
 
 
 @contextmanager
@@ -91,7 +102,7 @@ def executor_at(scheduler: str | None) -> Generator[Executor | None]:
         with MPIPoolExecutor() as pool:
             if pool.num_workers < 1:
                 raise Refused(
-                    "--scheduler mpi: there are no workers: mpiexec -n N python -m mpi4py.futures -m wsph study ..."
+                    "--scheduler mpi: there are no workers: mpiexec -n N python -m mpi4py.futures -m wsph COMMAND ..."
                 )
             yield pool
     else:

@@ -1,12 +1,15 @@
 """`wsph calibrate` from the command line, and what the mesh leaves open of its parameters."""
 
 import json
+from concurrent.futures import Executor, Future
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from tests.study.fitting.test_fit import FREE, NAMES, TIMES, bar, needs_scipy, noisy
+from tests.study.test_workers import Losing
 from wsph import Scene
 from wsph.cli import main
 from wsph.study.fitting.curves import computed
@@ -111,3 +114,37 @@ def test_long_runs_go_to_processes(monkeypatch: pytest.MonkeyPatch) -> None:
         spread = runs([bar(8), bar(16)])
     assert np.array_equal(alone.values, spread[0].values)
     assert not np.array_equal(alone.values, spread[1].values)
+
+
+def test_a_run_whose_worker_is_lost_is_made_again() -> None:
+    scenes = [bar(8), bar(16)]
+    alone = Runs(NAMES, TIMES, 1)(scenes)
+    again = Runs(NAMES, TIMES, 1, Losing(0, 1))(scenes)
+    for one, other in zip(alone, again, strict=True):
+        assert np.array_equal(one.values, other.values)
+    with pytest.raises(OSError, match="a run of the fit is lost: its process was killed by signal 9"):
+        Runs(NAMES, TIMES, 1, Losing(1, 2))(scenes)
+
+
+def test_an_interrupt_drops_the_runs_that_wait(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Interrupted(Executor):
+        def __init__(self, *_: int) -> None:
+            self.sent: list[Future[Any]] = []
+            self.ended: dict[str, bool] = {}
+
+        def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+            self.sent.append(Future())
+            if len(self.sent) == 1:
+                self.sent[0].set_exception(KeyboardInterrupt())
+            return self.sent[-1]
+
+        def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+            self.ended = {"at once": cancel_futures}
+
+    pool = Interrupted()
+    monkeypatch.setattr("wsph.study.fitting.runs.SPREAD_SECONDS", -1.0)
+    monkeypatch.setattr("wsph.study.fitting.runs.Workers", lambda _: pool)
+    with pytest.raises(KeyboardInterrupt), Runs(NAMES, TIMES, 2) as runs:
+        runs([bar(8), bar(16)])
+    assert [each.cancelled() for each in pool.sent] == [False, True]
+    assert pool.ended == {"at once": True}

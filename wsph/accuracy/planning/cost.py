@@ -53,12 +53,13 @@ class Plan:
 
 def plan(scene: Scene) -> Plan:
     """The plan of a scene. Raises what `wsph.compose` raises."""
-    return plan_of(_composed(scene))
+    return plan_of(composed(scene))
 
 
-def _composed(scene: Scene) -> Composition:
+def composed(scene: Scene) -> Composition:
+    """A scene made ready, for its plan and its run, which says what there is to warn of."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the run itself gives them
+        warnings.simplefilter("ignore")
         return compose(scene)
 
 
@@ -69,10 +70,11 @@ def plan_of(made: Composition) -> Plan:
 
 
 class Costs:
-    """Plans of the lattices of a scene, each made once; `taken`: the seconds that setting up for it took, by cells."""
+    """Plans of the lattices of a scene, each made once; `taken`: the seconds that setting up for it took, by cells. What
+    was set up last is kept for its run (`keep`), or is not where another process runs it."""
 
-    def __init__(self, lattices: Lattices):
-        self._lattices = lattices
+    def __init__(self, lattices: Lattices, keep: bool = True):
+        self._lattices, self._keep = lattices, keep
         self._dim = lattices.scene.dim
         self._known: dict[int, Plan] = {}
         self.taken: dict[int, float] = {}
@@ -87,9 +89,10 @@ class Costs:
                 return known.finer(cells / largest, self._dim)
             self._ready.clear()
             begun = time.perf_counter()
-            made = _composed(self._lattices.scene_at(cells))
+            made = composed(self._lattices.scene_at(cells))
             self._known[cells], self.taken[cells] = plan_of(made), time.perf_counter() - begun
-            self._ready[cells] = made
+            if self._keep:
+                self._ready[cells] = made
         return self._known[cells]
 
     def holds(self, cells: int) -> bool:

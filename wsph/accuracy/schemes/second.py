@@ -56,6 +56,7 @@ def opinion(rows: Rows, wanted: Mapping[str, Aim], seen: Mapping[str, Seen]) -> 
         rows.tell(
             f"{name}, to check: {', '.join(map(str, cells))} cells, {sum(plan.work for plan in plans):.3g} pair visits"
         )
+        rows.ahead(scenes)
         asked = [rows.run(each, n, plan.work) for each, n, plan in zip(scenes, cells, plans, strict=True)]
         records, spacings = [row.records for row in asked], [row.spacing for row in asked]
         theirs = look(spacings, records, wanted, formal_order(scene), scene.run.precision)

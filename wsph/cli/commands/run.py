@@ -27,10 +27,13 @@ def _declare(parser: argparse.ArgumentParser) -> None:
 
 def _act(options: argparse.Namespace) -> int:
     from wsph import load, run
-    from wsph.backend.domain import failing_together
+    from wsph.backend.domain import WHOLE, failing_together
     from wsph.ranks import world
+    from wsph.study.cluster import MPI
 
-    domain = world.domain()
+    if options.scheduler not in (None, MPI):
+        world.refuse_copies("wsph run --scheduler")
+    domain = world.domain() if options.scheduler is None else WHOLE
     if domain.rank > 0:
         warnings.simplefilter("ignore")
     with failing_together(domain):

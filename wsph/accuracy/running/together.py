@@ -6,9 +6,11 @@ share the first process runs by itself.
 
 # pyright: strict
 
-from collections.abc import Callable
+from collections.abc import Iterable
 from pathlib import Path
 
+from wsph.accuracy.planning.watch import Watch
+from wsph.accuracy.running.order import Order, Ran, timed
 from wsph.backend.domain import Domain
 from wsph.backend.reduce import BLOCK
 from wsph.errors import Refused, SceneError, WsphError
@@ -25,7 +27,9 @@ LEAST = 4 * BLOCK
 
 
 class Together:
-    """What the first process says to the others, which `follow`."""
+    """This process, or what the first says to the others, which `follow`."""
+
+    takes_composed = True
 
     def __init__(self, domain: Domain):
         self._domain, self._alone = domain, domain.size == 1
@@ -37,15 +41,16 @@ class Together:
         if not self._alone:
             refuse_shared(scene, method_of(scene))
 
-    def run(
-        self,
-        scene: Scene,
-        out: Path | None,
-        progress: Progress | None,
-        composed: Composition | None,
-        enough: Callable[[], bool],
-    ) -> Result:
-        """Run a scene over what was in a folder, which may be `composed` already: with all processes, or alone."""
+    def ahead(self, orders: Iterable[Order]) -> None:
+        """There is one place for them, and what they are to be is not asked."""
+
+    def run(self, order: Order, progress: Progress | None, composed: Composition | None) -> Ran:
+        """Run a row, which may be `composed` already: with all processes, or alone."""
+        watch = Watch(order.due, order.begun, progress)
+        return timed(watch, lambda: self._run(order.scene, order.out, watch, composed))
+
+    def _run(self, scene: Scene, out: Path | None, watch: Watch, composed: Composition | None) -> Result:
+        progress, enough = watch.progress, watch.late
         if self._alone or not self._fits(scene, composed):
             return run(scene, out, overwrite=True, throw=False, progress=progress, composed=composed, enough=enough)
         domain = self._domain = self._domain.afresh()
