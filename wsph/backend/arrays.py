@@ -6,8 +6,7 @@ Whoever allocates an array that outlives a call asks its `Arrays` for it, so tha
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,27 +31,6 @@ def changed(array: Array, numbers: np.ndarray) -> None:
     """Have an array have its own numbers on the host, which have been changed there."""
     if array.device is not None and not array.device.is_cpu:
         array.assign(numbers)
-
-
-def packed(every: Sequence[np.ndarray]) -> np.ndarray:
-    """Rows of several arrays (k, ...) as bytes, (k, width)."""
-    flat = [np.ascontiguousarray(rows).reshape(len(rows), math.prod(rows.shape[1:])) for rows in every]
-    return np.concatenate([rows.view(np.uint8) for rows in flat], 1)
-
-
-def widths(every: Sequence[np.ndarray]) -> list[int]:
-    """Bytes of a row of each of several arrays."""
-    return [rows.dtype.itemsize * math.prod(rows.shape[1:]) for rows in every]
-
-
-def unpacked(found: np.ndarray, like: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Rows of several arrays, of kinds that they are `like`, of their bytes (k, width)."""
-    parts, low = list[np.ndarray](), 0
-    for rows, width in zip(like, widths(like), strict=True):
-        part = np.ascontiguousarray(found[:, low : low + width]).view(rows.dtype)
-        parts.append(part.reshape(len(found), *rows.shape[1:]))
-        low += width
-    return parts
 
 
 @dataclass(frozen=True)

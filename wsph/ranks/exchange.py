@@ -8,10 +8,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from wsph.backend.arrays import changed, packed, unpacked, widths
+from wsph.backend.arrays import changed
 from wsph.backend.domain import Domain, Share
 from wsph.backend.space import Array
 from wsph.ranks.communicator import Communicator
+from wsph.ranks.packing import packed, unpacked, widths
 
 
 class _Exchange:

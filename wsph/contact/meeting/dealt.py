@@ -12,10 +12,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from wsph.backend.arrays import host, packed, put, unpacked
+from wsph.backend.arrays import host, put
 from wsph.backend.clock import Clock
 from wsph.backend.domain import WHOLE, Domain, Share
 from wsph.backend.space import Array
+from wsph.ranks.packing import packed, unpacked
 
 Rows = NDArray[np.int64]
 

@@ -18,16 +18,14 @@ from wsph.contact.meeting.touch import keep_kernel
 LONG = 1e9
 """The time for which a contact has been open that never was closed."""
 
-
 ENERGIES = ("stored", "sprung", "lost")
 """What of it is energy."""
 
 
 class Memory:
-    """The memory of n contacts. Evaluations take `kept` and write `trial`; methods of several stages do so many times in a
-    step, and `keep` takes the last one's as that of the step. It is right for those that `dealt` says are this process's;
-    a gap is of the last evaluation, and no evaluation takes it, so that it is told like what acts.
-    """
+    """The memory of n contacts, right of those that are `dealt` to this process. Evaluations take `kept` and write `trial`;
+    methods of several stages do so many times in a step, and `keep` takes the last one's as that of the step. A gap is that
+    of the last evaluation, and none takes it: processes tell it like what acts."""
 
     def __init__(self, n: int, space: Space, clock: Clock, arrays: Arrays, domain: Domain = WHOLE):
         self._space, self._clock, self._known, self._domain = space, clock, arrays, domain
@@ -75,8 +73,8 @@ class Memory:
         self.dealt.deal(near)
 
     def release(self, near: NDArray[np.int64]) -> None:
-        """Forget all but those that have candidates, `near` (k,): others are further away than the skin; what they have lost
-        stays lost. On the host."""
+        """Forget all but those with candidates, `near` (k,): others are beyond the skin; what they have lost stays lost. On
+        the host."""
         out = np.ones(self._n, bool)
         out[near] = False
         out &= np.any(
@@ -93,8 +91,7 @@ class Memory:
             put(array, values[name])
 
     def gaps(self, near: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Gaps at the end of the last step of those that have candidates, `near` (k,), NaN where there is nothing to meet,
-        (n,)."""
+        """Gaps (n,) at the end of the last step of those with candidates, `near` (k,); NaN of what has nothing to meet."""
         found = np.full(self._n, np.nan)
         found[near] = host(self["gap"])[near]
         return np.where(found < 0.1 * FAR, found, np.nan)
