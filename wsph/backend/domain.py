@@ -89,12 +89,12 @@ class Halo(Protocol):
     """Keeps the copies of rows that other processes own up to date. Where those of accelerations are, all that a step makes
     of them the copies of particles go through as their owners do, to the bit."""
 
-    def update(self, field: Array) -> None:
-        """Overwrite the copies in an array over the rows held by what their owners have, on the host, in the order in which
+    def update(self, *fields: Array) -> None:
+        """Overwrite the copies in arrays over the rows held by what their owners have, on the host, in the order in which
         all processes call it."""
         ...
 
-    def fill(self, rows: np.ndarray) -> None:
+    def fill(self, *every: np.ndarray) -> None:
         """The same of rows on the host."""
         ...
 
@@ -242,10 +242,10 @@ class Whole:
         """There are no others."""
         return 0
 
-    def update(self, field: Array) -> None:
+    def update(self, *fields: Array) -> None:
         """There are no copies."""
 
-    def fill(self, rows: np.ndarray) -> None:
+    def fill(self, *every: np.ndarray) -> None:
         """There are no copies."""
 
 

@@ -51,7 +51,8 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
     placed = [run for run, slabs in zip(composition.bodies, found, strict=True) if slabs and run.body.name in touching]
     halo, joined = 2.0 * (2 if count > 2 else 1), float(np.ceil(np.log2(count)))
     balls = sum(run.body.name in scene.balls for run, slabs in zip(composition.bodies, found, strict=True) if slabs)
-    messages = ALPHA * (evaluations * (halo * len(cut) + joined * len(placed)) + (halo + joined) * balls)
+    # Of surfaces in contact: what they hang on, and what acts on them.
+    messages = ALPHA * (evaluations * halo * (len(cut) + 2 * len(placed)) + (halo + joined) * balls)
     longest = per_particle * float(worked.max()) + messages + 2.0 * evaluations * sent / rate
     efficiency = per_particle * composition.particles / (count * longest)
     parts = scene.output.in_parts(composition.particles, count)
@@ -61,7 +62,7 @@ def forecast(scene: Scene, composition: Composition, count: int) -> list[tuple[s
         ("  work", f"the largest share is {100.0 * (worked.max() / worked.mean() - 1.0):.2g} % above the mean"),
         *(("  whole", f"body {run.body.name!r}: every process has its {run.system.count} particles") for run in whole),
         *(
-            ("  contact", "every process finds all of it: the efficiency is less by its part of a step")
+            ("  contact", "dealt out, as many vertices each; the surfaces every process has whole")
             for _ in touching and "1"
         ),
         (
