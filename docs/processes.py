@@ -1,4 +1,4 @@
-"""The table of what processes that share a scene are efficient to, from docs/processes.json."""
+"""The tables of what processes that share a scene are efficient to, from docs/processes.json and docs/shares.json."""
 
 import json
 from pathlib import Path
@@ -20,3 +20,30 @@ def processes() -> list[str]:
         )
     rows += ["", f"(Stress points in 3D, f64, two cores; medians of {found['turns']} turns of `python tests/benchmarks/processes.py`.)"]  # fmt: skip
     return rows
+
+
+def shares() -> list[str]:
+    """Rows of how even the shares of bodies are, as `tests/benchmarks/shares.py` has measured them."""
+    found = json.loads((ROOT / "docs" / "shares.json").read_text())
+    rows = [
+        "| more of the largest share than of the mean: pairs, CPU time | "
+        + " | ".join(f"{count}, by particles | {count}, by work" for count in found)
+        + " |",
+        "| --- |" + " --- |" * (2 * len(found)),
+    ]
+    for name in next(iter(found.values())):
+        cells = [each[name][f"by {cut}"] for each in found.values() for cut in ("particles", "work")]
+        rows.append(f"| {name} | " + " | ".join(f"{_more(a)}, {_more(b)} %" for a, b in cells) + " |")
+    many = [row["particles"] / 1000 for each in found.values() for row in each.values()]
+    rows += [
+        "",
+        f"(3D, f64, elastic, {min(many):.0f} to {max(many):.0f} thousand particles, stress points but for a box along edges and"
+        " one whose pairs follow the motion; a bar with holes at one end, one half as thick in its second half, one of a mesh that"
+        " gets finer. The least of turns of `mpiexec -n N python tests/benchmarks/shares.py`.)",
+    ]
+    return rows
+
+
+def _more(over: float) -> str:
+    """How much more than the mean the largest is [%]."""
+    return f"{100.0 * (over - 1.0):.0f}"

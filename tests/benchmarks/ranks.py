@@ -27,11 +27,11 @@ from wsph.ranks.mpi import Ranks
 from wsph.simulation.compose import compose
 
 
-def scene(cells: int, along: int, threads: int, form: str = "stress-points") -> wsph.Scene:
-    """A block of cells that is held and pulled."""
-    body = {"name": "b", "shape": {"type": "box", "min": [0.0] * 3, "max": [float(along), float(cells), float(cells)]},
-            "spacing": 1.0, "velocity": ["0", "1e-3*x", "0"],
-            "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}}  # fmt: skip
+def scene(cells: int, along: int, threads: int, form: str = "stress-points", **body: Any) -> wsph.Scene:
+    """A block of cells, or another `body`, that is held and pulled."""
+    block = {"name": "b", "shape": {"type": "box", "min": [0.0] * 3, "max": [float(along), float(cells), float(cells)]},
+             "spacing": 1.0, "velocity": ["0", "1e-3*x", "0"],
+             "material": {"model": "elastic", "density": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}}  # fmt: skip
     two_sets = form.endswith("tsph")
     boundary = [
         {"body": "b", "face": "-x", "fixed": ["x", "y", "z"]},
@@ -39,7 +39,7 @@ def scene(cells: int, along: int, threads: int, form: str = "stress-points") -> 
     ]
     run = {"integrator": form} if two_sets else {"integrator": "leapfrog", "formulation": form}
     run |= {"end": 1e6, "dt": 0.2, "guard": "off"}
-    return wsph.Scene(schema=1, dim=3, run=run | {"threads": threads}, bodies=[body], boundary=boundary)
+    return wsph.Scene(schema=1, dim=3, run=run | {"threads": threads}, bodies=[block | body], boundary=boundary)
 
 
 class Waiting:

@@ -10,6 +10,7 @@ import tempfile
 import traceback
 import warnings
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ import numpy as np
 import wsph
 from wsph.backend import graph
 from wsph.backend.domain import WHOLE
+from wsph.contact.meeting.ways import Places, Way
 from wsph.formulations.updated.near import Near, Sights
 
 
@@ -46,6 +48,25 @@ class Searches:
             return find(near, look)
 
         Near.find = counted  # type: ignore[method-assign]
+
+
+class Visited:
+    """Pairs of a vertex and a face that a process has looked at in contacts of surfaces, of all searches."""
+
+    def __init__(self) -> None:
+        self.count, find = 0, Way.find
+
+        def counted(way: Way, places: Places, skin: float) -> None:
+            find(way, places, skin)
+            self.count += len(way.rows.struct.indices)
+
+        Way.find = counted  # type: ignore[method-assign]
+
+    def of(self, comm: object, run: Callable[[], str | None]) -> tuple[str | None, list[int]]:
+        """What a run gives, and the pairs that each process has looked at in it."""
+        before = self.count
+        found = run()
+        return found, comm.allgather(self.count - before)  # type: ignore[attr-defined]
 
 
 def shared(comm: object, made: wsph.Scene, count: int, **options: object) -> str | None:
@@ -131,8 +152,13 @@ def main(names: list[str], cases: Mapping[str, Callable[[], wsph.Scene]]) -> Non
             made = made.with_(**{"output.history": 3, "probes": []})
             found = {"1": shared(comm, made, 1), **resumed(comm, made)}
         else:
-            searches = Searches()
-            found = {str(count): shared(comm, made, count) for count in counts}
+            searches, visited, every_pair = Searches(), Visited(), set[int]()
+            found = dict[str, str | None]()
+            for count in counts:
+                found[str(count)], pairs = visited.of(comm, partial(shared, comm, made, count))
+                every_pair.add(sum(pairs))
+                assert max(pairs) <= 0.8 * sum(pairs) or count == 1, f"{name}: contacts are of one process: {pairs}"
+            assert len(every_pair) == 1, f"{name}: pairs that are looked at: {every_pair}"
             moved, runs = made.run.formulation == "updated-lagrangian", sum(count > comm.rank for count in counts)
             assert not moved or searches.count >= 3 * runs, f"{name}: pairs were found too seldom"
         if comm.rank == 0:

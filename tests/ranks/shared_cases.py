@@ -121,6 +121,22 @@ OF_BESIDE = {
 WITHOUT_PRESSURE = {key: [each for each in OF_BESIDE[key] if each["name"] != "press"] for key in ("boundary", "probed")}  # type: ignore[index, attr-defined]
 
 
+OF_LAW = {"surface": {"friction": 0.3}, "tie": {"strength": 0.2}}
+"""Of contacts of a law: ties break somewhere."""
+
+SLIT = {
+    "shape": {
+        "type": "difference",
+        "shapes": [
+            {"type": "box", "min": [0.0, 0.0], "max": [90.0, 50.0]},
+            {"type": "box", "min": [20.0, 25.0], "max": [91.0, 26.0]},
+        ],
+    },
+    "velocity": ["0.05*y", "-0.4*tanh(y - 25.5)"],
+}
+"""A slit along most of a body, whose sides come together and slide on each other."""
+
+
 def meeting(dim: int = 2, *, between: str = "surface", **changes: object) -> wsph.Scene:
     """A body that comes down on another one, all along the cuts, and slides on it; on top of it a small body and, in 2D, a
     tool that is pressed into it and one that is free."""
@@ -146,7 +162,7 @@ def meeting(dim: int = 2, *, between: str = "surface", **changes: object) -> wsp
     return scene(
         dim,
         more=[("c", low, high, {"velocity": ["2e-3*y", "-0.1", "0.0"][:dim]}), ("s", *small, differs)],
-        contact=[touch | ({"friction": 0.3} if between == "surface" else {}), {"name": "top", "between": ["c", "s"]}],
+        contact=[touch | OF_LAW.get(between, {}), {"name": "top", "between": ["c", "s"]}],
         tools=tools,
         fields=["contact_pressure", "contact_gap"],
         probed=[{"name": f"of-{name}", "of": name, "fields": ["force", "work"], "every": 1} for name in of],
@@ -333,6 +349,12 @@ CASES = {
     "bodies": lambda: scene(**OF_BESIDE, gravity={"y": -1e-4}),
     "contact": lambda: meeting(),
     "contact 3D": lambda: meeting(3, **MISES, run={"precision": "f32", "dt": None, "cfl": "auto"}),
+    "contact with itself": lambda: scene(
+        body=SLIT,
+        contact=[{"name": "itself", "self": "b", "friction": 0.3}],
+        fields=["contact_pressure", "contact_gap"],
+        probed=[{"name": "of-itself", "of": "itself", "fields": ["work"], "every": 1}],
+    ),
     "balls": lambda: balls(),
     "balls of links": lambda: balls(
         law="jaumann", body={"links": {"criterion": "stretch", "threshold": 0.012}, "velocity": TORN["velocity"]}

@@ -16,6 +16,7 @@ from wsph.geometry.meshes.mesh import Mesh
 from wsph.geometry.meshes.meshed import Meshed, meshed
 from wsph.geometry.meshes.scattered import Scattered, scattered
 from wsph.geometry.meshes.sides import outer_sides
+from wsph.ranks.cuts import Reach
 from wsph.ranks.mpi import Ranks
 from wsph.ranks.slabs import TooFew
 from wsph.validation import meshes
@@ -93,7 +94,7 @@ def parts(name: str, size: int, reach: int, more: int = 0) -> list[Layered]:
     joined = name == "points"
 
     def made(domain: Ranks) -> Layered:
-        found = shared(BODIES[name], domain, reach, joined=joined, who="body", doubts=doubts)
+        found = shared(BODIES[name], domain, Reach(reach, joined), who="body", doubts=doubts)
         low, high = found.split.layers
         return found.wider((low - more, high + more))
 
@@ -181,7 +182,7 @@ def test_errors_of_the_first_process_and_too_few_particles_are_those_of_all() ->
     def made(make: Callable[[], Layered]) -> Callable[[Ranks], str]:
         def caught(domain: Ranks) -> str:
             with pytest.raises(WsphError) as found:
-                shared(make, domain, 1, joined=False, who="body 'b'", doubts=doubts)
+                shared(make, domain, Reach(1, joined=False), who="body 'b'", doubts=doubts)
             return f"{type(found.value).__name__}: {found.value}"
 
         return caught

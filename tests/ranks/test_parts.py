@@ -16,6 +16,7 @@ from wsph.geometry.gradients import CELLS, nodal_gradients
 from wsph.geometry.lattice import Lattice, lattice, slab_of
 from wsph.geometry.shapes.combined import Shape
 from wsph.ranks.blocks import Dots, own_sum
+from wsph.ranks.cuts import Reach
 from wsph.ranks.mpi import Ranks
 from wsph.scene import geometries
 from wsph.simulation.compose import compose
@@ -47,7 +48,7 @@ def parts(size: int, outline: Shape, keys: dict[str, Any], reach: int) -> list[L
     jitter = given.pop("jitter", 0.0)
 
     def made(domain: Ranks) -> Lattice:
-        found = slab_of(outline, 1.0, jitter, 3, domain, reach, joined=reach > 1, who="body", **given)
+        found = slab_of(outline, 1.0, jitter, 3, domain, Reach(reach, reach > 1), who="body", **given)
         _ = found.sides, found.mean_volume, found.middle  # which all ask for together
         return found
 
@@ -85,8 +86,8 @@ def test_a_lattice_that_all_hold_is_the_whole_one_with_an_own_part_in_each(name:
     jitter = given.pop("jitter", 0.0)
 
     def made(domain: Ranks) -> Lattice:
-        every = {"domain": domain, "joined": True, "who": "body", **given}
-        found, slab = (slab_of(outline, 1.0, jitter, 3, reach=1, entire=entire, **every) for entire in (True, False))
+        every = {"domain": domain, "reach": Reach(1, joined=True), "who": "body", **given}
+        found, slab = (slab_of(outline, 1.0, jitter, 3, entire=entire, **every) for entire in (True, False))
         assert found.split.right == (slab.split.nodes.window, slab.split.points.window)
         assert found.split.layers == slab.split.layers
         assert found.split.points.own == slice(slab.split.points.low, slab.split.points.high)
@@ -146,7 +147,7 @@ def test_the_area_that_a_whole_force_is_shared_out_over_is_that_of_the_whole(nam
     jitter = given.pop("jitter", 0.0)
 
     def area(domain: Ranks) -> float:
-        part = slab_of(outline, 1.0, jitter, 3, domain, 1, joined=False, who="body", **given)
+        part = slab_of(outline, 1.0, jitter, 3, domain, Reach(1, joined=False), who="body", **given)
         return whole_area(part, part.sides.named("+y"))
 
     assert together(3, area) == [whole_area(whole, whole.sides.named("+y"))] * 3

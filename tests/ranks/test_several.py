@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 import wsph
-from tests.ranks.shared_cases import CASES, scene
+from tests.ranks.shared_cases import BESIDE, CASES, CRACKING, scene
 from wsph.checking import described
 from wsph.errors import Refused, SceneError, WsphError
 
@@ -26,12 +26,13 @@ def test_a_check_tells_what_every_process_has_of_several_bodies() -> None:
     assert [words.startswith(each) for words, each in zip(found["whole"], whole, strict=True)] == [True, True]
     low, high = (int(word) for word in found["particles"][0].split()[:3:2])
     assert 4 * low <= 91 * 51 + 71 * 67 <= 4 * high
+    assert float(found["work"][0].split()[4]) < 15.0
     assert "contact" not in found
 
 
-def test_a_check_says_that_contact_is_found_by_all() -> None:
+def test_a_check_says_that_contact_is_dealt_out() -> None:
     found = told(CASES["contact"](), 3)
-    assert found["contact"] == ["every process finds all of it: the efficiency is less by its part of a step"]
+    assert found["contact"] == ["dealt out, as many vertices each; the surfaces every process has whole"]
     alone, together = (float(each["efficiency"][0].split()[0]) for each in (told(scene(), 2), told(scene(), 4)))
     assert 0.0 < together < alone < 100.0
 
@@ -74,6 +75,11 @@ def test_a_check_tells_what_every_process_has_of_fitted_surfaces() -> None:
     [
         ({"body": SMALL, "more": [TINY], "probes": []}, Refused, "bodies 'b', 's': each has too few particles"),
         ({"body": SMALL, "probes": []}, Refused, "body 'b': 60 particles in blocks of 1024 are too few"),
+        (
+            {"body": {"phase_field": CRACKING}, "more": BESIDE[:1], "contact": [{"between": ["b", "c"]}]},
+            Refused,
+            "body 'b': contact, a tie or a tool on a surface that can break is for one process",
+        ),
         (
             {"dim": 1, "form": "total-lagrangian", "run": {"correction": "paper"}},
             SceneError,

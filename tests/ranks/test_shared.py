@@ -31,7 +31,7 @@ GROUPS = [
     ("breaking", "breaking kernel", "breaking points", "breaking jitter", "links", "relaxed, stopped", "edges, begun"),
     tuple(f"{each}, resumed" for each in RESUMED if each != "sides"),
     ("bodies", "bodies, resumed"),
-    ("contact 3D", "tie", "contact, resumed"),
+    ("contact 3D", "contact with itself", "tie", "contact, resumed", "tie, resumed"),
     ("relaxed bodies", "relaxed bodies, stopped", "relaxed tie", "relaxed balls"),
     ("plastic, threads", "relaxed bodies, threads"),
     ("round", "round in 3D", "round along edges", "round along edges, resumed"),

@@ -27,6 +27,12 @@ def put(array: DeviceArray, numbers: np.ndarray) -> None:
     array.assign(numbers)
 
 
+def changed(array: Array, numbers: np.ndarray) -> None:
+    """Have an array have its own numbers on the host, which have been changed there."""
+    if array.device is not None and not array.device.is_cpu:
+        array.assign(numbers)
+
+
 @dataclass(frozen=True)
 class Named:
     """A device array. `kept`: a run continues from it; `reset` makes it as it was at the start, where a trial changes it."""

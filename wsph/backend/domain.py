@@ -68,7 +68,8 @@ class Split:
     """The part of a body that a process has: its shares of the `nodes` and of the `points` that carry the stress. Of the
     whole it knows, in cells of its grid, `middle` (dim,), where its nodes are in the mean, and `low` (dim,), where the
     first are. `layers` of its cells, or points, that it holds, from one up to another. `right`: of a body that every process
-    holds all of, the nodes and the points in those layers, whose state is that of their owners in every step."""
+    holds all of, the nodes and the points in those layers, whose state is that of their owners in every step. `work`: how
+    many pairs each process visits in a right-hand side, as they were counted to cut the body."""
 
     domain: "Domain"
     nodes: Share
@@ -77,6 +78,7 @@ class Split:
     low: np.ndarray | None = None
     layers: tuple[int, int] = (0, 0)
     right: tuple[slice, slice] | None = None
+    work: tuple[float, ...] = ()
 
     def particles(self, *, at_nodes: bool) -> Share:
         """Its share of the particles, which are at the nodes or at the points."""
@@ -87,12 +89,12 @@ class Halo(Protocol):
     """Keeps the copies of rows that other processes own up to date. Where those of accelerations are, all that a step makes
     of them the copies of particles go through as their owners do, to the bit."""
 
-    def update(self, field: Array) -> None:
-        """Overwrite the copies in an array over the rows held by what their owners have, on the host, in the order in which
+    def update(self, *fields: Array) -> None:
+        """Overwrite the copies in arrays over the rows held by what their owners have, on the host, in the order in which
         all processes call it."""
         ...
 
-    def fill(self, rows: np.ndarray) -> None:
+    def fill(self, *every: np.ndarray) -> None:
         """The same of rows on the host."""
         ...
 
@@ -240,10 +242,10 @@ class Whole:
         """There are no others."""
         return 0
 
-    def update(self, field: Array) -> None:
+    def update(self, *fields: Array) -> None:
         """There are no copies."""
 
-    def fill(self, rows: np.ndarray) -> None:
+    def fill(self, *every: np.ndarray) -> None:
         """There are no copies."""
 
 

@@ -114,8 +114,6 @@ class System:
     """What it has lists of pairs for, in words; empty where it needs none."""
     segmented: Segmented | None = None
     """Memory that goes by the segments of its lines, or None."""
-    copied = 1.0
-    """The work on a copy of a particle that another process owns, in those on one of its own."""
     joined = False
     """Whether its particles are the corners of its cells."""
     attached: Mapping[str, Attached] = {}

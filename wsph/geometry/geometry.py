@@ -15,6 +15,7 @@ from wsph.geometry.cracks import Crack
 from wsph.geometry.faces import Faces
 from wsph.geometry.gradients import PointRows
 from wsph.geometry.meshes.sides import between_sides
+from wsph.ranks.cuts import Counts
 
 BULGE = 0.1
 """Height of a round surface over the sides of cells that follow it, over half of the diameter of a cell, at most: an arc
@@ -118,6 +119,11 @@ class Geometry:
     @property
     def layer_count(self) -> int:
         """How many layers of points the whole body has."""
+        raise NotImplementedError
+
+    @property
+    def counts(self) -> Counts:
+        """What is in these layers, of a body that is whole."""
         raise NotImplementedError
 
     @property

@@ -27,7 +27,8 @@ from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import Rotation
 from wsph.geometry.shapes.stair_patches import StairPatches
 from wsph.ranks.blocks import own_sum
-from wsph.ranks.slabs import Slab, slabs
+from wsph.ranks.cuts import Counts, Reach
+from wsph.ranks.slabs import Slab, slabs, work_of
 
 
 @dataclass(frozen=True)
@@ -131,6 +132,12 @@ class Lattice(Geometry):
     @property
     def layer_count(self) -> int:
         return int(self.frame.count[0])
+
+    @property
+    def counts(self) -> Counts:
+        node, count = self.node_layer.astype(np.int64), self.layer_count
+        nodes, cells = np.bincount(node, minlength=count + 1), np.bincount(node[self.corners[:, 0]], minlength=count)
+        return Counts.of_cells(nodes, cells, self.index.shape[1])
 
     @property
     def own_faces(self) -> np.ndarray:
@@ -360,19 +367,19 @@ def slab_of(
     jitter: float,
     seed: int,
     domain: Domain,
-    reach: int,
+    reach: Reach,
     *,
-    joined: bool,
     who: str,
     entire: bool = False,
+    loads: np.ndarray | None = None,
     lattice_rotate: Rotation,
     cracks: tuple[tuple[tuple[float, ...], tuple[float, ...]], ...],
     split: bool,
     map: Callable[[np.ndarray], np.ndarray] | None,
 ) -> Lattice:
-    """The part of a lattice that a process of a domain has, which holds `reach` layers beyond what it owns; `joined` and
-    `who` as of `wsph.ranks.slabs.slabs`, the rest as of `lattice`. None makes more of the lattice than its part, unless
-    each is to hold the `entire` lattice, to own its part of that."""
+    """The part of a lattice that a process of a domain has; `reach`, `who` and `loads` as of `wsph.ranks.slabs.slabs`, the
+    rest as of `lattice`. None makes more of the lattice than its part, unless each is to hold the `entire` lattice, to own
+    its part of that."""
     grid, dim = plan(shape, spacing, lattice_rotate), shape.dim
     count = int(grid.count[0]) + 1
     first, end = (count * k // domain.size for k in (domain.rank, domain.rank + 1))
@@ -386,22 +393,22 @@ def slab_of(
     nodes, cells = layers[:, 0], layers[:-1, 1]
     if not cells.sum():
         raise ValueError(f"{grid.step.min():g} m leaves no cell inside the shape")
+    every = slabs(Counts.of_cells(nodes, cells, dim), domain.size, reach, who=who, loads=loads)
     middle = layers[:, 2 : 2 + dim].sum(0) / nodes.sum()
     some = layers[nodes > 0]
     low = some[:, 2 + dim : 2 + 2 * dim].min(0)
 
     def made(window: tuple[int, int]) -> Lattice:
-        own = slabs(nodes, cells, domain.size, reach, joined=joined, who=who)[domain.rank].over(window, nodes, cells)
+        own = every[domain.rank].over(window, nodes, cells)
         right, around = None, own.layers
         if entire:
             right, own = (own.nodes.window, own.cells.window), own.over((0, len(cells)), nodes, cells)
-        part = Split(domain, own.nodes, own.cells, middle, low, around, right)
+        part = Split(domain, own.nodes, own.cells, middle, low, around, right, work_of(every))
         return replace(given(held=Held(own, part, plain)), widened=made, completed=given)
 
     given = partial(
         lattice, shape, spacing, jitter, seed, lattice_rotate=lattice_rotate, cracks=cracks, split=split, map=map
     )
-
     return made((len(cells), 0))
 
 

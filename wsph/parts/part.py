@@ -206,6 +206,11 @@ class Part(Model):
         return self.breaks or self.support is not None
 
     @property
+    def attaches(self) -> bool:
+        """Whether it may have something of its own on the device."""
+        return type(self).attach is not Part.attach
+
+    @property
     def selections(self) -> dict[str, str]:
         """Its keys that select particles by an expression."""
         return {}

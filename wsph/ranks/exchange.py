@@ -8,22 +8,24 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from wsph.backend.arrays import changed
 from wsph.backend.domain import Domain, Share
 from wsph.backend.space import Array
 from wsph.ranks.communicator import Communicator
+from wsph.ranks.packing import packed, unpacked, widths
 
 
 class _Exchange:
     """Messages about rows."""
 
-    def update(self, field: Array) -> None:
+    def update(self, *fields: Array) -> None:
         """As `wsph.backend.domain.Halo.update`."""
-        rows: np.ndarray = field.numpy()  # on a CPU a view
-        self.fill(rows)
-        if field.device is not None and not field.device.is_cpu:
-            field.assign(rows)
+        every: list[np.ndarray] = [field.numpy() for field in fields]  # on a CPU views
+        self.fill(*every)
+        for field, rows in zip(fields, every, strict=True):
+            changed(field, rows)
 
-    def fill(self, rows: np.ndarray) -> None:
+    def fill(self, *every: np.ndarray) -> None:
         """As `wsph.backend.domain.Halo.fill`."""
         raise NotImplementedError
 
@@ -41,9 +43,9 @@ class Exchange(_Exchange):
                 self._into += [(other, each) for each in _overlap(mine, theirs)]
                 self._out += [(other, each) for each in _overlap(theirs, mine, mine.first)]
 
-    def fill(self, rows: np.ndarray) -> None:
-        waits = [self._comm.Irecv(rows[each], other, 3) for other, each in self._into]
-        waits += [self._comm.Isend(rows[each], other, 3) for other, each in self._out]
+    def fill(self, *every: np.ndarray) -> None:
+        waits = [self._comm.Irecv(rows[each], other, 3) for rows in every for other, each in self._into]
+        waits += [self._comm.Isend(rows[each], other, 3) for rows in every for other, each in self._out]
         for each in waits:
             each.Wait()
 
@@ -70,15 +72,18 @@ class ChosenExchange(_Exchange):
                 if high > low:
                     found.append((other, each[low:high] - mine.first))
 
-    def fill(self, rows: np.ndarray) -> None:
-        into = [np.empty((len(each), *rows.shape[1:]), rows.dtype) for _, each in self._into]
-        out = [rows[each] for _, each in self._out]  # kept until it is there
+    def fill(self, *every: np.ndarray) -> None:
+        # All that is for one process goes in one message, row by row.
+        width = sum(widths(every))
+        into = [np.empty((len(each), width), np.uint8) for _, each in self._into]
+        out = [packed([rows[each] for rows in every]) for _, each in self._out]
         waits = [self._comm.Irecv(each, other, 3) for each, (other, _) in zip(into, self._into, strict=True)]
         waits += [self._comm.Isend(each, other, 3) for each, (other, _) in zip(out, self._out, strict=True)]
         for each in waits:
             each.Wait()
         for found, (_, each) in zip(into, self._into, strict=True):
-            rows[each] = found
+            for rows, part in zip(every, unpacked(found, every), strict=True):
+                rows[each] = part
 
 
 def _overlap(holder: Share, owner: Share, first: int | None = None) -> list[slice]:

@@ -3,18 +3,22 @@
 
 Particles are numbered layer by layer, so that a slab is a range of numbers: what a process holds is an array over that
 range, and rows and sums are in the order that they have in the whole. Slabs begin at whole blocks of particles
-(`wsph.backend.reduce`), so that works, which are summed up block by block in every step, are those of one process.
+(`wsph.backend.reduce`), so that works, which are summed up block by block in every step, are those of one process; which
+of them is chosen by what each process has to do (`wsph.ranks.cuts`).
 """
 
 # pyright: strict
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
 from wsph.backend.domain import Share
 from wsph.backend.reduce import BLOCK
 from wsph.errors import Refused
+from wsph.ranks.cuts import Counts, Places, Reach
 
 
 class TooFew(Refused):
@@ -23,12 +27,13 @@ class TooFew(Refused):
 
 @dataclass(frozen=True)
 class Slab:
-    """A slab of a body: the `layers` of cells that a process holds, from one up to another, and its shares of nodes and
-    cells."""
+    """A slab of a body: the `layers` of cells that a process holds, from one up to another, its shares of nodes and cells,
+    and the pairs that it visits in a right-hand side, `work`."""
 
     layers: tuple[int, int]
     nodes: Share
     cells: Share
+    work: float
 
     def around(self, layers: int) -> tuple[int, int]:
         """Its layers of cells, and two more on either side where the body, of so many `layers`, has them: the first says
@@ -42,48 +47,35 @@ class Slab:
         window = max(min(self.layers[0], layers[0]), 0), min(max(self.layers[1], layers[1]), len(cells))
         first = [int(each[: window[0]].sum()) for each in (nodes, cells)]
         held = int(nodes[window[0] : window[1] + 1].sum()), int(cells[window[0] : window[1]].sum())
-        shares = [
+        nodes_share, cells_share = (
             replace(share, first=a, held=n) for share, a, n in zip((self.nodes, self.cells), first, held, strict=True)
-        ]
-        return Slab(window, *shares)
-
-
-def slabs(nodes: np.ndarray, cells: np.ndarray, size: int, reach: int, *, joined: bool, who: str) -> list[Slab]:
-    """The slabs of `size` processes, of bodies with so many `nodes` (l + 1,) and `cells` (l,) in their layers. A process
-    holds `reach` layers beyond what it owns: so far does an acceleration depend on where others are. `joined`: the cells are
-    particles too, which are summed up in whole blocks. Raises TooFew, naming the body, where there are too few."""
-    layers = len(cells)
-    before = [np.concatenate([[0], np.cumsum(each)]) for each in (nodes, cells)]
-    goals = before[0][-1] * np.arange(1, size) / size
-    cuts = np.concatenate([[0], np.rint(goals / BLOCK).astype(np.int64) * BLOCK, before[0][-1:]])
-    at = np.searchsorted(before[0], cuts[1:-1], side="right") - 1
-    behind = before[1][np.minimum(at, layers)]
-    if joined:
-        behind = np.rint(behind / BLOCK).astype(np.int64) * BLOCK
-    behind = np.concatenate([[0], behind, before[1][-1:]])
-    if (np.diff(cuts) <= 0).any() or (np.diff(behind) <= 0).any():
-        raise TooFew(
-            f"{who}: {before[0][-1]} particles in blocks of {BLOCK} are too few for {size} processes: start fewer"
         )
+        return replace(self, layers=window, nodes=nodes_share, cells=cells_share)
+
+
+def slabs(body: Counts, size: int, reach: Reach, *, who: str, loads: np.ndarray | None = None) -> list[Slab]:
+    """The slabs of `size` processes of a body, which leave the largest of what they have to do as small as it can be, beside
+    the `loads` (size,) that each has of others [visits]. Raises TooFew, naming the body, where it has too few particles."""
+    places = Places.of(body, reach)
+    chosen = places.even(np.zeros(size) if loads is None else loads)
+    if chosen is None:
+        raise TooFew(
+            f"{who}: {places.nodes[-1]} particles in blocks of {BLOCK} are too few for {size} processes: start fewer"
+        )
+    before = [np.concatenate([[0], np.cumsum(each)]) for each in (body.nodes, body.points)]
     found: list[Slab] = []
-    for k in range(size):
-        own = [(cuts[k], cuts[k + 1]), (behind[k], behind[k + 1])]
-        first, last = _layers(before[0], *own[0])
-        low, high = _layers(before[1], *own[1])
-        # Of points that are no particles it is enough to have the corners.
-        more = reach if joined else 0
-        first, last = min(first - reach, low - more), max(last + reach, high + 1 + more)
-        window = max(first, 0), min(last, layers)
+    for a, b in pairwise(chosen.tolist()):
+        window = int(places.first[a]), int(places.last[b])
         held = [(before[0][window[0]], before[0][window[1] + 1]), (before[1][window[0]], before[1][window[1]])]
-        shares = [
-            Share(int(whole[-1]), int(a), int(b - a), int(low), int(high))
-            for whole, (a, b), (low, high) in zip(before, held, own, strict=True)
-        ]
-        found.append(Slab(window, *shares))
+        own = [(places.nodes[a], places.nodes[b]), (places.points[a], places.points[b])]
+        nodes, cells = (
+            Share(int(whole[-1]), int(first), int(end - first), int(low), int(high))
+            for whole, (first, end), (low, high) in zip(before, held, own, strict=True)
+        )
+        found.append(Slab(window, nodes, cells, float(places.closed[b] - places.opened[a])))
     return found
 
 
-def _layers(before: np.ndarray, low: int, high: int) -> tuple[int, int]:
-    """The first and the last layer of the rows from one up to another."""
-    first, last = np.searchsorted(before, [low, high - 1], side="right") - 1
-    return int(first), int(last)
+def work_of(found: Sequence[Slab]) -> tuple[float, ...]:
+    """The pairs that each process visits."""
+    return tuple(each.work for each in found)

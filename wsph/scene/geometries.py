@@ -26,6 +26,7 @@ from wsph.geometry.meshes.scattered import Scattered, read_points, scattered
 from wsph.geometry.shapes.combined import Shape
 from wsph.geometry.shapes.shape import Rotation
 from wsph.plugins.formulations import Formulation
+from wsph.ranks.cuts import Reach
 from wsph.ranks.slabs import TooFew
 from wsph.scene.scene import Scene
 from wsph.scene.tables import Body, MeshFile, PointsFile
@@ -37,11 +38,13 @@ STEPS = 'surface = "stairs", which leaves the surface in steps of a cell'
 """What any shape can have."""
 
 
-def geometry_of(scene: Scene, number: int, formulation: Formulation, domain: Domain = WHOLE) -> Geometry:
+def geometry_of(
+    scene: Scene, number: int, formulation: Formulation, domain: Domain = WHOLE, loads: np.ndarray | None = None
+) -> Geometry:
     """The geometry of a scene's body, the `number`-th, for a formulation; of one that processes share the part that this
-    one has of the `domain`: all of one of several that has too few particles to be cut. Raises SceneError where the shape
-    holds no cell, a crack or a map does not fit it, a surface cannot be fitted, or a file is no mesh; Refused for what the
-    formulation cannot have."""
+    one has of the `domain`, beside the `loads` (size,) of each by other bodies [visits of pairs]: all of one of several that
+    has too few particles to be cut. Raises SceneError where the shape holds no cell, a crack or a map does not fit it, a
+    surface cannot be fitted, or a file is no mesh; Refused for what the formulation cannot have."""
     body = scene.bodies[number]
     why = stairs_because(scene, body, formulation) if body.shape is not None and body.surface == "fitted" else ""
     if why:
@@ -51,14 +54,16 @@ def geometry_of(scene: Scene, number: int, formulation: Formulation, domain: Dom
     made = partial(_geometry, scene, number, formulation)
     if domain.size > 1:
         try:
-            return made(domain)
+            return made(domain, loads)
         except TooFew:
             if len(scene.bodies) == 1:
                 raise
-    return made(WHOLE)
+    return made(WHOLE, None)
 
 
-def _geometry(scene: Scene, number: int, formulation: Formulation, domain: Domain) -> Geometry:
+def _geometry(
+    scene: Scene, number: int, formulation: Formulation, domain: Domain, loads: np.ndarray | None
+) -> Geometry:
     """The geometry of a body, or the part of it that a process of a domain has. Raises TooFew where there is too little."""
     body, key = scene.bodies[number], f"bodies.{number}"
     if body.mesh is not None:
@@ -66,47 +71,49 @@ def _geometry(scene: Scene, number: int, formulation: Formulation, domain: Domai
         make = partial(_from_file, scene, body.mesh, key)
     elif body.points is not None:
         _refuse_points(body, formulation)
-        make = partial(_of_points, scene.dim, body.points, key)
+        make = partial(_of_points, scene.dim, body.points, support_of(scene, body, formulation), key)
     elif body.shape is None or body.spacing is None:
         raise TypeError("a body without a mesh has a shape and a spacing")
     elif not is_fitted(scene, body, formulation):
-        return _lattice(scene, number, body.shape, body.spacing, formulation, domain)
+        return _lattice(scene, number, body.shape, body.spacing, formulation, domain, loads)
     else:
-        make = partial(_fitted, body.shape, body.spacing, scene.run.seed, key)
+        listed = any(part.acts and part.attaches for part in body.parts.values())
+        make = partial(_fitted, body.shape, body.spacing, scene.run.seed, listed, key)
     if domain.size == 1:
         return make()
-    reach, joined = reach_of(scene, body, formulation)
-    entire, who = formulation.traits.pairs_follow, f"body {body.name!r}"
-    return shared(make, domain, reach, joined=joined, who=who, doubts=doubts, entire=entire)
+    reach, who, entire = reach_of(scene, body, formulation), f"body {body.name!r}", formulation.traits.pairs_follow
+    return shared(make, domain, reach, who=who, doubts=doubts, entire=entire, loads=loads)
 
 
-def _fitted(shape: Shape, spacing: float | tuple[float, ...], seed: int, key: str) -> Meshed:
+def _fitted(shape: Shape, spacing: float | tuple[float, ...], seed: int, listed: bool, key: str) -> Meshed:
     try:
-        return meshed(fit(shape, spacing, seed), shape.axes)
+        return meshed(fit(shape, spacing, seed), shape.axes, listed=listed)
     except ValueError as error:
         said = str(error)
         way = f", or {STEPS}" if said.endswith(OUT) else f"; or choose {STEPS}"
         raise SceneError("scene", [Fault(0, f"{key}.surface", said + way)]) from None
 
 
-def reach_of(scene: Scene, body: Body, formulation: Formulation) -> tuple[int, bool]:
-    """How many layers of cells away the acceleration of a particle depends on where others are, and whether particles are
-    their own points, where stress is found. Points see the corners of their cells; along edges gradients and stresses are
-    averaged, so that there are four steps from one particle to the next, and volumes may be of blocks of two; of a kernel
-    there are two of its support. Of two sets each sees the other, both are particles, and what is read of displacements at
-    faces may look six layers far. Where pairs follow the motion it is what particles see that counts: one layer is what
-    loads on faces take."""
-    traits, run = formulation.traits, scene.run
+def support_of(scene: Scene, body: Body, formulation: Formulation) -> float:
+    """The support of a kernel's pairs [spacings]."""
+    traits, own = formulation.traits, [part.support for part in body.parts.values() if part.support is not None]
+    usual = traits.jittered if body.jitter and not traits.one_set else traits.support
+    return scene.run.support or (own[0] if own else usual)
+
+
+def reach_of(scene: Scene, body: Body, formulation: Formulation) -> Reach:
+    """How many layers of cells away the acceleration of a particle depends on where others are. Points see the corners of
+    their cells; along edges gradients and stresses are averaged, so that there are four steps from one particle to the next,
+    and volumes may be of blocks of two; of a kernel there are two of its support. Of two sets each sees the other, both are
+    particles, and what is read of displacements at faces may look six layers far. Where pairs follow the motion it is what
+    particles see that counts: one layer is what loads on faces take."""
+    traits, support = formulation.traits, support_of(scene, body, formulation)
     if traits.pairs_follow:
-        return 1, traits.pairwise
-    if traits.corners and not run.kernel_by:
-        return 1, False
-    own = [part.support for part in body.parts.values() if part.support is not None]
-    if not traits.one_set:
-        seen = WIDEST * (run.support or (traits.jittered if body.jitter else traits.support))
-        return max(8, 2 * math.ceil(seen)), True
-    support = run.support or (own[0] if own else traits.support)
-    return max(8, 2 * math.ceil(support)), traits.pairwise
+        return Reach(1, traits.pairwise, math.floor(support))
+    if traits.corners and not scene.run.kernel_by:
+        return Reach(1, joined=False)
+    seen = support if traits.one_set else WIDEST * support
+    return Reach(max(8, 2 * math.ceil(seen)), traits.pairwise or not traits.one_set)
 
 
 def refuse_misfits(scene: Scene, formulation: Formulation) -> None:
@@ -206,9 +213,9 @@ def _refuse_points(body: Body, formulation: Formulation) -> None:
         )
 
 
-def _of_points(dim: int, table: PointsFile, key: str) -> Scattered:
+def _of_points(dim: int, table: PointsFile, support: float, key: str) -> Scattered:
     try:
-        return scattered(*read_points(Path(table.file), dim, table.scale))
+        return scattered(*read_points(Path(table.file), dim, table.scale), support)
     except OSError as error:
         raise SceneError("scene", [Fault(0, f"{key}.points.file", str(error))]) from None
     except ValueError as error:
@@ -222,6 +229,7 @@ def _lattice(
     spacing: float | tuple[float, ...],
     formulation: Formulation,
     domain: Domain,
+    loads: np.ndarray | None,
 ) -> Lattice:
     """The lattice of a scene's body, the `number`-th, with a shape, or the part of it that a process has."""
     body, seed, split = scene.bodies[number], scene.run.seed, formulation.traits.splits_cracks
@@ -234,9 +242,8 @@ def _lattice(
     moved, turn = mapped if expressions else None, body.lattice_rotate
     made = partial(lattice, lattice_rotate=turn, cracks=cracks, split=split, map=moved)
     if domain.size > 1:
-        reach, joined = reach_of(scene, body, formulation)
-        entire, who = formulation.traits.pairs_follow, f"body {body.name!r}"
-        slab = partial(slab_of, domain=domain, reach=reach, joined=joined, who=who, entire=entire)
+        reach, who, entire = reach_of(scene, body, formulation), f"body {body.name!r}", formulation.traits.pairs_follow
+        slab = partial(slab_of, domain=domain, reach=reach, who=who, entire=entire, loads=loads)
         made = partial(slab, lattice_rotate=turn, cracks=cracks, split=split, map=moved)
     try:
         return made(shape, spacing, body.jitter, seed)

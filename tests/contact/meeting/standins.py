@@ -91,7 +91,7 @@ class Standin:
 
     def __init__(self, name: str, mesh: PlainMesh, spacing: float, space: Space, clock: Clock):
         self.name, self.mesh, self.spacing, self._clock, self._space = name, mesh, spacing, clock, space
-        self.n, self.m = len(mesh.X), len(mesh.faces)
+        self.n, self.m, self.here = len(mesh.X), len(mesh.faces), np.ones(len(mesh.X), bool)
         self.modulus = self.impedance = self.wave_speed = self.carries = self.least_side = 1.0
         dim, device = space.dim, clock.device
         at = mesh.faces.ravel()

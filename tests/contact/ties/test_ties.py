@@ -56,7 +56,7 @@ def surface(name: str, of: Any, spacing: float, space: Space) -> Any:
     n = len(of.X)
     force = wp.zeros(n, dtype=space.vec)
     return SimpleNamespace(name=name, n=n, m=len(of.faces), mesh=of, spacing=spacing, modulus=2.0, struct=struct,
-                           force=force, square=lambda k: float(np.max(k)))  # fmt: skip
+                           force=force, here=np.ones(n, bool), square=lambda k: float(np.max(k)))  # fmt: skip
 
 
 def glued(dim: int, *, gap: float = 0.03, **keys: Any) -> tuple[Tie, Any, Any]:

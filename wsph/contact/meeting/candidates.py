@@ -38,13 +38,17 @@ class Candidates:
 def rows_of_pairs(targets: NDArray[np.int64], sources: NDArray[np.int64], device: str) -> Candidates:
     """The pairs (p,) as rows, each once, ascending."""
     wide = int(sources.max(initial=0)) + 1
-    pairs = np.unique(targets * wide + sources)
-    which, number = np.unique(pairs // wide, return_counts=True)
+    # Sorted by hand: for so many, np.unique takes several times as long.
+    pairs = targets * wide + sources
+    pairs.sort()
+    pairs = pairs[np.diff(pairs, prepend=-1) > 0]
+    target = pairs // wide
+    begin = np.flatnonzero(np.diff(target, prepend=-1))
     struct = cast(CandidateArrays, candidates_struct()())
-    struct.which = wp.array(which, dtype=wp.int32, device=device)
-    struct.offsets = wp.array(np.concatenate([[0], np.cumsum(number)]), dtype=wp.int32, device=device)
-    struct.indices = wp.array(pairs % wide, dtype=wp.int32, device=device)
-    return Candidates(which, struct)
+    struct.which = wp.array(target[begin], dtype=wp.int32, device=device)
+    struct.offsets = wp.array(np.append(begin, len(pairs)), dtype=wp.int32, device=device)
+    struct.indices = wp.array(pairs - target * wide, dtype=wp.int32, device=device)
+    return Candidates(target[begin], struct)
 
 
 def none(device: str) -> Candidates:

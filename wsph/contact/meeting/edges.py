@@ -17,6 +17,7 @@ from wsph.contact.meeting.crossing import cross_kernel, crossings_struct, ends_k
 from wsph.contact.meeting.memory import Memory
 from wsph.contact.meeting.ridges import Ridges
 from wsph.contact.meeting.ways import DEPTH, SLACK, Met, Numbers, Places, RecordArrays
+from wsph.contact.surfaces.meshing.sparse import among
 from wsph.sph.pairs import find_pairs
 
 SHARE = 0.5
@@ -88,7 +89,7 @@ class Crossings:
         mine = self.rows.which
         self._ends = rows_of_pairs(one.ends[mine].ravel(), np.repeat(mine, 2), device)
         self._back = rows_of_pairs(other.ends[cols].ravel(), np.repeat(rows, 2), device)
-        self.memory.release(self.rows)
+        self.memory.release(self.rows.which)
         self.record.force.zero_()
         self._met.fill_(-1)
 
@@ -103,13 +104,12 @@ class Crossings:
 
     @property
     def near(self) -> list[tuple[Met, NDArray[np.int64], NDArray[np.int64]]]:
-        """Of each of the two surfaces, the vertices and the faces that kernels read or write."""
+        """Of each of the two surfaces, the vertices that kernels read or write; of faces they read what is around these."""
         one, other = self.lines
-        mine = self.rows.which
-        theirs: NDArray[np.int64] = np.unique(self.rows.struct.indices.numpy().astype(np.int64))
+        theirs, none = among(len(other.line), self.rows.struct.indices.numpy()), np.zeros(0, np.int64)
         return [
-            (self.own, np.unique(one.line[mine]), np.unique(one.sides[mine])),
-            (self.other, np.unique(other.line[theirs]), np.unique(other.sides[theirs])),
+            (self.own, among(self.own.n, one.line[self.rows.which]), none),
+            (self.other, among(self.other.n, other.line[theirs]), none),
         ]
 
     def act(self) -> None:
@@ -129,3 +129,6 @@ class Crossings:
     def close(self) -> None:
         """Take the memory of the last evaluation as that of the step (a launch)."""
         self.memory.keep(self.rows)
+
+    def gather(self) -> None:
+        """Every process finds all."""

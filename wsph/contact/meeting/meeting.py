@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from wsph.backend.arrays import Arrays, host
 from wsph.backend.clock import Clock
+from wsph.backend.domain import WHOLE, Domain, Share
 from wsph.backend.space import Array, Space
 from wsph.contact.meeting.edges import Crossings
 from wsph.contact.meeting.forces import forgetting
@@ -87,7 +88,16 @@ class ContactNumbers:
 class Meeting(Law):
     """`one` meets `other`, which is the same surface for contact of a body with itself."""
 
-    def __init__(self, name: str, one: Meets, other: Meets, contact: ContactNumbers, space: Space, clock: Clock):
+    def __init__(
+        self,
+        name: str,
+        one: Meets,
+        other: Meets,
+        contact: ContactNumbers,
+        space: Space,
+        clock: Clock,
+        domain: Domain = WHOLE,
+    ):
         self.name, self.one, self.other, self._contact = name, one, other, contact
         self._space, self._clock = space, clock
         width, speed = max(one.spacing, other.spacing), min(one.wave_speed, other.wave_speed)
@@ -101,7 +111,7 @@ class Meeting(Law):
         self._arrays = Arrays(clock.device)
         ways = ((one, other), (other, one))[: len(self.sides)]
         self.ways = [
-            Way(own, against, self._numbers, space, clock, self._arrays.part(f"{own.name}-{against.name}"))
+            Way(own, against, self._numbers, space, clock, self._arrays.part(_called(own, against)), domain)
             for own, against in ways
         ]
         self.crossings: Crossings | None = None
@@ -142,14 +152,15 @@ class Meeting(Law):
             part.find(places, skin)
 
     def near(self) -> dict[str, tuple[NDArray[np.int64], NDArray[np.int64]]]:
-        """Of every surface, by the body's name, the vertices and the faces that kernels read or write."""
+        """Of every surface, by the body's name, the vertices that kernels read or write, and the faces whose normals they
+        read."""
         found: dict[str, tuple[list[NDArray[np.int64]], list[NDArray[np.int64]]]] = {}
         for part in self._parts:
             for side, vertices, faces in part.near:
                 kept = found.setdefault(side.name, ([], []))
                 kept[0].append(vertices)
                 kept[1].append(faces)
-        return {name: (np.unique(np.concatenate(v)), np.unique(np.concatenate(f))) for name, (v, f) in found.items()}
+        return {name: (np.concatenate(vertices), np.concatenate(faces)) for name, (vertices, faces) in found.items()}
 
     def start(self) -> None:
         """Take the depths that there are at the start as none (launches)."""
@@ -158,8 +169,14 @@ class Meeting(Law):
 
     def act(self) -> None:
         """Add the forces to those of the surfaces (launches)."""
-        for part in self._parts:
-            part.act()
+        for way in self.ways:
+            way.touch()
+        for way in self.ways:
+            way.tell()
+        for way in self.ways:
+            way.answer()
+        if self.crossings is not None:
+            self.crossings.act()
 
     def close(self) -> None:
         """Take the memory of the last evaluation as that of the step (launches)."""
@@ -217,11 +234,12 @@ class Meeting(Law):
         found = np.full(surface.n, np.nan)
         for way in self.ways:
             if way.own is surface:
-                found = np.fmin(found, way.memory.gaps(way.rows))
+                found = np.fmin(found, way.memory.gaps(way.known))
         return found
 
     def force(self, surface: Meets) -> NDArray[np.float64]:
         """The sum of its forces on a surface at the last evaluation, nondimensional (dim,)."""
+        self.gather()
         total = np.zeros(self._space.dim)
         for part in self._parts:
             acts = host(part.record.force).sum(0, dtype=np.float64)
@@ -231,6 +249,22 @@ class Meeting(Law):
     def kept(self) -> dict[str, Array]:
         """Device arrays that a run goes on from, by name."""
         return self._arrays.kept
+
+    def shares(self) -> dict[str, Share]:
+        """The parts of these that this process has."""
+        found: dict[str, Share] = {}
+        for way in self.ways:
+            found |= way.memory.shares(_called(way.own, way.other))
+        return found
+
+    def gather(self) -> None:
+        """Have `pushes` and `energies` whole (on the host)."""
+        for part in self._parts:
+            part.gather()
+
+
+def _called(own: Met, against: Met) -> str:
+    return f"{own.name}-{against.name}"
 
 
 def vertex_areas(side: Met, dim: int) -> NDArray[np.float64]:
@@ -247,7 +281,15 @@ def _ridges(side: Meets) -> Ridges:
 def meetings(scene: Scene, surface: Callable[[str], Surface], ground: Ground) -> list[Meeting]:
     """The contacts of a scene between surfaces."""
     return [
-        Meeting(part.name, surface(part.names[0]), surface(part.names[-1]), _numbers(part), ground.space, ground.clock)
+        Meeting(
+            part.name,
+            surface(part.names[0]),
+            surface(part.names[-1]),
+            _numbers(part),
+            ground.space,
+            ground.clock,
+            ground.domain,
+        )
         for part in scene.contact
         if part.law == "surface"
     ]

@@ -8,38 +8,44 @@ from numpy.typing import NDArray
 
 from wsph.backend.arrays import Arrays, host, put
 from wsph.backend.clock import Clock
-from wsph.backend.reduce import total
+from wsph.backend.domain import WHOLE, Domain, Share
 from wsph.backend.space import Array, Space, Struct
 from wsph.contact.meeting.candidates import Candidates
+from wsph.contact.meeting.dealt import Dealt
 from wsph.contact.meeting.structs import FAR, memory, memory_struct
 from wsph.contact.meeting.touch import keep_kernel
 
 LONG = 1e9
 """The time for which a contact has been open that never was closed."""
 
+ENERGIES = ("stored", "sprung", "lost")
+"""What of it is energy."""
+
 
 class Memory:
-    """The memory of n contacts. Evaluations take `kept` and write `trial`; methods of several stages do so many times in a
-    step, and `keep` takes the last one's as that of the step."""
+    """The memory of n contacts, right of those that are `dealt` to this process. Evaluations take `kept` and write `trial`;
+    methods of several stages do so many times in a step, and `keep` takes the last one's as that of the step. A gap is that
+    of the last evaluation, and none takes it: processes tell it like what acts."""
 
-    def __init__(self, n: int, space: Space, clock: Clock, arrays: Arrays):
-        self._space, self._clock, self._known = space, clock, arrays
+    def __init__(self, n: int, space: Space, clock: Clock, arrays: Arrays, domain: Domain = WHOLE):
+        self._space, self._clock, self._known, self._domain = space, clock, arrays, domain
         self._make(n)
 
     def _make(self, n: int) -> None:
-        self._n = n
+        self._n, self.dealt = n, Dealt(n, self._clock, self._domain)
         self.kept: Struct = memory_struct(self._space)()
         self.trial: Struct = memory_struct(self._space)()
         self._arrays: dict[str, Array] = {}
         for name, dtype in memory(self._space).items():
             self._arrays[name] = self._known.zeros(name, n, dtype, kept=True)
             setattr(self.kept, name, self._arrays[name])
-            setattr(self.trial, name, self._known.zeros(f"trial.{name}", n, dtype))
+            setattr(self.trial, name, self._known.zeros(f"trial.{name}", n, dtype) if name != "gap" else self["gap"])
         self._arrays["parted"].fill_(LONG)
 
     def renew(self, n: int, rows: NDArray[np.int64]) -> None:
         """Of other contacts, `n` of them: `rows` (old n,) are those of the old ones among them, -1 where one is gone. What
         these have lost stays lost, with their friction's springs; it is counted with the first."""
+        self.deal(np.zeros(0, np.int64))
         old = {name: host(array).copy() for name, array in self._arrays.items()}
         self._make(n)
         stays = rows >= 0
@@ -61,10 +67,16 @@ class Memory:
         if rows.count:
             self._clock.launch(keep_kernel(self._space), rows.count, [rows.struct.which, self.trial], [self.kept])
 
-    def release(self, rows: Candidates) -> None:
-        """Forget all others' contacts, which are further away than the skin; what they have lost stays lost. On the host."""
+    def deal(self, near: NDArray[np.int64]) -> None:
+        """Deal out anew those that are `near` anything (k,), ascending: on the host, by all processes together."""
+        self.dealt.gather(*self._arrays.values())
+        self.dealt.deal(near)
+
+    def release(self, near: NDArray[np.int64]) -> None:
+        """Forget all but those with candidates, `near` (k,): others are beyond the skin; what they have lost stays lost. On
+        the host."""
         out = np.ones(self._n, bool)
-        out[rows.which] = False
+        out[near] = False
         out &= np.any(
             [host(self[name]).reshape(self._n, -1).any(1) for name in ("elastic", "stick", "account")], axis=0
         )
@@ -78,23 +90,22 @@ class Memory:
         for name, array in self._arrays.items():
             put(array, values[name])
 
-    def gaps(self, rows: Candidates) -> NDArray[np.float64]:
-        """Gaps at the end of the last step, NaN where there is nothing to meet, (n,)."""
+    def gaps(self, near: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Gaps (n,) at the end of the last step of those with candidates, `near` (k,); NaN of what has nothing to meet."""
         found = np.full(self._n, np.nan)
-        found[rows.which] = host(self["gap"])[rows.which]
+        found[near] = host(self["gap"])[near]
         return np.where(found < 0.1 * FAR, found, np.nan)
 
     @property
     def stored(self) -> float:
         """Energy that the contacts hold, nondimensional."""
-        return total(self["stored"]) + total(self["sprung"])
+        return self.dealt.total(self["stored"]) + self.dealt.total(self["sprung"])
 
     @property
     def lost(self) -> float:
         """Energy that friction and damping have taken so far, nondimensional."""
-        return total(self["lost"])
+        return self.dealt.total(self["lost"])
 
-    @property
-    def arrays(self) -> dict[str, Array]:
-        """What a run goes on from, by name."""
-        return dict(self._arrays)
+    def shares(self, part: str = "") -> dict[str, Share]:
+        """The part of the kept arrays that this process has, by their names, which begin with that of a `part`."""
+        return self.dealt.shares([f"{part}.{name}" if part else name for name in self._arrays])

@@ -111,6 +111,19 @@ def ease_kernel(space: Space) -> wp.Kernel:
 
 
 @cache
+def add_kernel(space: Space) -> wp.Kernel:
+    """Add what acts on some vertices, as another process has found it."""
+    vec = space.vec
+
+    @kernel(ranged=True)
+    def add(first: int, which: wp.array(dtype=wp.int32), force: wp.array(dtype=vec), force_out: wp.array(dtype=vec)):
+        i = which[first + wp.tid()]
+        force_out[i] = force_out[i] + force[i]
+
+    return add
+
+
+@cache
 def answer_kernel(space: Space) -> wp.Kernel:
     """What acts back on the vertices of the faces that were met: minus the force of every vertex that has met a face, by the
     weights of its nearest point. `rows` are the vertices that may have met a face around each of the other surface's."""

@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 
 from wsph.backend.arrays import Arrays
 from wsph.backend.clock import Clock
+from wsph.backend.domain import WHOLE, Domain
 from wsph.backend.space import Array, Space
-from wsph.contact.meeting.candidates import Candidates, none, rows_of_pairs
-from wsph.contact.meeting.memory import Memory
+from wsph.contact.meeting.candidates import none, rows_of_pairs
+from wsph.contact.meeting.memory import ENERGIES, Memory
 from wsph.contact.meeting.structs import Faces, law_struct, record_struct
-from wsph.contact.meeting.touch import answer_kernel, ease_kernel, touch_kernel
+from wsph.contact.meeting.touch import add_kernel, answer_kernel, ease_kernel, touch_kernel
+from wsph.contact.surfaces.meshing.sparse import among
 from wsph.contact.surfaces.struct import SurfaceArrays
 from wsph.sph.pairs import find_pairs
 
@@ -42,6 +44,13 @@ class RecordArrays(Protocol):
     force: Array
 
 
+class Pushes(RecordArrays, Protocol):
+    """What acts on vertices (`wsph.contact.meeting.structs.record_struct`)."""
+
+    count: Array
+    faces: Array
+
+
 class Met(Protocol):
     """A surface as laws of meeting see it (`wsph.contact.surfaces.surface.Surface`)."""
 
@@ -51,6 +60,8 @@ class Met(Protocol):
     spacing: float
     struct: SurfaceArrays
     force: Array
+    here: NDArray[np.bool_]
+    """Which vertices the motion of particles that are here depends on, (n,)."""
 
     def meets(self, vertices: np.ndarray, faces: np.ndarray) -> np.ndarray: ...
 
@@ -80,28 +91,36 @@ class Way:
 
     Each way has half of the stiffness. What acts on the vertices is found first, then what acts back is gathered at the
     vertices of the faces, in ascending order: sums have the same bits for any number of threads.
+
+    Processes deal the vertices out, and tell each other what acts on them; what acts back each finds where it has particles.
     """
 
-    def __init__(self, own: Met, other: Met, numbers: Numbers, space: Space, clock: Clock, arrays: Arrays):
+    def __init__(
+        self,
+        own: Met,
+        other: Met,
+        numbers: Numbers,
+        space: Space,
+        clock: Clock,
+        arrays: Arrays,
+        domain: Domain = WHOLE,
+    ):
         self.own, self.other, self.numbers = own, other, numbers
         self._space, self._clock, self._device, self._arrays = space, clock, clock.device, arrays
         self.width = max(own.spacing, other.spacing)
-        self.memory = Memory(own.n, space, clock, arrays)
+        self.memory = Memory(own.n, space, clock, arrays, domain)
         self._make()
 
     def _make(self) -> None:
         own, other, space, arrays = self.own, self.other, self._space, self._arrays
         self.faces: NDArray[np.int64] = other.struct.faces.numpy().astype(np.int64).reshape(other.m, space.dim)
-        self._count = arrays.zeros("count", own.n, wp.int32)
         record: Any = record_struct(space)()
         record.force = arrays.zeros("force", own.n, space.vec)
-        record.count, record.faces = self._count, arrays.zeros("faces", own.n, Faces)
-        self.record: RecordArrays = record
+        record.count, record.faces = arrays.zeros("count", own.n, wp.int32), arrays.zeros("faces", own.n, Faces)
+        self.record: Pushes = record
         self._span, self._met = 0.0, np.zeros(0, np.int64)
-        self._take(none(self._device), none(self._device))
-
-    def _take(self, rows: Candidates, back: Candidates) -> None:
-        self.rows, self._back = rows, back
+        self.rows, self._back, self._told = (none(self._device) for _ in range(3))
+        self.known, self._read = np.zeros(0, np.int64), np.zeros(0, np.int64)
 
     def renew(self, surface: Met, rows: NDArray[np.int64]) -> None:
         """One of the two surfaces was remade: `rows` (old n,) are those of its old vertices, -1 where they are gone."""
@@ -117,26 +136,37 @@ class Way:
         corners = places[other.name][self.faces]
         centre = corners.mean(1)
         radius = SLACK * float(np.linalg.norm(corners - centre[:, None], axis=2).max())
-        self._span = 2.0 * radius
-        pairs = find_pairs(places[own.name], centre, radius + DEPTH * self.width + skin, self._device)
-        vertices, faces = pairs.rows().astype(np.int64), pairs.indices.numpy().astype(np.int64)
+        self._span, reach, dealt = 2.0 * radius, radius + DEPTH * self.width + skin, self.memory.dealt
+        self.memory.deal(_within(places[own.name], centre, reach))
+        pairs = find_pairs(places[own.name][dealt.own], centre, reach, self._device)
+        vertices, faces = pairs.rows().astype(np.int64) + dealt.own.start, pairs.indices.numpy().astype(np.int64)
         if own is other:
             may = own.meets(vertices, faces)
             vertices, faces = vertices[may], faces[may]
-        around = self.faces[faces].ravel()
-        dim = self._space.dim
-        self._take(
-            rows_of_pairs(vertices, faces, self._device), rows_of_pairs(around, np.repeat(vertices, dim), self._device)
-        )
-        self.memory.release(self.rows)
+        self.rows, self._met = rows_of_pairs(vertices, faces, self._device), among(other.m, faces)
+        self._answered(*dealt.joined(np.stack([vertices, faces], 1)).T)
         self.record.force.zero_()
-        self._count.zero_()
-        self._met = np.unique(faces)
+        self.record.count.zero_()
+
+    def _answered(self, vertices: NDArray[np.int64], faces: NDArray[np.int64]) -> None:
+        """Take the pairs (p,) of all processes: what acts back, and what the others find that is needed here."""
+        own, other, dealt, device = self.own, self.other, self.memory.dealt, self._device
+        near = among(own.n, vertices)
+        self.memory.release(near)
+        answers = np.logical_or.reduce(other.here[self.faces], axis=1)
+        felt, may = near[own.here[near]], answers[faces]
+        self.known = among(own.n, self.rows.which, felt, vertices[may])
+        dealt.ask(self.known)
+        told = felt[~dealt.share.owns(felt)]
+        self._told = rows_of_pairs(told, told, device)
+        around, by = self.faces[faces[may]].ravel(), np.repeat(vertices[may], self._space.dim)
+        here = other.here[around]
+        self._back, self._read = rows_of_pairs(around[here], by[here], device), among(other.n, around)
 
     @property
     def near(self) -> list[tuple[Met, NDArray[np.int64], NDArray[np.int64]]]:
         """Of each of the two surfaces, the vertices and the faces that kernels read or write."""
-        return [(self.own, self.rows.which, np.zeros(0, np.int64)), (self.other, self._back.which, self._met)]
+        return [(self.own, self.known, np.zeros(0, np.int64)), (self.other, self._read, self._met)]
 
     @property
     def law(self) -> object:
@@ -156,17 +186,39 @@ class Way:
             inputs = [self.law, self.rows.struct, self.own.struct, self.other.struct]
             self._clock.launch(ease_kernel(self._space), self.rows.count, inputs, [self.memory["ease"]])
 
-    def act(self) -> None:
-        """Add the forces to those of both surfaces (launches)."""
-        if not self.rows.count:
-            return
-        own, other = self.own.struct, self.other.struct
-        inputs = [self.law, self.rows.struct, own, other, self._clock.time, self.memory.kept]
-        outputs = [self.memory.trial, self.record, self.own.force]
-        self._clock.launch(touch_kernel(self._space), self.rows.count, inputs, outputs)
-        inputs = [self._back.struct, own, other, self.record]
-        self._clock.launch(answer_kernel(self._space), self._back.count, inputs, [self.other.force])
+    def touch(self) -> None:
+        """Find what acts on the vertices, and add it to the forces on them (a launch)."""
+        if self.rows.count:
+            own, other = self.own.struct, self.other.struct
+            inputs = [self.law, self.rows.struct, own, other, self._clock.time, self.memory.kept]
+            outputs = [self.memory.trial, self.record, self.own.force]
+            self._clock.launch(touch_kernel(self._space), self.rows.count, inputs, outputs)
+
+    def tell(self) -> None:
+        """Have of what other processes have found what is needed here (a message)."""
+        record = self.record
+        self.memory.dealt.tell(record.force, record.count, record.faces, self.memory["gap"])
+
+    def answer(self) -> None:
+        """Add what others have found, and what acts back, to the forces of both surfaces (launches)."""
+        record, launch = self.record, self._clock.launch
+        if self._told.count:
+            inputs = [self._told.struct.which, record.force]
+            launch(add_kernel(self._space), self._told.count, inputs, [self.own.force])
+        if self._back.count:
+            inputs = [self._back.struct, self.own.struct, self.other.struct, record]
+            launch(answer_kernel(self._space), self._back.count, inputs, [self.other.force])
 
     def close(self) -> None:
         """Take the memory of the last evaluation as that of the step (a launch)."""
         self.memory.keep(self.rows)
+
+    def gather(self) -> None:
+        """Have what acts on all vertices, and their energies, of all processes (on the host)."""
+        self.memory.dealt.gather(self.record.force, *(self.memory[name] for name in ENERGIES))
+
+
+def _within(places: NDArray[np.float64], centre: NDArray[np.float64], reach: float) -> NDArray[np.int64]:
+    """Which `places` (n, dim) are in a box about all that are within reach of a `centre` (m, dim), ascending."""
+    low, high = centre.min(0) - reach, centre.max(0) + reach
+    return np.flatnonzero(((places >= low) & (places <= high)).all(1))

@@ -9,10 +9,9 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays
-from wsph.backend.reduce import BLOCK
 from wsph.backend.space import Array
 from wsph.contact.surfaces.meshing.mesh import SurfaceMesh
-from wsph.contact.surfaces.meshing.sparse import SparseRows, spread
+from wsph.contact.surfaces.meshing.sparse import SparseRows, among, spread
 
 
 @dataclass(frozen=True)
@@ -35,35 +34,41 @@ class Attention:
     placed  # vertices that have places: of all faces below
     turned  # faces that have area vectors: all around the vertices that laws see
     smooth  # faces whose corners have normals: those that laws see
-    pushed  # particles, of the `support`, that forces on the vertices that laws see reach
-    blocks  # where the pushed ones of each block of the support begin, (blocks + 1,) int32
+    pushed  # particles, of the `support`, that forces on the vertices that laws see reach, of those that are here
+    columns # particles, of all that the surface hangs on, that the places take, ascending
     """
 
     placed: Rows
     turned: Rows
     smooth: Rows
     pushed: Rows
-    blocks: Array
+    columns: np.ndarray
 
 
 def attention(
-    mesh: SurfaceMesh, B: SparseRows, support: np.ndarray, seen: tuple[np.ndarray, np.ndarray], arrays: Arrays
+    mesh: SurfaceMesh,
+    B: SparseRows,
+    support: np.ndarray,
+    here: np.ndarray,
+    seen: tuple[np.ndarray, np.ndarray],
+    arrays: Arrays,
 ) -> Attention:
-    """Of the vertices and faces that laws see, rows. `support` (s,), ascending: particles that forces can reach."""
+    """Of the vertices and faces that laws see, rows. `support` (s,), ascending: particles that forces can reach; `here`
+    (columns,) bool: those that are here."""
 
     def rows(name: str, each: np.ndarray) -> Rows:
         return Rows(each, arrays.of(name, each.astype(np.int32), wp.int32))
 
-    vertices, faces = seen
-    vertices = np.unique(np.concatenate([vertices.ravel(), mesh.faces[faces].ravel()]).astype(int))
-    turned = np.unique(mesh.around[spread(mesh.starts, vertices)[1]])
-    placed = np.unique(np.concatenate([vertices, mesh.faces[turned].ravel()]))
-    pushed = np.searchsorted(support, np.unique(B.only(vertices).indices))
-    starts = np.searchsorted(pushed, np.arange(0, len(support) + BLOCK, BLOCK))
+    n, smooth = len(mesh.X), among(len(mesh.faces), seen[1])
+    vertices = among(n, seen[0], mesh.faces[smooth])
+    turned = among(len(mesh.faces), mesh.around[spread(mesh.starts, vertices)[1]])
+    placed = among(n, vertices, mesh.faces[turned])
+    felt = among(B.columns, B.only(vertices).indices)
+    pushed = np.searchsorted(support, felt[here[felt]])
     return Attention(
         rows("placed", placed),
         rows("turned", turned),
-        rows("smooth", np.unique(faces.astype(int))),
+        rows("smooth", smooth),
         rows("pushed", pushed),
-        rows("blocks", starts).device,
+        among(B.columns, B.only(placed).indices),
     )

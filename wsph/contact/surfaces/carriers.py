@@ -1,18 +1,20 @@
 """The particles that the surface of a body hangs on: its own, or of a body that processes share those of all of them.
 
-Every process has the whole surface of a shared body, and finds the same contacts, to the bit. What the surface takes of the
-particles is brought up to date by a message whenever it is placed; of the forces each process takes those on its own.
+Every process has the whole surface of a shared body, and places what it looks at. What that takes of particles of others is
+brought up to date by a message whenever it is placed; of the forces each process takes those on its own.
 """
 
 # pyright: strict
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
 import warp as wp
 
-from wsph.backend.arrays import host, put
+from wsph.backend.arrays import changed, host
+from wsph.backend.domain import Share
 from wsph.backend.space import Array
 from wsph.backend.state import State
 from wsph.contact.surfaces.body import SurfacedSystem
@@ -32,6 +34,18 @@ class Carriers:
     def stands(self, particles: np.ndarray) -> np.ndarray:
         """Where some of them (k,) stand among the particles of the body that are here; -1 for those that are not."""
         return particles
+
+    def here(self, k: int) -> np.ndarray:
+        """Which of all k of them are here, (k,) bool."""
+        return np.ones(k, bool)
+
+    def part(self, particles: np.ndarray) -> Share:
+        """The part of some of them (k,), ascending, that is this process's own; all are held."""
+        return Share.all(len(particles))
+
+    def attend(self, columns: np.ndarray) -> None:
+        """From now on bring `columns` (j,), ascending, up to date, of all. All processes that share the body attend
+        together."""
 
     def bring(self, state: State) -> None:
         """Bring what the surface takes of a state up to date."""
@@ -58,13 +72,24 @@ class SharedCarriers(Carriers):
 
     _own     # those that this process owns, rows of the particles that are here, ascending
     _stands  # where each stands among the particles that are here, -1 where it is not, (k,)
-    _u, _v   # their displacements and velocities, (k,) vec
+    _share   # the range of them that this process owns; all are held
+    _u, _v   # their displacements and velocities, as far as they are attended to, (k,) vec
+    _from    # those that this process owns and attends to: where each stands among the particles that are here
+    _to      # and among all k, ascending
     """
+
+    def __init__(self, system: SurfacedSystem, *, lagged: bool):
+        super().__init__(system)
+        self._lagged = lagged
 
     def hang(self, B: SparseRows) -> SparseRows:
         system, share = self._system, self._system.share
         which = np.unique(B.indices)
         self._own, self._stands = share.owned(which), share.stands(which)
+        # Processes have ranges of particles, in their order.
+        low, high = (int(each) for each in np.searchsorted(which, [share.low, share.high]))
+        self._share = Share(len(which), 0, len(which), low, high)
+        self._halo = system.domain.chosen_halo(self._share)
         vec, device = system.space.vec, system.clock.device
         self._u: Array = wp.zeros(len(which), dtype=vec, device=device)
         self._v: Array = wp.zeros(len(which), dtype=vec, device=device)
@@ -73,16 +98,32 @@ class SharedCarriers(Carriers):
     def stands(self, particles: np.ndarray) -> np.ndarray:
         return self._stands[particles]
 
-    def bring(self, state: State) -> None:
-        self._system.clock.host(partial(self._bring, state.struct.displacement, state.struct.velocity))
+    def here(self, k: int) -> np.ndarray:
+        return self._stands >= 0
 
-    def _bring(self, displacement: Array, velocity: Array) -> None:
-        dim = self._system.space.dim
-        # Processes have ranges of particles, in their order.
-        mine = np.concatenate([host(each)[self._own] for each in (displacement, velocity)], 1)
-        found = self._system.domain.joined(mine)
-        put(self._u, found[:, :dim])
-        put(self._v, found[:, dim:])
+    def part(self, particles: np.ndarray) -> Share:
+        low, high = np.searchsorted(particles, [self._share.low, self._share.high])
+        return Share(len(particles), 0, len(particles), int(low), int(high))
+
+    def attend(self, columns: np.ndarray) -> None:
+        own = self._share.owns(columns)
+        self._to = columns[own]
+        self._from = self._own[self._to - self._share.low]
+        self._halo.choose(columns[~own])
+
+    def bring(self, state: State) -> None:
+        moves = [(self._u, state.struct.displacement)]
+        if not self._lagged:
+            moves.append((self._v, state.struct.velocity))
+        self._system.clock.host(partial(self._bring, moves))
+
+    def _bring(self, moves: Sequence[tuple[Array, Array]]) -> None:
+        rows = [host(into) for into, _ in moves]
+        for each, (_, of) in zip(rows, moves, strict=True):
+            each[self._to] = host(of)[self._from]
+        self._halo.fill(*rows)
+        for (into, _), each in zip(moves, rows, strict=True):
+            changed(into, each)
 
     def displacement(self, state: State) -> Array:
         return self._u
@@ -100,6 +141,6 @@ class SharedCarriers(Carriers):
         return found
 
 
-def carriers_of(system: SurfacedSystem) -> Carriers:
-    """The particles that the surface of a body hangs on."""
-    return Carriers(system) if system.domain.size == 1 else SharedCarriers(system)
+def carriers_of(system: SurfacedSystem, *, lagged: bool) -> Carriers:
+    """The particles that the surface of a body hangs on. `lagged`: their velocities are not asked for."""
+    return Carriers(system) if system.domain.size == 1 else SharedCarriers(system, lagged=lagged)

@@ -12,7 +12,7 @@ import warp as wp
 
 from wsph.backend.arrays import host, put
 from wsph.backend.clock import Clock
-from wsph.backend.domain import Share
+from wsph.backend.domain import WHOLE, Share
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.contact.between import CoupledBody
@@ -129,8 +129,7 @@ class Surfaces:
         nothing = np.zeros(0, np.int64), np.zeros(0, np.int64)
         for name, surface in self.surfaces.items():
             rows = [each.get(name, nothing) for each in near]
-            vertices, faces = (np.unique(np.concatenate(part)) for part in zip(*rows, strict=True))
-            surface.attend(vertices, faces)
+            surface.attend(*(np.concatenate(part) for part in zip(*rows, strict=True)))
 
     def follow(self) -> bool:
         """Before a step, on the host: take what has broken, and find the candidates again if a particle can leave its skin
@@ -182,6 +181,8 @@ class Surfaces:
             each.start(states[name])
 
     def _place(self, states: Mapping[str, State]) -> None:
+        for name, surface in self.surfaces.items():
+            surface.bring(states[name])
         for name, surface in self.surfaces.items():
             surface.place(states[name])
         for name, each in self.rigid.items():
@@ -256,10 +257,14 @@ class Surfaces:
         return surfaces | laws | rigid | skins | {"surfaces.due": self._due_kept}
 
     def shares(self) -> dict[str, Share]:
-        """The parts that this process has of kept arrays of particles of bodies that processes share, by their names."""
-        return {
-            f"skin.{name}": self._systems[name].share for name in self.surfaces if self._systems[name].domain.size > 1
-        }
+        """The parts that this process has of kept arrays that processes share, by their names."""
+        cut = [name for name in self.surfaces if self._systems[name].domain.size > 1]
+        found = {f"skin.{name}": self._systems[name].share for name in cut}
+        for name in cut:
+            found |= {f"surface.{name}.{key}": share for key, share in self.surfaces[name].shares().items()}
+        for law in self.laws:
+            found |= {f"law.{law.name}.{key}": share for key, share in law.shares().items()}
+        return found
 
     def as_kept(self, values: Mapping[str, np.ndarray]) -> None:
         """Have the surfaces that there were when `values` were kept."""
@@ -299,6 +304,7 @@ def coupled(
             surfaces[name] = Surface(name, systems[name], origin, lagged=once, whole=wholes[name])
         return surfaces[name]
 
-    ground = Ground(space, scales, clock, once, origin)
+    domain = next((system.domain for system in systems.values() if system.domain.size > 1), WHOLE)
+    ground = Ground(space, scales, clock, once, origin, domain)
     laws = [law for make in makers for law in make(scene, surface, ground)]
     return Surfaces(surfaces, systems, laws, ground) if laws else None

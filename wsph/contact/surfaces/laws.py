@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wsph.backend.clock import Clock
+from wsph.backend.domain import WHOLE, Domain, Share
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.contact.surfaces.surface import Surface
@@ -116,7 +117,7 @@ class Law(Protocol):
         """Find, on the host, what may be met before two surfaces have come nearer by `skin`."""
 
     def near(self) -> Near:
-        """The vertices and faces that its kernels read or write."""
+        """The vertices that its kernels read or write, with the faces around them, and the faces whose normals they read."""
         ...
 
     def start(self) -> None:
@@ -181,17 +182,25 @@ class Law(Protocol):
         """Device arrays that a run goes on from, by name."""
         ...
 
+    def shares(self) -> Mapping[str, Share]:
+        """The parts of these that this process has, by their names, of those that processes share."""
+        return {}
+
+    def gather(self) -> None:
+        """Have `pushes` and `energies` of all processes (on the host)."""
+
 
 @dataclass(frozen=True)
 class Ground:
     """What all laws of a scene share, with the `origin` of places (dim,) [m]. `once`: a step evaluates forces once, at its
-    end."""
+    end. `domain`: the processes that share the scene."""
 
     space: Space
     scales: Scales
     clock: Clock
     once: bool
     origin: NDArray[np.float64]
+    domain: Domain = WHOLE
 
 
 LawMaker = Callable[[Scene, Callable[[str], Surface], Ground], Sequence[Law]]

@@ -28,6 +28,8 @@ class Read(Protocol):
     @property
     def energies(self) -> Sequence[Array]: ...
 
+    def gather(self) -> None: ...
+
 
 @cache
 def _kernels(space: Space) -> tuple[wp.Kernel, wp.Kernel]:
@@ -81,6 +83,7 @@ class LawNumbers:
 
     def gather(self) -> None:
         """Sum them up, as they are (launches)."""
+        self._law.gather()
         add_forces, add_energies = _kernels(self._space)
         self._clock.launch(_clear_kernel(), CHUNKS, [], [self._sums])
         for force, factor in self._law.pushes:

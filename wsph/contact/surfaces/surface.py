@@ -14,6 +14,7 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.arrays import Arrays, host, put
+from wsph.backend.domain import Share
 from wsph.backend.space import Array, Space
 from wsph.backend.state import State
 from wsph.contact.surfaces.attention import Rows, attention
@@ -55,6 +56,7 @@ class Surface:
     B                           # rows, vertices by particles (`wsph.contact.surfaces.meshing.sparse`)
     exact                       # whether B carries every linear field: sources span all directions everywhere
     mass, free                  # of the particles of B, (k,), (k, dim): 1 where a component of the velocity is free
+    here                        # which vertices hang on particles that are here, (n,) bool
     """
 
     mesh: SurfaceMesh
@@ -75,7 +77,7 @@ class Surface:
             )
         self.name, self._system, self._origin, self._lagged = name, system, origin, lagged
         self._space: Space = system.space
-        self._clock, self._last, self._carriers = system.clock, system.state, carriers_of(system)
+        self._clock, self._last, self._carriers = system.clock, system.state, carriers_of(system, lagged=lagged)
         self._at_nodes = system.position is system.geometry.nodes
         self.wave_speed = system.constitutive.wave_speed / scales.velocity
         self.carries = AVERAGED if system.form.averaged else 1.0
@@ -92,7 +94,7 @@ class Surface:
         self.free: np.ndarray = self._carriers.rows(system.free_components.reshape(-1, self._space.dim))
         # Which particles forces can reach changes where cells can die.
         support = np.arange(len(self.mass)) if system.breaks else np.unique(self.B.indices)
-        self._work = SurfaceWork(support, self._space, self.arrays.part("work"), self._carriers)
+        self._work = SurfaceWork(support, self._space, self.arrays.part("work"), self._carriers, system.domain)
         self._stands: Array = self.arrays.of("stands", self._carriers.stands(support).astype(np.int32), wp.int32)
         share = (1.0 / self.mass[support]).astype(self._space.numpy)
         self._share: Array = self.arrays.of("share", share, self._space.scalar)
@@ -114,6 +116,8 @@ class Surface:
         self.mesh = mesh = surface_mesh(geometry, self._live, self._parted, deep=not self._at_nodes)
         made = embedding(geometry, mesh, at_nodes=self._at_nodes)
         self.B = self._carriers.hang(made.B)  # pyright: ignore[reportConstantRedefinition]
+        self._at_hand = self._carriers.here(self.B.columns)
+        self.here = np.bincount(self.B.rows, self._at_hand[self.B.indices], len(mesh.X)) > 0.0
         self.exact, self._identity = made.exact, made.identity
         self._sizes = abs(self.B), abs(self.B).T
         self.n, self.m = len(mesh.X), len(mesh.faces)
@@ -149,8 +153,11 @@ class Surface:
         """From now on bring up to date what laws read or write of some `vertices` and `faces`, rows: after every search,
         with those that are near anything. Between steps."""
         support = self._work.support
-        self._seen = attention(self.mesh, self.B, support, (vertices, faces), self.arrays.part("seen"))
+        arrays = self.arrays.part("seen")
+        self._seen = attention(self.mesh, self.B, support, self._at_hand, (vertices, faces), arrays)
+        self._carriers.attend(self._seen.columns)
         self.force.zero_()
+        self.bring(self._last)
         self.place(self._last)
         self._note()
         self._work.attend(self._seen, self._carriers.rows(host(self._last.struct.displacement)))
@@ -162,10 +169,13 @@ class Surface:
         self._note()
         self._work.start(state, self._clock)
 
+    def bring(self, state: State) -> None:
+        """Have of other processes what the surface takes of a state (a message, where they share the body)."""
+        self._carriers.bring(state)
+
     def place(self, state: State) -> None:
-        """Places, ways, velocities, areas and normals in a state; no forces yet (launches)."""
+        """Places, ways, velocities, areas and normals in a state that was brought last; no forces yet (launches)."""
         space, seen, carriers = self._space, self._seen, self._carriers
-        carriers.bring(state)
         moves = [carriers.displacement(state), carriers.velocity(state)]
         inputs = [self._forth, self._X, *moves, self._before, self._clock.time]
         place = place_kernel(space, self._identity, self._lagged)
@@ -184,8 +194,7 @@ class Surface:
         """Close a step that ends with the state that was last evaluated: its work, and where ways begin (launches)."""
         self._last = state
         self._note()
-        if self._seen.pushed.count:
-            self._work.add(state, self._clock)
+        self._work.add(state, self._clock)
 
     def _note(self) -> None:
         self._over(note_kernel(self._space), self._seen.placed, [self._way], [self._before])
@@ -260,6 +269,10 @@ class Surface:
     def kept(self) -> dict[str, Array]:
         """Device arrays that a run goes on from, by name."""
         return self.arrays.kept
+
+    def shares(self) -> dict[str, Share]:
+        """The parts of these that this process has."""
+        return {f"work.{name}": share for name, share in self._work.shares().items()}
 
     def as_kept(self, values: Mapping[str, np.ndarray]) -> np.ndarray | None:
         """Be the surface that a run had when it kept `values`, before these are put back. As `eroded`."""

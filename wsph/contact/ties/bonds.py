@@ -44,13 +44,14 @@ class Bonds:
         """Their number."""
         return len(self.vertex)
 
-    def answers(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The other way round: vertices that are corners of any (r,), where those of each begin (r + 1,), and which
-        corners they are, counted through all bonds."""
+    def answers(self, here: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The other way round: vertices that are corners of any (r,), of those that are `here` (vertices,) bool, where those
+        of each begin (r + 1,), and which corners they are, counted through all bonds."""
         at = self.corners.ravel()
         order = np.argsort(at, kind="stable")
+        order = order[here[at[order]]]
         which, first = np.unique(at[order], return_index=True)
-        return which, np.append(first, len(at)), order
+        return which, np.append(first, len(order)), order
 
 
 def bonds_between(own: SurfaceMesh, other: SurfaceMesh, spacing: float) -> Bonds:

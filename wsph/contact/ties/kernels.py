@@ -114,14 +114,15 @@ def couple_forces(space: Space) -> wp.Function:
 
 @cache
 def pull_kernel(space: Space) -> wp.Kernel:
-    """Forces of bonds on the vertices, and on the corners of their faces each by itself; `stiffness` is a pressure over a
-    way. What each stores and its traction, of this evaluation."""
+    """Forces of some bonds on the vertices, and on the corners of their faces each by itself; `stiffness` is a pressure over
+    a way. What each stores and its traction, of this evaluation."""
     real, vec, dim, Bonds, Surface = space.scalar, space.vec, space.dim, bonds_struct(space), surface_struct(space)
     turned, couple = turned_gap(space), couple_forces(space)
 
     @kernel(ranged=True)
     def pull(
         first: int,
+        rows: wp.array(dtype=wp.int32),
         stiffness: real,
         bonds: Bonds,
         own: Surface,
@@ -131,7 +132,7 @@ def pull_kernel(space: Space) -> wp.Kernel:
         stored_out: wp.array(dtype=wp.float64),
         traction_out: wp.array(dtype=real),
     ):
-        k = first + wp.tid()
+        k = rows[first + wp.tid()]
         stored_out[k] = wp.float64(0.0)
         traction_out[k] = real(0.0)
         for c in range(wp.static(dim)):

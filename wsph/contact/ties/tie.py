@@ -6,6 +6,9 @@ directions and of both signs: eps = 1/(h_1/(2 M_1) + h_2/(2 M_2)), M = rho c^2, 
 the vertex that look at the other body. So a tie gives way like 1/K of half a cell of each body: of a wave of wave number k
 it reflects about k (h_1 + h_2)/(4 K) of the amplitude, on bodies of one material.
 
+Processes that share the bodies each find the bonds that their particles hang on, whatever bond that may be of others too, so
+that there is nothing to tell; of all each keeps an equal part, which it finds in any case.
+
 A bond whose traction is above `strength` at the end of a step is broken from then on, and what it held is dissipated; so is
 one whose vertex or face has gone with cells that died.
 """
@@ -21,8 +24,9 @@ import numpy as np
 import warp as wp
 
 from wsph.backend.clock import Clock
-from wsph.backend.reduce import total
+from wsph.backend.domain import WHOLE, Domain, Share
 from wsph.backend.space import Array, Space
+from wsph.contact.meeting.dealt import Dealt
 from wsph.contact.meeting.structs import candidates_struct
 from wsph.contact.surfaces.laws import Ground, Law
 from wsph.contact.surfaces.surface import Surface
@@ -41,7 +45,16 @@ way shows more; beyond the most little is gained."""
 class Tie(Law):
     """A tie of a scene, as a law between two surfaces."""
 
-    def __init__(self, part: Contact, one: Surface, other: Surface, space: Space, scales: Scales, clock: Clock):
+    def __init__(
+        self,
+        part: Contact,
+        one: Surface,
+        other: Surface,
+        space: Space,
+        scales: Scales,
+        clock: Clock,
+        domain: Domain = WHOLE,
+    ):
         """Raises Refused where no vertex is near enough to be glued."""
         self.name, self._part, self._space, self._clock = part.name, part, space, clock
         self._sides = (other, one) if other.spacing < one.spacing * (1.0 - 1e-9) else (one, other)
@@ -59,8 +72,10 @@ class Tie(Law):
         self._area = found.area / scales.length ** (space.dim - 1)
         self._gap = found.gap / scales.length
         self._square = self._unit_square()
-        self._struct, self._rows = self._on_device(found)
         count, device = found.count, clock.device
+        self._dealt = Dealt(count, clock, domain)
+        self._dealt.deal(np.arange(count))
+        self._struct, self._rows = self._on_device(found)
         self._corner: Array = wp.zeros((count, space.dim), dtype=space.vec, device=device)
         self._stored: Array = wp.zeros(count, dtype=wp.float64, device=device)
         self._lost: Array = wp.zeros(count, dtype=wp.float64, device=device)
@@ -75,7 +90,12 @@ class Tie(Law):
         bonds.gap = wp.array(self._gap, dtype=space.vec, device=device)
         bonds.area = wp.array(self._area, dtype=space.scalar, device=device)
         bonds.whole = wp.ones(found.count, dtype=wp.int32, device=device)
-        which, offsets, indices = found.answers()
+        own, far = self.sides
+        needed = own.here[found.vertex] | far.here[found.corners].any(1)
+        needed[self._dealt.own] = True
+        self._found = np.flatnonzero(needed)
+        self._which: Array = wp.array(self._found, dtype=wp.int32, device=device)
+        which, offsets, indices = found.answers(far.here)
         for name, values in (("which", which), ("offsets", offsets), ("indices", indices)):
             setattr(rows, name, wp.array(values, dtype=wp.int32, device=device))
         return bonds, rows
@@ -92,17 +112,19 @@ class Tie(Law):
 
     def near(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Rows of the vertices and of the faces that its kernels read or write, by the bodies' names."""
-        none = np.zeros(0, np.int64)
+        none, found = np.zeros(0, np.int64), self._found
         own, far = self.sides
-        return {own.name: (self.bonds.vertex, none), far.name: (np.unique(self.bonds.corners), none)}
+        return {own.name: (self.bonds.vertex[found], none), far.name: (self.bonds.corners[found].ravel(), none)}
 
     def act(self) -> None:
         """Add its forces to those of the surfaces (launches)."""
         (own, far), launch = self.sides, self._clock.launch
-        inputs = [self._space.scalar(self.stiffness), self._struct, own.struct, far.struct]
+        inputs = [self._which, self._space.scalar(self.stiffness), self._struct, own.struct, far.struct]
         outputs = [own.force, self._corner, self._stored, self._traction]
-        launch(pull_kernel(self._space), self.bonds.count, inputs, outputs)
-        launch(answer_kernel(self._space), len(self._rows.which), [self._rows, self._corner], [far.force])
+        if len(self._found):
+            launch(pull_kernel(self._space), len(self._found), inputs, outputs)
+        if len(self._rows.which):
+            launch(answer_kernel(self._space), len(self._rows.which), [self._rows, self._corner], [far.force])
 
     def close(self) -> None:
         """Break what was pulled too hard in the last evaluation (a launch, of a tie with a strength)."""
@@ -149,6 +171,7 @@ class Tie(Law):
         self._struct.whole = whole
 
     def _break(self, gone: np.ndarray) -> None:
+        self._dealt.gather(self._struct.whole, self._stored, self._lost)
         whole, stored, lost = (np.array(each.numpy()) for each in (self._struct.whole, self._stored, self._lost))
         lost[gone] += stored[gone]
         stored[gone], whole[gone] = 0.0, 0
@@ -168,32 +191,50 @@ class Tie(Law):
     @property
     def stored(self) -> float:
         """Energy of the springs now, nondimensional."""
-        return total(self._stored)
+        return self._dealt.total(self._stored)
 
     @property
     def dissipated(self) -> float:
         """Energy that was in bonds when they broke, so far, nondimensional."""
-        return total(self._lost)
+        return self._dealt.total(self._lost)
 
     def force(self, surface: Surface) -> np.ndarray:
         """The sum of its forces on one of the two surfaces at the last evaluation, nondimensional (dim,)."""
+        self.gather()
         on_far = self._corner.numpy().sum((0, 1), dtype=np.float64)
         return on_far if surface is self.sides[1] else -on_far
 
     @property
     def broken(self) -> int:
         """The number of broken bonds."""
+        self._dealt.gather(self._struct.whole)
         return int((self._struct.whole.numpy() == 0).sum())
 
     def kept(self) -> dict[str, Array]:
         """What a run goes on from, by name."""
         return {"whole": self._struct.whole, "stored": self._stored, "lost": self._lost}
 
+    def shares(self) -> dict[str, Share]:
+        """The parts of these that this process has."""
+        return self._dealt.shares(list(self.kept()))
+
+    def gather(self) -> None:
+        """Have `pushes` and `energies` of all processes (on the host)."""
+        self._dealt.gather(self._corner, self._stored, self._lost)
+
 
 def ties(scene: Scene, surface_of: Callable[[str], Surface], ground: Ground) -> list[Tie]:
     """The ties of a scene."""
     return [
-        Tie(part, surface_of(part.names[0]), surface_of(part.names[1]), ground.space, ground.scales, ground.clock)
+        Tie(
+            part,
+            surface_of(part.names[0]),
+            surface_of(part.names[1]),
+            ground.space,
+            ground.scales,
+            ground.clock,
+            ground.domain,
+        )
         for part in scene.contact
         if part.law == "tie"
     ]

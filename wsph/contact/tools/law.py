@@ -15,6 +15,7 @@ import warp as wp
 from numpy.typing import NDArray
 
 from wsph.backend.arrays import Arrays
+from wsph.backend.domain import Share
 from wsph.backend.reduce import blocks
 from wsph.backend.space import Array, Struct
 from wsph.contact.meeting.candidates import Candidates, none, rows_of_pairs
@@ -22,6 +23,7 @@ from wsph.contact.meeting.forces import forgetting
 from wsph.contact.meeting.meeting import vertex_areas
 from wsph.contact.meeting.memory import Memory
 from wsph.contact.meeting.structs import law_struct
+from wsph.contact.meeting.touch import add_kernel
 from wsph.contact.surfaces.laws import Ground, Law, Near, Places, Rigid, Rows
 from wsph.contact.surfaces.surface import Surface
 from wsph.contact.tools.forms import Form, Placed
@@ -71,7 +73,7 @@ class ToolLaw(Law):
         self._law: Struct = law_struct(space)()
         self.stiffness = 0.0
         self._arrays = Arrays(self._clock.device)
-        self.memory = Memory(side.n, space, self._clock, self._arrays)
+        self.memory = Memory(side.n, space, self._clock, self._arrays, ground.domain)
         self._make()
         self._take(table.number or self._chosen(1.0))
 
@@ -86,7 +88,8 @@ class ToolLaw(Law):
         self._footprint = form.footprint(side.spacing * length) / length ** (space.dim - 1)
         self._push: Array = self._arrays.zeros("push", side.n, space.vec)
         self._sums: Array = self._arrays.zeros("sums", (blocks(side.n), 6), wp.float64)
-        self._rows: Candidates = none(self._clock.device)
+        self._near, self._rows = np.zeros(0, np.int64), none(self._clock.device)
+        self._told: Candidates = none(self._clock.device)
 
     def _chosen(self, stiffness: float) -> float:
         """Of contacts' stiffness in a step that of the tool: the least where that is the least."""
@@ -158,15 +161,20 @@ class ToolLaw(Law):
 
     def find(self, places: Places, skin: float) -> None:
         """Find the vertices that can reach the tool before either has gone half of the skin; the tool has been placed."""
-        which = np.flatnonzero(self.gaps(places[self.side.name]) < skin)
-        self._rows = rows_of_pairs(which, which, self._clock.device)
-        self.memory.release(self._rows)
+        self._near = near = np.flatnonzero(self.gaps(places[self.side.name]) < skin)
+        self.memory.deal(near)
+        self.memory.release(near)
         self._push.zero_()
+        dealt, device = self.memory.dealt, self._clock.device
+        own = dealt.share.owns(near)
+        rows, told = near[own], near[~own & self.side.here[near]]
+        self._rows, self._told = rows_of_pairs(rows, rows, device), rows_of_pairs(told, told, device)
+        # The tool feels all of them, in one order.
+        dealt.ask(near)
 
     def near(self) -> Near:
-        """The vertices that its kernels read or write, and the faces around them, by the body's name."""
-        faces = np.flatnonzero(np.isin(self.side.mesh.faces, self._rows.which).any(1))
-        return {self.side.name: (self._rows.which, faces)}
+        """The vertices that its kernels read or write, by the body's name."""
+        return {self.side.name: (self._near, np.zeros(0, np.int64))}
 
     def renew(self, surface: Surface, rows: Rows) -> None:
         """The surface was remade: vertices that are still there go on, and what others had lost stays lost."""
@@ -180,9 +188,14 @@ class ToolLaw(Law):
         kernel = touch_kernel(self._space, tool.shape.kind, self._ground.once)
         inputs = [self._law, tool.shape.struct, tool.body.pose, side.struct, self._rows.struct.which, self._clock.time]
         outputs = [self.memory.trial, self._push, side.force]
-        if not self._rows.count:
+        if not len(self._near):
             return
-        launch(kernel, self._rows.count, [*inputs, self.memory.kept], outputs)
+        if self._rows.count:
+            launch(kernel, self._rows.count, [*inputs, self.memory.kept], outputs)
+        self.memory.dealt.tell(self._push, self.memory["gap"])
+        if self._told.count:
+            inputs = [self._told.struct.which, self._push]
+            launch(add_kernel(self._space), self._told.count, inputs, [side.force])
         inputs = [self._push, side.struct, tool.body.pose, side.n]
         launch(react_kernel(self._space), self._sums.shape[0], inputs, [self._sums])
         launch(gather_kernel(), 6, [self._sums], [tool.body.load])
@@ -193,7 +206,7 @@ class ToolLaw(Law):
 
     def surface_gaps(self, surface: Surface) -> NDArray[np.float64]:
         """Gaps of a surface's vertices at the end of the last step, NaN where there is nothing to meet, (n,)."""
-        return self.memory.gaps(self._rows) if surface is self.side else np.full(surface.n, np.nan)
+        return self.memory.gaps(self._near) if surface is self.side else np.full(surface.n, np.nan)
 
     @property
     def stored(self) -> float:
@@ -213,3 +226,7 @@ class ToolLaw(Law):
     def kept(self) -> dict[str, Array]:
         """Device arrays that a run goes on from, by name."""
         return self._arrays.kept
+
+    def shares(self) -> dict[str, Share]:
+        """The parts of these that this process has."""
+        return self.memory.shares()

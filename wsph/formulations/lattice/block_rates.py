@@ -23,8 +23,7 @@ PIECE_BYTES = 2**18
 
 def answers_apart(part: Part, host: Host) -> bool:
     """Whether a part has something of its own at every point, or changes what the law answers there."""
-    changes = part.stress_term(host) is not None or part.response(host) is not None
-    return changes or type(part).attach is not Part.attach
+    return part.attaches or part.stress_term(host) is not None or part.response(host) is not None
 
 
 def width_of(device: str, precision: str) -> int:

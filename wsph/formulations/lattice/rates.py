@@ -47,9 +47,6 @@ from wsph.plugins.blame import blame
 from wsph.ranks.blocks import own_sum, own_total
 from wsph.sph.pairs import Pairs
 
-LEAST = 0.25
-"""Part of the cells of a body that are boxes from which they pay: with fewer it steps by its pairs alone, as fast."""
-
 
 class LatticeKernels:
     """The kernels of a composition, as `wsph.formulations.lagrangian.rates.LagrangianKernels` has them."""
@@ -92,7 +89,7 @@ def listed_for(host: Host) -> str:
     boxes = host.geometry.boxes
     reasons = {
         "its points see more than their own corners": not host.corners or host.correction == "paper",
-        "its cells differ": boxes is None or boxes.share(len(host.geometry.cell_volume)) < LEAST,
+        "its cells differ": boxes is None or not boxes.pay(len(host.geometry.cell_volume)),
         " and ".join(apart): bool(apart),
     }
     return next((reason for reason, holds in reasons.items() if holds), "")

@@ -1,8 +1,8 @@
 """The part of a body of two sets that a process has.
 
 A process holds some layers beyond its own. Its steps change its own real particles, and the virtual ones that these see;
-then it is told the state of the others' real particles: one message a step and neighbour, but for each field. Rows are in
-the order of the whole body, so that what two processes compute has the same bits in both.
+then it is told the state of the others' real particles: messages once a step. Rows are in the order of the whole body, so
+that what two processes compute has the same bits in both.
 """
 
 # pyright: strict
@@ -56,8 +56,7 @@ class Part:
             clock.host(partial(self._update, state, names or tuple(state.start)))
 
     def _update(self, state: State, names: Iterable[str]) -> None:
-        for name in names:
-            self._halo.update(getattr(state.struct, name))
+        self._halo.update(*(getattr(state.struct, name) for name in names))
 
     def pieces(
         self, kept: Iterable[str], states: Mapping[str, tuple[State, Share]], others: Mapping[str, Rows]

@@ -57,7 +57,6 @@ class TwoSetSystem(System):
     _faces           # what is prescribed at the real particles: `wsph.formulations.taylor.faces`
     """
 
-    copied = 0.2
     by_rows = True
     """Whether rows that follow from its lattice have kernels without lists."""
 

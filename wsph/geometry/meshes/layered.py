@@ -16,7 +16,8 @@ import numpy as np
 from wsph.backend.domain import Domain, Split
 from wsph.geometry.geometry import Geometry
 from wsph.geometry.meshes.layers import Layers
-from wsph.ranks.slabs import Slab, TooFew, slabs
+from wsph.ranks.cuts import Counts, Reach
+from wsph.ranks.slabs import Slab, TooFew, slabs, work_of
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,10 @@ class Layered(Geometry):
         return self.layers.across(places)
 
     @property
+    def counts(self) -> Counts:
+        return self.layers
+
+    @property
     def layer_count(self) -> int:
         return len(self.layers.points)
 
@@ -84,18 +89,17 @@ NOTHING = (2**31, 0)
 @dataclass(frozen=True)
 class _Slabs:
     """The slabs that `size` processes have of bodies, as `wsph.ranks.slabs.slabs` takes them. Particles that are their own
-    points, `joined`, are shared as nodes: there are none behind the last layer."""
+    points are shared as nodes: there are none behind the last layer."""
 
     size: int
-    reach: int
-    joined: bool
+    reach: Reach
     who: str
+    loads: np.ndarray | None
 
     def of(self, body: Layered, windows: np.ndarray) -> list[Slab]:
         """Those of a body, each with at least the layers that a process asks for in `windows` (size, 2), and with whatever
         it cannot do without."""
-        layers = body.layers
-        found = slabs(layers.nodes, layers.points, self.size, self.reach, joined=self.joined, who=self.who)
+        found = slabs(body.layers, self.size, self.reach, who=self.who, loads=self.loads)
         return [
             self._fitting(body, each, (int(low), int(high))) for each, (low, high) in zip(found, windows, strict=True)
         ]
@@ -103,27 +107,27 @@ class _Slabs:
     def _fitting(self, body: Layered, slab: Slab, window: tuple[int, int]) -> Slab:
         for wanted in (window, body.needed(slab)):
             slab = slab.over(wanted, body.layers.nodes, body.layers.points)
-        return replace(slab, cells=slab.nodes) if self.joined else slab
+        return replace(slab, cells=slab.nodes) if self.reach.joined else slab
 
 
 def shared(
     make: Callable[[], L],
     domain: Domain,
-    reach: int,
+    reach: Reach,
     *,
-    joined: bool,
     who: str,
     doubts: Callable[[Geometry], Iterator[str]],
     entire: bool = False,
+    loads: np.ndarray | None = None,
 ) -> L:
-    """The part of a body that a process has, which holds `reach` layers beyond what it owns, or the `entire` body, of which
-    it owns its part; `joined` and `who` as of `wsph.ranks.slabs.slabs`. The first process makes all of the body, once, and
-    keeps it for those that ask for more of it. Raises TooFew, and in all processes what the first one meets."""
+    """The part of a body that a process has, or the `entire` body, of which it owns its part; `reach`, `who` and `loads` as
+    of `wsph.ranks.slabs.slabs`. The first process makes all of the body, once, and keeps it for those that ask for more of
+    it. Raises TooFew, and in all processes what the first one meets."""
     known: list[tuple[L, Whole]] = []
     made_again: list[ref[L]] = []  # by others than the first, as long as anything there has it
-    cutting = _Slabs(domain.size, reach, joined, who)
+    cutting = _Slabs(domain.size, reach, who, loads)
 
-    def parts(windows: np.ndarray) -> list[tuple[Layered, Slab, Slab] | str]:
+    def parts(windows: np.ndarray) -> list[tuple[Layered, Slab, list[Slab]] | str]:
         if not known:
             body = make()
             known.append((body, Whole(body.middle, body.mean_volume, tuple(doubts(body)))))
@@ -132,7 +136,7 @@ def shared(
             found = cutting.of(body, windows)
             every = np.tile([0, body.layer_count], (domain.size, 1))
             held = cutting.of(body, every) if entire else found
-            return [(body.cut(mine, of), mine, each) for mine, each in zip(held, found, strict=True)]
+            return [(body.cut(mine, of), mine, found) for mine in held]
         except TooFew as error:  # in all processes, which go on without sharing
             return [str(error)] * domain.size
 
@@ -148,9 +152,10 @@ def shared(
         found = domain.dealt(lambda: parts(windows))
         if isinstance(found, str):
             raise TooFew(found)
-        part, held, slab = found
+        part, held, every = found
+        slab = every[domain.rank]
         right = (slab.nodes.window, slab.cells.window) if entire else None
-        split = Split(domain, held.nodes, held.cells, layers=slab.layers, right=right)
+        split = Split(domain, held.nodes, held.cells, layers=slab.layers, right=right, work=work_of(every))
         return cast(L, replace(part, part=split, widened=made, completed=whole))
 
     return made(NOTHING)

@@ -12,6 +12,7 @@ import numpy as np
 
 from wsph.geometry.cells import edge_lengths
 from wsph.geometry.meshes.mesh import Mesh
+from wsph.ranks.cuts import Counts
 
 EASED = 1e-6
 """Part of a layer by which the first begins before the first node, so that nodes on the lines of a grid are in one."""
@@ -21,16 +22,13 @@ ROUNDED = 1.0 + 1e-12
 
 
 @dataclass(frozen=True)
-class Layers:
-    """Layers of a `height` [m] along the unit vector `axis` (dim,), from `start` [m] on: how many `nodes` (l + 1,) and
-    `points` (l,) each has. A point is in the layer of the first of the nodes that it sees, and is followed by the nodes of
-    the next."""
+class Layers(Counts):
+    """Layers of a `height` [m] along the unit vector `axis` (dim,), from `start` [m] on. A point is in the layer of the
+    first of the nodes that it sees, and is followed by the nodes of the next."""
 
     axis: np.ndarray
     start: float
     height: float
-    nodes: np.ndarray
-    points: np.ndarray
 
     def across(self, places: np.ndarray) -> np.ndarray:
         """Where places (n, dim) [m] are across the layers, (n,): whole numbers where one begins."""

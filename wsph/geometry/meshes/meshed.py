@@ -13,12 +13,13 @@ from itertools import combinations
 
 import numpy as np
 
-from wsph.geometry.cells import Boxes, edge_lengths
+from wsph.geometry.cells import LISTED, Boxes, edge_lengths
 from wsph.geometry.faces import Faces
 from wsph.geometry.gradients import PointRows, corner_volumes, face_shares, mean_gradients, node_shares
 from wsph.geometry.meshes.layered import Layered, Whole
 from wsph.geometry.meshes.layers import Layers, inverse, longest_axis, numbered
 from wsph.geometry.meshes.mesh import Mesh
+from wsph.ranks.cuts import Counts
 from wsph.ranks.slabs import Slab
 from wsph.units import rounded
 
@@ -139,10 +140,10 @@ class _Points:
     of_cells: np.ndarray
 
 
-def meshed(mesh: Mesh, axes: np.ndarray | None = None) -> Meshed:
+def meshed(mesh: Mesh, axes: np.ndarray | None = None, *, listed: bool = False) -> Meshed:
     """The geometry of a mesh, whose nodes and cells are numbered layer by layer: along the first of `axes` (dim, dim),
-    columns, the body's own, by which faces have names, or without these along its longest side. Raises ValueError for cells
-    without a positive volume and for nodes that no cell has."""
+    columns, the body's own, by which faces have names, or without these along its longest side. `listed`: there will be
+    lists of pairs for boxes too. Raises ValueError for cells without a positive volume and for nodes that no cell has."""
     axis = longest_axis(mesh.nodes) if axes is None else axes[:, 0]
     mesh, layer, height, start = numbered(mesh, axis)
     nodes, dim = mesh.nodes, mesh.nodes.shape[1]
@@ -166,7 +167,7 @@ def meshed(mesh: Mesh, axes: np.ndarray | None = None) -> Meshed:
     shortest = float(point_edges(rows, volume).min())
     frame = np.eye(dim) if axes is None else axes
     faces = _faces(mesh, frame, float(volume.mean()) ** (1.0 / dim))
-    layers = Layers(axis, start, height, *_counts(layer, rows))
+    layers = Layers(*_counts(layer, rows, None if listed else mesh.boxes), axis, start, height)
     edges, first = (shortest, longest), tuple(points.min(1) for points in points_in)
     return Meshed(nodes, node_volume, volume, faces, edges, mesh, place, frame, rows, points_in, first, layers=layers)
 
@@ -249,12 +250,20 @@ def _layer_of_points(layer: np.ndarray, rows: PointRows) -> np.ndarray:
     return layer[rows.indices[rows.offsets[:-1]]]
 
 
-def _counts(layer: np.ndarray, rows: PointRows) -> tuple[np.ndarray, np.ndarray]:
-    """How many nodes (l + 1,) and points (l,) every layer has, of the layers of the nodes (n,)."""
-    count = int(layer[-1]) + 1
-    points = np.bincount(_layer_of_points(layer, rows), minlength=count)
+def _counts(layer: np.ndarray, rows: PointRows, boxes: Boxes | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """How many nodes (l + 1,), points and visits of pairs (l,) every layer has, of the layers of the nodes (n,), where rows
+    of `boxes` have no lists."""
+    count, many = int(layer[-1]) + 1, np.diff(rows.offsets)
     # Points see nodes of their own layer at least, and of one layer alone where there is no other.
-    return np.bincount(layer, minlength=count + 1), points
+    point, nodes = _layer_of_points(layer, rows), np.bincount(layer, minlength=count + 1)
+    points = np.bincount(point, minlength=count)
+    if boxes is None or not boxes.pay(len(many)):
+        return nodes, points, np.bincount(point, 2.0 * many, count)
+    others, seen = boxes.others(len(many)), layer if boxes.nodes is None else layer[boxes.nodes]
+    listed = np.bincount(point[others], 2.0 * LISTED * many[others], count)
+    cells = points - np.bincount(point[others], minlength=count)
+    alike = Counts.of_cells(np.bincount(seen, minlength=count + 1), cells, boxes.index.shape[1])
+    return nodes, points, alike.visits + listed
 
 
 def _by_points(mesh: Mesh, points_in: _Cells) -> tuple[Mesh, _Cells]:

@@ -2,7 +2,9 @@
 
 # pyright: strict
 
+import math
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -53,10 +55,10 @@ class Scattered(Layered):
         return np.array(gaps) <= NEAR * self.spacing
 
 
-def scattered(position: np.ndarray, volume: np.ndarray) -> Scattered:
+def scattered(position: np.ndarray, volume: np.ndarray, support: float = 2.6) -> Scattered:
     """A body of particles at `position` (n, dim) [m] with `volume` (n,) [m^dim], numbered layer by layer along its longest
-    side, those of a layer in the order that they have. Raises ValueError for volumes that are not
-    above zero, numbers that are not finite and particles in one place."""
+    side, those of a layer in the order that they have, which see each other as far as `support` [spacings]. Raises
+    ValueError for volumes that are not above zero, numbers that are not finite and particles in one place."""
     if not (np.isfinite(position).all() and np.isfinite(volume).all()):
         raise ValueError("a position or a volume is not finite")
     if not (volume > 0.0).all():
@@ -70,12 +72,31 @@ def scattered(position: np.ndarray, volume: np.ndarray) -> Scattered:
     layer, start = layer_of(position @ axis, size)
     order = np.argsort(layer, kind="stable")
     position, volume, many = position[order], volume[order], np.bincount(layer)
-    layers = Layers(axis, start, size, np.append(many, 0), many)
+    visits = np.bincount(layer[order], crowd(position, support * size))
+    layers = Layers(np.append(many, 0), many, visits, axis, start, size)
     none, flags = np.zeros(0, int), np.zeros(0, bool)
     faces = Faces(
         np.zeros((0, 1), int), none, none, none, np.zeros((0, 1)), np.zeros((0, 1, dim)), none, flags, flags, {}
     )
     return Scattered(position, volume, volume, faces, (size, size), layers=layers)
+
+
+def crowd(position: np.ndarray, reach: float) -> np.ndarray:
+    """How many others particles at `position` (n, dim) [m] see within a `reach` [m], about, (n,): as many as there are in
+    cubes of that edge around theirs, times the part of these that a ball is."""
+    dim = int(position.shape[1])
+    cube = np.floor((position - position.min(0)) / reach).astype(np.int64) + 1
+    sides = cube.max(0) + 2
+    strides = np.array([int(np.prod(sides[k + 1 :], dtype=np.int64)) for k in range(dim)], np.int64)
+    there, mine, many = np.unique(cube @ strides, return_inverse=True, return_counts=True)
+    found = np.zeros(len(there))
+    for step in product((-1, 0, 1), repeat=dim):
+        near = there + int(np.array(step) @ strides)
+        at = np.minimum(np.searchsorted(there, near), len(there) - 1)
+        found += np.where(there[at] == near, many[at], 0)
+    ball = (2.0, math.pi, 4.0 / 3.0 * math.pi)[dim - 1]
+    every: np.ndarray = ball / 3.0**dim * found[mine]
+    return every
 
 
 def read_points(path: Path, dim: int, scale: float) -> tuple[np.ndarray, np.ndarray]:

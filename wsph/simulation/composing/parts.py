@@ -2,45 +2,48 @@
 
 # pyright: strict
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from wsph.backend.domain import Share
+import numpy as np
+
 from wsph.formulations.system import System
-from wsph.geometry.grid import layers_of, plan
-from wsph.geometry.meshes.layered import Layered
-from wsph.ranks.slabs import TooFew, slabs
+from wsph.geometry.geometry import Geometry
+from wsph.plugins.formulations import Formulation
+from wsph.ranks.slabs import Slab, TooFew, slabs, work_of
 from wsph.scene.geometries import reach_of
 from wsph.scene.scene import Scene
-from wsph.simulation.composing.composition import BodyRun
-from wsph.simulation.composing.setting import Method
 
 
-def shares_of(scene: Scene, run: BodyRun, method: Method, count: int) -> list[Share] | None:
-    """What so many processes have of the particles of a body; None where each has all. Raises TooFew for one by itself."""
-    body, geometry = run.body, run.system.geometry
-    reach, joined = reach_of(scene, body, method.formulation)
-    if isinstance(geometry, Layered):
-        nodes, cells = geometry.layers.nodes, geometry.layers.points
-    else:
-        assert body.shape is not None
-        assert body.spacing is not None
-        grid = plan(body.shape, body.spacing, body.lattice_rotate)
-        layers = layers_of(body.shape, grid, 0, int(grid.count[0]) + 1)
-        nodes, cells = layers[:, 0], layers[:-1, 1]
-    try:
-        found = slabs(nodes, cells, count, reach, joined=joined, who=f"body {body.name!r}")
-    except TooFew:
-        if len(scene.bodies) == 1:
-            raise
-        return None
-    at_cells = joined and not isinstance(geometry, Layered) and run.system.count == cells.sum()
-    return [each.cells if at_cells else each.nodes for each in found]
+def slabs_of(
+    scene: Scene, geometries: Sequence[Geometry], formulation: Formulation, count: int
+) -> list[list[Slab] | None]:
+    """The slabs of so many processes of the bodies of a scene, which are whole here; None of one that each has all of.
+    Raises TooFew for one by itself."""
+    found: list[list[Slab] | None] = []
+    loads = np.zeros(count)
+    for body, geometry in zip(scene.bodies, geometries, strict=True):
+        reach, who = reach_of(scene, body, formulation), f"body {body.name!r}"
+        try:
+            cut = slabs(geometry.counts, count, reach, who=who, loads=loads)
+        except TooFew:
+            if len(scene.bodies) == 1:
+                raise
+            found.append(None)
+        else:
+            loads += work_of(cut)
+            found.append(cut)
+    return found
+
+
+COPIED = 0.2
+"""The work on a copy of two sets, in those on a particle of its own: what its own see, of eight layers."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """What a process has of a body: particles of its own, copies that it is told of, in so many numbers (`sent`), particles
-    that it works on, and memory [bytes]."""
+    """What a process has of a body: particles of its own, copies that it is told of, in so many numbers (`sent`), what it
+    works on, in particles by their mean pairs, and memory [bytes]."""
 
     own: int
     copies: int
@@ -49,13 +52,14 @@ class Part:
     nbytes: float
 
 
-def part_of(system: System, share: Share) -> Part:
-    """What a process with a share of the particles would have."""
-    own = share.high - share.low
+def part_of(system: System, slab: Slab) -> Part:
+    """What a process with a slab of a body would have."""
+    share = slab.nodes if system.count == slab.nodes.whole else slab.cells
+    own, worked = share.high - share.low, system.count * slab.work / float(system.geometry.counts.visits.sum())
     sight = system.sight(slice(share.low, share.high), share.window)
     if sight is None:
         copies, nbytes = share.held - own, system.nbytes / system.count * share.held
-        return Part(own, copies, copies * system.told, own + system.copied * copies, nbytes)
-    # Of the launches that go through pairs one in three is of its own alone.
-    copies, worked = sight.moved - own, (own + 2 * sight.stressed) / 3
+        done = worked if system.traits.one_set else own + COPIED * copies
+        return Part(own, copies, copies * system.told, done, nbytes)
+    copies = sight.moved - own
     return Part(own, copies, copies * system.told, worked, system.nbytes - sight.spared)

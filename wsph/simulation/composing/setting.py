@@ -106,7 +106,11 @@ class BareBody:
 def bare_bodies(scene: Scene, materials: Sequence[Material], method: Method, domain: Domain = WHOLE) -> list[BareBody]:
     """The bodies of a scene, or the part of each that a process has."""
     states = [STRESS_STATES[scene.dim, body.state] for body in scene.bodies]
-    geometries = [geometry_of(scene, k, method.formulation, domain) for k in range(len(scene.bodies))]
+    geometries: list[Geometry] = []
+    loads = np.zeros(domain.size)
+    for k in range(len(scene.bodies)):
+        geometries.append(geometry_of(scene, k, method.formulation, domain, loads))
+        loads = loads + (geometries[-1].split.work or 0.0)
     who = [
         f"material {body.material.model!r} ({registry.origin('materials', body.material.model)})"
         for body in scene.bodies

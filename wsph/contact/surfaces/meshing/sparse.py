@@ -68,6 +68,14 @@ class SparseRows:
         return full
 
 
+def among(n: int, *rows: np.ndarray) -> np.ndarray:
+    """Which of n numbers stand in any of some arrays, ascending."""
+    found = np.zeros(n, bool)
+    for each in rows:
+        found[each] = True
+    return np.flatnonzero(found)
+
+
 def spread(starts: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The entries of `rows` (k,) of a list of lists that begin at `starts` (n + 1,), one after the other: whose each is, an
     index into `rows`, and where it stands."""
