@@ -73,13 +73,11 @@ class Memory:
         self.dealt.deal(near)
 
     def release(self, near: NDArray[np.int64]) -> None:
-        """Forget all but those with candidates, `near` (k,): others are beyond the skin; what they have lost stays lost. On
-        the host."""
+        """Forget all but those with candidates, `near` (k,), on the host; what the others have lost stays lost."""
         out = np.ones(self._n, bool)
         out[near] = False
-        out &= np.any(
-            [host(self[name]).reshape(self._n, -1).any(1) for name in ("elastic", "stick", "account")], axis=0
-        )
+        held = ("elastic", "stick", "account")
+        out &= np.any([host(self[name]).reshape(self._n, -1).any(1) for name in held], axis=0)
         if not out.any():
             return
         values = {name: host(array).copy() for name, array in self._arrays.items()}
