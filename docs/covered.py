@@ -73,7 +73,13 @@ def met() -> list[str]:
     ]:
         kept, hold = _part(each["met"], each["answers"]), _part(each["bars_hold"], each["bars"])
         rows.append(f"| {name} | {_part(each['answers'], each['searches'])} | {kept} | {hold} |")
-    return rows
+    fresh = found["summary_fresh"]["all"]
+    return [
+        *rows,
+        "",
+        f"({sum(scene['group'] == 'fresh' for scene in found['scenes'])} scenes were written after its constants:"
+        f" {_part(fresh['met'], fresh['answers'])} answers, {_part(fresh['bars_hold'], fresh['bars'])} bars.)",
+    ]
 
 
 def _lost(found: list[dict]) -> list[str]:

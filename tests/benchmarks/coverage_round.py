@@ -2,7 +2,7 @@
 motions so small that they are linear.
 
 KNOWN and FRESH as in coverage_scenes.py. ROUND were written when estimates had turned out to be too small on one of the
-others: the highest order of fitted bodies (`wsph.accuracy.envelope.ORDER_OF_FITTED`) was chosen on them, and then put to
+others: the highest order of fitted bodies (`wsph.accuracy.envelope.ORDERS_OF_FITTED`) was chosen on them, and then put to
 the test on the others.
 """
 

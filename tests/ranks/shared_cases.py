@@ -170,6 +170,21 @@ def meeting(dim: int = 2, *, between: str = "surface", **changes: object) -> wsp
     )
 
 
+def spanning(**changes: object) -> wsph.Scene:
+    """A body that comes down on two others beside each other, across the gap between them: vertices there are near both."""
+    return scene(
+        more=[
+            ("d", [90.5, 0.0], [150.5, 50.0], {}),
+            ("c", [60.3, 50.01], [120.3, 116.01], {"velocity": ["2e-3*y", "-0.2"]}),
+        ],
+        contact=[
+            {"name": "one", "between": ["b", "c"], "friction": 0.3},
+            {"name": "two", "between": ["d", "c"], "friction": 0.3},
+        ],
+        **changes,
+    )
+
+
 def going_round(dim: int, **changes: object) -> wsph.Scene:
     """A body that closes on itself across the cuts, and in 3D along them too."""
     wave = {"velocity": ["0.02*sin(x)", "0.01*exp(-0.1*x)", "0.01*cos(y)"][:dim]}
@@ -348,6 +363,8 @@ CASES = {
     "sides": lambda: scene(law="jaumann", boundary=SIDES, run={"integrator": "kg4-8"}),
     "bodies": lambda: scene(**OF_BESIDE, gravity={"y": -1e-4}),
     "contact": lambda: meeting(),
+    "contact of two": lambda: spanning(),
+    "contact of two, thick": lambda: spanning(form="total-lagrangian", run={"precision": "f32"}),
     "contact 3D": lambda: meeting(3, **MISES, run={"precision": "f32", "dt": None, "cfl": "auto"}),
     "contact with itself": lambda: scene(
         body=SLIT,

@@ -27,7 +27,7 @@ from wsph.accuracy.schemes import second
 from wsph.accuracy.schemes.advice import best
 from wsph.accuracy.search import Found, search
 from wsph.backend.domain import WHOLE, Domain
-from wsph.errors import Fault, Refused, SceneError
+from wsph.errors import Fault, OutputError, Refused, SceneError
 from wsph.output import formats
 from wsph.output.claim import Claim
 from wsph.scene.outputs import Accuracy
@@ -155,5 +155,7 @@ def _checked(rows: Rows, wanted: dict[str, Aim], found: Found, check: bool) -> l
         if halt.status == "interrupted":
             return ["interrupted before another scheme had its say"]
         return [f"another scheme was asked: {halt}"]
+    except (Refused, SceneError, OutputError) as error:  # which leaves the answer what it is
+        return [f"another scheme was asked: {str(error).splitlines()[0]}"]
     finally:
         rows.due = due

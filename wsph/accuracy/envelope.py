@@ -1,10 +1,10 @@
 """The error of the finest of three or four rows by their differences alone, and the bar that is put on it.
 
 One order is fitted to the differences of all pairs of rows by least squares, and held between bounds; each difference of
-neighbours is brought to the finest row by it; the largest is the estimate. A lucky small last difference cannot shrink it,
-and norms of differences have no sign by which they could cancel. Over 3508 windows of 17 scenes the bar, 1.5 times the
-estimate, held in 99 % at twice the true error in the median; Roache's grid convergence index 1.25 with the order as found
-held in 77 %, and 3 with the formal order in 97 % at three times.
+neighbours is brought to the finest row by it; the largest is the estimate. A lucky small last difference cannot shrink it
+(of grids; of fitted cells by half its logarithm at most), and norms of differences have no sign by which they could cancel.
+Over 3508 windows of 17 scenes the bar, 1.5 times the estimate, held in 99 % at twice the true error in the median; Roache's
+grid convergence index 1.25 with the order as found held in 77 %, and 3 with the formal order in 97 % at three times.
 
 Cells that are fitted to a surface are no refined ones of each other: a part of the error of a row is its own, differences
 have those of two rows, and a small ratio of spacings magnifies them: such estimates are twice the true error. There one
@@ -12,7 +12,7 @@ with a part that no other row has is fitted to all pairs beside the envelope. Th
 a few rows do not tell both parts for sure: the estimate is the geometric mean of both. Orders of 1.4 to 2 are seen there,
 and rise with finer cells, so that what is fitted to rows that are coarser is above that of the finest: no order is taken to
 be above 1.7. That, and the least that the own part is sought with, was chosen on rows of six bodies, and then judged by
-those of five others.
+those of five others, of which one had shown that it was needed.
 
     from wsph.accuracy.envelope import estimate
     found = estimate(spacings, distances(records), formal=2.0)      # both finest first

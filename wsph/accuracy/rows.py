@@ -21,7 +21,7 @@ from wsph.accuracy.planning.rate import Rate
 from wsph.accuracy.planning.took import Took
 from wsph.accuracy.planning.watch import Due
 from wsph.accuracy.row import Halted, Late, Row, in_seconds
-from wsph.accuracy.running.order import Order, Runner
+from wsph.accuracy.running.order import Order, Runner, Unfit
 from wsph.accuracy.running.together import Together
 from wsph.backend.domain import WHOLE
 from wsph.errors import Refused, SceneError
@@ -82,10 +82,10 @@ class Rows:
             else:
                 return cells
 
-    def ahead(self, scenes: Iterable[Scene]) -> None:
-        """Have rows begun that do not depend on each other, by who can run several at a time: `run` has them then. The
-        scenes are not asked for where nobody can."""
-        self._runner.ahead(self._order(each) for each in scenes)
+    def ahead(self, scenes: Iterable[Scene]) -> int:
+        """Have rows begun that do not depend on each other, by who can run several at a time: `run` has them then; returns
+        how many were. The scenes are not asked for where nobody can."""
+        return self._runner.ahead(self._order(each) for each in scenes)
 
     def make(self, cells: int) -> Row:
         """Run a lattice. Raises Halted where it does not come to its end, Late where it would come to it too late."""
@@ -141,6 +141,10 @@ class Rows:
             ran = self._runner.run(self._order(scene), progress, composed)
         except BrokenExecutor as error:
             raise Halted("refused", f"the run with {cells} cells is lost: {error}") from None
+        except Unfit as error:
+            if not self.made:
+                raise
+            raise Halted("refused", str(error)) from None
         except KeyboardInterrupt:
             raise Halted("interrupted", f"interrupted in the run with {cells} cells") from None
         result = ran.result

@@ -74,9 +74,11 @@ def search(rows: Rows, asked: Mapping[str, Aim], limit: Limit, sure: bool = Fals
     """Make rows until their finest is within the tolerances."""
     factor = BAR if sure else SAFE
     try:
-        rows.ahead(rows.lattices.scene_at(cells) for cells in _affordable(rows, limit))
-        for cells in _starts(rows):
-            if (refusal := _refusal(rows, limit, cells, {}, factor)) is not None:
+        begun = rows.ahead(rows.lattices.scene_at(cells) for cells in _affordable(rows, limit))
+        for number, cells in enumerate(_starts(rows)):
+            # A row that runs already is ended where it runs, when it is late.
+            awaited = number < begun and limit.seconds is not None
+            if not awaited and (refusal := _refusal(rows, limit, cells, {}, factor)) is not None:
                 return refusal
             check_periods(rows.make(cells), asked)
         for _ in range(ROUNDS):

@@ -12,6 +12,7 @@ thread does that, and the others wait.
 import contextlib
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import warp as wp
@@ -30,18 +31,41 @@ STRETCH_SECONDS = 0.01
 """Time that the threads of a team run between two looks at whether the run is to stop [s]."""
 
 
-def _timed(step: list[Launch | HostCall]) -> list[float]:
-    """Go through a step, and say how long each of its launches took [s]."""
-    found: list[float] = []
+@dataclass(frozen=True)
+class _Took:
+    """What a launch of a kernel over `n` threads took [s]."""
+
+    kernel: wp.Kernel
+    n: int
+    seconds: float
+
+
+def _timed(step: list[Launch | HostCall]) -> list[_Took]:
+    """Go through a step, and say how long each of its launches took."""
+    found: list[_Took] = []
     graphs = [captured(each.run) if isinstance(each, Launch) else None for each in step]
     for each, graph in zip(step, graphs, strict=True):
-        if graph is None:
+        if graph is None or isinstance(each, HostCall):
             each.run()
             continue
         started = time.perf_counter()
         wp.capture_launch(graph)
-        found.append(time.perf_counter() - started)
+        found.append(_Took(each.kernel, each.n, time.perf_counter() - started))
     return found
+
+
+def _foreseen(step: list[Launch | HostCall], timed: list[_Took]) -> list[float]:
+    """What each of the launches of a step takes [s], by the one that was `timed`, a thread: launches come and go, and grow
+    and shrink, where contacts or pairs are found anew. A kernel that was not there takes what others do."""
+    launches = [each for each in step if isinstance(each, Launch)]
+    if [each.kernel for each in launches] == [each.kernel for each in timed]:
+        return [took.seconds * each.n / max(took.n, 1) for each, took in zip(launches, timed, strict=True)]
+    rates = {each.kernel: _rate([took for took in timed if took.kernel is each.kernel] or timed) for each in launches}
+    return [rates[each.kernel] * each.n for each in launches]
+
+
+def _rate(some: list[_Took]) -> float:
+    return sum(each.seconds for each in some) / max(sum(each.n for each in some), 1)
 
 
 def _run_all(launches: Sequence[Launch]) -> None:
@@ -101,7 +125,7 @@ class Program:
         """The threads and the cores that were given."""
         self.threads = 1 if self.small else threads or len(on or cores())
         self._stretches: list[Callable[[], None]] = []
-        self._seconds: list[float] = []
+        self._timed: list[_Took] = []
         self._blocks = BLOCKS if self.batched else (1,)
         self._graphs: dict[int, wp.Graph] = {}
         self._segments: list[Segment] = []
@@ -158,11 +182,12 @@ class Program:
         """Run at most `most` steps by all threads; returns how many. The very first step is run by one thread, and timed."""
         if not self._segments:
             step = self._clock.listing(self.step)
-            if not self._seconds:
-                self._seconds = _timed(step)
-                self._times = 1 if self.followed else 1 + int(STRETCH_SECONDS / sum(self._seconds))
+            if not self._timed:
+                self._timed = _timed(step)
+                seconds = sum(each.seconds for each in self._timed)
+                self._times = 1 if self.followed else 1 + int(STRETCH_SECONDS / seconds)
                 return 1
-            self._segments = team.segments(step, self._seconds)
+            self._segments = team.segments(step, _foreseen(step, self._timed))
         times = min(self._times, most)
         try:
             team.run(self._segments, times)

@@ -131,8 +131,8 @@ class Coupling(Protocol):
         ...
 
     def shares(self) -> Mapping[str, Share]:
-        """The parts that this process has of kept arrays of particles of bodies that processes share, by their names: all
-        others are alike in every process."""
+        """The parts that this process has of kept arrays that processes share, of particles, contacts and bonds, by their
+        names: all others are alike in every process."""
         ...
 
     def as_kept(self, values: Mapping[str, np.ndarray]) -> None:

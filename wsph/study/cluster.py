@@ -24,7 +24,7 @@ MPI = "mpi"
 """The name of the scheduler that `mpiexec -n N python -m mpi4py.futures` starts."""
 
 RETRIES = 3
-"""Times that a task which has failed by the machine's fault is given to another worker."""
+"""Times that a task which has failed is given to another worker."""
 
 
 class DaskExecutor(Executor):
@@ -42,9 +42,12 @@ class DaskExecutor(Executor):
             raise Refused(f"--scheduler {address}: no scheduler of Dask answers there: {error}") from error
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
-        """As `Executor.submit`; task and result have to be picklable, and wsph installed where they go."""
+        """As `Executor.submit`; task and result have to be picklable, and wsph installed where they go. Raises Lost."""
         future: Future[T] = Future()
-        task = self._client.submit(partial(fn, *args, **kwargs), pure=False, retries=RETRIES)
+        try:
+            task = self._client.submit(partial(fn, *args, **kwargs), pure=False, retries=RETRIES)
+        except Exception as error:  # Dask has many names for a scheduler that is gone
+            raise Lost(f"the scheduler takes nothing: {type(error).__name__}: {error}") from error
         task.add_done_callback(partial(_passed_on, future))
         future.add_done_callback(partial(_dropped, task))
         return future
@@ -73,7 +76,10 @@ def _passed_on(future: Future[T], task: Task) -> None:
     if not future.set_running_or_notify_cancel():
         return
     if task.status == "finished":
-        future.set_result(cast(T, task.result()))
+        try:
+            future.set_result(cast(T, task.result()))
+        except Exception as error:  # it has to be told, or its caller waits for ever
+            future.set_exception(Lost(f"its result did not come: {type(error).__name__}: {error}"))
         task.release()
         return
     error = task.exception() if task.status == "error" else None

@@ -18,6 +18,7 @@ from tests.contact.meeting.cases import (
     mean_velocity,
     rods,
 )  # fmt: skip
+from wsph.backend import graph
 
 ONE_SET = {"blanes-moan4", "kg4-8", "leapfrog", "rk4", "w20-2-8"}
 """Methods of particles that carry the whole motion that ask for no number beside the step, and hold a wave."""
@@ -190,6 +191,22 @@ def test_threads_do_not_show() -> None:
     for field in ("velocity", "stress"):
         assert (runs[0].particles[field] == runs[1].particles[field]).all()
     assert all((runs[0].history[name] == runs[1].history[name]).all() for name in runs[0].history)
+
+
+def test_threads_do_not_show_where_bodies_come_from_afar(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Launches come with the first search that finds anything, and go with the last: no step is the one that was timed."""
+    monkeypatch.setattr(graph, "SMALL_PAIRS", 0)
+    made = []
+    for name, x, v in (("a", 0.0, 0.05), ("b", 1.3, -0.05)):
+        made.append(scenes.body(scenes.box((x, x + 1.0), (0.0, 1.0)), 0.05, name, velocity=[v * SPEED, 0.0]))
+    runs = []
+    for threads in (1, 2):
+        settings = {"formulation": "stress-points", "end": 12.0 / SPEED, "threads": threads}
+        runs.append(wsph.run(scenes.scene(*made, run=settings, contact=[{"between": ["a", "b"], "friction": 0.2}])))
+    assert np.abs(made_in(runs[0])[0]) < 1e-3
+    assert mean_velocity(runs[0], 0)[0] < 0.0 < mean_velocity(runs[0], 1)[0]  # they have met and parted
+    for field in ("velocity", "stress"):
+        assert (runs[0].particles[field] == runs[1].particles[field]).all()
 
 
 def test_a_resumed_run_goes_on_to_the_bit(tmp_path: Path) -> None:

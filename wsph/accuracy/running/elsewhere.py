@@ -8,6 +8,7 @@ taken to agree: by them a row that is due is ended where it runs.
 
 # pyright: strict
 
+import math
 import shutil
 import socket
 import tempfile
@@ -23,8 +24,8 @@ from pathlib import Path
 
 from wsph.accuracy.planning.cost import composed
 from wsph.accuracy.planning.watch import Due, Watch
-from wsph.accuracy.running.order import Order, Ran, timed
-from wsph.accuracy.running.task import Task
+from wsph.accuracy.running.order import Order, Ran, Unfit, timed
+from wsph.accuracy.running.task import Lost, Task
 from wsph.doubts import doubt
 from wsph.errors import OutputError, Refused
 from wsph.output.files import write_text
@@ -33,11 +34,22 @@ from wsph.simulation.composing.composition import Composition
 from wsph.simulation.run import ONE_RUN, Progress, run
 from wsph.simulation.summary import plugins_of
 
+GRACE = 5.0
+"""How much later than it has to end a row may come back [s]."""
+
 LOOK_SECONDS = 1.0
 """Time between two looks of a worker at whether anybody waits for its row [s]."""
 
 _Made = tuple[Ran, Path | None]
 """A row, and the folder that it is in."""
+
+
+class OtherVersion(Refused, Unfit):
+    """A worker that has something else installed than the search."""
+
+
+class NotSeen(OutputError, Unfit):
+    """A worker that does not see the folder of the search."""
 
 
 class Elsewhere:
@@ -53,11 +65,13 @@ class Elsewhere:
     def refuse(self, scene: Scene) -> None:
         """What one process can run a worker can."""
 
-    def ahead(self, orders: Iterable[Order]) -> None:
+    def ahead(self, orders: Iterable[Order]) -> int:
         """Send rows, all at once: scenes are set up to find out what they are to be, which is no time to run any."""
-        for order in list(orders):
+        every = list(orders)
+        for order in every:
             with suppress(BrokenExecutor):  # which is said when its turn comes
                 self._tasks[order.scene] = self._sent(order)
+        return len(every)
 
     def run(self, order: Order, progress: Progress | None, composed: Composition | None) -> Ran:
         """Wait for a row, which is sent where it is not yet. Its seconds are those where it ran: how long it waited for a
@@ -65,8 +79,11 @@ class Elsewhere:
         task = self._tasks.get(order.scene)
         if task is None:
             task = self._tasks[order.scene] = self._sent(order)
-        ran, folder = task.result()
-        del self._tasks[order.scene]
+        until = order.begun + order.due.until + order.due.slack + GRACE
+        try:
+            ran, folder = task.result(lambda: None if until == math.inf else until - time.perf_counter())
+        finally:
+            del self._tasks[order.scene]
         for words in ran.result.summary["findings"]:
             doubt(words, stacklevel=2)
         if order.out is not None and folder is not None:
@@ -110,7 +127,7 @@ class _Wanted:
 
 
 def _versions(scene: Scene) -> dict[str, str]:
-    """Of all that the bits of a row follow from."""
+    """Of what the bits of a row follow from, as far as it has one."""
     return {"wsph": version("wsph"), "Warp": version("warp-lang"), **plugins_of(scene)}
 
 
@@ -119,13 +136,13 @@ def _made(scene: Scene, due: Due, begun: float, word: Path | None, versions: dic
     of that."""
     for name, own in _versions(scene).items():
         if own != versions[name]:
-            raise Refused(
+            raise OtherVersion(
                 f"a worker on {socket.gethostname()} has {name} {own}, the search {versions[name]}: rows are of one"
             )
     out = None
     if word is not None:
         if not word.is_file():
-            raise OutputError(
+            raise NotSeen(
                 f"{word.parent.parent}: a worker on {socket.gethostname()} does not see it, and rows are written where they"
                 " are run: choose with -o a folder that all workers share; from Python rows need none"
             )
@@ -139,10 +156,14 @@ def _made(scene: Scene, due: Due, begun: float, word: Path | None, versions: dic
         started = time.perf_counter()
         ready = composed(scene)
         composing = time.perf_counter() - started
+        if word is not None and not word.is_file():  # the search is over, and its folder may be gone
+            raise Lost("nobody waits for it any more")
         made = timed(
             watch,
             lambda: run(
                 scene, out, overwrite=True, throw=False, progress=watch.progress, composed=ready, enough=enough
             ),
         )
+    if made.result.status == "interrupted" and not made.ended and not wanted.gone():
+        raise BrokenExecutor("its worker was asked to end")
     return replace(made, wall_seconds=composing + made.wall_seconds, composing=composing), out

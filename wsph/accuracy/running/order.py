@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Protocol
 
 from wsph.accuracy.planning.watch import Due, Watch
+from wsph.errors import WsphError
 from wsph.scene.scene import Scene
 from wsph.simulation.composing.composition import Composition
 from wsph.simulation.result import Result
@@ -39,6 +40,10 @@ class Ran:
     early: bool = False
 
 
+class Unfit(WsphError):
+    """A worker that cannot run rows of a search, whatever they are: it needs another worker, and not another row."""
+
+
 class Runner(Protocol):
     """Who runs the rows of a search."""
 
@@ -51,9 +56,9 @@ class Runner(Protocol):
         """Raise SceneError for what of a scene it cannot run."""
         ...
 
-    def ahead(self, orders: Iterable[Order]) -> None:
-        """Begin with rows that do not depend on each other, where there is more than one place for them. They are `run` in
-        whatever order; those that are not are dropped at the end."""
+    def ahead(self, orders: Iterable[Order]) -> int:
+        """Begin with rows that do not depend on each other, where there is more than one place for them; returns how many
+        were. They are `run` in whatever order; those that are not are dropped at the end."""
         ...
 
     def run(self, order: Order, progress: Progress | None, composed: Composition | None) -> Ran:

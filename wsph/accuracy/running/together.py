@@ -41,8 +41,9 @@ class Together:
         if not self._alone:
             refuse_shared(scene, method_of(scene))
 
-    def ahead(self, orders: Iterable[Order]) -> None:
+    def ahead(self, orders: Iterable[Order]) -> int:
         """There is one place for them, and what they are to be is not asked."""
+        return 0
 
     def run(self, order: Order, progress: Progress | None, composed: Composition | None) -> Ran:
         """Run a row, which may be `composed` already: with all processes, or alone."""

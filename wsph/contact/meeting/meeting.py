@@ -168,7 +168,8 @@ class Meeting(Law):
             way.start()
 
     def act(self) -> None:
-        """Add the forces to those of the surfaces (launches)."""
+        """Add the forces to those of the surfaces (launches): at a vertex what acts on it, whoever has found that, before
+        what acts back, so that sums have the bits of one process."""
         for way in self.ways:
             way.touch()
         for way in self.ways:

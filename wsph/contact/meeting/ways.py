@@ -195,19 +195,19 @@ class Way:
             self._clock.launch(touch_kernel(self._space), self.rows.count, inputs, outputs)
 
     def tell(self) -> None:
-        """Have of what other processes have found what is needed here (a message)."""
+        """Have of what other processes have found what is needed here (a message), and add it to the forces on the vertices
+        (a launch)."""
         record = self.record
         self.memory.dealt.tell(record.force, record.count, record.faces, self.memory["gap"])
-
-    def answer(self) -> None:
-        """Add what others have found, and what acts back, to the forces of both surfaces (launches)."""
-        record, launch = self.record, self._clock.launch
         if self._told.count:
             inputs = [self._told.struct.which, record.force]
-            launch(add_kernel(self._space), self._told.count, inputs, [self.own.force])
+            self._clock.launch(add_kernel(self._space), self._told.count, inputs, [self.own.force])
+
+    def answer(self) -> None:
+        """Add what acts back to the forces on the other surface (a launch)."""
         if self._back.count:
-            inputs = [self._back.struct, self.own.struct, self.other.struct, record]
-            launch(answer_kernel(self._space), self._back.count, inputs, [self.other.force])
+            inputs = [self._back.struct, self.own.struct, self.other.struct, self.record]
+            self._clock.launch(answer_kernel(self._space), self._back.count, inputs, [self.other.force])
 
     def close(self) -> None:
         """Take the memory of the last evaluation as that of the step (a launch)."""
